@@ -1,0 +1,41 @@
+# The two commands of the README, `make demo` and `make test`, and what they stand on.
+SHELL := /bin/bash
+.DELETE_ON_ERROR:
+.PHONY: demo test lint bench build lock clean help
+
+PYTHON ?= python3
+ACTIVATE := source ./env.sh
+SOURCES := $(shell find nodlidar_* underlay -type f -not -path '*/test/*' -not -path '*/__pycache__/*' \
+             -not -name '*.md' -not -name '*.rst')
+
+help:                    ## list the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## */\t/' | expand -t 12
+
+demo: build              ## scan the simulated room for 20 s; leaves cloud.ply, cloud.png and a bag in demo_output/
+	@$(ACTIVATE) && ros2 run nodlidar_bringup demo $(DEMO_ARGS)
+
+test: build lint         ## run every test
+	@$(ACTIVATE) && python -m pytest $(PYTEST_ARGS)
+
+lint: .venv/ready        ## ruff and mypy
+	@$(ACTIVATE) && ruff check . && mypy
+
+bench: build             ## print the measurements that the documentation quotes
+	@$(ACTIVATE) && python -m bench
+
+build: install/ready     ## build the workspace into install/
+
+install/ready: .venv/ready $(SOURCES)
+	@tools/build_workspace
+	@touch $@
+
+.venv/ready: requirements.in requirements.lock tools/setup_venv
+	@PYTHON=$(PYTHON) tools/setup_venv
+	@touch $@
+
+lock:                    ## resolve requirements.in again, for every supported Python
+	@$(ACTIVATE) && pip install --quiet uv && uv pip compile --quiet --universal --upgrade \
+	    --python-version 3.10 --no-emit-index-url --no-annotate --no-header requirements.in -o requirements.lock
+
+clean:                   ## remove everything that was made
+	rm -rf .venv build install log demo_output .pytest_cache .mypy_cache .ruff_cache .hypothesis
