@@ -1,0 +1,41 @@
+"""Times and nod trajectories to and from their ROS messages."""
+
+from builtin_interfaces.msg import Time
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_msgs.msg import NodCommand
+
+
+def time_ns(stamp: Time) -> int:
+    """Return a message's time as nanoseconds."""
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def time_message(nanoseconds: int) -> Time:
+    """Return nanoseconds as a message's time."""
+    seconds, rest = divmod(int(nanoseconds), NS_PER_S)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def nod_from_message(message: NodCommand) -> NodTrajectory:
+    """Return the trajectory of a nod command; raises ParameterError if it has none."""
+    return NodTrajectory(
+        pitch_min=message.pitch_min,
+        pitch_max=message.pitch_max,
+        sweep_duration=message.sweep_duration,
+        samples_per_sweep=message.samples_per_sweep,
+        reference_time_ns=time_ns(message.reference_time),
+    )
+
+
+def nod_to_message(nod: NodTrajectory, issued_ns: int, frame_id: str) -> NodCommand:
+    """Return the nod command of a trajectory."""
+    message = NodCommand(
+        pitch_min=nod.pitch_min,
+        pitch_max=nod.pitch_max,
+        sweep_duration=nod.sweep_duration,
+        samples_per_sweep=nod.samples_per_sweep,
+        reference_time=time_message(nod.reference_time_ns),
+    )
+    message.header.stamp = time_message(issued_ns)
+    message.header.frame_id = frame_id
+    return message

@@ -1,0 +1,82 @@
+"""The nod as a trajectory: the pitch that is commanded at any instant."""
+
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.errors import ParameterError
+import numpy as np
+from numpy.typing import NDArray
+
+NS_PER_S = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class NodTrajectory:
+    """A triangle wave between two pitch limits, for all times.
+
+    Attributes
+    ----------
+    pitch_min, pitch_max
+        Limits of the nod [rad], positive up.
+    sweep_duration
+        Time of one traverse between the limits [s]: samples_per_sweep beam periods.
+    samples_per_sweep
+        N_s, the beams (dark ones counted) that the lidar emits in one traverse.
+    reference_time_ns
+        An instant [ns] at which the nod is at pitch_min, going up.
+
+    Raises
+    ------
+    ParameterError
+        If the limits are not finite and ascending, or the duration or N_s is not positive.
+    """
+
+    pitch_min: float
+    pitch_max: float
+    sweep_duration: float
+    samples_per_sweep: int
+    reference_time_ns: int
+
+    def __post_init__(self) -> None:
+        for key in ('pitch_min', 'pitch_max', 'sweep_duration'):
+            if not math.isfinite(getattr(self, key)):
+                raise ParameterError(key, 'finite', getattr(self, key))
+        if self.pitch_max <= self.pitch_min:
+            raise ParameterError(
+                'pitch_max', f'above pitch_min = {self.pitch_min} rad', self.pitch_max
+            )
+        if self.sweep_duration <= 0.0:
+            raise ParameterError('sweep_duration', 'above 0 s', self.sweep_duration)
+        if self.samples_per_sweep < 1:
+            raise ParameterError('samples_per_sweep', 'at least 1', self.samples_per_sweep)
+
+    @property
+    def span(self) -> float:
+        """Pitch from limit to limit [rad]."""
+        return self.pitch_max - self.pitch_min
+
+    @property
+    def speed(self) -> float:
+        """Constant speed between the turn-arounds [rad/s], always positive."""
+        return self.span / self.sweep_duration
+
+    def sweeps(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
+        """Return the sweeps done since the reference time; even whole numbers are at pitch_min.
+
+        The difference of times is taken in integers, so that absolute stamps cost no precision.
+        """
+        elapsed = np.asarray(time_ns, dtype=np.int64) - np.int64(self.reference_time_ns)
+        return np.asarray(elapsed / (self.sweep_duration * NS_PER_S), dtype=np.float64)
+
+    def pitch(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
+        """Return the commanded pitch [rad] at each time [ns]."""
+        leg = np.mod(self.sweeps(time_ns), 2.0)
+        return self.pitch_min + self.span * (1.0 - np.abs(leg - 1.0))
+
+    def velocity(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
+        """Return the commanded velocity [rad/s] at each time [ns]; at a turn, the new leg's."""
+        return np.where(np.mod(self.sweeps(time_ns), 2.0) < 1.0, self.speed, -self.speed)
+
+    def turn_time_ns(self, sweep: int) -> int:
+        """Return the instant [ns] at which a sweep begins (even ones at pitch_min)."""
+        return self.reference_time_ns + round(sweep * self.sweep_duration * NS_PER_S)

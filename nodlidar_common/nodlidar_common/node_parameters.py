@@ -1,0 +1,103 @@
+"""Declares a configuration dataclass as the parameters of a node."""
+
+from collections.abc import Callable
+from dataclasses import Field, fields, replace
+from typing import Any, TypeVar
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import check, limits_of
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+Config = TypeVar('Config')
+
+_INTEGER_BOUND = 2**63 - 1
+
+
+def descriptor(config_field: 'Field[Any]') -> ParameterDescriptor:
+    """Return the descriptor that `ros2 param describe` shows for a field."""
+    limits = limits_of(config_field)
+    text = f'{limits.description} [{limits.unit}]' if limits.unit else limits.description
+    result = ParameterDescriptor(description=text, read_only=not limits.live)
+    if limits.choices:
+        result.additional_constraints = limits.in_words()
+    if limits.minimum is None and limits.maximum is None:
+        return result
+    if isinstance(config_field.default, int):
+        low = -_INTEGER_BOUND if limits.minimum is None else int(limits.minimum)
+        high = _INTEGER_BOUND if limits.maximum is None else int(limits.maximum)
+        result.integer_range = [IntegerRange(from_value=low, to_value=high, step=0)]
+    else:
+        low_f = float('-inf') if limits.minimum is None else limits.minimum
+        high_f = float('inf') if limits.maximum is None else limits.maximum
+        result.floating_point_range = [
+            FloatingPointRange(from_value=low_f, to_value=high_f, step=0.0)
+        ]
+    return result
+
+
+def declare(
+    node: Node, config_class: type[Config], on_change: Callable[[Config], None] | None = None
+) -> Config:
+    """Declare every field of a configuration as a parameter and return what the user set.
+
+    Live parameters may be set while the node runs: `on_change` is then given the new
+    configuration, once it has passed the same checks as the first one.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter has the wrong type, is out of range or does not go with another one.
+    """
+    values = {f.name: _declare_one(node, f) for f in fields(config_class)}  # type: ignore[arg-type]
+    config = config_class(**values)
+    check(config)
+    current = [config]
+    names = set(values)
+
+    def changed(parameters: list[Parameter]) -> Config:
+        new = replace(current[0], **{p.name: p.value for p in parameters if p.name in names})  # type: ignore
+        check(new)
+        return new
+
+    def validate(parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            changed(parameters)
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def apply(parameters: list[Parameter]) -> None:
+        new = changed(parameters)
+        if new != current[0]:
+            current[0] = new
+            if on_change is not None:
+                on_change(new)
+
+    node.add_on_set_parameters_callback(validate)
+    node.add_post_set_parameters_callback(apply)
+    return config
+
+
+def _declare_one(node: Node, config_field: 'Field[Any]') -> Any:
+    key = config_field.name
+    try:
+        return node.declare_parameter(key, config_field.default, descriptor(config_field)).value
+    except InvalidParameterTypeException as error:
+        kind = type(config_field.default).__name__
+        raise ParameterError(key, f'of type {kind}', _given(node, key)) from error
+    except InvalidParameterValueException as error:
+        raise ParameterError(key, limits_of(config_field).in_words(), _given(node, key)) from error
+
+
+def _given(node: Node, key: str) -> object:
+    """Return the value that the user gave to a parameter that could not be declared."""
+    override = node._parameter_overrides.get(key)
+    return None if override is None else override.value

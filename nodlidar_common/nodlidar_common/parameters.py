@@ -1,0 +1,92 @@
+"""Parameters as frozen dataclasses: default, unit, range and description in one place.
+
+A configuration is a frozen, slotted dataclass whose fields are made by :func:`parameter`:
+
+>>> @dataclass(frozen=True, slots=True)
+... class Config:
+...     rate: float = parameter(62.0, 'Joint states published per second', unit='Hz', minimum=1.0)
+>>> check(Config(rate=0.5))
+Traceback (most recent call last):
+nodlidar_common.errors.ParameterError: 'rate' must be at least 1.0 Hz, but is 0.5
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, Field, field, fields
+import math
+from typing import Any
+
+from nodlidar_common.errors import ParameterError
+
+_KEY = 'nodlidar_parameter'
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a parameter is and allows; ``live`` ones can be changed while the node runs."""
+
+    description: str
+    unit: str
+    minimum: float | None
+    maximum: float | None
+    choices: tuple[str, ...]
+    live: bool
+
+    def in_words(self) -> str:
+        """Return the allowed values as a phrase that follows 'must be'."""
+        if self.choices:
+            return 'one of ' + ', '.join(self.choices)
+        unit = f' {self.unit}' if self.unit else ''
+        if self.minimum is not None and self.maximum is not None:
+            return f'between {self.minimum} and {self.maximum}{unit}'
+        if self.minimum is not None:
+            return f'at least {self.minimum}{unit}'
+        return f'at most {self.maximum}{unit}'
+
+    def allow(self, value: object) -> bool:
+        """Tell whether the value lies within the limits; NaN never does."""
+        if self.choices:
+            return value in self.choices
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            above = self.minimum is None or value >= self.minimum
+            below = self.maximum is None or value <= self.maximum
+            return above and below and not math.isnan(value)
+        return True
+
+
+def parameter(
+    default: Any,
+    description: str,
+    *,
+    unit: str = '',
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: Sequence[str] = (),
+    live: bool = False,
+) -> Any:
+    """Return a dataclass field that carries its own description, unit and range."""
+    limits = Limits(description, unit, minimum, maximum, tuple(choices), live)
+    return field(default=default, metadata={_KEY: limits})
+
+
+def limits_of(config_field: 'Field[Any]') -> Limits:
+    """Return what :func:`parameter` put into a dataclass field."""
+    limits: Limits = config_field.metadata[_KEY]
+    return limits
+
+
+def check(config: Any) -> None:
+    """Check every field's range, then the configuration's own ``check_together`` if it has one.
+
+    Raises
+    ------
+    ParameterError
+        Naming the first field that is out of its range, the range and the value.
+    """
+    for config_field in fields(config):
+        limits = limits_of(config_field)
+        value = getattr(config, config_field.name)
+        if not limits.allow(value):
+            raise ParameterError(config_field.name, limits.in_words(), value)
+    check_together = getattr(config, 'check_together', None)
+    if check_together is not None:
+        check_together()

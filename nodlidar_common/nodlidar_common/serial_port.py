@@ -1,0 +1,38 @@
+"""Serial ports, opened for one user only and with errors that say what to do."""
+
+import errno
+
+from nodlidar_common.errors import PortError
+import serial
+
+_HINTS = {
+    errno.ENOENT: 'it does not exist; is the device plugged in?',
+    errno.EACCES: "permission denied; is the user in the group 'dialout'?",
+    errno.EBUSY: 'it is in use by another program',
+    errno.EWOULDBLOCK: 'it is in use by another program',
+}
+
+
+def open_port(path: str, baud_rate: int, timeout: float | None) -> serial.Serial:
+    """Open a serial port, locked against a second user.
+
+    Parameters
+    ----------
+    path
+        Device file, for example ``/dev/ttyACM0``.
+    baud_rate
+        Bit rate [bit/s]; without effect on USB devices and pseudo-terminals.
+    timeout
+        Longest time that one read blocks [s]; 0 never blocks, None blocks without end.
+
+    Raises
+    ------
+    PortError
+        If the port is missing, forbidden, in use or no serial port.
+    """
+    try:
+        return serial.Serial(path, baud_rate, timeout=timeout, exclusive=True)
+    except (serial.SerialException, OSError, ValueError) as error:
+        number = getattr(error, 'errno', None) or getattr(error.__context__, 'errno', None)
+        hint = _HINTS.get(number, str(error)) if number is not None else str(error)
+        raise PortError(f"cannot open serial port '{path}': {hint}") from error
