@@ -1,0 +1,177 @@
+import os
+import threading
+import time
+
+from nodlidar_common.errors import PortError
+from nodlidar_common.serial_port import open_port
+from nodlidar_sim.ports import PseudoTerminals
+from nodlidar_sim.pseudo_terminals import HostClock
+import pytest
+from serial import SerialException
+
+
+class Echo:
+    """Sends every byte back as soon as it can."""
+
+    def __init__(self):
+        self.data = b''
+
+    def receive(self, data, now_ns):
+        self.data += data
+
+    def transmit(self, now_ns):
+        sent, self.data = self.data, b''
+        return sent
+
+    def next_event_ns(self):
+        return None
+
+
+class Ticker(Echo):
+    """Sends the index of each millisecond's tick."""
+
+    def __init__(self):
+        super().__init__()
+        self.next_ns = time.time_ns()
+        self.ticks = 0
+
+    def transmit(self, now_ns):
+        sent = b''
+        while self.next_ns <= now_ns:
+            sent += bytes((self.ticks % 256,))
+            self.next_ns += 1_000_000
+            self.ticks += 1
+        return sent
+
+    def next_event_ns(self):
+        return self.next_ns
+
+
+class Flood(Ticker):
+    """Sends 100 kB every millisecond."""
+
+    def transmit(self, now_ns):
+        return super().transmit(now_ns) * 100_000
+
+
+class Broken(Echo):
+    def receive(self, data, now_ns):
+        raise ZeroDivisionError('broken device')
+
+
+def until(condition, limit=5.0):
+    """Wait for what another thread does, or fail."""
+    deadline = time.monotonic() + limit
+    while not condition():
+        assert time.monotonic() < deadline
+        threading.Event().wait(0.001)
+
+
+def test_two_devices_answer_byte_for_byte(tmp_path):
+    every_byte = bytes(range(256))
+    links = {'a': tmp_path / 'made' / 'a'}
+    with PseudoTerminals({'a': Echo(), 'b': Echo()}, links) as ports:
+        assert ports['a'] == str(links['a'])
+        for name in 'ab':
+            with open_port(ports[name], 115200, timeout=5.0) as port:
+                port.write(every_byte)
+                assert port.read(256) == every_byte
+    assert not links['a'].is_symlink()
+
+
+def test_a_second_user_is_refused():
+    with (
+        PseudoTerminals({'a': Echo()}) as ports,
+        open_port(ports['a'], 115200, timeout=5.0),
+        pytest.raises(PortError, match='in use'),
+    ):
+        open_port(ports['a'], 115200, timeout=5.0)
+
+
+def test_a_device_that_speaks_first_is_heard_without_being_asked():
+    with PseudoTerminals({'a': Ticker()}) as ports, open_port(ports['a'], 9600, 5.0) as port:
+        ticks = port.read(200)
+    first = ticks[0]
+    assert ticks == bytes((first + i) % 256 for i in range(200))
+
+
+def test_what_nobody_listens_to_is_lost():
+    ticker = Ticker()
+    with PseudoTerminals({'a': ticker}) as ports:
+        until(lambda: ticker.ticks > 20)
+        with open_port(ports['a'], 9600, 5.0) as port:
+            assert port.read(1)[0] >= 20
+        assert ports.dropped('a') == 0
+
+
+def test_a_host_that_does_not_read_costs_bytes_and_no_memory():
+    with PseudoTerminals({'a': Flood()}) as ports, open_port(ports['a'], 9600, 5.0) as port:
+        until(lambda: ports.dropped('a') > 1_000_000)
+        assert len(port.read(100_000)) == 100_000
+
+
+def test_unplugging_hangs_up_and_plugging_in_works_again(tmp_path):
+    link = tmp_path / 'a'
+    with PseudoTerminals({'a': Echo()}, {'a': link}) as ports:
+        with open_port(ports['a'], 9600, 5.0) as port:
+            ports.close_device('a')
+            with pytest.raises(SerialException):
+                port.read(1)
+        with pytest.raises(PortError, match='does not exist'):
+            open_port(ports['a'], 9600, 5.0)
+        ports.reopen('a')
+        with open_port(ports['a'], 9600, 5.0) as port:
+            port.write(b'again')
+            assert port.read(5) == b'again'
+
+
+def test_another_device_can_be_plugged_in():
+    with PseudoTerminals({'a': Echo()}) as ports:
+        ports.close_device('a')
+        ports.reopen('a', Ticker())
+        with open_port(ports['a'], 9600, 5.0) as port:
+            assert len(port.read(3)) == 3
+
+
+def test_a_stale_link_is_replaced(tmp_path):
+    link = tmp_path / 'a'
+    link.symlink_to('/dev/nothing-here')
+    with PseudoTerminals({'a': Echo()}, {'a': link}):
+        assert os.readlink(link).startswith('/dev/pts/')
+
+
+def test_a_file_is_not_replaced(tmp_path):
+    path = tmp_path / 'precious'
+    path.write_text('kept')
+    with (
+        pytest.raises(PortError, match='no symbolic link'),
+        PseudoTerminals({'a': Echo()}, {'a': path}),
+    ):
+        pass
+    assert path.read_text() == 'kept'
+
+
+def test_a_link_that_cannot_be_made_is_an_error(tmp_path):
+    (tmp_path / 'file').write_text('')
+    with (
+        pytest.raises(PortError, match='cannot make the link'),
+        PseudoTerminals({'a': Echo()}, {'a': tmp_path / 'file' / 'a'}),
+    ):
+        pass
+
+
+def use_broken_device():
+    with PseudoTerminals({'a': Broken()}) as ports, open_port(ports['a'], 9600, 5.0) as port:
+        port.write(b'x')
+        ports.wait()
+
+
+def test_an_error_of_a_device_hangs_up_and_surfaces():
+    with pytest.raises(ZeroDivisionError, match='broken device'):
+        use_broken_device()
+
+
+def test_the_host_clock_follows_the_wall_clock():
+    clock = HostClock()
+    assert abs(clock() - time.time_ns()) < 50_000_000
+    assert clock() <= clock()
