@@ -1,0 +1,64 @@
+"""Reads a bag into a recording, without ROS."""
+
+from pathlib import Path
+from typing import Any
+
+from nodlidar_assembler.geometry import ScanGeometry
+from nodlidar_assembler.pipeline import Scan
+from nodlidar_assembler.pitch import ordered_samples
+from nodlidar_assembler.recording import Recording
+from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import get_typestore, Stores
+
+SCAN, JOINT_STATE = 'sensor_msgs/msg/LaserScan', 'sensor_msgs/msg/JointState'
+
+
+class BagError(NodlidarError):
+    """A bag that lacks what a recording needs."""
+
+
+def read_bag(path: Path, joint_name: str) -> Recording:
+    """Return the scans and the samples of one joint in a ROS 2 bag.
+
+    Raises
+    ------
+    BagError
+        If the bag has no scans or no positions of that joint.
+    """
+    scans: list[Scan] = []
+    samples: list[tuple[int, float]] = []
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        wanted = [c for c in reader.connections if c.msgtype in (SCAN, JOINT_STATE)]
+        for connection, _, raw in reader.messages(connections=wanted):
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            if connection.msgtype == SCAN:
+                scans.append(_scan(message))
+            elif joint_name in message.name:
+                position = message.position[message.name.index(joint_name)]
+                samples.append((_stamp_ns(message), float(position)))
+    if not scans:
+        raise BagError(f"'{path}' has no scans")
+    if not samples:
+        raise BagError(f"'{path}' has no positions of the joint '{joint_name}'")
+    stamps, positions = zip(*samples, strict=True)
+    ordered = ordered_samples(np.array(stamps, dtype=np.int64), np.array(positions))
+    return Recording(sorted(scans, key=lambda scan: scan.stamp_ns), *ordered)
+
+
+def _stamp_ns(message: Any) -> int:
+    return int(message.header.stamp.sec) * NS_PER_S + int(message.header.stamp.nanosec)
+
+
+def _scan(message: Any) -> Scan:
+    geometry = ScanGeometry(
+        beams=len(message.ranges),
+        angle_min=message.angle_min,
+        angle_increment=message.angle_increment,
+        time_increment=message.time_increment,
+        range_min=message.range_min,
+        range_max=message.range_max,
+    )
+    return Scan(_stamp_ns(message), geometry, message.ranges, message.intensities)

@@ -1,0 +1,86 @@
+"""The parameters of the assembler node."""
+
+from dataclasses import dataclass
+
+from nodlidar_assembler.pitch import ESTIMATORS
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import parameter
+
+CLOUD_MODES = ('scan', 'sweep')
+
+
+@dataclass(frozen=True, slots=True)
+class AssemblerConfig:
+    """See each field's description; `ros2 param describe` shows the same."""
+
+    joint_name: str = parameter('nod_joint', 'Joint whose position is the pitch of the scan plane')
+    frame_id: str = parameter(
+        'nodlidar_base_link', 'Frame of the clouds: fixed, origin on the nod axis, x forward, z up'
+    )
+    estimator: str = parameter(
+        'slerp',
+        'How the pitch of a beam is told from joint samples: nearest (one per scan, fast), ends '
+        '(two per scan) or slerp (every beam between its neighbouring samples)',
+        choices=ESTIMATORS,
+    )
+    cloud_mode: str = parameter(
+        'scan', 'One cloud per scan, or per sweep (cut at the turn-around)', choices=CLOUD_MODES
+    )
+    laser_xyz: tuple[float, float, float] = parameter(
+        (0.0, 0.0, 0.080), 'Optical centre of the lidar in the nodding frame', unit='m'
+    )
+    laser_rpy: tuple[float, float, float] = parameter(
+        (0.0, 0.0, 0.0), 'Roll, pitch, yaw of the lidar in the nodding frame', unit='rad'
+    )
+    max_joint_gap: float = parameter(
+        0.1,
+        'Longest time between joint samples that is interpolated over',
+        unit='s',
+        minimum=0.001,
+        maximum=10.0,
+    )
+    deadline: float = parameter(
+        0.3,
+        'Longest time that a scan waits for the joint samples that bracket it',
+        unit='s',
+        minimum=0.001,
+        maximum=10.0,
+    )
+    command_nod: bool = parameter(True, 'Command the nod; otherwise only assemble')
+    pitch_min: float = parameter(
+        -0.6136, 'Lower limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
+    )
+    pitch_max: float = parameter(
+        0.6136, 'Upper limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
+    )
+    samples_per_sweep: int = parameter(
+        4001,
+        'N_s: lidar steps, dark ones counted, in one traverse; coprime with steps_per_revolution',
+        minimum=1,
+        maximum=10_000_000,
+    )
+    steps_per_revolution: int = parameter(
+        1024,
+        'N_L: lidar steps in a whole revolution, dark ones counted',
+        minimum=1,
+        maximum=65_536,
+    )
+    command_rate: float = parameter(
+        5.0, 'How often the nod command is repeated', unit='Hz', minimum=1.0, maximum=100.0
+    )
+    scan_timeout: float = parameter(
+        2.0,
+        'Without a scan for this long the nod command is no longer repeated, so the servo lets go',
+        unit='s',
+        minimum=0.1,
+        maximum=60.0,
+    )
+
+    def check_together(self) -> None:
+        """Raise ParameterError for values that do not go with each other."""
+        if self.pitch_max <= self.pitch_min:
+            limit = f'above pitch_min = {self.pitch_min} rad'
+            raise ParameterError('pitch_max', limit, self.pitch_max)
+        for key in ('laser_xyz', 'laser_rpy'):
+            if len(getattr(self, key)) != 3:
+                raise ParameterError(key, 'three numbers', getattr(self, key))

@@ -1,0 +1,165 @@
+"""The assembler node: scans and joint states in, point clouds and the nod command out."""
+
+import math
+import sys
+
+from message_filters import ApproximateTimeSynchronizer, Cache, Subscriber
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.bracket_filter import BracketFilter
+from nodlidar_assembler.cloud_message import cloud_message
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.diagnosis import Diagnosis
+from nodlidar_assembler.geometry import Mount
+from nodlidar_assembler.joint_filter import JointFilter
+from nodlidar_assembler.nod_start import first_nod
+from nodlidar_assembler.pipeline import Pipeline
+from nodlidar_assembler.pitch import PitchError
+from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
+from nodlidar_common.messages import nod_to_message, time_ns
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.node import run
+from nodlidar_common.node_parameters import declare
+from nodlidar_msgs.msg import NodCommand
+import numpy as np
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+
+# Joint states kept: 3 s at 100 Hz, far more than a scan and its deadline.
+HISTORY = 300
+
+
+class Assembler(Node):
+    """Gives every beam of each scan its own pose and publishes the points."""
+
+    def __init__(self) -> None:
+        super().__init__('assembler')
+        self.config = declare(self, AssemblerConfig)
+        self._pipeline = Pipeline(
+            self.config.estimator,
+            self.config.cloud_mode,
+            Mount(self.config.laser_xyz, self.config.laser_rpy),
+            self.config.max_joint_gap,
+        )
+        self._nod: NodTrajectory | None = None
+        self._warn_if_samples_repeat()
+        self._diagnosis = Diagnosis(self, self.config.scan_timeout)
+        self._make_outputs()
+        self._make_inputs()
+
+    def _make_outputs(self) -> None:
+        overridable = QoSOverridingOptions.with_default_policies()
+        self._clouds = self.create_publisher(
+            PointCloud2, 'points', QoSProfile(depth=10), qos_overriding_options=overridable
+        )
+        if self.config.command_nod:
+            self._commands = self.create_publisher(NodCommand, 'nod_command', QoSProfile(depth=1))
+            self.create_timer(1.0 / self.config.command_rate, self._repeat_command)
+
+    def _make_inputs(self) -> None:
+        overridable = QoSOverridingOptions.with_default_policies()
+        scans = Subscriber(
+            self,
+            LaserScan,
+            'scan',
+            qos_profile=QoSProfile(depth=10),
+            qos_overriding_options=overridable,
+        )
+        states = Subscriber(
+            self,
+            JointState,
+            'joint_states',
+            qos_profile=QoSProfile(depth=50),
+            qos_overriding_options=overridable,
+        )
+        scans.registerCallback(self._scan_arrived)
+        self._joint = JointFilter(states, self.config.joint_name, self._diagnosis.drops)
+        self._joint.registerCallback(self._joint_arrived)
+        if self.config.estimator == 'nearest':
+            self._pair_with_nearest(scans)
+        else:
+            self._bracket(scans)
+
+    def _pair_with_nearest(self, scans: Subscriber) -> None:
+        pairs = ApproximateTimeSynchronizer(
+            [scans, self._joint], HISTORY, self.config.max_joint_gap
+        )
+        pairs.registerCallback(lambda scan, state: self._assemble(scan, [state]))
+
+    def _bracket(self, scans: Subscriber) -> None:
+        bracket = BracketFilter(
+            scans,
+            Cache(self._joint, HISTORY),
+            lambda scan: self._pipeline.beams(geometry_from_message(scan)).duration_ns,
+            self.config.deadline,
+            self._now_ns,
+            lambda scan, reason: self._drop(reason),
+        )
+        bracket.registerCallback(self._assemble)
+        self.create_timer(self.config.deadline / 2.0, bracket.release)
+
+    def _now_ns(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+    # From a scan to its cloud.
+
+    def _scan_arrived(self, scan: LaserScan) -> None:
+        self._diagnosis.scan_arrived(self._now_ns(), len(scan.ranges))
+        if self._nod is None and self.config.command_nod:
+            self._start_nod(scan)
+
+    def _joint_arrived(self, state: JointState) -> None:
+        self._pipeline.add_sample(time_ns(state.header.stamp), self._joint.position(state))
+
+    def _assemble(self, scan: LaserScan, states: list[JointState]) -> None:
+        stamps = np.array([time_ns(state.header.stamp) for state in states], dtype=np.int64)
+        pitch = np.array([self._joint.position(state) for state in states])
+        try:
+            clouds = self._pipeline.add_scan(scan_from_message(scan), stamps, pitch)
+        except PitchError as error:
+            self._drop(str(error))
+            return
+        for cloud in clouds:
+            self._publish(cloud)
+
+    def _publish(self, cloud: Points) -> None:
+        self._clouds.publish(cloud_message(cloud, self.config.frame_id))
+        self._diagnosis.cloud_published(self._now_ns(), cloud)
+
+    def _drop(self, reason: str) -> None:
+        self._diagnosis.drops[reason] += 1
+        self.get_logger().warning(f'scan dropped: {reason}', throttle_duration_sec=5.0)
+
+    # The nod.
+
+    def _warn_if_samples_repeat(self) -> None:
+        divisor = math.gcd(self.config.samples_per_sweep, self.config.steps_per_revolution)
+        if divisor > 1:
+            self.get_logger().warning(
+                f'samples_per_sweep = {self.config.samples_per_sweep} and steps_per_revolution = '
+                f'{self.config.steps_per_revolution} share the divisor {divisor}: samples repeat'
+            )
+
+    def _start_nod(self, scan: LaserScan) -> None:
+        self._nod = first_nod(
+            geometry_from_message(scan),
+            time_ns(scan.header.stamp),
+            self.config.steps_per_revolution,
+            self.config.pitch_min,
+            self.config.pitch_max,
+            self.config.samples_per_sweep,
+        )
+        self._repeat_command()
+
+    def _repeat_command(self) -> None:
+        """Publish the command, for as long as scans come: without them the servo shall let go."""
+        now_ns = self._now_ns()
+        timeout_ns = self.config.scan_timeout * NS_PER_S
+        if self._nod is not None and now_ns - self._diagnosis.last_scan_ns <= timeout_ns:
+            self._commands.publish(nod_to_message(self._nod, now_ns, self.config.frame_id))
+
+
+def main() -> None:
+    """Run the assembler node."""
+    sys.exit(run(Assembler))

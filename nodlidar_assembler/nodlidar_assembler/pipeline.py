@@ -1,0 +1,86 @@
+"""Scans and joint samples in, clouds out: the whole assembly, live or offline."""
+
+from dataclasses import dataclass
+
+from nodlidar_assembler.assembly import assemble, Points
+from nodlidar_assembler.geometry import Beams, Mount, ScanGeometry
+from nodlidar_assembler.pitch import beam_pitch, ordered_samples
+from nodlidar_assembler.sweeps import SweepGatherer
+from nodlidar_assembler.turns import TurnFinder
+import numpy as np
+from numpy.typing import NDArray
+
+# Four encoder steps of the RX-24F: a turn-around is then sure, and known a few samples after it.
+TURN_HYSTERESIS = 0.02
+# A nod that stands still closes a cloud after this time [s] instead of gathering without end.
+LONGEST_SWEEP = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """One scan: instant of its first beam [ns], its geometry, ranges [m] and intensities, (n,)."""
+
+    stamp_ns: int
+    geometry: ScanGeometry
+    ranges: NDArray[np.float32]
+    intensities: NDArray[np.float32] | None = None
+
+
+class Pipeline:
+    """Turns each scan into points and, when clouds are per sweep, gathers them.
+
+    Parameters
+    ----------
+    estimator
+        One of pitch.ESTIMATORS.
+    cloud_mode
+        'scan' or 'sweep'.
+    mount
+        Pose of the lidar in the nodding frame.
+    max_joint_gap
+        Longest time between joint samples that is interpolated over [s].
+    """
+
+    def __init__(
+        self, estimator: str, cloud_mode: str, mount: Mount, max_joint_gap: float
+    ) -> None:
+        self._estimator = estimator
+        self._mount = mount
+        self._max_joint_gap = max_joint_gap
+        self._beams: Beams | None = None
+        self._turns = TurnFinder(TURN_HYSTERESIS)
+        self._sweeps = SweepGatherer(LONGEST_SWEEP) if cloud_mode == 'sweep' else None
+
+    def beams(self, geometry: ScanGeometry) -> Beams:
+        """Return the beams of a geometry, computed again only when it changes."""
+        if self._beams is None or self._beams.geometry != geometry:
+            self._beams = Beams(geometry, self._mount)
+        return self._beams
+
+    def add_sample(self, time_ns: int, pitch: float) -> None:
+        """Add a joint sample [ns], [rad]; clouds per sweep end at the turn-arounds it shows."""
+        if self._sweeps is None:
+            return
+        turn_ns = self._turns.add(time_ns, pitch)
+        if turn_ns is not None:
+            self._sweeps.add_turn(turn_ns)
+
+    def add_scan(
+        self, scan: Scan, sample_ns: NDArray[np.int64], sample_pitch: NDArray[np.float64]
+    ) -> list[Points]:
+        """Add a scan with the joint samples around it; return the clouds that are complete by now.
+
+        Raises
+        ------
+        PitchError
+            If the joint samples do not tell the pitch of every beam; the scan is then left out.
+        """
+        beams = self.beams(scan.geometry)
+        samples = ordered_samples(sample_ns, sample_pitch)
+        pitch = beam_pitch(
+            self._estimator, scan.stamp_ns, beams.offset, *samples, self._max_joint_gap
+        )
+        points = assemble(beams, scan.stamp_ns, scan.ranges, pitch, scan.intensities)
+        if self._sweeps is not None:
+            return self._sweeps.add_scan(points)
+        return [points] if len(points.data) else []

@@ -1,0 +1,105 @@
+"""The pitch of every beam, estimated from joint samples.
+
+The nod turns about one fixed axis. SLERP between two rotations about the same axis is the rotation
+by the linearly interpolated angle (Shoemake 1985: ``q(u) = q0 (q0^-1 q1)^u``, and a power of a
+rotation scales its angle), so interpolating the angle is SLERP exactly, without trigonometry.
+"""
+
+from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+ESTIMATORS = ('nearest', 'ends', 'slerp')
+
+
+class PitchError(NodlidarError):
+    """Joint samples from which the pitch of a scan's beams cannot be told."""
+
+
+def ordered_samples(
+    time_ns: NDArray[np.int64], pitch: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the finite samples in ascending time; of equal stamps the last one given.
+
+    Parameters
+    ----------
+    time_ns, pitch
+        Stamps [ns] and pitch [rad], both of shape (n,).
+    """
+    finite = np.isfinite(pitch)
+    time_ns, pitch = time_ns[finite], pitch[finite]
+    if np.all(np.diff(time_ns) > 0):
+        return time_ns, pitch
+    order = np.argsort(time_ns, kind='stable')
+    time_ns, pitch = time_ns[order], pitch[order]
+    last_of_equals = np.append(np.diff(time_ns) > 0, True)
+    return time_ns[last_of_equals], pitch[last_of_equals]
+
+
+def beam_pitch(
+    estimator: str,
+    start_ns: int,
+    offset: NDArray[np.float64],
+    sample_ns: NDArray[np.int64],
+    sample_pitch: NDArray[np.float64],
+    max_gap: float,
+) -> NDArray[np.float64]:
+    """Return the pitch of each beam [rad], shape (n,).
+
+    Parameters
+    ----------
+    estimator
+        ``nearest``: one sample, the nearest to the first beam, for the whole scan. ``ends``: the
+        pitch at the first and at the last beam, linear between (as laser_geometry does).
+        ``slerp``: between each pair of neighbouring samples.
+    start_ns
+        Instant of the first beam [ns].
+    offset
+        Time of each beam after the first [s], ascending, shape (n,).
+    sample_ns, sample_pitch
+        Joint samples [ns], [rad], ascending, shape (m,). Unless ``nearest``, they must begin at
+        or before the first beam and end at or after the last.
+    max_gap
+        Longest time between neighbouring samples that is interpolated over [s].
+
+    Raises
+    ------
+    PitchError
+        If there are no samples, they do not bracket the beams, or leave too long a gap.
+    """
+    if not len(sample_ns):
+        raise PitchError('no joint samples')
+    sample_time = (sample_ns - start_ns) / NS_PER_S
+    if estimator == 'nearest':
+        return _nearest(offset, sample_time, sample_pitch, max_gap)
+    _require_bracket(offset, sample_time, max_gap)
+    if estimator == 'slerp':
+        return np.interp(offset, sample_time, sample_pitch)
+    ends = np.interp(offset[[0, -1]], sample_time, sample_pitch)
+    return np.interp(offset, offset[[0, -1]], ends)
+
+
+def _nearest(
+    offset: NDArray[np.float64],
+    sample_time: NDArray[np.float64],
+    sample_pitch: NDArray[np.float64],
+    max_gap: float,
+) -> NDArray[np.float64]:
+    nearest = int(np.argmin(np.abs(sample_time)))
+    if abs(sample_time[nearest]) > max_gap:
+        raise PitchError(f'no joint sample within {max_gap} s')
+    return np.full(len(offset), sample_pitch[nearest])
+
+
+def _require_bracket(
+    offset: NDArray[np.float64], sample_time: NDArray[np.float64], max_gap: float
+) -> None:
+    if sample_time[0] > 0.0:
+        raise PitchError('no joint sample before the first beam')
+    if sample_time[-1] < offset[-1]:
+        raise PitchError('no joint sample after the last beam')
+    first, last = np.searchsorted(sample_time, (0.0, offset[-1]), side='left')
+    used = sample_time[max(first - 1, 0) : last + 1]
+    if len(used) > 1 and np.max(np.diff(used)) > max_gap:
+        raise PitchError(f'joint samples more than {max_gap} s apart')

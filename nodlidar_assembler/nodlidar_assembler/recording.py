@@ -1,0 +1,56 @@
+"""A recorded sensor, from a bag or from the simulator, and its assembly offline."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.pitch import PitchError
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """Scans and joint samples.
+
+    Attributes
+    ----------
+    scans
+        In the order of their time.
+    sample_ns, sample_pitch
+        Stamps [ns] and positions [rad] of the nod's joint, ascending, shape (n,).
+    """
+
+    scans: Sequence[Scan]
+    sample_ns: NDArray[np.int64]
+    sample_pitch: NDArray[np.float64]
+
+    def samples_around(self, begin_ns: int, end_ns: int) -> slice:
+        """Return the joint samples that bracket an interval [ns] most closely."""
+        first = int(np.searchsorted(self.sample_ns, begin_ns, side='right')) - 1
+        last = int(np.searchsorted(self.sample_ns, end_ns, side='left'))
+        return slice(max(first, 0), last + 1)
+
+
+def assemble_recording(
+    recording: Recording, pipeline: Pipeline
+) -> tuple[list[Points], Counter[str]]:
+    """Return a recording's clouds, and the scans that were dropped, counted by reason."""
+    clouds: list[Points] = []
+    drops: Counter[str] = Counter()
+    samples_given = 0
+    for scan in recording.scans:
+        end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
+        around = recording.samples_around(scan.stamp_ns, end_ns)
+        for k in range(samples_given, around.stop):
+            pipeline.add_sample(int(recording.sample_ns[k]), float(recording.sample_pitch[k]))
+        samples_given = max(samples_given, around.stop)
+        try:
+            clouds += pipeline.add_scan(
+                scan, recording.sample_ns[around], recording.sample_pitch[around]
+            )
+        except PitchError as error:
+            drops[str(error)] += 1
+    return clouds, drops

@@ -1,0 +1,29 @@
+"""LaserScan and JointState messages as the pipeline's values."""
+
+from nodlidar_assembler.geometry import ScanGeometry
+from nodlidar_assembler.pipeline import Scan
+from nodlidar_common.messages import time_ns
+import numpy as np
+from sensor_msgs.msg import LaserScan
+
+
+def geometry_from_message(message: LaserScan) -> ScanGeometry:
+    """Return what stays the same from one LaserScan to the next."""
+    return ScanGeometry(
+        beams=len(message.ranges),
+        angle_min=message.angle_min,
+        angle_increment=message.angle_increment,
+        time_increment=message.time_increment,
+        range_min=message.range_min,
+        range_max=message.range_max,
+    )
+
+
+def scan_from_message(message: LaserScan) -> Scan:
+    """Return a LaserScan as a scan whose arrays are views of the message's."""
+    return Scan(
+        stamp_ns=time_ns(message.header.stamp),
+        geometry=geometry_from_message(message),
+        ranges=np.frombuffer(message.ranges, dtype=np.float32),
+        intensities=np.frombuffer(message.intensities, dtype=np.float32),
+    )

@@ -1,0 +1,68 @@
+"""Gathers the points of scans into one cloud per sweep, cut at the turn-around."""
+
+from dataclasses import dataclass, field
+
+from nodlidar_assembler.assembly import Points
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+
+
+@dataclass(slots=True)
+class SweepGatherer:
+    """Holds points until the turn-around that ends their sweep is known.
+
+    Turns and scans may come in any order: a turn that becomes known late still cuts the scan in
+    whose middle it was. The field ``ring`` counts the scans of a cloud from 0.
+
+    Attributes
+    ----------
+    max_duration
+        Longest sweep that is waited for [s]; a cloud is closed then even without a turn, so that a
+        nod that stands still does not gather points without end.
+    """
+
+    max_duration: float
+    _scans: list[Points] = field(default_factory=list)
+    _turns_ns: list[int] = field(default_factory=list)
+
+    def add_turn(self, turn_ns: int) -> None:
+        """Add the instant of a turn-around [ns]; they ascend."""
+        self._turns_ns.append(turn_ns)
+
+    def add_scan(self, points: Points) -> list[Points]:
+        """Add the points of the next scan; return the clouds that are complete by now."""
+        if len(points.data):
+            self._scans.append(points)
+        clouds = []
+        while self._turns_ns and self._scans and self._newest_ns() >= self._turns_ns[0]:
+            clouds.append(self._cut(self._turns_ns.pop(0)))
+        if self._scans and self._age_ns() > self.max_duration * NS_PER_S:
+            clouds.append(self._cut(self._newest_ns() + 1))
+        return [cloud for cloud in clouds if cloud is not None]
+
+    def _newest_ns(self) -> int:
+        return int(self._scans[-1].time_ns[-1])
+
+    def _age_ns(self) -> int:
+        return self._newest_ns() - int(self._scans[0].time_ns[0])
+
+    def _cut(self, end_ns: int) -> Points | None:
+        """Take everything before an instant out as one cloud; None if there is nothing."""
+        before, after = [], []
+        for scan in self._scans:
+            cut = int(np.searchsorted(scan.time_ns, end_ns, side='left'))
+            before.append(Points(scan.time_ns[:cut], scan.data[:cut]))
+            after.append(Points(scan.time_ns[cut:], scan.data[cut:]))
+        self._scans = [scan for scan in after if len(scan.data)]
+        return _joined([scan for scan in before if len(scan.data)])
+
+
+def _joined(scans: list[Points]) -> Points | None:
+    """Join scans into one cloud whose times count from its first point."""
+    if not scans:
+        return None
+    time_ns = np.concatenate([scan.time_ns for scan in scans])
+    data = np.concatenate([scan.data for scan in scans])
+    data['time'] = (time_ns - time_ns[0]) / NS_PER_S
+    data['ring'] = np.repeat(np.arange(len(scans)), [len(scan.data) for scan in scans])
+    return Points(time_ns, data)

@@ -1,0 +1,100 @@
+"""The bracketing filter in virtual time: what it releases, holds and drops, and in which order."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+from message_filters import Cache, SimpleFilter
+from nodlidar_assembler.bracket_filter import BracketFilter
+from nodlidar_common.messages import time_message, time_ns
+from sensor_msgs.msg import JointState, LaserScan
+
+MS = 1_000_000
+START = 1_700_000_000_000 * MS
+DURATION = 66 * MS
+
+
+class Bench:
+    """A bracketing filter between hand-fed inputs and lists of what came out."""
+
+    def __init__(self, history=100, deadline=0.3):
+        self.now = START
+        self.scans, self.states = SimpleFilter(), SimpleFilter()
+        self.released, self.dropped = [], []
+        self.filter = BracketFilter(
+            self.scans,
+            Cache(self.states, history),
+            lambda scan: DURATION,
+            deadline,
+            lambda: self.now,
+            lambda scan, reason: self.dropped.append((ms_of(scan), reason)),
+        )
+        self.filter.registerCallback(
+            lambda scan, states: self.released.append((ms_of(scan), [ms_of(s) for s in states]))
+        )
+
+    def scan(self, ms):
+        self.scans.signalMessage(stamped(LaserScan(), ms))
+
+    def joint(self, ms):
+        self.states.signalMessage(stamped(JointState(), ms))
+
+
+def stamped(message, ms):
+    message.header.stamp = time_message(START + ms * MS)
+    return message
+
+
+def ms_of(message):
+    return (time_ns(message.header.stamp) - START) // MS
+
+
+def test_a_scan_waits_for_the_joint_state_after_its_last_beam():
+    bench = Bench()
+    bench.joint(0)
+    bench.scan(10)
+    bench.joint(20)
+    bench.joint(75)
+    assert bench.released == []
+    bench.joint(80)
+    assert bench.released == [(10, [0, 20, 75, 80])]
+
+
+def test_a_scan_that_comes_last_leaves_at_once_with_no_more_than_its_bracket():
+    bench = Bench()
+    for ms in range(0, 200, 10):
+        bench.joint(ms)
+    bench.scan(45)
+    assert bench.released == [(45, [40, 50, 60, 70, 80, 90, 100, 110, 120])]
+
+
+def test_without_a_joint_state_before_it_a_scan_is_dropped():
+    bench = Bench()
+    bench.joint(20)
+    bench.scan(10)
+    bench.joint(80)
+    assert bench.dropped == [(10, BracketFilter.NO_HISTORY)]
+
+
+def test_at_the_deadline_a_scan_is_dropped_and_the_next_one_is_kept():
+    bench = Bench(deadline=0.3)
+    bench.joint(0)
+    bench.scan(10)
+    bench.now += 250 * MS
+    bench.scan(100)
+    bench.now += 51 * MS
+    bench.filter.release()
+    assert bench.dropped == [(10, BracketFilter.LATE)]
+    bench.joint(170)
+    assert bench.released == [(100, [0, 170])]
+
+
+@given(st.permutations([('scan', 100 * k) for k in range(5)] + [('joint', 0), ('joint', 600)]))
+def test_whatever_the_order_every_scan_is_released_or_dropped_once_and_in_order(arrivals):
+    bench = Bench()
+    for kind, ms in arrivals:
+        getattr(bench, kind)(ms)
+    bench.now += 10_000 * MS
+    bench.filter.release()
+    left = [ms for ms, _ in bench.released] + [ms for ms, _ in bench.dropped]
+    assert sorted(left) == [0, 100, 200, 300, 400]
+    order = [ms for kind, ms in arrivals if kind == 'scan']
+    assert [ms for ms, _ in bench.released] == [m for m in order if m in dict(bench.released)]

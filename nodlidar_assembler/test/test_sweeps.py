@@ -1,0 +1,96 @@
+"""Turn-arounds and the clouds that they separate, against the commanded triangle."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.points import POINT
+from nodlidar_assembler.sweeps import SweepGatherer
+from nodlidar_assembler.turns import TurnFinder
+from nodlidar_common.nod import NodTrajectory
+import numpy as np
+
+TICK = np.radians(300.0) / 1024
+START_NS = 1_700_000_000_000_000_000
+
+
+def nod(samples_per_sweep=4001):
+    return NodTrajectory(
+        -0.6136, 0.6136, samples_per_sweep * 0.1 / 1024, samples_per_sweep, START_NS
+    )
+
+
+def turns_of(times_ns, pitch, hysteresis=0.02):
+    finder = TurnFinder(hysteresis)
+    found = (finder.add(int(t), float(p)) for t, p in zip(times_ns, pitch, strict=True))
+    return [turn for turn in found if turn is not None]
+
+
+def samples(rate, duration, phase=0.0, quantise=True):
+    times_ns = START_NS + ((np.arange(duration * rate) + phase) / rate * 1e9).astype(np.int64)
+    pitch = nod().pitch(times_ns)
+    return times_ns, np.rint(pitch / TICK) * TICK if quantise else pitch
+
+
+@settings(deadline=None)
+@given(st.sampled_from([40.0, 62.0, 100.0, 200.0]), st.floats(0.0, 1.0))
+def test_every_turn_is_found_once_within_two_milliseconds(rate, phase):
+    times_ns, pitch = samples(rate, 8, phase)
+    turns = np.array(turns_of(times_ns, pitch))
+    sweeps = nod().sweeps(turns)
+    nearest = np.rint(sweeps)
+    assert nearest.tolist() == list(range(int(nearest[0]), int(nearest[0]) + len(turns)))
+    assert len(turns) >= 8 / nod().sweep_duration - 3
+    assert np.max(np.abs(sweeps - nearest)) * nod().sweep_duration < 2e-3
+
+
+def test_a_resting_nod_never_turns():
+    times_ns = START_NS + np.arange(1000) * 10_000_000
+    wobble = TICK * (np.arange(1000) % 2)
+    assert turns_of(times_ns, wobble) == []
+
+
+def test_samples_out_of_order_are_left_out():
+    times_ns, pitch = samples(100.0, 4)
+    shuffled = np.insert(times_ns, 50, times_ns[20]), np.insert(pitch, 50, pitch[20])
+    assert turns_of(*shuffled) == turns_of(times_ns, pitch)
+
+
+def scan_of(start_ns, beams=100, period_ns=1_000_000):
+    data = np.zeros(beams, dtype=POINT)
+    data['time'] = np.arange(beams) * period_ns * 1e-9
+    data['x'] = (start_ns - START_NS) // period_ns + np.arange(beams)
+    return Points(start_ns + np.arange(beams) * period_ns, data)
+
+
+@given(st.lists(st.integers(1, 999), unique=True, max_size=6), st.integers(0, 3))
+def test_clouds_are_cut_at_the_turns_even_inside_a_scan_and_lose_nothing(turns_ms, lateness):
+    """Ten scans of 100 points, 1 ms apart; turns become known some scans late."""
+    turns_ms = sorted(turns_ms)
+    gatherer = SweepGatherer(max_duration=30.0)
+    clouds = []
+    for k in range(10 + lateness):
+        for turn in turns_ms:
+            if turn // 100 + lateness == k:
+                gatherer.add_turn(START_NS + turn * 1_000_000)
+        if k < 10:
+            clouds += gatherer.add_scan(scan_of(START_NS + k * 100_000_000))
+    # One more scan, after the last turn, releases what is still held.
+    clouds += gatherer.add_scan(scan_of(START_NS + 1_000_000_000))
+    assert len(clouds) == len(turns_ms)
+    begin = 0
+    for cloud, end in zip(clouds, turns_ms, strict=True):
+        assert cloud.data['x'].tolist() == list(range(begin, end))
+        assert cloud.time_ns[0] == START_NS + begin * 1_000_000
+        np.testing.assert_allclose(cloud.data['time'], np.arange(end - begin) * 1e-3, atol=1e-6)
+        assert np.all(np.diff(cloud.data['time']) > 0)
+        assert np.all(np.diff(cloud.data['ring'].astype(int)) >= 0)
+        begin = end
+
+
+def test_a_nod_that_stands_still_does_not_gather_without_end():
+    gatherer = SweepGatherer(max_duration=1.0)
+    clouds = [
+        c for k in range(100) for c in gatherer.add_scan(scan_of(START_NS + k * 100_000_000))
+    ]
+    assert len(clouds) == 9
+    assert all(len(cloud.data) == 1100 for cloud in clouds)
