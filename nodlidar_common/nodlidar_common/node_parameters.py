@@ -89,12 +89,13 @@ def declare(
 def _declare_one(node: Node, config_field: 'Field[Any]') -> Any:
     key = config_field.name
     try:
-        return node.declare_parameter(key, config_field.default, descriptor(config_field)).value
+        value = node.declare_parameter(key, config_field.default, descriptor(config_field)).value
     except InvalidParameterTypeException as error:
         kind = type(config_field.default).__name__
         raise ParameterError(key, f'of type {kind}', _given(node, key)) from error
     except InvalidParameterValueException as error:
         raise ParameterError(key, limits_of(config_field).in_words(), _given(node, key)) from error
+    return tuple(value) if isinstance(config_field.default, tuple) else value
 
 
 def _given(node: Node, key: str) -> object:
