@@ -1,0 +1,23 @@
+from setuptools import find_packages, setup
+
+PACKAGE = 'robot_state_publisher'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='nodlidar maintainers',
+    maintainer_email='nodlidar@example.com',
+    description='Stand-in for robot_state_publisher where no ROS 2 is installed.',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': ['robot_state_publisher = robot_state_publisher.node:main'],
+    },
+)
