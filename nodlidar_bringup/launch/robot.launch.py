@@ -1,0 +1,241 @@
+"""Starts one nodding lidar: simulated or real devices, their drivers, the assembler, the model.
+
+A second sensor runs under another namespace, with its frames told apart by a prefix:
+`ros2 launch nodlidar_bringup robot.launch.py namespace:=left frame_prefix:=left_`.
+"""
+
+import os
+import tempfile
+
+from launch import LaunchDescription
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    RegisterEventHandler,
+    Shutdown,
+)
+from launch.conditions import IfCondition
+from launch.event_handlers import OnProcessStart
+from launch.events import matches_action
+from launch.substitutions import (
+    Command,
+    EqualsSubstitution,
+    IfElseSubstitution,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+)
+from launch_ros.actions import LifecycleNode, Node
+from launch_ros.event_handlers import OnStateTransition
+from launch_ros.events.lifecycle import ChangeState
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+from lifecycle_msgs.msg import Transition
+
+# The emulated devices' links; the process id keeps two launches apart, the namespace two sensors.
+LINKS = os.path.join(tempfile.gettempdir(), f'nodlidar-{os.getpid()}')
+
+
+def share(package, *path):
+    """Return a file in a package's share folder."""
+    return PathJoinSubstitution([FindPackageShare(package), *path])
+
+
+ARGUMENTS = [
+    DeclareLaunchArgument(
+        'hardware',
+        default_value='sim',
+        choices=['sim', 'real'],
+        description='sim: emulated devices in a simulated scene; real: devices on serial ports',
+    ),
+    DeclareLaunchArgument(
+        'lidar_port',
+        default_value='/dev/ttyACM0',
+        description='serial port of the lidar (hardware:=real)',
+    ),
+    DeclareLaunchArgument(
+        'servo_port',
+        default_value='/dev/ttyUSB0',
+        description='serial port of the servo (hardware:=real)',
+    ),
+    DeclareLaunchArgument(
+        'scene',
+        default_value='room',
+        description='scene (hardware:=sim): room, corner, corridor, wall or a YAML file',
+    ),
+    DeclareLaunchArgument(
+        'rviz',
+        default_value='false',
+        choices=['true', 'false'],
+        description='whether to start RViz',
+    ),
+    DeclareLaunchArgument(
+        'namespace',
+        default_value='',
+        description='namespace of all nodes and topics',
+    ),
+    DeclareLaunchArgument(
+        'frame_prefix',
+        default_value='',
+        description="put before the sensor's frames and its joint, not before base_link",
+    ),
+    DeclareLaunchArgument(
+        'mount_xyz',
+        default_value='0 0 0',
+        description='nod axis in base_link [m]',
+    ),
+    DeclareLaunchArgument(
+        'mount_rpy',
+        default_value='0 0 0',
+        description='orientation of the sensor in base_link: roll pitch yaw [rad]',
+    ),
+    DeclareLaunchArgument(
+        'driver_params',
+        default_value=share('nodlidar_driver', 'config', 'driver.yaml'),
+        description='parameters of the lidar driver',
+    ),
+    DeclareLaunchArgument(
+        'servo_params',
+        default_value=share('nodlidar_servo', 'config', 'servo.yaml'),
+        description='parameters of the servo node',
+    ),
+    DeclareLaunchArgument(
+        'assembler_params',
+        default_value=share('nodlidar_assembler', 'config', 'assembler.yaml'),
+        description='parameters of the assembler',
+    ),
+]
+
+NAMESPACE = LaunchConfiguration('namespace')
+IN_SIM = EqualsSubstitution(LaunchConfiguration('hardware'), 'sim')
+
+
+def frame(name):
+    """Return a frame or joint of this sensor."""
+    return ParameterValue([LaunchConfiguration('frame_prefix'), name], value_type=str)
+
+
+def port(device):
+    """Return a device's port: its own, or in simulation the link to its emulator."""
+    link = PathJoinSubstitution([LINKS, NAMESPACE, device])
+    real = LaunchConfiguration(f'{device}_port')
+    return ParameterValue(IfElseSubstitution(IN_SIM, link, real), value_type=str)
+
+
+def until_active(node):
+    """Return what takes a lifecycle node to active: configured when started, then activated."""
+
+    def change(transition):
+        return EmitEvent(
+            event=ChangeState(
+                lifecycle_node_matcher=matches_action(node), transition_id=transition
+            )
+        )
+
+    return [
+        RegisterEventHandler(
+            OnProcessStart(target_action=node, on_start=[change(Transition.TRANSITION_CONFIGURE)])
+        ),
+        RegisterEventHandler(
+            OnStateTransition(
+                target_lifecycle_node=node,
+                start_state='configuring',
+                goal_state='inactive',
+                entities=[change(Transition.TRANSITION_ACTIVATE)],
+            )
+        ),
+    ]
+
+
+def generate_launch_description():
+    """Return the sensor's nodes; the end of any of them ends all."""
+    emulators = Node(
+        package='nodlidar_sim',
+        executable='emulate',
+        arguments=[
+            '--lidar-link',
+            PathJoinSubstitution([LINKS, NAMESPACE, 'lidar']),
+            '--servo-link',
+            PathJoinSubstitution([LINKS, NAMESPACE, 'servo']),
+            '--scene',
+            LaunchConfiguration('scene'),
+        ],
+        output='screen',
+        condition=IfCondition(IN_SIM),
+        on_exit=Shutdown(reason='the emulated devices ended'),
+    )
+    driver = LifecycleNode(
+        package='nodlidar_driver',
+        executable='driver',
+        name='driver',
+        namespace=NAMESPACE,
+        parameters=[
+            LaunchConfiguration('driver_params'),
+            {'port': port('lidar'), 'frame_id': frame('laser')},
+        ],
+        output='screen',
+        on_exit=Shutdown(reason='the lidar driver ended'),
+    )
+    servo = LifecycleNode(
+        package='nodlidar_servo',
+        executable='servo',
+        name='servo',
+        namespace=NAMESPACE,
+        parameters=[
+            LaunchConfiguration('servo_params'),
+            {'port': port('servo'), 'joint_name': frame('nod_joint')},
+        ],
+        output='screen',
+        on_exit=Shutdown(reason='the servo node ended'),
+    )
+    assembler = Node(
+        package='nodlidar_assembler',
+        executable='assembler',
+        name='assembler',
+        namespace=NAMESPACE,
+        parameters=[
+            LaunchConfiguration('assembler_params'),
+            {'frame_id': frame('nodlidar_base_link'), 'joint_name': frame('nod_joint')},
+        ],
+        output='screen',
+        on_exit=Shutdown(reason='the assembler ended'),
+    )
+    description = Command(
+        [
+            'xacro ',
+            share('nodlidar_bringup', 'urdf', 'robot.urdf.xacro'),
+            ' prefix:="',
+            LaunchConfiguration('frame_prefix'),
+            '" mount_xyz:="',
+            LaunchConfiguration('mount_xyz'),
+            '" mount_rpy:="',
+            LaunchConfiguration('mount_rpy'),
+            '"',
+        ]
+    )
+    state_publisher = Node(
+        package='robot_state_publisher',
+        executable='robot_state_publisher',
+        namespace=NAMESPACE,
+        parameters=[{'robot_description': ParameterValue(description, value_type=str)}],
+        output='screen',
+    )
+    rviz = Node(
+        package='rviz2',
+        executable='rviz2',
+        namespace=NAMESPACE,
+        arguments=['-d', share('nodlidar_bringup', 'rviz', 'nodlidar.rviz')],
+        condition=IfCondition(LaunchConfiguration('rviz')),
+    )
+    return LaunchDescription(
+        [
+            *ARGUMENTS,
+            *until_active(driver),
+            *until_active(servo),
+            emulators,
+            driver,
+            servo,
+            assembler,
+            state_publisher,
+            rviz,
+        ]
+    )

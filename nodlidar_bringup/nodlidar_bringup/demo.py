@@ -1,0 +1,141 @@
+"""`ros2 run nodlidar_bringup demo`: scans a simulated scene, and shows and measures the result."""
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+from nodlidar_assembler.bag import read_bag
+from nodlidar_assembler.geometry import Mount
+from nodlidar_assembler.pitch import ESTIMATORS
+from nodlidar_bringup.evaluation import clouds_of, read_delivery, surface_rms, within_range
+from nodlidar_bringup.pictures import write_picture, write_ply
+from nodlidar_bringup.recorder import Recorder
+from nodlidar_bringup.report import print_report
+from nodlidar_common.errors import NodlidarError
+from nodlidar_sim.scene import load_scene
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+START_TIMEOUT = 60.0
+STOP_TIMEOUT = 15.0
+FAR = 3.0
+
+
+class DemoError(NodlidarError):
+    """The sensor did not start, or ended before its time."""
+
+
+def main() -> None:
+    """Run the demo."""
+    arguments = _parse(sys.argv[1:])
+    console = Console()
+    try:
+        _demo(arguments.scene, arguments.duration, arguments.output, console)
+    except (NodlidarError, KeyboardInterrupt) as error:
+        console.print(f'[red]{error or "interrupted"}[/red]')
+        sys.exit(1)
+
+
+def _parse(argv: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='demo', description=__doc__)
+    parser.add_argument('--scene', default='room', help='a scene of nodlidar_sim or a YAML file')
+    parser.add_argument('--duration', type=float, default=20.0, help='seconds of clouds to record')
+    parser.add_argument(
+        '--output', type=Path, default=Path('demo_output'), help='folder for the results'
+    )
+    return parser.parse_args(argv)
+
+
+def _demo(scene_name: str, duration: float, output: Path, console: Console) -> None:
+    scene = load_scene(scene_name)
+    shutil.rmtree(output / 'bag', ignore_errors=True)
+    output.mkdir(parents=True, exist_ok=True)
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    with _sensor(scene_name, output / 'launch.log') as process:
+        _record(output / 'bag', duration, process, console)
+    with console.status('Measuring'):
+        recording = read_bag(output / 'bag', 'nod_joint')
+        near = within_range(recording, FAR)
+        rms = {e: surface_rms(clouds_of(near, e, Mount())[0], scene) for e in ESTIMATORS}
+        points = clouds_of(recording, 'slerp', Mount())[0].data
+        write_ply(points, output / 'cloud.ply')
+        write_picture(points, output / 'cloud.png', f"'{scene.name}', {duration:g} s")
+    print_report(recording, read_delivery(output / 'bag'), rms, console)
+    console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
+
+
+@contextmanager
+def _sensor(scene: str, log: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """Run the launch file in a process group of its own, and end it as Ctrl-C would."""
+    command = ['ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py', f'scene:={scene}']
+    with log.open('wb') as output:
+        process = subprocess.Popen(
+            command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+        )
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(STOP_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def _record(
+    bag: Path, duration: float, process: subprocess.Popen[bytes], console: Console
+) -> None:
+    rclpy.init()
+    recorder = Recorder(bag)
+    executor = SingleThreadedExecutor()
+    executor.add_node(recorder)
+    try:
+        with _progress(console) as progress:
+            task = progress.add_task('waiting for the first cloud', total=duration)
+            for done in _seconds_of_clouds(recorder, executor, process, duration):
+                progress.update(task, completed=done, description=_counts(recorder))
+    finally:
+        recorder.close()
+        recorder.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _progress(console: Console) -> Progress:
+    return Progress(
+        TextColumn('{task.description}'), BarColumn(), TimeRemainingColumn(), console=console
+    )
+
+
+def _counts(recorder: Recorder) -> str:
+    counts = recorder.counts
+    return f'{counts["scan"]} scans, {counts["joint_states"]} poses, {counts["points"]} clouds'
+
+
+def _seconds_of_clouds(
+    recorder: Recorder,
+    executor: SingleThreadedExecutor,
+    process: subprocess.Popen[bytes],
+    duration: float,
+) -> Iterator[float]:
+    """Spin until clouds have come for a duration; yield the seconds since the first of them."""
+    started = time.monotonic()
+    first_cloud: float | None = None
+    while first_cloud is None or time.monotonic() - first_cloud < duration:
+        executor.spin_once(timeout_sec=0.1)
+        if process.poll() is not None:
+            raise DemoError('the sensor ended before its time: see launch.log')
+        if first_cloud is None:
+            if time.monotonic() - started > START_TIMEOUT:
+                raise DemoError(f'no cloud came within {START_TIMEOUT:g} s: see launch.log')
+            first_cloud = time.monotonic() if recorder.counts['points'] else None
+        else:
+            yield time.monotonic() - first_cloud

@@ -1,0 +1,107 @@
+"""Figures of a recorded sensor: latency, drops, distance of the points to the true surfaces."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.geometry import Mount
+from nodlidar_assembler.pipeline import Pipeline
+from nodlidar_assembler.recording import assemble_recording, Recording
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_sim.scene import Scene
+from nodlidar_sim.world import World
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import get_typestore, Stores
+
+MAX_JOINT_GAP = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """What a bag says about the clouds that were published.
+
+    Attributes
+    ----------
+    latency
+        From a scan's last byte at the port to the reception of its cloud [s], shape (n,).
+    dropped
+        Drops that the nodes reported in their last diagnostics, counted by reason.
+    clouds, points
+        How many were received.
+    """
+
+    latency: NDArray[np.float64]
+    dropped: Counter[str]
+    clouds: int
+    points: int
+
+
+def read_delivery(bag: Path) -> Delivery:
+    """Return what a bag with clouds per scan says about their delivery."""
+    arrivals: dict[int, int] = {}
+    clouds: list[tuple[int, int]] = []
+    dropped: dict[str, Counter[str]] = {}
+    points = 0
+    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        for connection, received_ns, raw in reader.messages():
+            name = connection.topic.rsplit('/', 1)[-1]
+            if name not in ('arrival', 'points', 'diagnostics'):
+                continue
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            if name == 'arrival':
+                arrivals[_ns(message.time_ref)] = _ns(message.header.stamp)
+            elif name == 'points':
+                clouds.append((_ns(message.header.stamp), received_ns))
+                points += message.width
+            else:
+                dropped |= {status.name: _drops_of(status) for status in message.status}
+    return Delivery(
+        _latency(arrivals, clouds), sum(dropped.values(), Counter()), len(clouds), points
+    )
+
+
+def _ns(stamp: Any) -> int:
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def _drops_of(status: Any) -> Counter[str]:
+    """Return the positive counts under the keys 'dropped: reason' of a diagnostic status."""
+    found = {v.key: v.value for v in status.values if v.key.startswith('dropped: ')}
+    return +Counter({key.removeprefix('dropped: '): int(n) for key, n in found.items()})
+
+
+def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray[np.float64]:
+    """Pair each cloud with the last scan whose first beam is not after its first point."""
+    scans = np.array(sorted(arrivals), dtype=np.int64)
+    stamps, received = np.array(clouds, dtype=np.int64).reshape(-1, 2).T
+    scan = np.searchsorted(scans, stamps, side='right') - 1
+    last_byte = np.array([arrivals[int(s)] for s in scans[scan[scan >= 0]]], dtype=np.int64)
+    return np.asarray((received[scan >= 0] - last_byte) / NS_PER_S, dtype=np.float64)
+
+
+def clouds_of(recording: Recording, estimator: str, mount: Mount) -> tuple[Points, Counter[str]]:
+    """Return all points of a recording as one cloud, and the dropped scans by reason."""
+    pipeline = Pipeline(estimator, 'scan', mount, MAX_JOINT_GAP)
+    clouds, drops = assemble_recording(recording, pipeline)
+    time_ns = np.concatenate([cloud.time_ns for cloud in clouds])
+    return Points(time_ns, np.concatenate([cloud.data for cloud in clouds])), drops
+
+
+def within_range(recording: Recording, range_max: float) -> Recording:
+    """Return a recording without the beams that are longer than a range [m]."""
+    scans = [
+        replace(scan, geometry=replace(scan.geometry, range_max=range_max))
+        for scan in recording.scans
+    ]
+    return replace(recording, scans=scans)
+
+
+def surface_rms(points: Points, scene: Scene) -> float:
+    """Return the RMS distance of points to a scene's true surfaces [m], the base standing."""
+    world = World(scene, motion=None)  # type: ignore[arg-type]
+    xyz = np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
+    return float(np.sqrt(np.mean(world.surface_distance(xyz, points.time_ns) ** 2)))

@@ -1,0 +1,47 @@
+"""The tables that the demo ends with."""
+
+from collections.abc import Mapping
+
+from nodlidar_assembler.recording import Recording
+from nodlidar_bringup.evaluation import Delivery
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+
+def print_report(
+    recording: Recording, delivery: Delivery, rms: Mapping[str, float], console: Console
+) -> None:
+    """Print what a recorded sensor delivered, and how true each estimator's points are."""
+    console.print(_delivery_table(recording, delivery))
+    console.print(_rms_table(rms))
+
+
+def _delivery_table(recording: Recording, delivery: Delivery) -> Table:
+    table = Table(title='Delivered', show_header=False)
+    table.add_column()
+    table.add_column(justify='right')
+    table.add_row('scans', f'{len(recording.scans)}')
+    table.add_row('beams', f'{sum(len(scan.ranges) for scan in recording.scans)}')
+    table.add_row('joint samples', f'{len(recording.sample_ns)}')
+    table.add_row('clouds', f'{delivery.clouds}')
+    table.add_row('points', f'{delivery.points}')
+    for reason, count in delivery.dropped.items():
+        table.add_row(f'dropped: {reason}', f'{count}')
+    if not delivery.dropped:
+        table.add_row('dropped', '0')
+    if len(delivery.latency):
+        median, high = np.percentile(delivery.latency, [50, 99]) * 1e3
+        table.add_row('latency, last byte to cloud: p50', f'{median:.1f} ms')
+        table.add_row('latency, last byte to cloud: p99', f'{high:.1f} ms')
+    return table
+
+
+def _rms_table(rms: Mapping[str, float]) -> Table:
+    best = min(rms.values())
+    table = Table(title='RMS distance of the points to the true surfaces, beams up to 3 m')
+    for heading in ('estimator', 'RMS', 'against the best'):
+        table.add_column(heading, justify='left' if heading == 'estimator' else 'right')
+    for estimator, distance in rms.items():
+        table.add_row(estimator, f'{distance * 1e3:.1f} mm', f'{distance / best:.1f} x')
+    return table

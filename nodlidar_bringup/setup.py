@@ -1,0 +1,26 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'nodlidar_bringup'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', glob('launch/*.py')),
+        (f'share/{PACKAGE}/urdf', glob('urdf/*')),
+        (f'share/{PACKAGE}/rviz', glob('rviz/*')),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='nodlidar maintainers',
+    maintainer_email='nodlidar@example.com',
+    description='Starts a whole nodding lidar, real or simulated.',
+    license='Apache-2.0',
+    entry_points={'console_scripts': ['demo = nodlidar_bringup.demo:main']},
+)
