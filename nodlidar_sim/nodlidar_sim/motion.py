@@ -1,0 +1,149 @@
+"""The nod's motion: pieces of constant acceleration, in closed form at any instant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+from typing import Any, Protocol
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+
+TURN_ACCELERATION = 200.0  # of an unloaded RX-24F [rad/s2]
+SINCE_EVER_NS = -(2**62)  # before any stamp, and yet no difference of times overflows
+
+
+class Motion(Protocol):
+    """Where a joint is at any instant that its history covers."""
+
+    def position(self, times_ns: Times) -> Array:
+        """Return the angle [rad] at each time [ns]."""
+
+    def velocity(self, times_ns: Times) -> Array:
+        """Return the angular velocity [rad/s] at each time [ns]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PiecewiseMotion:
+    """Pieces of constant acceleration; the last one has no end.
+
+    Attributes
+    ----------
+    starts_ns
+        When each piece begins [ns], ascending, shape (k,).
+    positions, velocities, accelerations
+        Angle [rad], speed [rad/s] and acceleration [rad/s2] with which it begins, shape (k,).
+    """
+
+    starts_ns: Times
+    positions: Array
+    velocities: Array
+    accelerations: Array
+
+    def position(self, times_ns: Times) -> Array:
+        """Return the angle [rad] at each time [ns]; raises ParameterError before the start."""
+        piece, elapsed = self._locate(times_ns)
+        speed = self.velocities[piece] + 0.5 * self.accelerations[piece] * elapsed
+        return self.positions[piece] + speed * elapsed
+
+    def velocity(self, times_ns: Times) -> Array:
+        """Return the speed [rad/s] at each time [ns]; raises ParameterError before the start."""
+        piece, elapsed = self._locate(times_ns)
+        return self.velocities[piece] + self.accelerations[piece] * elapsed
+
+    def _locate(self, times_ns: Times) -> tuple[NDArray[np.intp], Array]:
+        """Return the piece that each time lies in, and the time [s] since that began."""
+        times = np.asarray(times_ns, dtype=np.int64)
+        piece = np.searchsorted(self.starts_ns, times, side='right') - 1
+        if times.size and piece.min() < 0:
+            limit = f'at or after the start of the motion, {self.starts_ns[0]} ns'
+            raise ParameterError('times_ns', limit, int(times.min()))
+        return piece, (times - self.starts_ns[piece]) / NS_PER_S
+
+
+def blended_motion(knots_ns: Times, knots: Array, acceleration: float) -> PiecewiseMotion:
+    """Join straight lines through knots (time [ns], angle [rad]) by parabolas.
+
+    The speed changes at a constant acceleration over an interval that the knot's time halves. Such
+    a parabola begins on the one line and ends on the other, so the motion stays on the lines
+    outside it, and cuts the corner inside: it never passes a knot that is an extreme. It goes from
+    the first knot to the last and rests before and after.
+
+    Raises
+    ------
+    ParameterError
+        If a line is too short for the parabolas at its ends.
+    """
+    durations = np.diff(knots_ns) / NS_PER_S
+    speeds = np.concatenate([[0.0], np.diff(knots) / durations, [0.0]])
+    changes = np.diff(speeds)
+    half_blends = np.abs(changes) / acceleration / 2.0
+    room = durations - half_blends[:-1] - half_blends[1:]
+    if not (durations > 0.0).all() or room.min() < 0.0:
+        limit = f'long enough to turn around at {acceleration} rad/s2'
+        raise ParameterError('sweep_duration', limit, float(durations.min()))
+    half_ns = np.ceil(half_blends * NS_PER_S).astype(np.int64)
+    half = half_ns / NS_PER_S
+    return PiecewiseMotion(
+        starts_ns=_interleave(knots_ns - half_ns, knots_ns + half_ns, SINCE_EVER_NS),
+        positions=_interleave(knots - speeds[:-1] * half, knots + speeds[1:] * half, knots[0]),
+        velocities=_interleave(speeds[:-1], speeds[1:], 0.0),
+        accelerations=_interleave(changes / np.maximum(2.0 * half, 1e-9), 0.0 * half, 0.0),
+    )
+
+
+def triangle_motion(
+    nod: NodTrajectory,
+    start_ns: int,
+    end_ns: int,
+    acceleration: float = TURN_ACCELERATION,
+    jitter: float = 0.0,
+    rng: np.random.Generator | None = None,
+) -> PiecewiseMotion:
+    """Return a servo's best following of a nod, from start_ns to end_ns at least.
+
+    The legs lie on the commanded trajectory, phase and all. The turn-arounds are parabolas centred
+    on the commanded instants, so that each leg's rows stay where the scan pattern has them and the
+    limits are never overshot; instead the pitch falls short of them by speed**2 / (2 acceleration)
+    (0.025 rad at pi rad/s and 200 rad/s2).
+
+    Parameters
+    ----------
+    nod
+        The commanded trajectory.
+    start_ns, end_ns
+        First and last instant [ns] at which the motion is asked for.
+    acceleration
+        Of the turn-arounds [rad/s2].
+    jitter
+        Standard deviation [s] of the instants of the turn-arounds about the commanded ones: white,
+        as left over by a phase lock, so it does not add up.
+    rng
+        Where the jitter comes from; needed only if there is any.
+
+    Raises
+    ------
+    ParameterError
+        If a sweep is too short to turn around in.
+    """
+    first = math.floor(float(nod.sweeps(start_ns))) - 1
+    last = math.ceil(float(nod.sweeps(end_ns))) + 1
+    turns = np.arange(first, last + 1)
+    knots_ns = np.array([nod.turn_time_ns(int(turn)) for turn in turns])
+    if jitter > 0.0:
+        generator = np.random.default_rng(0) if rng is None else rng
+        errors = generator.normal(0.0, jitter, len(knots_ns))
+        knots_ns = knots_ns + np.rint(errors * NS_PER_S).astype(np.int64)
+    knots = np.where(turns % 2 == 0, nod.pitch_min, nod.pitch_max)
+    return blended_motion(knots_ns, knots, acceleration)
+
+
+def _interleave(starts: NDArray[Any], ends: NDArray[Any], before: float) -> NDArray[Any]:
+    """Return before, starts[0], ends[0], starts[1], ends[1] ..."""
+    pairs = np.stack([starts, ends], axis=1).ravel()
+    return np.concatenate([np.array([before], dtype=pairs.dtype), pairs])

@@ -1,0 +1,52 @@
+"""Fixed poses in space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from transforms3d.euler import euler2mat
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """A frame in its parent frame.
+
+    Attributes
+    ----------
+    position
+        Origin in the parent frame [m], shape (3,).
+    rotation
+        Matrix that turns vectors of the frame into vectors of the parent frame, shape (3, 3).
+    """
+
+    position: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+
+    @classmethod
+    def from_xyzrpy(cls, numbers: Sequence[float]) -> Pose:
+        """Return the pose x, y, z [m], roll, pitch, yaw [rad about fixed axes, as in URDF]."""
+        position = np.array(numbers[:3], dtype=np.float64)
+        return cls(position, np.asarray(euler2mat(*numbers[3:], axes='sxyz'), dtype=np.float64))
+
+    def to_parent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points (n, 3) of this frame in the parent frame."""
+        return self.directions_to_parent(points) + self.position
+
+    def directions_to_parent(self, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return directions (n, 3) of this frame in the parent frame."""
+        return np.asarray(directions @ self.rotation.T)
+
+    def to_local(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points (n, 3) of the parent frame in this frame."""
+        return np.asarray((points - self.position) @ self.rotation)
+
+    def __matmul__(self, child: Pose) -> Pose:
+        """Return the child's pose, which is given in this frame, in the parent frame."""
+        position = self.rotation @ child.position + self.position
+        return Pose(position, self.rotation @ child.rotation)
+
+
+IDENTITY = Pose(np.zeros(3), np.eye(3))

@@ -1,0 +1,119 @@
+"""Reads YAML strictly: what is missing, unknown or of a wrong kind is an error that says where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import math
+from typing import Any
+
+from nodlidar_common.errors import ParameterError
+
+_REQUIRED: Any = object()
+
+
+class SceneError(ParameterError):
+    """A scene that cannot be used: names the file, the key in it, what it allows and its value."""
+
+
+class Section:
+    """A mapping of a YAML file; every read checks the kind of what it gives.
+
+    Parameters
+    ----------
+    content
+        What the file has at this place.
+    file, path
+        Where that is, for the errors.
+
+    Raises
+    ------
+    SceneError
+        If it is no mapping; and from every method, if a value is not as it says.
+    """
+
+    def __init__(self, content: object, file: str, path: str = '') -> None:
+        self._file, self._path = file, path
+        if not isinstance(content, dict) or not all(isinstance(key, str) for key in content):
+            raise self.error(None, 'a mapping of keys to values', content)
+        self._content: dict[str, Any] = content
+        self._read: set[str] = set()
+
+    def number(self, key: str, default: float = _REQUIRED) -> float:
+        """Return a finite number."""
+        value = self._get(key, default)
+        if not _is_number(value):
+            raise self.error(key, 'a finite number', value)
+        return float(value)
+
+    def text(self, key: str) -> str:
+        """Return a text."""
+        value = self._get(key, _REQUIRED)
+        if not isinstance(value, str):
+            raise self.error(key, 'a text', value)
+        return value
+
+    def vector(self, key: str, names: str, default: tuple[float, ...] = _REQUIRED) -> list[float]:
+        """Return a list of finite numbers, as many as there are names."""
+        value = self._get(key, default)
+        count = len(names.split())
+        is_list = isinstance(value, (list, tuple)) and len(value) == count
+        if not is_list or not all(_is_number(number) for number in value):
+            raise self.error(key, f'a list of {count} finite numbers ({names})', value)
+        return [float(number) for number in value]
+
+    def section(self, key: str, default: object = _REQUIRED) -> Section:
+        """Return a mapping."""
+        return Section(self._get(key, default), self._file, self._join(key))
+
+    def sections(self, key: str) -> list[Section]:
+        """Return a list of mappings, at least one."""
+        value = self._get(key, _REQUIRED)
+        if not isinstance(value, list) or not value:
+            raise self.error(key, 'a list with at least one entry', value)
+        return [
+            Section(entry, self._file, f'{self._join(key)}[{index}]')
+            for index, entry in enumerate(value)
+        ]
+
+    def names(self) -> list[str]:
+        """Return the keys that the file has here, all of which then count as known."""
+        self._read.update(self._content)
+        return list(self._content)
+
+    def close(self) -> None:
+        """Refuse the keys that nothing has asked for."""
+        for key in self._content:
+            if key not in self._read:
+                raise self.error(key, 'one of ' + ', '.join(sorted(self._read)), key)
+
+    @contextmanager
+    def locating(self) -> Iterator[None]:
+        """Give a ParameterError raised inside this place in the file."""
+        try:
+            yield
+        except SceneError:
+            raise
+        except ParameterError as error:
+            raise self.error(error.key, error.limit, error.value) from error
+
+    def error(self, key: str | None, limit: str, value: object) -> SceneError:
+        """Return the error for a key of this section, or for the section as a whole."""
+        path = self._join(key)
+        return SceneError(f'{self._file}: {path}' if path else self._file, limit, value)
+
+    def _get(self, key: str, default: Any) -> Any:
+        self._read.add(key)
+        if key in self._content:
+            return self._content[key]
+        if default is _REQUIRED:
+            raise self.error(key, 'given', None)
+        return default
+
+    def _join(self, key: str | None) -> str:
+        return '.'.join(part for part in (self._path, key) if part)
+
+
+def _is_number(value: object) -> bool:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and math.isfinite(value)  # type: ignore[arg-type]

@@ -1,0 +1,221 @@
+"""Surfaces that beams meet: planes, and the hulls of spheres, boxes and cylinders.
+
+Every shape is a surface without thickness, seen from both sides, so a ray that starts inside a box
+meets its far wall. A shape tells where a ray first meets it and how far a point is from it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from typing import Protocol
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_sim.pose import Pose
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Shape(Protocol):
+    """What every surface can tell."""
+
+    def intersect(self, origins: Array, directions: Array) -> Array:
+        """Return the distance [m] from each origin along each unit direction, inf for none.
+
+        Origins and directions have the shape (n, 3), the result has the shape (n,).
+        """
+
+    def distance(self, points: Array) -> Array:
+        """Return how far each point (m, 3) is from the surface [m], shape (m,), never negative."""
+
+
+class Solid(Shape, Protocol):
+    """A surface that lies within a sphere, which tells quickly that a ray misses it."""
+
+    @property
+    def center(self) -> Array:
+        """Centre of the bounding sphere [m], shape (3,)."""
+
+    @property
+    def bounding_radius(self) -> float:
+        """Radius of the bounding sphere [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """An endless plane through a point [m], across a normal of any length."""
+
+    point: Array
+    normal: Array
+
+    def __post_init__(self) -> None:
+        length = float(np.linalg.norm(self.normal))
+        if length == 0.0:
+            raise ParameterError('normal', 'longer than 0', list(self.normal))
+        object.__setattr__(self, 'normal', self.normal / length)
+
+    def intersect(self, origins: Array, directions: Array) -> Array:
+        """See Shape."""
+        with np.errstate(divide='ignore', invalid='ignore'):
+            along = ((self.point - origins) @ self.normal) / (directions @ self.normal)
+        return np.where(along > 0.0, along, np.inf)
+
+    def distance(self, points: Array) -> Array:
+        """See Shape."""
+        return np.abs((points - self.point) @ self.normal)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sphere:
+    """The surface of a ball, around a centre [m]."""
+
+    center: Array
+    radius: float
+
+    def __post_init__(self) -> None:
+        _require_size('radius', self.radius)
+
+    @property
+    def bounding_radius(self) -> float:
+        """See Solid."""
+        return self.radius
+
+    def intersect(self, origins: Array, directions: Array) -> Array:
+        """See Shape."""
+        offset, along = (origins - self.center).T, directions.T
+        return _first_hit(*_within_circle(offset, along, self.radius))
+
+    def distance(self, points: Array) -> Array:
+        """See Shape."""
+        return np.abs(_length((points - self.center).T) - self.radius)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Box:
+    """The six faces of a box, centred on its pose, of a size (x, y, z) [m]."""
+
+    pose: Pose
+    size: Array
+
+    def __post_init__(self) -> None:
+        _require_size('size', *self.size)
+
+    @property
+    def center(self) -> Array:
+        """See Solid."""
+        return self.pose.position
+
+    @property
+    def bounding_radius(self) -> float:
+        """See Solid."""
+        return float(np.linalg.norm(self.size)) / 2.0
+
+    def intersect(self, origins: Array, directions: Array) -> Array:
+        """See Shape; a ray that runs within a face does not meet it."""
+        half = self.size[:, None] / 2.0
+        enter, leave = _within_slab(*_local_ray(self.pose, origins, directions), half)
+        return _first_hit(enter.max(axis=0), leave.min(axis=0))
+
+    def distance(self, points: Array) -> Array:
+        """See Shape."""
+        beyond = np.abs(self.pose.to_local(points).T) - self.size[:, None] / 2.0
+        return _hull_distance(beyond)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cylinder:
+    """A closed cylinder, centred on its pose, along the z axis of its pose."""
+
+    pose: Pose
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        _require_size('radius', self.radius)
+        _require_size('length', self.length)
+
+    @property
+    def center(self) -> Array:
+        """See Solid."""
+        return self.pose.position
+
+    @property
+    def bounding_radius(self) -> float:
+        """See Solid."""
+        return math.hypot(self.radius, self.length / 2.0)
+
+    def intersect(self, origins: Array, directions: Array) -> Array:
+        """See Shape; a ray that runs within an end does not meet it."""
+        offset, along = _local_ray(self.pose, origins, directions)
+        enter, leave = _within_circle(offset[:2], along[:2], self.radius)
+        enter_ends, leave_ends = _within_slab(offset[2], along[2], self.length / 2.0)
+        return _first_hit(np.maximum(enter, enter_ends), np.minimum(leave, leave_ends))
+
+    def distance(self, points: Array) -> Array:
+        """See Shape."""
+        x, y, z = self.pose.to_local(points).T
+        beyond = np.stack([np.hypot(x, y) - self.radius, np.abs(z) - self.length / 2.0])
+        return _hull_distance(beyond)
+
+
+def _require_size(key: str, *sizes: float) -> None:
+    if not all(size > 0.0 for size in sizes):
+        value = sizes[0] if len(sizes) == 1 else [float(size) for size in sizes]
+        raise ParameterError(key, 'above 0 m', value)
+
+
+def _local_ray(pose: Pose, origins: Array, directions: Array) -> tuple[Array, Array]:
+    """Return origins and directions in the frame of a pose, as rows x, y, z: shape (3, n)."""
+    inverse = pose.rotation.T
+    return inverse @ (origins - pose.position).T, inverse @ directions.T
+
+
+def _within_slab(offset: Array, along: Array, half: Array | float) -> tuple[Array, Array]:
+    """Return where rays enter and leave |x| < half; NaN for a ray within a boundary."""
+    with np.errstate(divide='ignore', invalid='ignore'):
+        one, other = (-half - offset) / along, (half - offset) / along
+    return np.minimum(one, other), np.maximum(one, other)
+
+
+def _within_circle(offset: Array, along: Array, radius: float) -> tuple[Array, Array]:
+    """Return where rays enter and leave a circle or sphere around 0; NaN if they miss it.
+
+    A ray that does not move in the circle's plane (along the axis of a cylinder) is in it, or out
+    of it, for ever.
+    """
+    speed = _dot(along, along)
+    towards = -_dot(offset, along)
+    outside = _dot(offset, offset) - radius**2
+    with np.errstate(divide='ignore', invalid='ignore'):
+        reach = np.sqrt(towards**2 - speed * outside)
+        enter, leave = (towards - reach) / speed, (towards + reach) / speed
+    still = speed == 0.0
+    if still.any():
+        ever = np.where(outside < 0.0, np.inf, np.nan)
+        return np.where(still, -ever, enter), np.where(still, ever, leave)
+    return enter, leave
+
+
+def _first_hit(enter: Array, leave: Array) -> Array:
+    """Return where a ray first meets a hull that it enters and leaves; inf if it never does."""
+    first = np.where(enter > 0.0, enter, leave)
+    return np.where((enter <= leave) & (leave > 0.0), first, np.inf)
+
+
+def _hull_distance(beyond: Array) -> Array:
+    """Return the distance to a hull from how far (k, m) a point is beyond each pair of faces."""
+    outside = _length(np.maximum(beyond, 0.0))
+    inside = np.minimum(beyond.max(axis=0), 0.0)
+    return np.asarray(np.abs(outside + inside))
+
+
+def _dot(a: Sequence[Array] | Array, b: Sequence[Array] | Array) -> Array:
+    total = a[0] * b[0]
+    for one, other in zip(a[1:], b[1:], strict=True):
+        total = total + one * other
+    return np.asarray(total)
+
+
+def _length(rows: Array) -> Array:
+    return np.asarray(np.sqrt(_dot(rows, rows)))

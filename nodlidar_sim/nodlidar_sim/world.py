@@ -1,0 +1,83 @@
+"""What the lidar sees: every beam at its own instant, with the pitch and base pose it then has."""
+
+from __future__ import annotations
+
+from nodlidar_sim.base import ConstantTwist, to_parent, turn
+from nodlidar_sim.motion import Motion
+from nodlidar_sim.scene import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+
+
+class World:
+    """A scene, the nod's motion and the base's motion.
+
+    Parameters
+    ----------
+    scene
+        Surfaces and the sensor's mount.
+    motion
+        Pitch at any instant, positive up.
+    base
+        Pose of base_link in the world at any instant; by default the scene's route from time 0.
+    """
+
+    def __init__(self, scene: Scene, motion: Motion, base: ConstantTwist | None = None) -> None:
+        self.scene = scene
+        self.motion = motion
+        self.base = scene.route(0) if base is None else base
+
+    def ranges(self, times_ns: Times, azimuth: Array) -> Array:
+        """Return the true range [m] of beams, inf where there is nothing.
+
+        Parameters
+        ----------
+        times_ns
+            When each beam is sent [ns], shape (n,).
+        azimuth
+            Its angle in the scan plane [rad], shape (n,).
+        """
+        return self.scene.surfaces.distances(*self.rays(times_ns, azimuth))
+
+    def rays(self, times_ns: Times, azimuth: Array) -> tuple[Array, Array]:
+        """Return the origin and the direction of each beam in the world, shape (n, 3) each.
+
+        The optical centre lies z_off above the nod axis, in the nodding frame, so both follow from
+        turning (0, 0, z_off) and (cos azimuth, sin azimuth, 0) up by the pitch.
+        """
+        pitch = self.motion.position(times_ns)
+        poses = self.base.poses(times_ns)
+        up, level = np.sin(pitch), np.cos(pitch)
+        ahead, zero = np.cos(azimuth), np.zeros_like(pitch)
+        arm = self.scene.optical_offset
+        origins = np.stack([-arm * up, zero, arm * level], axis=1)
+        directions = np.stack([ahead * level, np.sin(azimuth), ahead * up], axis=1)
+        mount = self.scene.mount
+        return (
+            to_parent(mount.to_parent(origins), poses),
+            turn(mount.directions_to_parent(directions), poses[:, 2]),
+        )
+
+    def surface_distance(self, points: Array, times_ns: Times) -> Array:
+        """Return how far points in nodlidar_base_link are from the nearest surface [m].
+
+        Parameters
+        ----------
+        points
+            Shape (m, 3), each in the frame as it is at its time.
+        times_ns
+            When the frame is meant [ns], shape (m,) or (1,).
+        """
+        in_base = self.scene.mount.to_parent(points)
+        return self.scene.surfaces.surface_distance(to_parent(in_base, self.base.poses(times_ns)))
+
+    def surface_distance_in_odom(self, points: Array) -> Array:
+        """Return how far points (m, 3) in odom are from the nearest surface [m].
+
+        The origin of odom is base_link at the start of its route.
+        """
+        start = np.array([self.base.start])
+        return self.scene.surfaces.surface_distance(to_parent(points, start))

@@ -1,0 +1,24 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'nodlidar_sim'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={PACKAGE: ['py.typed', 'scenes/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/scenes', glob(f'{PACKAGE}/scenes/*.yaml')),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='nodlidar maintainers',
+    maintainer_email='nodlidar@example.com',
+    description='The nodding lidar simulated, down to the bytes of its two devices.',
+    license='Apache-2.0',
+    entry_points={'console_scripts': []},
+)
