@@ -1,0 +1,56 @@
+"""The ros2 command, which hands over to the commands that packages bring."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser
+from importlib.metadata import entry_points
+import signal
+import sys
+
+from .command import CommandExtension
+
+GROUP = 'ros2cli.command'
+
+
+def load_commands() -> dict[str, CommandExtension]:
+    """Return the commands that are installed, by name."""
+    return {point.name: point.load()() for point in sorted(entry_points(group=GROUP))}
+
+
+def make_parser(commands: dict[str, CommandExtension]) -> ArgumentParser:
+    """Return a parser that knows all commands and their arguments."""
+    parser = ArgumentParser(
+        prog='ros2',
+        description='ros2 is an extensible command-line tool for ROS 2. '
+        f'Of its commands, the underlay covers: {", ".join(commands)}.',
+    )
+    subparsers = parser.add_subparsers(title='Commands', metavar='<command>')
+    for name, command in commands.items():
+        summary = (command.__doc__ or '').split('\n')[0]
+        subparser = subparsers.add_parser(name, help=summary, description=summary)
+        subparser.set_defaults(command=command)
+        command.add_arguments(subparser, f'ros2 {name}')
+    return parser
+
+
+def main(argv: list[str] | None = None) -> int | str | None:
+    """Run a command, and return the exit status or what went wrong."""
+    commands = load_commands()
+    arguments = sys.argv[1:] if argv is None else argv
+    if arguments and not arguments[0].startswith('-') and arguments[0] not in commands:
+        return (
+            f"'ros2 {arguments[0]}' is not covered by the underlay, which has: "
+            f'{", ".join(commands)}. Source a ROS 2 installation for the whole command.'
+        )
+    parser = make_parser(commands)
+    args = parser.parse_args(arguments)
+    if not hasattr(args, 'command'):
+        parser.print_help()
+        return 0
+    sys.stdout.reconfigure(line_buffering=True)
+    try:
+        return args.command.main(parser=parser, args=args)
+    except KeyboardInterrupt:
+        return signal.SIGINT
+    except RuntimeError as error:
+        return str(error)
