@@ -1,0 +1,93 @@
+"""What the servo reports about itself, and what of it is out of order."""
+
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_servo.dynamixel_bus import status_names
+from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.servo import Sample, Servo
+from nodlidar_servo.servo_loop import LoopFigures
+
+
+class Diagnosis:
+    """Turns the figures of the loop and the latest sample into text.
+
+    Attributes
+    ----------
+    sample
+        The latest sample; None while not connected.
+    """
+
+    def __init__(self, figures: LoopFigures, commands: NodCommands) -> None:
+        self._figures = figures
+        self._commands = commands
+        self._servo: Servo | None = None
+        self._latency_warning = ''
+        self._last = (0, 0)
+        self.sample: Sample | None = None
+
+    def connected(self, servo: Servo, latency_warning: str) -> None:
+        """Report about this servo from now on."""
+        self._servo = servo
+        self._latency_warning = latency_warning
+
+    def disconnected(self) -> None:
+        """Report only what has been counted, until connected again."""
+        self._servo = self.sample = None
+        self._latency_warning = ''
+
+    def report(self, now_ns: int) -> tuple[dict[str, str], list[str], list[str]]:
+        """Return the figures by name, the warnings and the errors."""
+        figures, warnings = self._counted(now_ns), self._command_warnings(now_ns)
+        errors: list[str] = []
+        if self._servo is not None and self.sample is not None:
+            figures |= self._measured(self._servo, self.sample)
+            warnings += _out_of_limits(self._servo, self.sample)
+            if self.sample.status:
+                errors.append(f'the servo reports: {status_names(self.sample.status)}')
+        if self._latency_warning:
+            warnings.append(self._latency_warning)
+        return figures, warnings, errors
+
+    def _counted(self, now_ns: int) -> dict[str, str]:
+        counted = self._figures
+        figures = {
+            'joint states per second': f'{self._rate(now_ns):.1f}',
+            'missed cycles': str(counted.missed_cycles),
+            'cycles at the speed limit': str(counted.saturated_cycles),
+            'command age [s]': f'{self._commands.age(now_ns):.2f}',
+            'refused commands': str(self._commands.refused),
+        }
+        failures = sorted(counted.failures.items())
+        return figures | {f'failed: {reason}': str(count) for reason, count in failures}
+
+    def _rate(self, now_ns: int) -> float:
+        """Return the samples per second since the last report."""
+        (samples, then_ns), self._last = self._last, (self._figures.samples, now_ns)
+        return (self._figures.samples - samples) * NS_PER_S / max(now_ns - then_ns, 1)
+
+    def _command_warnings(self, now_ns: int) -> list[str]:
+        warnings = []
+        if self._commands.refusal:
+            warnings.append(f'nod command refused: {self._commands.refusal}')
+        if self._servo is not None and self._commands.tracker(now_ns) is None:
+            warnings.append('no nod commands: torque off')
+        return warnings
+
+    @staticmethod
+    def _measured(servo: Servo, sample: Sample) -> dict[str, str]:
+        return {
+            'torque': 'on' if servo.torque else 'off',
+            'pitch [rad]': f'{sample.pitch:.4f}',
+            'load [share of maximum]': f'{sample.load:.2f}',
+            'voltage [V]': f'{sample.voltage:.1f}',
+            'temperature [deg C]': str(sample.temperature),
+        }
+
+
+def _out_of_limits(servo: Servo, sample: Sample) -> list[str]:
+    limits, warnings = servo.limits, []
+    if not limits.voltage_min <= sample.voltage <= limits.voltage_max:
+        allowed = f'{limits.voltage_min} to {limits.voltage_max} V'
+        warnings.append(f'supply is {sample.voltage} V, outside {allowed}')
+    if sample.temperature >= limits.temperature:
+        warnings.append(f'motor is at {sample.temperature} deg C, limit {limits.temperature}')
+    return warnings

@@ -1,0 +1,60 @@
+"""Which nod command counts: accepted ones, for as long as commands keep coming."""
+
+import math
+
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.models import MODELS
+from nodlidar_servo.tracking import check_nod, Dynamics, NodTracker
+
+
+class NodCommands:
+    """The latest accepted nod command and what became of the others.
+
+    Attributes
+    ----------
+    refused
+        Commands that were refused so far.
+    refusal
+        Why the latest command was refused; empty if it was not.
+    """
+
+    def __init__(self, config: ServoConfig) -> None:
+        model = MODELS[config.model]
+        self._config = config
+        self._dynamics = Dynamics(config.acceleration, model.speed_unit, model.max_speed)
+        self._tracker: NodTracker | None = None
+        self._received_ns: int | None = None
+        self.refused = 0
+        self.refusal = ''
+
+    def accept(self, nod: NodTrajectory, now_ns: int) -> None:
+        """Follow a nod from now on; the same one again is a sign of life and changes nothing.
+
+        Raises
+        ------
+        ParameterError
+            If the mount or the servo cannot do it; the former command then stays.
+        """
+        config = self._config
+        check_nod(nod, config.pitch_lower_limit, config.pitch_upper_limit, self._dynamics)
+        if self._tracker is None or nod != self._tracker.nod:
+            self._tracker = NodTracker(nod, self._dynamics)
+        self._received_ns = now_ns
+        self.refusal = ''
+
+    def refuse(self, reason: str, now_ns: int) -> bool:
+        """Count a refused command, which is a sign of life; return whether the reason is new."""
+        new = reason != self.refusal
+        self.refused += 1
+        self.refusal = reason
+        self._received_ns = now_ns
+        return new
+
+    def age(self, now_ns: int) -> float:
+        """Return the time since the latest command [s]; infinite if there was none."""
+        return math.inf if self._received_ns is None else (now_ns - self._received_ns) / NS_PER_S
+
+    def tracker(self, now_ns: int) -> NodTracker | None:
+        """Return what follows the present command; None if there is none or they have stopped."""
+        return self._tracker if self.age(now_ns) <= self._config.command_timeout else None

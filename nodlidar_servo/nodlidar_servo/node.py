@@ -1,0 +1,122 @@
+"""The node of the servo: nod commands in, joint states out."""
+
+import contextlib
+import sys
+import termios
+import time
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_updater import DiagnosticStatusWrapper
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.messages import nod_from_message
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.node import DeviceNode, run
+from nodlidar_common.serial_port import open_port
+from nodlidar_msgs.msg import NodCommand
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.diagnosis import Diagnosis
+from nodlidar_servo.dynamixel_bus import REPLY_TIMEOUT
+from nodlidar_servo.latency import reduce_latency
+from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.servo import Sample, Servo
+from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import JointState
+import serial
+
+
+class ServoNode(DeviceNode):
+    """Follows `nod_command` and publishes `joint_states`."""
+
+    def __init__(self) -> None:
+        super().__init__('servo', ServoConfig)
+        self._commands = NodCommands(self.config)
+        self._figures = LoopFigures()
+        self._diagnosis = Diagnosis(self._figures, self._commands)
+        self._port: serial.Serial | None = None
+        self._servo: Servo | None = None
+        self._message = JointState(
+            name=[self.config.joint_name], position=[0.0], velocity=[0.0], effort=[0.0]
+        )
+        overriding = QoSOverridingOptions.with_default_policies()
+        self._joint_states = self.create_lifecycle_publisher(
+            JointState, 'joint_states', QoSProfile(depth=50), qos_overriding_options=overriding
+        )
+        self.create_subscription(
+            NodCommand,
+            'nod_command',
+            self._on_command,
+            QoSProfile(depth=10),
+            qos_overriding_options=overriding,
+        )
+
+    def _on_command(self, message: NodCommand) -> None:
+        now_ns = time.time_ns()
+        try:
+            self._commands.accept(nod_from_message(message), now_ns)
+        except ParameterError as error:
+            if self._commands.refuse(str(error), now_ns):
+                self.get_logger().error(f'nod command refused: {error}')
+
+    def connect(self) -> None:
+        """Open the port and set the servo up."""
+        self._port = open_port(self.config.port, self.config.baud_rate, REPLY_TIMEOUT)
+        warning = reduce_latency(self._port)
+        if warning:
+            self.get_logger().warning(warning)
+        self._servo = Servo(self._port, self.config, time.time_ns)
+        self._diagnosis.connected(self._servo, warning)
+        self._loop = ServoLoop(
+            self._servo,
+            self._commands,
+            self.config.feedback_rate,
+            self._figures,
+            time.time_ns,
+            sleep_until,
+        )
+
+    def cycle(self) -> None:
+        """Measure and steer once, and publish what was measured."""
+        sample = self._loop.cycle()
+        if sample is not None:
+            self._diagnosis.sample = sample
+            self._publish(sample)
+
+    def _publish(self, sample: Sample) -> None:
+        message = self._message
+        stamp = message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(sample.stamp_ns, NS_PER_S)
+        message.position[0] = sample.pitch
+        message.velocity[0] = sample.velocity
+        message.effort[0] = sample.load
+        self._joint_states.publish(message)
+
+    def disconnect(self) -> None:
+        """Switch the torque off and close the port, as far as that is possible."""
+        if self._servo is not None and not self._servo.release():
+            self.get_logger().warning('the servo did not confirm that its torque is off')
+        if self._port is not None:
+            with contextlib.suppress(OSError, termios.error):
+                self._port.close()
+        self._diagnosis.disconnected()
+        self._port = self._servo = None
+
+    def diagnose(self, status: DiagnosticStatusWrapper) -> None:
+        """Add the servo's figures, and a warning or error for what is out of order."""
+        figures, warnings, errors = self._diagnosis.report(time.time_ns())
+        for key, value in figures.items():
+            status.add(key, value)
+        for level, texts in ((DiagnosticStatus.WARN, warnings), (DiagnosticStatus.ERROR, errors)):
+            for text in texts:
+                status.mergeSummary(level, text)
+
+
+def sleep_until(time_ns: int) -> None:
+    """Block until a host time [ns]."""
+    time.sleep(max(time_ns - time.time_ns(), 0) / NS_PER_S)
+
+
+def main() -> int:
+    """Run the node; return the exit status."""
+    return run(ServoNode, sys.argv)

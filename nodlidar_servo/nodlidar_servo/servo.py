@@ -1,0 +1,168 @@
+"""One servo on its bus: set-up, one block read and one block write per cycle, torque."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import struct
+
+from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.dynamixel_bus import ByteStream, DynamixelBus, Reply, ReplyError
+from nodlidar_servo.models import load_share, MODELS, Register
+from nodlidar_servo.sample_time import sample_time_ns, WireTime
+
+_EEPROM = struct.Struct('<HBBBBHHxBBBH')  # 0..15: model ... return delay, CW, CCW, limits, torque
+_PRESENT = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, temperature
+_DRIVE = struct.Struct('<HH')  # 30..33: goal, moving speed
+_RETURN_DELAY_UNIT_NS = 2000
+_ATTEMPTS_TO_RELEASE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the motor itself calls too much: its EEPROM's temperature [deg C] and voltages [V]."""
+
+    temperature: int
+    voltage_min: float
+    voltage_max: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One measurement of the servo.
+
+    Attributes
+    ----------
+    stamp_ns
+        Host time at which the motor measured [ns], see :func:`.sample_time.sample_time_ns`.
+    pitch, velocity
+        Pitch [rad], positive up, and its rate [rad/s].
+    load
+        Load as a share of the maximum torque, -1 to 1, positive if it drives upwards.
+    voltage, temperature
+        Supply [V] and motor [deg C].
+    status
+        Status bits, see :func:`.dynamixel_bus.status_names`.
+    """
+
+    stamp_ns: int
+    pitch: float
+    velocity: float
+    load: float
+    voltage: float
+    temperature: int
+    status: int
+
+
+class Servo:
+    """A connected servo, set up and with its torque off.
+
+    Parameters
+    ----------
+    stream
+        Open port.
+    config
+        The configuration.
+    clock
+        Returns the host time [ns].
+
+    Raises
+    ------
+    DeviceError
+        If the servo does not answer, is another model, or its own limits do not allow what the
+        mount does.
+    """
+
+    def __init__(self, stream: ByteStream, config: ServoConfig, clock: Callable[[], int]) -> None:
+        self._bus = DynamixelBus(stream, config.servo_id, clock)
+        self._config = config
+        self._scale = config.scale
+        self._torque = False
+        self.limits = self._set_up()
+        self._wire = WireTime.of_read(_PRESENT.size, config.baud_rate, self._return_delay_ns())
+
+    def _set_up(self) -> Limits:
+        eeprom = self._bus.read(Register.MODEL, _EEPROM.size).data
+        number, _, _, _, delay, cw, ccw, hottest, lowest, highest, torque = _EEPROM.unpack(eeprom)
+        self._check_model(number)
+        self.set_torque(False)
+        self._check_angle_limits(cw, ccw)
+        if delay != 0:  # the EEPROM wears out, so write it only if need be
+            self._bus.write(Register.RETURN_DELAY, bytes([0]))
+        # Rewriting the torque limit also revives a motor that has shut itself down.
+        limit = round(self._config.torque_limit * torque)
+        self._bus.write(Register.TORQUE_LIMIT, limit.to_bytes(2, 'little'))
+        return Limits(hottest, lowest / 10.0, highest / 10.0)
+
+    def _check_model(self, number: int) -> None:
+        if number != self._scale.model.number:
+            found = next((m.name for m in MODELS.values() if m.number == number), 'unknown')
+            raise DeviceError(
+                f"'model' is {self._config.model}, but the servo with ID {self._config.servo_id}"
+                f' has model number {number} ({found})'
+            )
+
+    def _check_angle_limits(self, cw: int, ccw: int) -> None:
+        if cw == ccw == 0:
+            raise DeviceError(
+                'the servo is in wheel mode: set its CW and CCW angle limits (addresses 6 and 8)'
+            )
+        for key in ('pitch_lower_limit', 'pitch_upper_limit'):
+            pitch = getattr(self._config, key)
+            if not cw <= self._scale.tick(pitch) <= ccw:
+                low, high = sorted((self._scale.pitch(cw), self._scale.pitch(ccw)))
+                limit = f'between {low:.4f} and {high:.4f} rad, the angle limits set in the servo'
+                raise DeviceError(str(ParameterError(key, limit, pitch)))
+
+    def _return_delay_ns(self) -> int:
+        delay = self._bus.read(Register.RETURN_DELAY, 1).data[0]
+        return delay * _RETURN_DELAY_UNIT_NS
+
+    @property
+    def torque(self) -> bool:
+        """Whether the torque is on."""
+        return self._torque
+
+    def sample(self) -> Sample:
+        """Measure once, in one transaction; raises DeviceError."""
+        reply = self._bus.read(Register.PRESENT, _PRESENT.size)
+        position, speed, load, voltage, temperature = _PRESENT.unpack(reply.data)
+        return Sample(
+            stamp_ns=self._stamp(reply),
+            pitch=self._scale.pitch(position),
+            velocity=self._scale.sign * self._scale.model.velocity(speed),
+            load=self._scale.sign * load_share(load),
+            voltage=voltage / 10.0,
+            temperature=temperature,
+            status=reply.status,
+        )
+
+    def _stamp(self, reply: Reply) -> int:
+        return sample_time_ns(reply.sent_ns, reply.received_ns, self._wire)
+
+    def drive(self, pitch: float, speed: float) -> None:
+        """Send the servo to a pitch [rad] at a speed [rad/s], torque on; raises DeviceError.
+
+        The goal goes out without confirmation: it is sent anew every cycle, and waiting for a
+        reply would double the time on the bus.
+        """
+        goal = _DRIVE.pack(self._scale.tick(pitch), self._scale.model.speed_counts(speed))
+        self._bus.post(Register.GOAL, goal)
+        if not self._torque:
+            self.set_torque(True)
+
+    def set_torque(self, on: bool) -> None:
+        """Switch the torque, confirmed by the motor; raises DeviceError."""
+        self._torque = on  # also if the confirmation gets lost
+        self._bus.write(Register.TORQUE_ENABLE, bytes([on]))
+
+    def release(self) -> bool:
+        """Switch the torque off if that is possible at all; return whether the motor confirmed."""
+        for _ in range(_ATTEMPTS_TO_RELEASE):
+            try:
+                self.set_torque(False)
+            except ReplyError:
+                continue
+            except DeviceError:
+                return False
+            return True
+        return False

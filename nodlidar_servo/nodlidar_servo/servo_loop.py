@@ -1,0 +1,132 @@
+"""The servo's cycle: wait, measure, steer."""
+
+from collections import Counter
+from collections.abc import Callable
+
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_servo.dynamixel_bus import ReplyError
+from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.servo import Sample, Servo
+
+FAILURES_TO_RECONNECT = 5
+
+
+class Schedule:
+    """Absolute deadlines at a fixed period, so that delays do not add up.
+
+    A deadline that has passed by less than a period is due at once; whole periods that have passed
+    are skipped.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._period_ns = round(NS_PER_S / rate)
+        self._deadline_ns: int | None = None
+
+    def advance(self, now_ns: int) -> tuple[int, int]:
+        """Return the next deadline [ns] and how many were skipped before it."""
+        if self._deadline_ns is None:
+            self._deadline_ns = now_ns
+            return now_ns, 0
+        deadline_ns = self._deadline_ns + self._period_ns
+        skipped = max(now_ns - deadline_ns, 0) // self._period_ns
+        self._deadline_ns = deadline_ns + skipped * self._period_ns
+        return self._deadline_ns, skipped
+
+
+class LoopFigures:
+    """What the cycles came to, over all connections: samples, failures by reason, saturation."""
+
+    def __init__(self) -> None:
+        self.samples = 0
+        self.failures: Counter[str] = Counter()
+        self.saturated_cycles = 0
+        self.missed_cycles = 0
+
+
+class ServoLoop:
+    """Measures at a fixed rate and keeps the servo on the commanded nod.
+
+    Parameters
+    ----------
+    servo
+        The connected servo.
+    commands
+        Where the nod command comes from.
+    rate
+        Cycles per second [Hz].
+    figures
+        Where the cycles are counted.
+    clock, sleep_until
+        Return the host time [ns] and block until one.
+    """
+
+    def __init__(
+        self,
+        servo: Servo,
+        commands: NodCommands,
+        rate: float,
+        figures: LoopFigures,
+        clock: Callable[[], int],
+        sleep_until: Callable[[int], None],
+    ) -> None:
+        self._servo = servo
+        self._commands = commands
+        self._figures = figures
+        self._schedule = Schedule(rate)
+        self._clock = clock
+        self._sleep_until = sleep_until
+        self._sample: Sample | None = None
+        self._failures_in_a_row = 0
+
+    def cycle(self) -> Sample | None:
+        """Wait for the next cycle, measure and steer; return the sample, None if it failed.
+
+        Raises
+        ------
+        DeviceError
+            If the port went away, or after several failures in a row.
+        """
+        deadline_ns, skipped = self._schedule.advance(self._clock())
+        self._figures.missed_cycles += skipped
+        self._turn_before(deadline_ns)
+        self._sleep_until(deadline_ns)
+        if not self._attempt(self._measure):
+            return None
+        self._attempt(self._steer)
+        return self._sample
+
+    def _turn_before(self, deadline_ns: int) -> None:
+        """Steer at the instant of a turn that comes before the next cycle."""
+        now_ns = self._clock()
+        tracker = self._commands.tracker(now_ns)
+        if tracker is None or tracker.next_turn_ns(now_ns) >= deadline_ns:
+            return
+        self._sleep_until(tracker.next_turn_ns(now_ns))
+        self._attempt(self._steer)
+
+    def _measure(self) -> None:
+        self._sample = self._servo.sample()
+        self._figures.samples += 1
+
+    def _steer(self) -> None:
+        now_ns = self._clock()
+        tracker = self._commands.tracker(now_ns)
+        if tracker is not None and self._sample is not None:
+            drive = tracker.step(now_ns, self._sample)
+            self._servo.drive(drive.goal, drive.speed)
+            self._figures.saturated_cycles += drive.saturated
+        elif self._servo.torque:
+            self._servo.set_torque(False)
+
+    def _attempt(self, step: Callable[[], None]) -> bool:
+        """Do a step and tell if it worked; raise a failure only if it is one of many in a row."""
+        try:
+            step()
+        except ReplyError as error:
+            self._figures.failures[error.reason] += 1
+            self._failures_in_a_row += 1
+            if self._failures_in_a_row >= FAILURES_TO_RECONNECT:
+                raise
+            return False
+        self._failures_in_a_row = 0
+        return True

@@ -1,0 +1,158 @@
+"""Which goal and speed keep a servo on a nod trajectory.
+
+The servo drives to a goal at a commanded speed, with a limited acceleration at both ends. Each leg
+of the nod is one such drive from limit to limit; the speed is chosen anew in every cycle from the
+measured position, so that the limit is reached at the instant of the turn. Errors, those of the
+coarse speed register included, are thus taken back within each leg and do not add up.
+"""
+
+from dataclasses import dataclass
+import math
+from typing import Protocol
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+
+HOLD = 0.02
+"""A speed is kept from this time [s] before braking on: the quotient of what remains of distance
+and time is then mostly the encoder's quantisation."""
+
+CATCH_UP = 2.0
+"""Highest speed in terms of the nod's: enough for any leg that can be done from rest to rest, and
+no wild moves on the way to the trajectory."""
+
+_ROUNDING_NS = 1000  # a turn's instant, rounded to ns, belongs to the new leg
+
+
+@dataclass(frozen=True, slots=True)
+class Dynamics:
+    """What a servo can do: acceleration [rad/s^2], lowest and highest speed [rad/s]."""
+
+    acceleration: float
+    min_speed: float
+    max_speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What to tell the servo: goal [rad], speed [rad/s], and whether that is too slow."""
+
+    goal: float
+    speed: float
+    saturated: bool
+
+
+class Measured(Protocol):
+    """A measurement of the servo: pitch [rad] and velocity [rad/s] at a time [ns]."""
+
+    @property
+    def stamp_ns(self) -> int: ...  # noqa: D102
+    @property
+    def pitch(self) -> float: ...  # noqa: D102
+    @property
+    def velocity(self) -> float: ...  # noqa: D102
+
+
+def arrival_speed(distance: float, duration: float, velocity: float, acceleration: float) -> float:
+    """Return the cruising speed v that covers a distance in a duration, to rest at its end.
+
+    Braking from v to rest covers v^2 / 2a instead of v^2 / a, changing from the present velocity u
+    to v loses (v - u)^2 / 2a against having v at once, so
+
+        v * duration = distance + v^2 / 2a + (v - u)^2 / 2a,
+
+    whose lower root is taken. A servo that is faster already (u > v) is taken to have v at once:
+
+        v * duration = distance + v^2 / 2a.
+
+    Parameters
+    ----------
+    distance, duration
+        What remains [rad], positive, and the time for it [s].
+    velocity
+        Present velocity u towards the goal [rad/s].
+    acceleration
+        Acceleration a [rad/s^2].
+
+    Returns
+    -------
+    float
+        The speed [rad/s]; infinite if no speed is high enough.
+    """
+    reach = acceleration * duration
+    root = reach * reach - 2.0 * acceleration * distance
+    if root >= 0.0 and reach - math.sqrt(root) <= velocity:
+        return reach - math.sqrt(root)
+    reach += velocity
+    root = reach * reach - 4.0 * acceleration * distance - 2.0 * velocity * velocity
+    return (reach - math.sqrt(root)) / 2.0 if root >= 0.0 and reach > 0.0 else math.inf
+
+
+def check_nod(nod: NodTrajectory, lower: float, upper: float, dynamics: Dynamics) -> None:
+    """Check that a mount (pitch limits [rad]) and a servo can do a nod.
+
+    Raises
+    ------
+    ParameterError
+        Naming the part of the command that is out of its limit.
+    """
+    for key in ('pitch_min', 'pitch_max'):
+        if not lower <= getattr(nod, key) <= upper:
+            limit = f'between {lower} and {upper} rad, the limits of the mount'
+            raise ParameterError(key, limit, getattr(nod, key))
+    if nod.speed < dynamics.min_speed:
+        longest = nod.span / dynamics.min_speed
+        limit = f'at most {longest:.4g} s, for the lowest speed of the servo'
+        raise ParameterError('sweep_duration', limit, nod.sweep_duration)
+    speed = arrival_speed(nod.span, nod.sweep_duration, 0.0, dynamics.acceleration)
+    if speed > dynamics.max_speed:
+        limit = f'at least {shortest_sweep(nod.span, dynamics):.4g} s, the fastest of the servo'
+        raise ParameterError('sweep_duration', limit, nod.sweep_duration)
+
+
+def shortest_sweep(span: float, dynamics: Dynamics) -> float:
+    """Return the shortest time [s] from rest to rest over a span [rad]."""
+    peak = min(dynamics.max_speed, math.sqrt(span * dynamics.acceleration))
+    return span / peak + peak / dynamics.acceleration
+
+
+def predicted_pitch(sample: Measured, nod: NodTrajectory, now_ns: int) -> float:
+    """Return where the servo is now [rad]: it goes on as it was, but does not leave the nod."""
+    pitch = sample.pitch + sample.velocity * (now_ns - sample.stamp_ns) / NS_PER_S
+    lower, upper = min(sample.pitch, nod.pitch_min), max(sample.pitch, nod.pitch_max)
+    return min(max(pitch, lower), upper)
+
+
+class NodTracker:
+    """Follows one nod trajectory, cycle by cycle."""
+
+    def __init__(self, nod: NodTrajectory, dynamics: Dynamics) -> None:
+        self.nod = nod
+        self._acceleration = dynamics.acceleration
+        self._max_speed = min(CATCH_UP * nod.speed, dynamics.max_speed)
+        self._drive = Drive(math.nan, 0.0, False)
+
+    def next_turn_ns(self, now_ns: int) -> int:
+        """Return the instant [ns] at which the present leg ends."""
+        return self.nod.turn_time_ns(self._leg(now_ns) + 1)
+
+    def step(self, now_ns: int, sample: Measured) -> Drive:
+        """Return what to tell the servo now [ns], from its latest measurement."""
+        leg = self._leg(now_ns)
+        direction = 1.0 if leg % 2 == 0 else -1.0
+        goal = self.nod.pitch_max if direction > 0.0 else self.nod.pitch_min
+        remaining = (self.nod.turn_time_ns(leg + 1) - now_ns) / NS_PER_S
+        if goal == self._drive.goal and self._is_arriving(remaining):
+            return self._drive
+        distance = direction * (goal - predicted_pitch(sample, self.nod, now_ns))
+        speed = arrival_speed(
+            max(distance, 0.0), remaining, direction * sample.velocity, self._acceleration
+        )
+        self._drive = Drive(goal, min(speed, self._max_speed), speed > self._max_speed)
+        return self._drive
+
+    def _is_arriving(self, remaining: float) -> bool:
+        return remaining < self._drive.speed / self._acceleration + HOLD
+
+    def _leg(self, now_ns: int) -> int:
+        return math.floor(self.nod.sweeps(now_ns + _ROUNDING_NS))

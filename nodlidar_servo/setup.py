@@ -1,0 +1,22 @@
+from setuptools import find_packages, setup
+
+PACKAGE = 'nodlidar_servo'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/config', ['config/servo.yaml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='nodlidar maintainers',
+    maintainer_email='nodlidar@example.com',
+    description='Dynamixel servo that follows a nod command and publishes joint states.',
+    license='Apache-2.0',
+    entry_points={'console_scripts': ['servo = nodlidar_servo.node:main']},
+)

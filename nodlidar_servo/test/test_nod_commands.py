@@ -1,0 +1,62 @@
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.nod_commands import NodCommands
+import pytest
+
+SECOND = 1_000_000_000
+NOD = NodTrajectory(-0.6, 0.6, 0.4, 4001, 0)
+OTHER = NodTrajectory(-0.5, 0.5, 0.4, 4001, 0)
+TOO_FAR = NodTrajectory(-0.6, 0.9, 0.4, 4001, 0)
+
+
+def test_without_a_command_there_is_nothing_to_follow():
+    commands = NodCommands(ServoConfig())
+    assert commands.tracker(0) is None
+    assert commands.age(0) == math.inf
+
+
+def test_a_command_counts_until_it_is_too_old():
+    commands = NodCommands(ServoConfig(command_timeout=0.5))
+    commands.accept(NOD, SECOND)
+    assert commands.tracker(SECOND + SECOND // 2).nod == NOD
+    assert commands.tracker(SECOND + SECOND // 2 + 1) is None
+
+
+def test_the_same_command_again_changes_nothing_but_its_age():
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    tracker = commands.tracker(0)
+    commands.accept(NodTrajectory(-0.6, 0.6, 0.4, 4001, 0), SECOND)
+    assert commands.tracker(2 * SECOND) is tracker
+    assert commands.age(2 * SECOND) == 1.0
+
+
+def test_another_command_takes_over():
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    commands.accept(OTHER, 1)
+    assert commands.tracker(1).nod == OTHER
+
+
+def test_a_refused_command_keeps_the_former_one_alive_and_is_counted():
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    with pytest.raises(ParameterError, match='pitch_max'):
+        commands.accept(TOO_FAR, SECOND)
+    assert commands.refuse('too far', SECOND)
+    assert not commands.refuse('too far', SECOND)
+    assert commands.refused == 2
+    assert commands.refusal == 'too far'
+    assert commands.tracker(2 * SECOND).nod == NOD
+    commands.accept(OTHER, SECOND)
+    assert commands.refusal == ''
+    assert commands.refused == 2
+
+
+def test_only_refused_commands_give_nothing_to_follow():
+    commands = NodCommands(ServoConfig())
+    commands.refuse('too far', 0)
+    assert commands.tracker(0) is None
