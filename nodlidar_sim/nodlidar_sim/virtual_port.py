@@ -103,11 +103,8 @@ class VirtualPort:
         self._buffer.clear()
 
     def _collect(self) -> None:
-        """Take over what the device has sent by now, one event after the other."""
-        now = self._clock()
-        while (event := self._device.next_event_ns()) is not None and event <= now:
-            self._buffer.append(self._device.transmit(event))
-        self._buffer.append(self._device.transmit(now))
+        """Take over what the device has sent by now."""
+        self._buffer.append(self._device.transmit(self._clock()))
 
     def _wait(self, deadline: int | None) -> bool:
         """Advance to the next event; False, at the deadline, if there is none before it."""

@@ -1,0 +1,88 @@
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_common import scip
+from nodlidar_sim.urg_scan import clustered, range_codes, ScanRequest, Turn
+import numpy as np
+import pytest
+
+TURN_NS = 100_000_000
+STEP_NS = TURN_NS / 1024
+
+
+class Recorder:
+    """Measures 1 m everywhere and remembers when and where."""
+
+    def __init__(self):
+        self.times, self.azimuths, self.calls = [], [], 0
+
+    def __call__(self, times_ns, azimuth):
+        self.calls += 1
+        self.times += times_ns.tolist()
+        self.azimuths += azimuth.tolist()
+        return np.ones(len(times_ns))
+
+
+@pytest.mark.parametrize(
+    ('metres', 'code'),
+    [
+        (0.020, 20),
+        (1.2344, 1234),
+        (1.2346, 1235),
+        (5.6, 5600),
+        (5.601, 0),
+        (np.inf, 0),
+        (0.019, 19),
+        (0.0, 19),
+        (np.nan, 7),
+    ],
+)
+def test_range_codes(metres, code):
+    assert range_codes(np.array([metres])).tolist() == [code]
+
+
+@given(st.lists(st.sampled_from([0, 1, 7, 19, 20, 21, 300, 5600]), min_size=1), st.integers(0, 99))
+def test_clusters_are_the_least_valid_range_of_each_group(codes, size):
+    step = max(size, 1)
+    groups = [codes[i : i + step] for i in range(0, len(codes), step)]
+    expected = [min([c for c in group if c >= 20], default=group[0]) for group in groups]
+    assert clustered(np.array(codes), size).tolist() == expected
+
+
+def test_every_beam_is_measured_once_at_its_own_instant():
+    measure, turn = Recorder(), Turn(1000, 1000 + TURN_NS, 0)
+    for now in range(1000, 1000 + TURN_NS, 777_777):
+        turn.measure(measure, now)
+        assert max(measure.times, default=0) <= now
+    steps = np.arange(44, 726)
+    assert measure.times == [1000 + round(step * STEP_NS) for step in steps.tolist()]
+    np.testing.assert_allclose(measure.azimuths, (steps - 384) * 2 * np.pi / 1024, atol=1e-15)
+    assert min(measure.azimuths) == pytest.approx(-2.08621, abs=1e-5)
+    assert max(measure.azimuths) == pytest.approx(2.09235, abs=1e-5)
+    assert turn.next_event_ns is None
+
+
+def test_beams_are_measured_a_few_milliseconds_at_a_time():
+    measure, turn = Recorder(), Turn(0, TURN_NS, 0)
+    previous = 44 * STEP_NS
+    while (event := turn.next_event_ns) is not None:
+        assert event - previous < 7e6
+        turn.measure(measure, event - 1)
+        before = len(measure.times)
+        turn.measure(measure, event)
+        assert len(measure.times) > before
+        previous = event
+
+
+def test_steps_outside_the_measured_range_are_not_measurable():
+    turn = Turn(0, TURN_NS, 0)
+    turn.measure(Recorder(), TURN_NS)
+    assert set(turn.codes[:44]) == set(turn.codes[726:]) == {19}
+    assert set(turn.codes[44:726]) == {1000}
+    assert len(turn.codes) == 769
+
+
+def test_short_values_are_clipped():
+    turn = Turn(0, TURN_NS, 0)
+    turn.codes[100:103] = [4094, 4095, 5600]
+    data = scip.join_blocks(ScanRequest(100, 102, 1, 2).lines(turn)[1:])
+    assert scip.decode(data, 2).tolist() == [4094, 4095, 4095]
