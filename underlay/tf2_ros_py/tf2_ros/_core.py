@@ -1,0 +1,264 @@
+"""The tree of frames over time, without ROS: times are int nanoseconds, 0 means the latest."""
+
+from bisect import bisect_left, bisect_right
+import math
+from typing import NamedTuple
+
+from tf2_ros._rigid import compose, IDENTITY, interpolate, inverse, normalized, Rigid
+from tf2_ros.exceptions import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TransformException,
+)
+
+_EXTRAPOLATION = 'Lookup would require extrapolation '
+
+
+class Link(NamedTuple):
+    """A frame's pose in its parent."""
+
+    parent: str
+    pose: Rigid
+
+
+class StaticLink:
+    """A link that holds at all times."""
+
+    latest_ns = 0
+
+    def __init__(self, link: Link) -> None:
+        self.link = link
+
+    def at(self, time_ns: int) -> Link:
+        """Return the link."""
+        return self.link
+
+    def latest(self) -> Link | None:
+        """Return the link."""
+        return self.link
+
+    def clear(self) -> None:
+        """Do nothing: what holds at all times is not forgotten."""
+
+
+class LinkHistory:
+    """A frame's links over the last `span_ns`, by time.
+
+    Of several links at one time the last set counts, except at the very first time.
+    """
+
+    def __init__(self, span_ns: int) -> None:
+        self._span_ns = span_ns
+        self._times_ns: list[int] = []
+        self._links: list[Link] = []
+
+    @property
+    def latest_ns(self) -> int:
+        """Time of the latest link, 0 if there is none."""
+        return self._times_ns[-1] if self._times_ns else 0
+
+    def latest(self) -> Link | None:
+        """Return the latest link."""
+        return self._links[-1] if self._links else None
+
+    def clear(self) -> None:
+        """Forget all links."""
+        self._times_ns.clear()
+        self._links.clear()
+
+    def insert(self, time_ns: int, link: Link) -> bool:
+        """Add a link and tell whether it was young enough."""
+        oldest_ns = self.latest_ns - self._span_ns
+        while self._times_ns and self._times_ns[0] < oldest_ns:
+            del self._times_ns[0], self._links[0]
+        if self._times_ns and time_ns < oldest_ns:
+            return False
+        index = bisect_right(self._times_ns, time_ns)
+        if link not in self._links[bisect_left(self._times_ns, time_ns) : index]:
+            self._times_ns.insert(index, time_ns)
+            self._links.insert(index, link)
+        return True
+
+    def at(self, time_ns: int) -> Link:
+        """Return the link at a time, interpolated; raises ExtrapolationException."""
+        times, links = self._times_ns, self._links
+        if times and time_ns in (0, times[-1]):
+            return links[-1]
+        if times and time_ns == times[0]:
+            return links[0]
+        self._check_within(time_ns)
+        after = bisect_right(times, time_ns)
+        one, two = links[after - 1], links[after]
+        if one.parent != two.parent:
+            return one
+        ratio = (time_ns - times[after - 1]) / (times[after] - times[after - 1])
+        return Link(one.parent, interpolate(one.pose, two.pose, ratio))
+
+    def _check_within(self, time_ns: int) -> None:
+        times = self._times_ns
+        if not times:
+            raise ExtrapolationException('Lookup would require data, but the buffer has none')
+        asked, first, last = (f'{t * 1e-9:.6f}' for t in (time_ns, times[0], times[-1]))
+        if len(times) == 1:
+            raise ExtrapolationException(
+                f'{_EXTRAPOLATION}at time {asked}, but only time {last} is in the buffer'
+            )
+        if time_ns > times[-1]:
+            raise ExtrapolationException(
+                f'{_EXTRAPOLATION}into the future.  Requested time {asked} but the latest data '
+                f'is at time {last}'
+            )
+        if time_ns < times[0]:
+            raise ExtrapolationException(
+                f'{_EXTRAPOLATION}into the past.  Requested time {asked} but the earliest data '
+                f'is at time {first}'
+            )
+
+
+class FrameTree:
+    """All frames; each but the roots has a parent, which may change over time."""
+
+    def __init__(self, span_ns: int) -> None:
+        self._span_ns = span_ns
+        self._frames: dict[str, StaticLink | LinkHistory | None] = {}
+
+    def clear(self) -> None:
+        """Forget all that changes over time; the frames stay known."""
+        for frame in self._frames.values():
+            if frame is not None:
+                frame.clear()
+
+    def set(self, frame: str, time_ns: int, link: Link, is_static: bool) -> bool:
+        """Set a frame's link and tell whether it was young enough.
+
+        Raises
+        ------
+        InvalidArgumentException
+            If a name is missing, both are the same, or the pose is none.
+        """
+        frame, parent = frame.removeprefix('/'), link.parent.removeprefix('/')
+        _check_link(frame, parent, link.pose)
+        link = Link(parent, Rigid(link.pose.translation, normalized(link.pose.rotation)))
+        self._frames.setdefault(parent, None)
+        if is_static:
+            self._frames[frame] = StaticLink(link)
+            return True
+        history = self._frames.get(frame)
+        if not isinstance(history, LinkHistory):
+            history = self._frames[frame] = LinkHistory(self._span_ns)
+        return history.insert(time_ns, link)
+
+    def lookup(self, target: str, source: str, time_ns: int) -> tuple[int, Rigid]:
+        """Return the time found [ns] and the transform from source to target coordinates.
+
+        Raises
+        ------
+        TransformException
+            One of its kinds, saying which frames and times are the trouble.
+        """
+        if target == source:
+            frame = self._frames.get(target)
+            return time_ns or (frame.latest_ns if frame else 0), IDENTITY
+        for role, name in (('target_frame', target), ('source_frame', source)):
+            self.check_name(name, role)
+        time_ns = time_ns or self.latest_common_ns(target, source)
+        try:
+            source_to_top, target_to_top = self._climb_both(target, source, time_ns)
+        except ExtrapolationException as error:
+            route = f'when looking up transform from frame [{source}] to frame [{target}]'
+            raise ExtrapolationException(f'{error}, {route}') from None
+        pose = compose(inverse(target_to_top), source_to_top)
+        return time_ns, Rigid(pose.translation, normalized(pose.rotation))
+
+    def latest_common_ns(self, target: str, source: str) -> int:
+        """Return the latest time at which all of the path is known, 0 if all of it is static."""
+        if target == source:
+            frame = self._frames.get(target)
+            return frame.latest_ns if frame else 0
+        up, down = self._latest_chain(source), self._latest_chain(target)
+        top = next((name for name in down if name in up), None)
+        if top is None:
+            raise _unconnected(target, source)
+        times = [chain[name] for chain in (up, down) for name in _below(chain, top)]
+        return min((t for t in times if t), default=0)
+
+    def check_name(self, name: str, role: str) -> None:
+        """Check a frame's name; raises InvalidArgumentException or LookupException."""
+        argument = f'"{name}" passed to lookupTransform argument {role}'
+        if not name:
+            raise InvalidArgumentException(f'Invalid argument {argument} is empty')
+        if name.startswith('/'):
+            raise InvalidArgumentException(
+                f"Invalid argument {argument} - in tf2 frame_ids cannot start with a '/'"
+            )
+        if name not in self._frames:
+            raise LookupException(f'{argument} does not exist. ')
+
+    def _climb_both(self, target: str, source: str, time_ns: int) -> tuple[Rigid, Rigid]:
+        """Return the poses of source and target in the nearest frame above both."""
+        above_source, trouble = self._climb(source, time_ns)
+        above_target, other_trouble = self._climb(target, time_ns)
+        for name, pose in above_target.items():
+            if name in above_source:
+                return above_source[name], pose
+        raise other_trouble or trouble or _unconnected(target, source)
+
+    def _climb(
+        self, name: str, time_ns: int
+    ) -> tuple[dict[str, Rigid], ExtrapolationException | None]:
+        """Return a frame's pose in each frame above it, itself first, and what ended the way."""
+        poses, pose = {name: IDENTITY}, IDENTITY
+        while (frame := self._frames[name]) is not None:
+            try:
+                link = frame.at(time_ns)
+            except ExtrapolationException as error:
+                return poses, error
+            name, pose = link.parent, compose(link.pose, pose)
+            _check_new(name, poses)
+            poses[name] = pose
+        return poses, None
+
+    def _latest_chain(self, name: str) -> dict[str, int]:
+        """Return a frame and those above it, with the latest time of each one's link."""
+        chain: dict[str, int] = {}
+        while True:
+            _check_new(name, chain)
+            frame = self._frames.get(name)
+            chain[name] = frame.latest_ns if frame else 0
+            link = frame.latest() if frame else None
+            if link is None:
+                return chain
+            name = link.parent
+
+
+def _below(chain: dict[str, int], top: str) -> list[str]:
+    names = list(chain)
+    return names[: names.index(top)]
+
+
+def _check_new(name: str, chain: dict) -> None:
+    if name in chain:
+        loop = ' -> '.join([*chain, name])
+        raise LookupException(f'The tf tree is invalid because it contains a loop: {loop}')
+
+
+def _check_link(frame: str, parent: str, pose: Rigid) -> None:
+    if not frame or not parent:
+        raise InvalidArgumentException(
+            f'a transform needs two frames: frame_id "{parent}", child_frame_id "{frame}"'
+        )
+    if frame == parent:
+        raise InvalidArgumentException(f'frame_id and child_frame_id are both "{frame}"')
+    if any(math.isnan(value) for part in pose for value in part):
+        raise InvalidArgumentException(f'a nan value in the transform of "{frame}": {pose}')
+    if not any(pose.rotation):
+        raise InvalidArgumentException(f'the quaternion of "{frame}" is zero')
+
+
+def _unconnected(target: str, source: str) -> TransformException:
+    return ConnectivityException(
+        f"Could not find a connection between '{target}' and '{source}' because they are not "
+        'part of the same tree.Tf has two or more unconnected trees.'
+    )
