@@ -1,4 +1,4 @@
-"""Reads a bag into a recording, without ROS."""
+"""Reads a bag into a log, without ROS."""
 
 from pathlib import Path
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from nodlidar_assembler.geometry import ScanGeometry
 from nodlidar_assembler.pipeline import Scan
 from nodlidar_assembler.pitch import ordered_samples
-from nodlidar_assembler.recording import Recording
+from nodlidar_assembler.sensor_log import SensorLog
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
@@ -17,10 +17,10 @@ SCAN, JOINT_STATE = 'sensor_msgs/msg/LaserScan', 'sensor_msgs/msg/JointState'
 
 
 class BagError(NodlidarError):
-    """A bag that lacks what a recording needs."""
+    """A bag that lacks what a log needs."""
 
 
-def read_bag(path: Path, joint_name: str) -> Recording:
+def read_bag(path: Path, joint_name: str) -> SensorLog:
     """Return the scans and the samples of one joint in a ROS 2 bag.
 
     Raises
@@ -45,7 +45,7 @@ def read_bag(path: Path, joint_name: str) -> Recording:
         raise BagError(f"'{path}' has no positions of the joint '{joint_name}'")
     stamps, positions = zip(*samples, strict=True)
     ordered = ordered_samples(np.array(stamps, dtype=np.int64), np.array(positions))
-    return Recording(sorted(scans, key=lambda scan: scan.stamp_ns), *ordered)
+    return SensorLog(sorted(scans, key=lambda scan: scan.stamp_ns), *ordered)
 
 
 def _stamp_ns(message: Any) -> int:

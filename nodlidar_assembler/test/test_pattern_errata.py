@@ -9,7 +9,7 @@ import pytest
 
 
 def cells(n_l, n_s, phase):
-    """Return (azimuth index, quarter rows) of every sample of N_s revolutions, exact in integers."""
+    """Return how many directions the samples of N_s revolutions have, exact in integers."""
     n = np.arange(n_l * n_s, dtype=np.int64)
     quarters = 4 * n_s - np.abs((4 * n + round(4 * phase)) % (8 * n_s) - 4 * n_s)
     return np.unique(np.stack([n % n_l, quarters]), axis=1).shape[1]

@@ -63,13 +63,13 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
     with _sensor(scene_name, output / 'launch.log') as process:
         _record(output / 'bag', duration, process, console)
     with console.status('Measuring'):
-        recording = read_bag(output / 'bag', 'nod_joint')
-        near = within_range(recording, FAR)
+        log = read_bag(output / 'bag', 'nod_joint')
+        near = within_range(log, FAR)
         rms = {e: surface_rms(clouds_of(near, e, Mount())[0], scene) for e in ESTIMATORS}
-        points = clouds_of(recording, 'slerp', Mount())[0].data
+        points = clouds_of(log, 'slerp', Mount())[0].data
         write_ply(points, output / 'cloud.ply')
         write_picture(points, output / 'cloud.png', f"'{scene.name}', {duration:g} s")
-    print_report(recording, read_delivery(output / 'bag'), rms, console)
+    print_report(log, read_delivery(output / 'bag'), rms, console)
     console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.geometry import Mount
-from nodlidar_assembler.pipeline import Pipeline
-from nodlidar_assembler.recording import assemble_recording, Recording
+from nodlidar_assembler.geometry import Mount, ScanGeometry
+from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.sensor_log import assemble_log, SensorLog
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_sim.scene import Scene
+from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world import World
 import numpy as np
 from numpy.typing import NDArray
@@ -83,25 +83,42 @@ def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray
     return np.asarray((received[scan >= 0] - last_byte) / NS_PER_S, dtype=np.float64)
 
 
-def clouds_of(recording: Recording, estimator: str, mount: Mount) -> tuple[Points, Counter[str]]:
-    """Return all points of a recording as one cloud, and the dropped scans by reason."""
+def clouds_of(log: SensorLog, estimator: str, mount: Mount) -> tuple[Points, Counter[str]]:
+    """Return all points of a log as one cloud, and the dropped scans by reason."""
     pipeline = Pipeline(estimator, 'scan', mount, MAX_JOINT_GAP)
-    clouds, drops = assemble_recording(recording, pipeline)
+    clouds, drops = assemble_log(log, pipeline)
     time_ns = np.concatenate([cloud.time_ns for cloud in clouds])
     return Points(time_ns, np.concatenate([cloud.data for cloud in clouds])), drops
 
 
-def within_range(recording: Recording, range_max: float) -> Recording:
-    """Return a recording without the beams that are longer than a range [m]."""
+def within_range(log: SensorLog, range_max: float) -> SensorLog:
+    """Return a log without the beams that are longer than a range [m]."""
     scans = [
-        replace(scan, geometry=replace(scan.geometry, range_max=range_max))
-        for scan in recording.scans
+        replace(scan, geometry=replace(scan.geometry, range_max=range_max)) for scan in log.scans
     ]
-    return replace(recording, scans=scans)
+    return replace(log, scans=scans)
 
 
-def surface_rms(points: Points, scene: Scene) -> float:
-    """Return the RMS distance of points to a scene's true surfaces [m], the base standing."""
-    world = World(scene, motion=None)  # type: ignore[arg-type]
+def simulated_log(simulated: Recording) -> SensorLog:
+    """Return what the simulator's devices told, without the truth."""
+    sensor = simulated.sensor
+    geometry = ScanGeometry(
+        beams=len(simulated.azimuth),
+        angle_min=float(simulated.azimuth[0]),
+        angle_increment=sensor.angle_increment,
+        time_increment=sensor.time_increment,
+        range_min=sensor.range_min,
+        range_max=sensor.range_max,
+    )
+    ranges = simulated.ranges.astype(np.float32)
+    scans = [
+        Scan(int(stamp_ns), geometry, scan_ranges)
+        for stamp_ns, scan_ranges in zip(simulated.scan_stamp_ns, ranges, strict=True)
+    ]
+    return SensorLog(scans, simulated.joint_stamp_ns, simulated.joint_position)
+
+
+def surface_rms(points: Points, world: World) -> float:
+    """Return the RMS distance of points in nodlidar_base_link to the true surfaces [m]."""
     xyz = np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
     return float(np.sqrt(np.mean(world.surface_distance(xyz, points.time_ns) ** 2)))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from nodlidar_assembler.recording import Recording
+from nodlidar_assembler.sensor_log import SensorLog
 from nodlidar_bringup.evaluation import Delivery
 import numpy as np
 from rich.console import Console
@@ -10,20 +10,20 @@ from rich.table import Table
 
 
 def print_report(
-    recording: Recording, delivery: Delivery, rms: Mapping[str, float], console: Console
+    log: SensorLog, delivery: Delivery, rms: Mapping[str, float], console: Console
 ) -> None:
     """Print what a recorded sensor delivered, and how true each estimator's points are."""
-    console.print(_delivery_table(recording, delivery))
+    console.print(_delivery_table(log, delivery))
     console.print(_rms_table(rms))
 
 
-def _delivery_table(recording: Recording, delivery: Delivery) -> Table:
+def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
     table = Table(title='Delivered', show_header=False)
     table.add_column()
     table.add_column(justify='right')
-    table.add_row('scans', f'{len(recording.scans)}')
-    table.add_row('beams', f'{sum(len(scan.ranges) for scan in recording.scans)}')
-    table.add_row('joint samples', f'{len(recording.sample_ns)}')
+    table.add_row('scans', f'{len(log.scans)}')
+    table.add_row('beams', f'{sum(len(scan.ranges) for scan in log.scans)}')
+    table.add_row('joint samples', f'{len(log.sample_ns)}')
     table.add_row('clouds', f'{delivery.clouds}')
     table.add_row('points', f'{delivery.points}')
     for reason, count in delivery.dropped.items():

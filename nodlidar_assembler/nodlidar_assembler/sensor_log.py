@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class SensorLog:
     """Scans and joint samples.
 
     Attributes
@@ -34,23 +34,19 @@ class Recording:
         return slice(max(first, 0), last + 1)
 
 
-def assemble_recording(
-    recording: Recording, pipeline: Pipeline
-) -> tuple[list[Points], Counter[str]]:
-    """Return a recording's clouds, and the scans that were dropped, counted by reason."""
+def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Counter[str]]:
+    """Return a log's clouds, and the scans that were dropped, counted by reason."""
     clouds: list[Points] = []
     drops: Counter[str] = Counter()
     samples_given = 0
-    for scan in recording.scans:
+    for scan in log.scans:
         end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
-        around = recording.samples_around(scan.stamp_ns, end_ns)
+        around = log.samples_around(scan.stamp_ns, end_ns)
         for k in range(samples_given, around.stop):
-            pipeline.add_sample(int(recording.sample_ns[k]), float(recording.sample_pitch[k]))
+            pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
         samples_given = max(samples_given, around.stop)
         try:
-            clouds += pipeline.add_scan(
-                scan, recording.sample_ns[around], recording.sample_pitch[around]
-            )
+            clouds += pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around])
         except PitchError as error:
             drops[str(error)] += 1
     return clouds, drops

@@ -1,0 +1,32 @@
+"""Prints every measurement: `python -m bench`, or some: `python -m bench accuracy`."""
+
+import argparse
+
+from rich.console import Console
+
+from bench import accuracy, assembly_time, simulation_speed
+
+MEASUREMENTS = {
+    'assembly_time': assembly_time.table,
+    'accuracy': accuracy.table,
+    'simulation_speed': simulation_speed.table,
+}
+
+
+def main() -> None:
+    """Print the tables that were asked for, by default all."""
+    parser = argparse.ArgumentParser(prog='python -m bench', description=__doc__)
+    parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(MEASUREMENTS))
+    names = parser.parse_args().names or list(MEASUREMENTS)
+    unknown = sorted(set(names) - set(MEASUREMENTS))
+    if unknown:
+        parser.error(f'unknown: {", ".join(unknown)}; there are {", ".join(MEASUREMENTS)}')
+    console = Console()
+    for name in names:
+        with console.status(name):
+            result = MEASUREMENTS[name]()
+        console.print(result)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,56 @@
+"""What each estimator costs in accuracy, in the room, encoder steps and turn-arounds included."""
+
+from nodlidar_assembler.geometry import Mount
+from nodlidar_assembler.pitch import beam_pitch, ESTIMATORS
+from nodlidar_bringup.evaluation import (
+    clouds_of,
+    MAX_JOINT_GAP,
+    simulated_log,
+    surface_rms,
+    within_range,
+)
+from nodlidar_sim.simulation import Recording
+import numpy as np
+from rich.table import Table
+
+from bench.reference import simulated_room
+
+DURATION = 40.0
+FAR = 3.0
+
+
+def table() -> Table:
+    """Return the errors of pitch and of the points' places, by estimator."""
+    simulated = simulated_room(DURATION)
+    near = within_range(simulated_log(simulated), FAR)
+    result = Table(
+        title=f'Accuracy in the room, {DURATION:.0f} s at N_s = 4001, span 1.2272 rad, '
+        'joint states at 62 Hz'
+    )
+    result.add_column('estimator')
+    result.add_column('RMS pitch error', justify='right')
+    result.add_column('RMS distance to the surfaces, beams up to 3 m', justify='right')
+    for estimator in ESTIMATORS:
+        rms = surface_rms(clouds_of(near, estimator, Mount())[0], simulated.world)
+        result.add_row(
+            estimator, f'{pitch_rms(simulated, estimator) * 1e3:.1f} mrad', f'{rms * 1e3:.1f} mm'
+        )
+    return result
+
+
+def pitch_rms(simulated: Recording, estimator: str) -> float:
+    """Return the RMS error of the beams' pitch [rad]."""
+    offset = np.arange(len(simulated.azimuth)) * simulated.sensor.time_increment
+    errors = [
+        beam_pitch(
+            estimator,
+            int(stamp_ns),
+            offset,
+            simulated.joint_stamp_ns,
+            simulated.joint_position,
+            MAX_JOINT_GAP,
+        )
+        - true
+        for stamp_ns, true in zip(simulated.scan_stamp_ns, simulated.true_pitch, strict=True)
+    ]
+    return float(np.sqrt(np.mean(np.square(errors))))

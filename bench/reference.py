@@ -1,0 +1,26 @@
+"""The set-up that measurements share: the reference sensor, nodding at pi rad/s in the room."""
+
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.simulation import Recording, simulate
+
+START_NS = 1_700_000_000_000_000_000
+SPAN = 1.2272
+SAMPLES_PER_SWEEP = 4001
+BEAM_PERIOD = 0.1 / 1024
+
+
+def reference_nod() -> NodTrajectory:
+    """Return the nod of the publication's experiments, with half a sample of phase."""
+    return NodTrajectory(
+        pitch_min=-SPAN / 2,
+        pitch_max=SPAN / 2,
+        sweep_duration=SAMPLES_PER_SWEEP * BEAM_PERIOD,
+        samples_per_sweep=SAMPLES_PER_SWEEP,
+        reference_time_ns=START_NS - round(0.5e9 * BEAM_PERIOD),
+    )
+
+
+def simulated_room(duration: float) -> Recording:
+    """Return the reference sensor's recording of the room, without any effects."""
+    return simulate(load_scene('room'), reference_nod(), duration, start_ns=START_NS)
