@@ -133,9 +133,13 @@ class DeviceNode(LifecycleNode):
                 self._stop.wait(self.config.reconnect_delay)
             self._trouble = 'not connected: the node is not active'
         except Exception:
-            self.failed = True
-            self.get_logger().fatal('internal error, shutting down:\n' + traceback.format_exc())
-            self.context.try_shutdown()
+            if self.context.ok():  # else a signal came while the thread was publishing
+                self._fail(traceback.format_exc())
+
+    def _fail(self, trace: str) -> None:
+        self.failed = True
+        self.get_logger().fatal('internal error, shutting down:\n' + trace)
+        self.context.try_shutdown()
 
     def _stay_connected(self) -> None:
         self.connect()
