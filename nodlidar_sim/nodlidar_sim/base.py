@@ -55,20 +55,17 @@ def to_parent(points: Array, poses: Array) -> Array:
     Poses have the shape (n, 3), or (1, 3) for the same one for all points.
     """
     x, y, yaw = poses.T
-    turned = turn(points, yaw)
-    turned[:, 0] += x
-    turned[:, 1] += y
-    return turned
+    return np.asarray(turn(points, yaw) + np.stack([x, y, np.zeros_like(x)]).T)
 
 
 def turn(vectors: Array, yaw: Array) -> Array:
     """Return vectors (n, 3) turned about z by angles [rad] of shape (n,) or (1,)."""
     cosine, sine = np.cos(yaw), np.sin(yaw)
     x, y, z = vectors.T
-    return np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=1)
+    return np.asarray(np.stack([cosine * x - sine * y, sine * x + cosine * y, z]).T)
 
 
-def odometry_of(base: ConstantTwist, error: float, rng: np.random.Generator) -> ConstantTwist:
+def odometry_of(base: ConstantTwist, error: float, seed: int = 0) -> ConstantTwist:
     """Return the motion that wheel odometry believes in: from 0, with wheels of unknown size.
 
     Each of two wheels, WHEEL_DISTANCE apart, counts its way wrong by a share that is constant and
@@ -78,6 +75,6 @@ def odometry_of(base: ConstantTwist, error: float, rng: np.random.Generator) -> 
     speed, rate = base.velocity
     if error > 0.0:
         sides = np.array([-0.5, 0.5]) * WHEEL_DISTANCE
-        wheels = (speed + rate * sides) * (1.0 + rng.normal(0.0, error, 2))
+        wheels = (speed + rate * sides) * (1.0 + np.random.default_rng(seed).normal(0.0, error, 2))
         speed, rate = float(wheels.mean()), float(wheels[1] - wheels[0]) / WHEEL_DISTANCE
     return ConstantTwist((0.0, 0.0, 0.0), (speed, rate), base.start_ns)

@@ -103,7 +103,7 @@ def triangle_motion(
     end_ns: int,
     acceleration: float = TURN_ACCELERATION,
     jitter: float = 0.0,
-    rng: np.random.Generator | None = None,
+    seed: int = 0,
 ) -> PiecewiseMotion:
     """Return a servo's best following of a nod, from start_ns to end_ns at least.
 
@@ -123,8 +123,8 @@ def triangle_motion(
     jitter
         Standard deviation [s] of the instants of the turn-arounds about the commanded ones: white,
         as left over by a phase lock, so it does not add up.
-    rng
-        Where the jitter comes from; needed only if there is any.
+    seed
+        Of the jitter.
 
     Raises
     ------
@@ -136,8 +136,7 @@ def triangle_motion(
     turns = np.arange(first, last + 1)
     knots_ns = np.array([nod.turn_time_ns(int(turn)) for turn in turns])
     if jitter > 0.0:
-        generator = np.random.default_rng(0) if rng is None else rng
-        errors = generator.normal(0.0, jitter, len(knots_ns))
+        errors = np.random.default_rng(seed).normal(0.0, jitter, len(knots_ns))
         knots_ns = knots_ns + np.rint(errors * NS_PER_S).astype(np.int64)
     knots = np.where(turns % 2 == 0, nod.pitch_min, nod.pitch_max)
     return blended_motion(knots_ns, knots, acceleration)

@@ -39,14 +39,7 @@ class Pose:
         """Return directions (n, 3) of this frame in the parent frame."""
         return np.asarray(directions @ self.rotation.T)
 
-    def to_local(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return points (n, 3) of the parent frame in this frame."""
-        return np.asarray((points - self.position) @ self.rotation)
-
     def __matmul__(self, child: Pose) -> Pose:
         """Return the child's pose, which is given in this frame, in the parent frame."""
         position = self.rotation @ child.position + self.position
         return Pose(position, self.rotation @ child.rotation)
-
-
-IDENTITY = Pose(np.zeros(3), np.eye(3))

@@ -1,6 +1,6 @@
 """Many rays against many surfaces."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 from nodlidar_sim.shapes import Plane, Shape, Solid
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_SLACK = 1e-9  # of the bounding spheres [m2], against rounding: squared distances are subtracted
+_SLACK = 1e-9  # of the bounding spheres [m2], since squared distances are subtracted
 
 
 class Surfaces:
@@ -25,8 +25,6 @@ class Surfaces:
     def __init__(self, planes: Iterable[Plane], solids: Iterable[Solid]) -> None:
         self._planes, self._solids = tuple(planes), tuple(solids)
         self._shapes: tuple[Shape, ...] = (*self._planes, *self._solids)
-        self._centers = np.array([s.center for s in self._solids]).reshape(-1, 3)
-        self._radii = np.array([s.bounding_radius for s in self._solids])
 
     def distances(self, origins: Array, directions: Array) -> Array:
         """Return how far each ray gets.
@@ -40,12 +38,14 @@ class Surfaces:
         -------
         Distance to the first surface [m], shape (n,); inf for a ray that meets none.
         """
+        starts, ways = _rows(origins), _rows(directions)
         nearest = np.full(len(origins), np.inf)
         for plane in self._planes:
-            np.minimum(nearest, plane.intersect(origins, directions), out=nearest)
-        for solid, rays in zip(self._solids, self._in_view(origins, directions), strict=True):
+            np.minimum(nearest, plane.intersect(starts, ways), out=nearest)
+        for solid in self._solids:
+            rays = _in_view(solid, starts, ways)
             if len(rays):
-                hits = solid.intersect(origins[rays], directions[rays])
+                hits = solid.intersect(starts[:, rays], ways[:, rays])
                 nearest[rays] = np.minimum(nearest[rays], hits)
         return nearest
 
@@ -54,24 +54,29 @@ class Surfaces:
 
         It is unsigned: a point within a box is as far from its faces as it would have to move.
         """
+        rows = _rows(points)
         nearest = np.full(len(points), np.inf)
         for shape in self._shapes:
-            np.minimum(nearest, shape.distance(points), out=nearest)
+            np.minimum(nearest, shape.distance(rows), out=nearest)
         return nearest
 
-    def _in_view(self, origins: Array, directions: Array) -> Iterator[NDArray[np.intp]]:
-        """Yield, for each solid, the rays that pass through its bounding sphere.
 
-        With the sphere's centre seen from the ray's origin at m, the ray's line passes it at the
-        squared distance m.m - (m.d)^2; both products come out of one matrix product for all.
-        """
-        along = self._centers @ directions.T - np.einsum('ij,ij->i', origins, directions)
-        squared = np.einsum('ij,ij->i', origins, origins) - 2.0 * (self._centers @ origins.T)
-        squared += np.einsum('ij,ij->i', self._centers, self._centers)[:, None]
-        squared -= along**2
-        hit = squared <= (self._radii**2 + _SLACK)[:, None]
-        hit &= along >= -self._radii[:, None]
-        return (np.flatnonzero(row) for row in hit)
+def _in_view(solid: Solid, starts: Array, ways: Array) -> NDArray[np.intp]:
+    """Return which rays (3, n) pass through the bounding sphere of a solid.
+
+    With the sphere's centre at m from the start of a ray, the ray's line passes the centre at the
+    squared distance m.m - (m.d)^2, beside the point m.d along it.
+    """
+    x, y, z = solid.center[:, None] - starts
+    radius = solid.bounding_radius
+    along = x * ways[0] + y * ways[1] + z * ways[2]
+    squared = x * x + y * y + z * z - along * along
+    return np.flatnonzero((squared <= radius**2 + _SLACK) & (along >= -radius))
+
+
+def _rows(vectors: Array) -> Array:
+    """Return vectors (n, 3) as rows (3, n)."""
+    return np.ascontiguousarray(vectors.T)
 
 
 def surfaces_of(shapes: Sequence[Shape]) -> Surfaces:

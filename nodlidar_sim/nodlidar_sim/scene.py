@@ -6,8 +6,9 @@ from dataclasses import dataclass, fields
 from importlib import resources
 from pathlib import Path
 
-from nodlidar_common.parameters import check, parameter
+from nodlidar_common.parameters import check
 from nodlidar_sim.base import ConstantTwist
+from nodlidar_sim.effects import Effects
 from nodlidar_sim.pose import Pose
 from nodlidar_sim.raycast import Surfaces, surfaces_of
 from nodlidar_sim.section import SceneError, Section
@@ -17,27 +18,6 @@ import yaml
 
 _POSE = 'x y z roll pitch yaw'
 _SUFFIX = '.yaml'
-
-
-@dataclass(frozen=True, slots=True)
-class Effects:
-    """What goes wrong in a scene; every effect is off at 0, and then nothing is made for it."""
-
-    range_noise: float = parameter(
-        0.0, 'Standard deviation of the ranges', unit='m', minimum=0.0, maximum=1.0
-    )
-    dropouts: float = parameter(
-        0.0, 'Share of the beams that come back without a range', minimum=0.0, maximum=1.0
-    )
-    servo_jitter: float = parameter(
-        0.0, 'Standard deviation of the turn-around instants', unit='s', minimum=0.0, maximum=0.1
-    )
-    clock_drift: float = parameter(
-        0.0, 'Excess rate of the lidar clock', unit='ppm', minimum=-10000.0, maximum=10000.0
-    )
-    odometry_error: float = parameter(
-        0.0, 'Standard deviation of a wheel scale', minimum=0.0, maximum=1.0
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,14 +103,14 @@ def parse_scene(text: str, name: str) -> Scene:
         optical_offset=sensor.number('optical_offset', 0.08),
         base_start=(x, y, yaw),
         base_velocity=(speed, rate),
-        effects=_effects(root, root.section('effects', {})),
+        effects=_effects(root.section('effects', {})),
     )
     for section in (root, sensor, base):
         section.close()
     return scene
 
 
-def _effects(root: Section, section: Section) -> Effects:
+def _effects(section: Section) -> Effects:
     values = {f.name: section.number(f.name, 0.0) for f in fields(Effects)}
     section.close()
     effects = Effects(**values)

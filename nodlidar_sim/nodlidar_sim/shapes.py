@@ -2,6 +2,8 @@
 
 Every shape is a surface without thickness, seen from both sides, so a ray that starts inside a box
 meets its far wall. A shape tells where a ray first meets it and how far a point is from it.
+
+Points and directions come as rows x, y, z, of the shape (3, n): NumPy works fastest along rows.
 """
 
 from collections.abc import Sequence
@@ -23,11 +25,11 @@ class Shape(Protocol):
     def intersect(self, origins: Array, directions: Array) -> Array:
         """Return the distance [m] from each origin along each unit direction, inf for none.
 
-        Origins and directions have the shape (n, 3), the result has the shape (n,).
+        Origins and directions have the shape (3, n), the result has the shape (n,).
         """
 
     def distance(self, points: Array) -> Array:
-        """Return how far each point (m, 3) is from the surface [m], shape (m,), never negative."""
+        """Return how far each point (3, m) is from the surface [m], shape (m,), never negative."""
 
 
 class Solid(Shape, Protocol):
@@ -58,12 +60,14 @@ class Plane:
     def intersect(self, origins: Array, directions: Array) -> Array:
         """See Shape."""
         with np.errstate(divide='ignore', invalid='ignore'):
-            along = ((self.point - origins) @ self.normal) / (directions @ self.normal)
+            along = _dot(self.normal, self.point[:, None] - origins) / _dot(
+                self.normal, directions
+            )
         return np.where(along > 0.0, along, np.inf)
 
     def distance(self, points: Array) -> Array:
         """See Shape."""
-        return np.abs((points - self.point) @ self.normal)
+        return np.abs(_dot(self.normal, points - self.point[:, None]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,12 +87,12 @@ class Sphere:
 
     def intersect(self, origins: Array, directions: Array) -> Array:
         """See Shape."""
-        offset, along = (origins - self.center).T, directions.T
-        return _first_hit(*_within_circle(offset, along, self.radius))
+        offset = origins - self.center[:, None]
+        return _first_hit(*_within_circle(offset, directions, self.radius))
 
     def distance(self, points: Array) -> Array:
         """See Shape."""
-        return np.abs(_length((points - self.center).T) - self.radius)
+        return np.abs(_length(points - self.center[:, None]) - self.radius)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,7 +123,7 @@ class Box:
 
     def distance(self, points: Array) -> Array:
         """See Shape."""
-        beyond = np.abs(self.pose.to_local(points).T) - self.size[:, None] / 2.0
+        beyond = np.abs(_in_frame(self.pose, points)) - self.size[:, None] / 2.0
         return _hull_distance(beyond)
 
 
@@ -154,7 +158,7 @@ class Cylinder:
 
     def distance(self, points: Array) -> Array:
         """See Shape."""
-        x, y, z = self.pose.to_local(points).T
+        x, y, z = _in_frame(self.pose, points)
         beyond = np.stack([np.hypot(x, y) - self.radius, np.abs(z) - self.length / 2.0])
         return _hull_distance(beyond)
 
@@ -166,9 +170,13 @@ def _require_size(key: str, *sizes: float) -> None:
 
 
 def _local_ray(pose: Pose, origins: Array, directions: Array) -> tuple[Array, Array]:
-    """Return origins and directions in the frame of a pose, as rows x, y, z: shape (3, n)."""
-    inverse = pose.rotation.T
-    return inverse @ (origins - pose.position).T, inverse @ directions.T
+    """Return origins and directions (3, n) in the frame of a pose."""
+    return _in_frame(pose, origins), np.asarray(pose.rotation.T @ directions)
+
+
+def _in_frame(pose: Pose, points: Array) -> Array:
+    """Return points (3, n) in the frame of a pose."""
+    return np.asarray(pose.rotation.T @ (points - pose.position[:, None]))
 
 
 def _within_slab(offset: Array, along: Array, half: Array | float) -> tuple[Array, Array]:

@@ -53,8 +53,8 @@ class World:
         up, level = np.sin(pitch), np.cos(pitch)
         ahead, zero = np.cos(azimuth), np.zeros_like(pitch)
         arm = self.scene.optical_offset
-        origins = np.stack([-arm * up, zero, arm * level], axis=1)
-        directions = np.stack([ahead * level, np.sin(azimuth), ahead * up], axis=1)
+        origins = np.stack([-arm * up, zero, arm * level]).T
+        directions = np.stack([ahead * level, np.sin(azimuth), ahead * up]).T
         mount = self.scene.mount
         return (
             to_parent(mount.to_parent(origins), poses),

@@ -1,0 +1,221 @@
+"""The fast mode: a whole recording as arrays, without devices, ROS or a clock to wait for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+from typing import Any
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.parameters import check, parameter
+from nodlidar_sim.base import ConstantTwist, odometry_of
+from nodlidar_sim.effects import range_faults
+from nodlidar_sim.motion import triangle_motion, TURN_ACCELERATION
+from nodlidar_sim.scene import Scene
+from nodlidar_sim.world import World
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+
+_SCANS_AT_ONCE = 16  # so that the arrays of one ray cast stay in the cache
+
+
+@dataclass(frozen=True, slots=True)
+class SensorModel:
+    """The two devices: a Hokuyo URG-04LX-UG01 on a Dynamixel RX-24F, unless told otherwise."""
+
+    steps: int = parameter(1024, 'Steps of a revolution', minimum=1)
+    first_step: int = parameter(44, 'First step that is measured', minimum=0)
+    last_step: int = parameter(725, 'Last step that is measured', minimum=0)
+    front_step: int = parameter(384, 'Step that looks ahead', minimum=0)
+    scan_time: float = parameter(0.1, 'Time of a revolution', unit='s', minimum=1e-3)
+    range_min: float = parameter(0.02, 'Least range', unit='m', minimum=0.0)
+    range_max: float = parameter(5.6, 'Greatest range', unit='m', minimum=0.0)
+    resolution: float = parameter(1e-3, 'Step of the ranges', unit='m', minimum=1e-6)
+    joint_rate: float = parameter(62.0, 'Position readings in a second', unit='Hz', minimum=1.0)
+    joint_tick: float = parameter(
+        math.radians(300.0) / 1024.0, 'Step of the position', unit='rad', minimum=1e-9
+    )
+    speed_tick: float = parameter(
+        0.111 * math.tau / 60.0, 'Step of the speed', unit='rad/s', minimum=1e-9
+    )
+    acceleration: float = parameter(
+        TURN_ACCELERATION, 'Of the turn-arounds', unit='rad/s2', minimum=1e-3
+    )
+    odometry_rate: float = parameter(50.0, 'Odometry samples in a second', unit='Hz', minimum=1.0)
+
+    def __post_init__(self) -> None:
+        check(self)
+        if not self.first_step <= self.last_step < self.steps:
+            limit = f'from first_step = {self.first_step} to below steps = {self.steps}'
+            raise ParameterError('last_step', limit, self.last_step)
+
+    @property
+    def azimuth(self) -> Array:
+        """Angle of each measured beam in the scan plane [rad], shape (b,)."""
+        return np.asarray((self._measured - self.front_step) * self.angle_increment)
+
+    @property
+    def angle_increment(self) -> float:
+        """Angle from a beam to the next [rad]."""
+        return math.tau / self.steps
+
+    @property
+    def time_increment(self) -> float:
+        """Time T_s from a beam to the next, by the lidar's clock [s]."""
+        return self.scan_time / self.steps
+
+    def beam_times_ns(self, start_ns: int, scans: int, clock_rate: float) -> Times:
+        """Return when beams are sent, shape (scans, b), with the first step 0 at start_ns."""
+        samples = np.arange(scans)[:, None] * self.steps + self._measured
+        return _instants(start_ns, samples * (self.time_increment / clock_rate))
+
+    def rounded_ranges(self, ranges: Array) -> Array:
+        """Return ranges [m] as the lidar tells them; -inf too near, inf too far (REP 117)."""
+        rounded = np.rint(ranges / self.resolution) * self.resolution
+        rounded[rounded < self.range_min] = -np.inf
+        rounded[rounded > self.range_max] = np.inf
+        return rounded
+
+    @property
+    def _measured(self) -> Times:
+        return np.arange(self.first_step, self.last_step + 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """What the devices told, and the truth.
+
+    Attributes
+    ----------
+    sensor
+        The devices.
+    azimuth
+        Angle of each beam in the scan plane [rad], shape (b,).
+    scan_stamp_ns
+        When the first measured beam of each scan was sent [ns], shape (s,).
+    ranges
+        As the lidar told them [m], shape (s, b); inf too far, -inf too near, NaN dropped out.
+    joint_stamp_ns, joint_position, joint_velocity
+        Time [ns], pitch [rad] and speed [rad/s] as the servo told them, shape (j,).
+    odometry_stamp_ns, odometry_pose
+        Time [ns], shape (o,), and x [m], y [m], yaw [rad] of base_link in odom, shape (o, 3).
+    true_time_ns, true_pitch, true_range
+        When each beam was sent [ns], its pitch [rad] and range [m], shape (s, b).
+    true_pose
+        x [m], y [m], yaw [rad] of base_link in odom at the odometry's times, shape (o, 3).
+    world
+        Where all that came from; knows the distance of points to the surfaces.
+    """
+
+    sensor: SensorModel
+    azimuth: Array
+    scan_stamp_ns: Times
+    ranges: Array
+    joint_stamp_ns: Times
+    joint_position: Array
+    joint_velocity: Array
+    odometry_stamp_ns: Times
+    odometry_pose: Array
+    true_time_ns: Times
+    true_pitch: Array
+    true_range: Array
+    true_pose: Array
+    world: World
+
+
+def simulate(
+    scene: Scene,
+    nod: NodTrajectory,
+    duration: float,
+    seed: int = 0,
+    *,
+    start_ns: int = 0,
+    sensor: SensorModel | None = None,
+) -> Recording:
+    """Record a nodding lidar in a scene; the same arguments give the same recording.
+
+    Parameters
+    ----------
+    scene
+        From nodlidar_sim.scene.load_scene.
+    nod
+        The commanded trajectory, which the servo follows as triangle_motion says.
+    duration
+        Of the recording [s]; a scan that does not end within it is left out.
+    seed
+        Of everything that goes wrong.
+    start_ns
+        When the first scan is at step 0 and the base at the start of its route [ns].
+    sensor
+        The devices; a URG-04LX-UG01 on an RX-24F by default.
+
+    Raises
+    ------
+    ParameterError
+        If the duration is too short for a scan, or the nod's sweeps for its turn-arounds.
+    """
+    sensor = SensorModel() if sensor is None else sensor
+    effects = scene.effects
+    scans = math.floor(duration * effects.clock_rate / sensor.scan_time + 1e-9)
+    if scans < 1:
+        raise ParameterError('duration', f'at least a scan of {sensor.scan_time} s', duration)
+    end_ns = start_ns + math.ceil((duration + 2.0 / sensor.joint_rate) * NS_PER_S)
+    range_seed, turn_seed, odometry_seed = np.random.SeedSequence(seed).generate_state(3)
+    motion = triangle_motion(
+        nod, start_ns, end_ns, sensor.acceleration, effects.servo_jitter, int(turn_seed)
+    )
+    world = World(scene, motion, scene.route(start_ns))
+    odometry = odometry_of(world.base, effects.odometry_error, int(odometry_seed))
+    beams_ns = sensor.beam_times_ns(start_ns, scans, effects.clock_rate)
+    joints_ns = _ticks(start_ns, duration, sensor.joint_rate)
+    samples_ns = _ticks(start_ns, duration, sensor.odometry_rate)
+    true_range = _true_ranges(world, beams_ns, sensor.azimuth)
+    faults = range_faults(effects, int(range_seed))
+    return Recording(
+        sensor=sensor,
+        azimuth=sensor.azimuth,
+        scan_stamp_ns=beams_ns[:, 0],
+        ranges=sensor.rounded_ranges(true_range if faults is None else faults(true_range)),
+        joint_stamp_ns=joints_ns,
+        joint_position=_rounded(motion.position(joints_ns), sensor.joint_tick),
+        joint_velocity=_rounded(motion.velocity(joints_ns), sensor.speed_tick),
+        odometry_stamp_ns=samples_ns,
+        odometry_pose=_poses(odometry, samples_ns),
+        true_time_ns=beams_ns,
+        true_pitch=motion.position(beams_ns),
+        true_range=true_range,
+        true_pose=_poses(odometry_of(world.base, 0.0), samples_ns),
+        world=world,
+    )
+
+
+def _ticks(start_ns: int, duration: float, rate: float) -> Times:
+    """Return instants [ns] at a rate [Hz] that begin at the start and enclose the duration [s]."""
+    return _instants(start_ns, np.arange(math.ceil(duration * rate) + 1) / rate)
+
+
+def _instants(start_ns: int, elapsed: NDArray[np.floating[Any]]) -> Times:
+    """Return the instants [ns] at times [s] after a start."""
+    return np.asarray(start_ns + np.rint(elapsed * NS_PER_S).astype(np.int64))
+
+
+def _true_ranges(world: World, beams_ns: Times, azimuth: Array) -> Array:
+    """Return the range of every beam, shape (s, b), from a few scans at a time."""
+    ranges = np.empty(beams_ns.shape)
+    for first in range(0, len(beams_ns), _SCANS_AT_ONCE):
+        times = beams_ns[first : first + _SCANS_AT_ONCE]
+        found = world.ranges(times.ravel(), np.tile(azimuth, len(times)))
+        ranges[first : first + _SCANS_AT_ONCE] = found.reshape(times.shape)
+    return ranges
+
+
+def _rounded(values: Array, step: float) -> Array:
+    return np.rint(values / step) * step
+
+
+def _poses(base: ConstantTwist, times_ns: Times) -> Array:
+    return np.broadcast_to(base.poses(times_ns), (len(times_ns), 3))
