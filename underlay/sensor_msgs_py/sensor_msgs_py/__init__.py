@@ -1,0 +1,1 @@
+"""Sensor messages as NumPy arrays: the Python API of Jazzy; see :mod:`point_cloud2`."""
