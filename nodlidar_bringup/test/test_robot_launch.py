@@ -1,0 +1,153 @@
+"""The whole launch on real DDS: the content of every topic, the transforms, the end."""
+
+import math
+
+from diagnostic_msgs.msg import DiagnosticArray
+from launched import Observer, sensor
+from lifecycle_msgs.srv import GetState
+from nodlidar_common.messages import nod_from_message, time_ns
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_msgs.msg import NodCommand
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world import World
+import numpy as np
+import pytest
+from rclpy.time import Time
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+from sensor_msgs_py import point_cloud2
+
+STEP = 2 * math.pi / 1024
+SCANS = 30
+
+
+@pytest.fixture(scope='module')
+def launched(tmp_path_factory):
+    """Run the sensor in the scene 'wall' until it nods and its clouds have come for 3 s."""
+    log = tmp_path_factory.mktemp('launch') / 'launch.log'
+    observer = Observer()
+    for message_type, topic in [
+        (LaserScan, 'scan'),
+        (JointState, 'joint_states'),
+        (PointCloud2, 'points'),
+        (NodCommand, 'nod_command'),
+        (DiagnosticArray, '/diagnostics'),
+    ]:
+        observer.subscribe(message_type, topic)
+    with sensor(log, 'scene:=wall') as running:
+        nodding = lambda: len(observer.messages['points']) >= SCANS  # noqa: E731
+        observer.spin_until(lambda: nodding() or not running.running(), 'clouds')
+        assert running.running(), log.read_text()
+        yield observer, running, log
+    observer.close()
+
+
+def test_scans_are_complete_and_stamped_with_their_first_beam(launched):
+    observer, _, _ = launched
+    scans = observer.messages['scan']
+    for scan in scans:
+        assert scan.header.frame_id == 'laser'
+        assert len(scan.ranges) == 682
+        assert scan.angle_min == pytest.approx((44 - 384) * STEP, abs=1e-6)
+        assert scan.angle_increment == pytest.approx(STEP, abs=1e-8)
+        assert scan.time_increment == pytest.approx(0.1 / 1024, rel=1e-3)
+        assert scan.scan_time == pytest.approx(0.1, rel=1e-3)
+        assert (scan.range_min, scan.range_max) == pytest.approx((0.02, 5.6))
+    stamps = np.array([time_ns(scan.header.stamp) for scan in scans])
+    periods = np.diff(stamps) / NS_PER_S
+    assert np.all(np.abs(periods - 0.1 * np.rint(periods / 0.1)) < 2e-3)
+
+
+def test_joint_states_follow_the_command(launched):
+    observer, _, _ = launched
+    nod = nod_from_message(observer.messages['nod_command'][-1])
+    assert (nod.pitch_min, nod.pitch_max) == pytest.approx((-0.6136, 0.6136))
+    assert nod.samples_per_sweep == 4001
+    assert nod.sweep_duration == pytest.approx(4001 * 0.1 / 1024, rel=1e-3)
+    states = observer.messages['joint_states']
+    assert all(list(state.name) == ['nod_joint'] for state in states)
+    recent = states[-100:]
+    stamps = np.array([time_ns(state.header.stamp) for state in recent])
+    pitch = np.array([state.position[0] for state in recent])
+    assert np.all(np.diff(stamps) > 0)
+    assert np.diff(stamps).mean() / NS_PER_S < 1 / 62
+    assert np.sqrt(np.mean((pitch - nod.pitch(stamps)) ** 2)) < 0.05
+    assert np.ptp(pitch) > 0.95 * nod.span
+
+
+def test_clouds_have_the_documented_fields_and_lie_on_the_scene(launched):
+    observer, _, _ = launched
+    clouds = observer.messages['points']
+    for cloud in clouds:
+        assert cloud.header.frame_id == 'nodlidar_base_link'
+        assert (cloud.height, cloud.is_dense, cloud.is_bigendian) == (1, True, False)
+        assert [field.name for field in cloud.fields] == [
+            'x', 'y', 'z', 'intensity', 'time', 'ring',
+        ]  # fmt: skip
+        points = point_cloud2.read_points(cloud)
+        assert points['time'][0] == 0.0
+        assert np.all(np.diff(points['time']) > 0.0)
+        assert points['time'][-1] < 0.0667
+    xyz = np.concatenate(
+        [
+            point_cloud2.read_points_numpy(cloud, field_names=['x', 'y', 'z'])
+            for cloud in clouds[5:]
+        ]
+    )
+    world = World(load_scene('wall'), motion=None)
+    distance = world.surface_distance(xyz.astype(np.float64), np.array([0]))
+    assert np.sqrt(np.mean(distance**2)) < 0.02
+
+
+def test_the_laser_s_transform_is_the_joint_s_position(launched):
+    observer, _, _ = launched
+    buffer = observer.transforms
+    ready = lambda: buffer.can_transform('base_link', 'laser', Time())  # noqa: E731
+    observer.spin_until(ready, 'the transform of the laser')
+    transform = buffer.lookup_transform('nodlidar_base_link', 'laser', Time())
+    at_ns = time_ns(transform.header.stamp)
+    states = observer.messages['joint_states']
+    observer.spin_until(lambda: time_ns(states[-1].header.stamp) > at_ns, 'a later joint state')
+    pitch = np.interp(
+        at_ns,
+        [time_ns(state.header.stamp) for state in states],
+        [state.position[0] for state in states],
+    )
+    q, t = transform.transform.rotation, transform.transform.translation
+    assert 2 * math.atan2(-q.y, q.w) == pytest.approx(pitch, abs=1e-6)
+    assert (t.x, t.y, t.z) == pytest.approx(
+        (-0.08 * math.sin(pitch), 0.0, 0.08 * math.cos(pitch)), abs=1e-6
+    )
+
+
+def test_every_node_reports_ok(launched):
+    observer, _, _ = launched
+
+    def levels():
+        return {
+            status.name.split(':')[0]: status.level
+            for array in observer.messages['/diagnostics']
+            for status in array.status
+        }
+
+    expected = {'driver': b'\x00', 'servo': b'\x00', 'assembler': b'\x00'}
+    observer.spin_until(lambda: levels() == expected, f'diagnostics OK, have {levels()}')
+
+
+def test_driver_and_servo_are_active(launched):
+    observer, _, _ = launched
+    for name in ('driver', 'servo'):
+        client = observer.node.create_client(GetState, f'{name}/get_state')
+        observer.spin_until(client.service_is_ready, f'the service of {name}')
+        answer = client.call_async(GetState.Request())
+        observer.spin_until(answer.done, f'the state of {name}')
+        assert answer.result().current_state.label == 'active'
+
+
+def test_it_ends_cleanly_and_leaves_nothing_behind(launched):
+    _, running, log = launched
+    assert running.interrupt() == 0
+    text = log.read_text()
+    assert 'Traceback' not in text
+    for process in ('driver', 'servo', 'assembler', 'robot_state_publisher', 'emulate'):
+        assert f'[INFO] [{process}-' in text
+    assert text.count('process has finished cleanly') == 5

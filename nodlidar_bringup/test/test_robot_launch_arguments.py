@@ -1,0 +1,58 @@
+"""The launch file's arguments: a second sensor, and what a wrong value leads to."""
+
+from launched import Observer, sensor, STOP_TIMEOUT
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+
+
+def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
+    observer = Observer()
+    sides = ('left', 'right')
+    for side in sides:
+        observer.subscribe(LaserScan, f'{side}/scan')
+        observer.subscribe(JointState, f'{side}/joint_states')
+        observer.subscribe(PointCloud2, f'{side}/points')
+    arguments = {
+        side: (f'namespace:={side}', f'frame_prefix:={side}_', 'scene:=wall') for side in sides
+    }
+    with (
+        sensor(tmp_path / 'left.log', *arguments['left']),
+        sensor(tmp_path / 'right.log', *arguments['right']),
+    ):
+        clouds = {side: observer.messages[f'{side}/points'] for side in sides}
+        observer.spin_until(lambda: all(clouds.values()), 'clouds of both sensors')
+        for side in sides:
+            assert clouds[side][-1].header.frame_id == f'{side}_nodlidar_base_link'
+            assert observer.messages[f'{side}/scan'][-1].header.frame_id == f'{side}_laser'
+            assert list(observer.messages[f'{side}/joint_states'][-1].name) == [
+                f'{side}_nod_joint'
+            ]
+    observer.close()
+
+
+def ended(log, *arguments):
+    """Return the log of a launch that ends by itself."""
+    with sensor(log, *arguments) as running:
+        running.process.wait(STOP_TIMEOUT)
+        return log.read_text()
+
+
+def test_an_unknown_scene_ends_the_launch_and_names_the_known_ones(tmp_path):
+    text = ended(tmp_path / 'launch.log', 'scene:=moon')
+    assert 'moon' in text
+    assert all(name in text for name in ('corner', 'corridor', 'room', 'wall'))
+    assert 'Traceback' not in text
+
+
+def test_a_parameter_of_the_wrong_type_ends_the_launch_and_is_named(tmp_path):
+    parameters = tmp_path / 'assembler.yaml'
+    parameters.write_text('/**:\n  ros__parameters:\n    samples_per_sweep: many\n')
+    text = ended(tmp_path / 'launch.log', f'assembler_params:={parameters}')
+    assert "'samples_per_sweep' must be of type int, but is 'many'" in text
+    assert 'Traceback' not in text
+
+
+def test_an_unknown_choice_is_refused_before_anything_starts(tmp_path):
+    text = ended(tmp_path / 'launch.log', 'hardware:=toy')
+    assert 'hardware' in text
+    assert 'toy' in text
+    assert 'process started' not in text
