@@ -4,7 +4,7 @@ A device has no clock, no thread and no file of its own. Host time [ns] comes wi
 never goes backwards; `receive` and `transmit` first bring the device up to that time.
 """
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
 class Device(Protocol):
@@ -21,3 +21,10 @@ class Device(Protocol):
 
         After ``transmit(now_ns)`` it is later than `now_ns`.
         """
+
+
+@runtime_checkable
+class HearsBitRate(Protocol):
+    """A device that is told the bit rate of its host's port [bit/s], None where it is unknown."""
+
+    host_bit_rate: int | None

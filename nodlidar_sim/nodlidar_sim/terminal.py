@@ -2,15 +2,21 @@
 
 import os
 from pathlib import Path
+import re
 import select
+import termios
 import tty
 
 from nodlidar_common.errors import PortError
 from nodlidar_sim.byte_buffer import BoundedBuffer
-from nodlidar_sim.device import Device
+from nodlidar_sim.device import Device, HearsBitRate
 
 _CHUNK = 4096
 _READ = select.EPOLLIN | select.EPOLLET  # edges: a terminal that no host has open is always ready
+
+_BIT_RATES = {
+    getattr(termios, name): int(name[1:]) for name in dir(termios) if re.fullmatch(r'B\d+', name)
+}
 
 
 class Terminal:
@@ -64,6 +70,7 @@ class Terminal:
         """Carry bytes both ways and return when the device's next event is."""
         received = self._read()
         if received:
+            self._tell_bit_rate()
             self.device.receive(received, now_ns)
         self.buffer.append(self.device.transmit(now_ns))
         if len(self.buffer):
@@ -80,6 +87,11 @@ class Terminal:
         except OSError:  # nothing more to read, or no host has the terminal open
             pass
         return received
+
+    def _tell_bit_rate(self) -> None:
+        if isinstance(self.device, HearsBitRate) and self._master is not None:
+            speed = termios.tcgetattr(self._master)[5]
+            self.device.host_bit_rate = _BIT_RATES.get(speed)
 
     def _write(self) -> None:
         if self._master is None or self._hangup.poll(0):

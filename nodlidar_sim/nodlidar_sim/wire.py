@@ -15,11 +15,14 @@ class Wire:
         Speed.
     piece
         Most bytes that are handed over at once, when the last of them has arrived.
+    latency_ns
+        Latency timer of a USB adapter, which hands over what arrived at multiples of it [ns].
     """
 
-    def __init__(self, bytes_per_second: float, piece: int) -> None:
+    def __init__(self, bytes_per_second: float, piece: int, latency_ns: int = 0) -> None:
         self.bytes_per_second = bytes_per_second
         self._piece = piece
+        self._latency_ns = latency_ns
         self._pieces: deque[tuple[int, bytes]] = deque()
         self._free_ns = 0
 
@@ -37,7 +40,7 @@ class Wire:
         for begin in range(0, len(data), self._piece):
             piece = data[begin : begin + self._piece]
             self._free_ns = start_ns + self.duration_ns(begin + len(piece))
-            self._pieces.append((self._free_ns, piece))
+            self._pieces.append((self._handed_over_ns(self._free_ns), piece))
 
     def take(self, now_ns: int) -> bytes:
         """Return, once, what has arrived by now [ns]."""
@@ -49,3 +52,8 @@ class Wire:
     def next_event_ns(self) -> int | None:
         """Return when [ns] the next piece arrives, or None if none is on its way."""
         return self._pieces[0][0] if self._pieces else None
+
+    def _handed_over_ns(self, arrival_ns: int) -> int:
+        if not self._latency_ns:
+            return arrival_ns
+        return -(-arrival_ns // self._latency_ns) * self._latency_ns

@@ -27,6 +27,15 @@ class Echo:
         return None
 
 
+class BitRateEcho(Echo):
+    """Answers with the bit rate of the host."""
+
+    host_bit_rate = None
+
+    def receive(self, data, now_ns):
+        self.data = f'{self.host_bit_rate:8}'.encode()
+
+
 class Ticker(Echo):
     """Sends the index of each millisecond's tick."""
 
@@ -131,6 +140,16 @@ def test_another_device_can_be_plugged_in():
         ports.reopen('a', Ticker())
         with open_port(ports['a'], 9600, 5.0) as port:
             assert len(port.read(3)) == 3
+
+
+@pytest.mark.parametrize('bit_rate', [57600, 1_000_000])
+def test_a_device_is_told_the_bit_rate_of_its_host(bit_rate):
+    with (
+        PseudoTerminals({'a': BitRateEcho()}) as ports,
+        open_port(ports['a'], bit_rate, 5.0) as port,
+    ):
+        port.write(b'?')
+        assert int(port.read(8)) == bit_rate
 
 
 def test_a_stale_link_is_replaced(tmp_path):

@@ -1,0 +1,156 @@
+"""The control table of an RX-24F: registers, defaults, limits and the rules for writing them."""
+
+from dataclasses import dataclass
+from enum import IntFlag
+
+SIZE = 50
+EEPROM_END = 24
+RX24F_MODEL = 24
+
+
+class Errors(IntFlag):
+    """The error bits of a status packet."""
+
+    NONE = 0
+    VOLTAGE = 0x01
+    ANGLE_LIMIT = 0x02
+    OVERHEATING = 0x04
+    RANGE = 0x08
+    CHECKSUM = 0x10
+    OVERLOAD = 0x20
+    INSTRUCTION = 0x40
+
+
+@dataclass(frozen=True, slots=True)
+class Register:
+    """A place in the table; its least significant byte comes first.
+
+    Attributes
+    ----------
+    address, size, default
+        First byte, bytes, and value after a reset.
+    low, high
+        What may be written; nothing if high is None.
+    """
+
+    address: int
+    size: int
+    default: int
+    low: int = 0
+    high: int | None = None
+
+
+MODEL = Register(0, 2, RX24F_MODEL)
+FIRMWARE = Register(2, 1, 1)
+ID = Register(3, 1, 1, 0, 253)
+BAUD = Register(4, 1, 34, 0, 254)
+RETURN_DELAY = Register(5, 1, 250, 0, 254)
+CW_LIMIT = Register(6, 2, 0, 0, 1023)
+CCW_LIMIT = Register(8, 2, 1023, 0, 1023)
+TEMPERATURE_LIMIT = Register(11, 1, 80, 0, 150)
+VOLTAGE_MIN = Register(12, 1, 60, 50, 250)
+VOLTAGE_MAX = Register(13, 1, 190, 50, 250)
+MAX_TORQUE = Register(14, 2, 1023, 0, 1023)
+RETURN_LEVEL = Register(16, 1, 2, 0, 2)
+ALARM_LED = Register(17, 1, 36, 0, 127)
+SHUTDOWN = Register(18, 1, 36, 0, 127)
+TORQUE_ENABLE = Register(24, 1, 0, 0, 1)
+LED = Register(25, 1, 0, 0, 1)
+CW_MARGIN = Register(26, 1, 1, 0, 255)
+CCW_MARGIN = Register(27, 1, 1, 0, 255)
+CW_SLOPE = Register(28, 1, 32, 1, 254)
+CCW_SLOPE = Register(29, 1, 32, 1, 254)
+GOAL = Register(30, 2, 0, 0, 1023)
+MOVING_SPEED = Register(32, 2, 0, 0, 2047)
+TORQUE_LIMIT = Register(34, 2, 1023, 0, 1023)
+POSITION = Register(36, 2, 0)
+SPEED = Register(38, 2, 0)
+LOAD = Register(40, 2, 0)
+VOLTAGE = Register(42, 1, 0)
+TEMPERATURE = Register(43, 1, 0)
+REGISTERED = Register(44, 1, 0)
+MOVING = Register(46, 1, 0)
+LOCK = Register(47, 1, 0, 0, 1)
+PUNCH = Register(48, 2, 32, 0, 1023)
+
+REGISTERS = tuple(value for value in list(globals().values()) if isinstance(value, Register))
+
+
+class ControlTable:
+    """The bytes of the table; written by the host under its rules, by the servo freely."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray(SIZE)
+        self.reset()
+
+    def __getitem__(self, register: Register) -> int:
+        begin = register.address
+        return int.from_bytes(self._bytes[begin : begin + register.size], 'little')
+
+    def __setitem__(self, register: Register, value: int) -> None:
+        begin = register.address
+        self._bytes[begin : begin + register.size] = value.to_bytes(register.size, 'little')
+
+    @property
+    def wheel_mode(self) -> bool:
+        """Whether the servo turns without end: both angle limits are 0."""
+        return self[CW_LIMIT] == self[CCW_LIMIT] == 0
+
+    def reset(self) -> None:
+        """Set every register to its default."""
+        for register in REGISTERS:
+            self[register] = register.default
+
+    def read(self, address: int, size: int) -> bytes | None:
+        """Return bytes of the table, or None if they are not all in it."""
+        if size < 1 or address + size > SIZE:
+            return None
+        return bytes(self._bytes[address : address + size])
+
+    def errors_of(self, address: int, data: bytes) -> Errors:
+        """Return what is wrong with a write of the host; nothing is written."""
+        trial = ControlTable()
+        trial._bytes[:] = self._bytes
+        return trial.write(address, data)
+
+    def write(self, address: int, data: bytes) -> Errors:
+        """Write bytes if all of them may be written, and return what is wrong if not."""
+        if self._forbidden(address, len(data)):
+            return Errors.RANGE
+        before = bytes(self._bytes)
+        self._bytes[address : address + len(data)] = data
+        errors = self._range_errors(address, len(data))
+        if errors:
+            self._bytes[:] = before
+        return errors
+
+    def _forbidden(self, address: int, size: int) -> bool:
+        """Tell whether a write touches what is locked, read-only or no register."""
+        if size < 1 or (self[LOCK] and (address < EEPROM_END or address == LOCK.address)):
+            return True
+        return not set(range(address, address + size)) <= _WRITABLE
+
+    def _range_errors(self, address: int, size: int) -> Errors:
+        errors = Errors.NONE
+        for register in _touched(address, size):
+            if register.high is None or not register.low <= self[register] <= register.high:
+                errors |= Errors.RANGE
+        if GOAL in _touched(address, size) and not self._goal_within_limits():
+            errors |= Errors.ANGLE_LIMIT
+        return errors
+
+    def _goal_within_limits(self) -> bool:
+        return self.wheel_mode or self[CW_LIMIT] <= self[GOAL] <= self[CCW_LIMIT]
+
+
+_WRITABLE = {
+    register.address + i
+    for register in REGISTERS
+    if register.high is not None
+    for i in range(register.size)
+}
+
+
+def _touched(address: int, size: int) -> list[Register]:
+    """Return the registers of which a write changes at least one byte."""
+    return [r for r in REGISTERS if r.address < address + size and address < r.address + r.size]
