@@ -6,8 +6,8 @@ sensor shows, and a scan is sent at the end of the turn that measured it.
 
 import re
 
+from nodlidar_sim.effects import Measure
 from nodlidar_sim.urg_clock import UrgClock
-from nodlidar_sim.urg_scan import Measure
 from nodlidar_sim.urg_sensor import MAX_LINE, UrgSensor
 from nodlidar_sim.wire import BITS_PER_BYTE, Wire
 

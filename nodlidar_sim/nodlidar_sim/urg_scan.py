@@ -1,14 +1,11 @@
 """One turn of an emulated URG-04LX: beams at their own instants, and what is sent of them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from nodlidar_common import scip
+from nodlidar_sim.effects import Measure
 import numpy as np
 from numpy.typing import NDArray
-
-Measure = Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]]
-"""(times [ns], azimuths [rad]) -> ranges [m]: inf where nothing is, NaN where a beam is lost."""
 
 STEPS_PER_TURN = 1024
 FIRST_STEP, LAST_STEP, FRONT_STEP = 44, 725, 384

@@ -1,0 +1,121 @@
+"""Run the emulated devices alone, on pseudo-terminals that drivers open like serial ports."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import signal
+import sys
+import time
+
+from nodlidar_common.errors import NodlidarError
+from nodlidar_sim.device import Device
+from nodlidar_sim.effects import imperfect
+from nodlidar_sim.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.rx24f import Rx24fEmulator
+from nodlidar_sim.scene import load_scene, Scene, scene_names
+from nodlidar_sim.servo_motion import ServoMotion
+from nodlidar_sim.urg import UrgEmulator
+from nodlidar_sim.world import World
+import numpy as np
+
+_BAUD_1M = 1  # the register's value for 1 Mbit/s, which the servo of the sensor is set to
+
+
+def without_ros_args(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments without those between ``--ros-args`` and ``--``, which launch adds."""
+    kept, ros = [], False
+    for argument in arguments:
+        if argument == '--ros-args':
+            ros = True
+        elif not ros:
+            kept.append(argument)
+        elif argument == '--':
+            ros = False
+    return kept
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Return the options; exits with a message and status 2 if they make no sense."""
+    parser = argparse.ArgumentParser(
+        prog='emulate',
+        description='Emulate the lidar and the servo of a nodding lidar on pseudo-terminals.',
+    )
+    parser.add_argument('--lidar-link', type=Path, help='where to link the lidar; none without it')
+    parser.add_argument('--servo-link', type=Path, help='where to link the servo; none without it')
+    parser.add_argument(
+        '--scene', default='room', help=f'{", ".join(scene_names())} or the path of a YAML file'
+    )
+    parser.add_argument('--seed', type=int, default=0, help='of all that is random (default 0)')
+    parser.add_argument(
+        '--latency-timer', type=float, default=0.0, metavar='MS',
+        help="of the servo's USB adapter [ms]; 16 gives 62 Hz (default 0: none)",
+    )  # fmt: skip
+    parser.add_argument('--scip11', action='store_true', help='the lidar powers up in SCIP 1.1')
+    options = parser.parse_args(without_ros_args(arguments))
+    if options.lidar_link is None and options.servo_link is None:
+        parser.error('nothing to emulate: give --lidar-link, --servo-link or both')
+    return options
+
+
+def make_devices(
+    scene: Scene, start_ns: int, seed: int, latency_timer: float = 0.0, scip11: bool = False
+) -> dict[str, Device]:
+    """Return the two devices, 'lidar' and 'servo', in a scene.
+
+    Parameters
+    ----------
+    scene
+        What the lidar sees, how the base moves and what goes wrong.
+    start_ns
+        Host time at which both are switched on and the base leaves its start [ns].
+    seed
+        Of what goes wrong and of the phase of the lidar's rotation.
+    latency_timer
+        Of the servo's USB adapter [s].
+    scip11
+        Whether the lidar powers up in SCIP 1.1.
+    """
+    motion = ServoMotion(jitter=scene.effects.servo_jitter, seed=seed)
+    world = World(scene, motion, scene.route(start_ns))
+    lidar = UrgEmulator(
+        imperfect(world.ranges, scene.effects, seed),
+        start_ns=start_ns,
+        clock_rate=scene.effects.clock_rate,
+        rotation_phase=np.random.default_rng(seed).random(),
+        scip11=scip11,
+    )
+    servo = Rx24fEmulator(motion, baud=_BAUD_1M, latency_timer=latency_timer)
+    return {'lidar': lidar, 'servo': servo}
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run the devices that have a link until SIGINT or SIGTERM."""
+    devices = make_devices(
+        load_scene(options.scene),
+        time.time_ns(),
+        options.seed,
+        options.latency_timer / 1e3,
+        options.scip11,
+    )
+    links = {'lidar': options.lidar_link, 'servo': options.servo_link}
+    links = {name: link for name, link in links.items() if link is not None}
+    with PseudoTerminals({name: devices[name] for name in links}, links) as terminals:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: terminals.stop())
+        for name in links:
+            print(f'{name} ready at {terminals[name]}', flush=True)
+        terminals.wait()
+
+
+def main() -> int:
+    """Run as a program; return the exit status."""
+    try:
+        run(parse(sys.argv[1:]))
+    except NodlidarError as error:
+        print(f'emulate: {error}', file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,131 @@
+"""The program on real pseudo-terminals, as a process of its own."""
+
+import os
+import signal
+import subprocess
+import sys
+
+from nodlidar_common import scip
+from nodlidar_common.serial_port import open_port
+from nodlidar_sim.emulate import make_devices, parse, without_ros_args
+from nodlidar_sim.ports import VirtualClock, VirtualPort
+from nodlidar_sim.scene import load_scene
+import numpy as np
+import pytest
+
+PING = bytes.fromhex('FFFF010201FB')
+PING_ANSWER = bytes.fromhex('FFFF010200FC')
+
+
+@pytest.fixture
+def start():
+    processes = []
+
+    def start(*arguments):
+        process = subprocess.Popen(
+            [sys.executable, '-m', 'nodlidar_sim.emulate', *map(str, arguments)],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        processes.append(process)
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def ask(port, command):
+    port.write(command + b'\n')
+    return port.read_until(b'\n\n').split(b'\n')
+
+
+@pytest.mark.parametrize('ending', [signal.SIGINT, signal.SIGTERM])
+def test_both_devices_answer_and_the_links_go_with_the_process(start, tmp_path, ending):
+    lidar, servo = tmp_path / 'dev' / 'lidar', tmp_path / 'dev' / 'servo'
+    process = start('--lidar-link', lidar, '--servo-link', servo, '--ros-args', '-r', '__node:=x')
+    assert process.stdout.readline() == f'lidar ready at {lidar}\n'
+    assert process.stdout.readline() == f'servo ready at {servo}\n'
+    with open_port(str(lidar), 115200, 5.0) as port:
+        assert ask(port, b'QT')[:2] == [b'QT', b'00P']
+        assert ask(port, b'MD0044072501003')[1] == b'00P'
+        stamps = []
+        for _ in range(3):
+            lines = port.read_until(b'\n\n').split(b'\n')
+            assert len(scip.join_blocks(lines[3:-2])) == 3 * 682
+            stamps.append(int(scip.decode(lines[2][:4], 4)[0]))
+        assert np.diff(stamps).tolist() == [100, 100]
+    with open_port(str(servo), 1_000_000, 5.0) as port:
+        port.write(PING)
+        assert port.read(6) == PING_ANSWER
+    process.send_signal(ending)
+    assert process.wait(10) == 0
+    assert list((tmp_path / 'dev').iterdir()) == []
+
+
+def test_one_device_alone(start, tmp_path):
+    process = start('--servo-link', tmp_path / 'servo', '--scene', 'wall')
+    assert process.stdout.readline().startswith('servo ready')
+    assert os.listdir(tmp_path) == ['servo']
+
+
+def test_a_servo_at_another_bit_rate_is_silent(start, tmp_path):
+    start('--servo-link', tmp_path / 'servo').stdout.readline()
+    with open_port(str(tmp_path / 'servo'), 57600, 0.2) as port:
+        port.write(PING)
+        assert port.read(6) == b''
+
+
+def test_scip_1_1(start, tmp_path):
+    start('--lidar-link', tmp_path / 'lidar', '--scip11').stdout.readline()
+    with open_port(str(tmp_path / 'lidar'), 19200, 5.0) as port:
+        assert ask(port, b'QT')[:2] == [b'QT', b'E']
+        assert ask(port, b'SCIP2.0')[:2] == [b'SCIP2.0', b'0']
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (['--lidar-link', 'l', '--scene', 'nowhere'], 'corner, corridor, room, wall'),
+        (['--lidar-link', '/dev/null'], 'no symbolic link'),
+        ([], 'nothing to emulate'),
+        (['--lidar-link', 'l', '--seed', 'x'], '--seed'),
+    ],
+)
+def test_errors_are_told_with_status_2(start, arguments, message):
+    process = start(*arguments)
+    _, stderr = process.communicate(timeout=20)
+    assert process.returncode == 2
+    assert message in stderr
+    assert 'Traceback' not in stderr
+
+
+def test_arguments_of_ros_are_ignored():
+    arguments = ['--seed', '3', '--ros-args', '-p', 'a:=1', '--', '--scip11', '--ros-args']
+    assert without_ros_args(arguments) == ['--seed', '3', '--scip11']
+    options = parse(['--lidar-link', 'l', *arguments])
+    assert (options.seed, options.scip11) == (3, True)
+
+
+def test_the_lidar_sees_the_wall_that_the_servo_points_it_at():
+    """At pitch p a beam of length r ends r cos p - z_off sin p ahead: at the wall, 2 m away."""
+    start_ns = 10**18
+    scene = load_scene('wall')
+    devices = make_devices(scene, start_ns, seed=0)
+    clock = VirtualClock(start_ns)
+    servo = VirtualPort(devices['servo'], clock, timeout=0.1)
+    lidar = VirtualPort(devices['lidar'], clock, timeout=1.0)
+    ranges = {}
+    for goal in (512, 600):
+        body = bytes((1, 5, 3, 30, goal & 255, goal >> 8))
+        servo.write(b'\xff\xff' + body + bytes((~sum(body) & 0xFF,)))
+        assert servo.read(6)[4] == 0
+        clock.advance_to(clock() + 10**9)
+        lidar.reset_input_buffer()
+        lidar.write(b'MD0384038401001\n')
+        reply = lidar.read(16 + 4 + 1 + 16 + 4 + 6 + 5 + 1)
+        ranges[goal] = scip.decode(reply.split(b'\n')[6][:3], 3)[0] / 1000.0
+    pitch = 88 * np.radians(300) / 1024
+    assert ranges[512] == 2.0
+    expected = (2.0 + scene.optical_offset * np.sin(pitch)) / np.cos(pitch)
+    assert ranges[600] == pytest.approx(expected, abs=0.0011)
