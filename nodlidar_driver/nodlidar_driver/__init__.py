@@ -1,0 +1,4 @@
+"""Driver of the Hokuyo URG-04LX-UG01: SCIP 2.0 over a serial port to LaserScan.
+
+Only ``node`` and ``messages`` know ROS.
+"""

@@ -1,0 +1,100 @@
+"""What a lidar says about itself: the answers to VV, PP and II."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from nodlidar_common.errors import DeviceError
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """The answer to VV."""
+
+    vendor: str
+    product: str
+    firmware: str
+    protocol: str
+    serial_number: str
+
+
+@dataclass(frozen=True, slots=True)
+class Capabilities:
+    """The answer to PP.
+
+    Attributes
+    ----------
+    model
+        Model name.
+    range_min_mm, range_max_mm
+        Measurable ranges [mm].
+    steps_per_turn
+        Beams in a full circle, dark ones counted.
+    first_step, last_step
+        Steps that are measured.
+    front_step
+        Step that looks along the x axis.
+    speed
+        Nominal speed [rpm].
+    """
+
+    model: str
+    range_min_mm: int
+    range_max_mm: int
+    steps_per_turn: int
+    first_step: int
+    last_step: int
+    front_step: int
+    speed: int
+
+    @property
+    def rotation(self) -> float:
+        """Nominal time of one rotation [s]."""
+        return 60.0 / self.speed
+
+    @property
+    def range_min(self) -> float:
+        """Least range that is measured [m]."""
+        return self.range_min_mm * 1e-3
+
+    @property
+    def range_max(self) -> float:
+        """Greatest range that is measured [m]."""
+        return self.range_max_mm * 1e-3
+
+
+def version(information: Mapping[str, str]) -> Version:
+    """Return the answer to VV; raises DeviceError if a key is missing."""
+    return Version(
+        vendor=_value(information, 'VEND'),
+        product=_value(information, 'PROD'),
+        firmware=_value(information, 'FIRM'),
+        protocol=_value(information, 'PROT'),
+        serial_number=_value(information, 'SERI'),
+    )
+
+
+def capabilities(information: Mapping[str, str]) -> Capabilities:
+    """Return the answer to PP; raises DeviceError if a key is missing or no positive number."""
+    return Capabilities(
+        model=_value(information, 'MODL'),
+        range_min_mm=_number(information, 'DMIN'),
+        range_max_mm=_number(information, 'DMAX'),
+        steps_per_turn=_number(information, 'ARES'),
+        first_step=_number(information, 'AMIN'),
+        last_step=_number(information, 'AMAX'),
+        front_step=_number(information, 'AFRT'),
+        speed=_number(information, 'SCAN'),
+    )
+
+
+def _value(information: Mapping[str, str], key: str) -> str:
+    if key not in information:
+        raise DeviceError(f'the lidar does not tell its {key}, only {", ".join(information)}')
+    return information[key]
+
+
+def _number(information: Mapping[str, str], key: str) -> int:
+    value = _value(information, key)
+    if not value.isdecimal() or int(value) == 0:
+        raise DeviceError(f"the lidar's {key} must be a positive whole number, but is {value!r}")
+    return int(value)

@@ -1,0 +1,82 @@
+"""The lidar's lifecycle node: keeps it connected and publishes its scans."""
+
+import contextlib
+import time
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_updater import DiagnosticStatusWrapper
+from nodlidar_common.errors import DeviceError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.node import DeviceNode, run
+from nodlidar_common.serial_port import open_port
+from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.health import Health
+from nodlidar_driver.lidar import Lidar
+from nodlidar_driver.messages import arrival_message, fill_scan, scan_template
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import LaserScan, TimeReference
+import serial
+
+
+class Driver(DeviceNode):
+    """Reads a Hokuyo URG-04LX-UG01 and publishes `scan` and `~/arrival`."""
+
+    def __init__(self) -> None:
+        super().__init__('driver', DriverConfig)
+        self._window = self.config.window()
+        self._health = Health(self._window)
+        self._port: serial.Serial | None = None
+        self._lidar: Lidar | None = None
+        self._scans = self.create_lifecycle_publisher(
+            LaserScan,
+            'scan',
+            QoSProfile(depth=10),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        self._arrivals = self.create_lifecycle_publisher(
+            TimeReference, '~/arrival', QoSProfile(depth=10)
+        )
+
+    def connect(self) -> None:
+        """Open the port and bring the lidar to streaming."""
+        config = self.config
+        self._port = open_port(config.port, config.baud_rate, config.timeout)
+        lidar = Lidar(self._port, self._window, time.time_ns, config.timeout)
+        self._message = scan_template(self._window, config.frame_id, lidar.capabilities)
+        self._health.connected(lidar)
+        self._lidar = lidar
+
+    def cycle(self) -> None:
+        """Publish one scan."""
+        assert self._lidar is not None
+        scan = self._lidar.read()
+        stamp_ns = scan.stamp_ns + round(self.config.stamp_offset * NS_PER_S)
+        fill_scan(self._message, self._window, stamp_ns, scan.rotation, scan.ranges)
+        self._scans.publish(self._message)
+        self._arrivals.publish(arrival_message(self._message, scan.arrival_ns))
+        self._health.published(scan)
+
+    def disconnect(self) -> None:
+        """Turn the laser off and close the port, as far as either is still possible."""
+        lidar, self._lidar = self._lidar, None
+        port, self._port = self._port, None
+        if lidar is not None:
+            with contextlib.suppress(DeviceError):
+                lidar.stop()
+        if port is not None:
+            with contextlib.suppress(serial.SerialException, OSError):
+                port.close()
+
+    def diagnose(self, status: DiagnosticStatusWrapper) -> None:
+        """Add the lidar's identity, rates, losses and clock; a warning for each new trouble."""
+        report = self._health.report(time.monotonic_ns())
+        for warning in report.warnings:
+            status.mergeSummary(DiagnosticStatus.WARN, warning)
+        for name, value in report.figures.items():
+            status.add(name, value)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the driver."""
+    return run(Driver, args)

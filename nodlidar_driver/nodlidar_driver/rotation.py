@@ -1,0 +1,132 @@
+"""When the lidar passes step 0, on its own clock and finer than its whole milliseconds."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_SCANS = 300  # scans that the fit remembers
+_WANDER_MS = 0.05  # what the motor may deviate from an even rotation and still fit
+_TRIAL_PERIODS = np.linspace(-1.0, 1.0, 65)[:, None]
+_IRREGULAR_MS = 1.5  # a rotation this much longer or shorter is a motor that changed its speed
+
+
+@dataclass(frozen=True, slots=True)
+class EvenTimes:
+    """Evenly spaced instants: ``time + period * k`` with k <= 0, the newest at k = 0."""
+
+    time: float
+    period: float
+
+
+def fit_truncated(
+    turns: NDArray[np.int64], stamps: NDArray[np.int64], tolerance: float
+) -> EvenTimes | None:
+    """Fit evenly spaced instants to stamps of which the fraction was cut off.
+
+    Each stamp s says that its instant lies in [s, s + 1). The lines that satisfy all of them make
+    a polygon in the plane of time and period; its centre is returned: the posterior mean under a
+    flat prior.
+
+    Parameters
+    ----------
+    turns
+        Which of the instants each stamp belongs to, shape (n,), n >= 2, ascending to 0.
+    stamps
+        The truncated instants, shape (n,), counted from the newest one.
+    tolerance
+        By how much an instant may miss its interval, at either end.
+
+    Returns
+    -------
+    EvenTimes or None
+        None if no line satisfies all stamps.
+    """
+    span = -float(turns[0])
+    widest = (1.0 + 2.0 * tolerance) / span
+    periods = -float(stamps[0]) / span + widest * _TRIAL_PERIODS
+    starts = stamps - periods * turns
+    earliest = starts.max(axis=1) - tolerance
+    latest = starts.min(axis=1) + 1.0 + tolerance
+    weights = np.maximum(latest - earliest, 0.0)
+    if not weights.any():
+        return None
+    weights /= weights.sum()
+    return EvenTimes(float(weights @ (earliest + latest)) / 2.0, float(weights @ periods[:, 0]))
+
+
+class RotationTimes:
+    """Times of step 0 from the stamps of a stream of scans.
+
+    The device cuts the time of step 0 down to a whole millisecond, but the rotations are even:
+    a line through the last scans tells the fraction, to 0.1 ms or better as soon as the stamps
+    have swept a millisecond. A rotation that takes exactly a whole number of milliseconds never
+    sweeps it; the middle of the millisecond is returned then.
+
+    Parameters
+    ----------
+    period_ms
+        Nominal time of one rotation [ms].
+
+    Attributes
+    ----------
+    period_ms
+        Time of one rotation as measured [ms].
+    turns
+        Rotations from the scan before to the newest one; 1 when there was none.
+    """
+
+    def __init__(self, period_ms: float) -> None:
+        self.period_ms = period_ms
+        self.turns = 1
+        self._nominal_ms = period_ms
+        self._turns: deque[int] = deque(maxlen=_SCANS)
+        self._stamps: deque[int] = deque(maxlen=_SCANS)
+
+    def add(self, stamp_ms: int) -> NDArray[np.float64]:
+        """Take the next scan's stamp (without wraps, ascending).
+
+        Returns
+        -------
+        NDArray
+            Step 0's times [ms] of as many of the last scans as one line explains, this one last,
+            shape (n,), n >= 1.
+        """
+        self.turns = self._turns_to(stamp_ms)
+        if not self._regular(stamp_ms):
+            self._restart()
+        self._turns.append(self._turns[-1] + self.turns if self._turns else 0)
+        self._stamps.append(stamp_ms)
+        if len(self._stamps) == 1:
+            return np.array([stamp_ms + 0.5])
+        return stamp_ms + self._fit()
+
+    def _regular(self, stamp_ms: int) -> bool:
+        if not self._stamps:
+            return True
+        deviation = abs(stamp_ms - self._stamps[-1] - self.turns * self.period_ms)
+        return deviation <= _IRREGULAR_MS * self.turns
+
+    def _turns_to(self, stamp_ms: int) -> int:
+        if not self._stamps:
+            return 1
+        return max(round((stamp_ms - self._stamps[-1]) / self.period_ms), 1)
+
+    def _restart(self) -> None:
+        self._turns.clear()
+        self._stamps.clear()
+        self.period_ms = self._nominal_ms
+
+    def _fit(self) -> NDArray[np.float64]:
+        """Fit as many of the scans as one line explains; times from the newest stamp [ms]."""
+        while True:
+            turns = np.array(self._turns) - self._turns[-1]
+            stamps = np.array(self._stamps) - self._stamps[-1]
+            even = fit_truncated(turns, stamps, _WANDER_MS)
+            if even is not None:
+                self.period_ms = even.period
+                return even.time + even.period * turns
+            for _ in range(max(len(turns) // 4, 1)):
+                self._turns.popleft()
+                self._stamps.popleft()

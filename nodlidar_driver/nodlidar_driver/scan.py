@@ -1,0 +1,125 @@
+"""Which beams a scan has, where they point, and how far they reached."""
+
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_driver.identity import Capabilities
+import numpy as np
+from numpy.typing import NDArray
+
+STEPS_PER_TURN = 1024
+FIRST_STEP, LAST_STEP, FRONT_STEP = 44, 725, 384
+_INCREMENT = 2.0 * math.pi / STEPS_PER_TURN
+
+_CODES = 20  # values below are no ranges [mm] but reasons why there is none
+_NOTHING_IN_RANGE = (0, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class ScanWindow:
+    """The beams of a scan.
+
+    With a cluster of c steps one value stands for c neighbouring beams: the least of their
+    ranges. Which of them it was is not sent, so it is given the angle and the instant of the
+    group's centre, which is off by (c - 1) / 2 steps at most and by nothing on average (at the
+    first step's, it would be late by that much on average).
+
+    Attributes
+    ----------
+    first_step, last_step
+        Steps, both included, a whole number of clusters.
+    cluster
+        Steps that share one value.
+    skip
+        Scans left out after each one that is sent.
+    """
+
+    first_step: int
+    last_step: int
+    cluster: int
+    skip: int
+
+    @property
+    def count(self) -> int:
+        """Values in a scan."""
+        return (self.last_step - self.first_step + 1) // self.cluster
+
+    @property
+    def angle_min(self) -> float:
+        """Azimuth of the first value [rad]."""
+        return (self.first_beam - FRONT_STEP) * _INCREMENT
+
+    @property
+    def angle_max(self) -> float:
+        """Azimuth of the last value [rad]."""
+        return self.angle_min + (self.count - 1) * self.angle_increment
+
+    @property
+    def angle_increment(self) -> float:
+        """Angle between two values [rad]."""
+        return _INCREMENT * self.cluster
+
+    @property
+    def first_beam(self) -> float:
+        """Steps from step 0 to the centre of the first cluster."""
+        return self.first_step + (self.cluster - 1) / 2.0
+
+    def check_measured_by(self, lidar: Capabilities) -> None:
+        """Raise DeviceError if a lidar does not measure these beams, or numbers them otherwise."""
+        layout = (lidar.steps_per_turn, lidar.front_step)
+        if layout != (STEPS_PER_TURN, FRONT_STEP):
+            raise DeviceError(
+                f'a lidar with {STEPS_PER_TURN} steps a turn and step {FRONT_STEP} in front is '
+                f'supported, but this one ({lidar.model}) has {layout[0]} and {layout[1]}'
+            )
+        if not lidar.first_step <= self.first_step <= self.last_step <= lidar.last_step:
+            raise DeviceError(
+                f'this lidar measures steps {lidar.first_step} to {lidar.last_step}, but '
+                f'{self.first_step} to {self.last_step} are wanted'
+            )
+
+
+def scan_window(angle_min: float, angle_max: float, cluster: int, skip: int) -> ScanWindow:
+    """Return the window whose steps are nearest to two azimuths [rad].
+
+    Steps that would make an incomplete cluster at the window's end are left out.
+
+    Raises
+    ------
+    ParameterError
+        If the window is outside of what the lidar measures, or less than one cluster wide.
+    """
+    first_step = _step('angle_min', angle_min)
+    last_step = _step('angle_max', angle_max)
+    clusters = (last_step - first_step + 1) // cluster
+    if clusters < 1:
+        limit = f'at least {cluster} steps ({cluster * _INCREMENT:.4f} rad) above angle_min'
+        raise ParameterError('angle_max', limit, angle_max)
+    return ScanWindow(first_step, first_step + clusters * cluster - 1, cluster, skip)
+
+
+def ranges(codes: NDArray[np.int64], range_min_mm: int, range_max_mm: int) -> NDArray[np.float32]:
+    """Return the ranges [m] of what the lidar sent [mm], shape (n,), by REP 117.
+
+    Too near is -inf, nothing in range (codes 0 and 6, or beyond range_max_mm) is +inf, and the
+    other codes below 20 (weak, ambiguous or disturbed echoes) are NaN.
+    """
+    result = np.asarray(codes * 1e-3, dtype=np.float32)
+    result[codes < range_min_mm] = -np.inf
+    result[codes > range_max_mm] = np.inf
+    errors = codes < _CODES
+    result[errors] = _OF_CODE[codes[errors]]
+    return result
+
+
+_OF_CODE = np.full(_CODES, np.nan)
+_OF_CODE[list(_NOTHING_IN_RANGE)] = np.inf
+
+
+def _step(key: str, angle: float) -> int:
+    step = round(FRONT_STEP + angle / _INCREMENT)
+    if not FIRST_STEP <= step <= LAST_STEP:
+        lowest, highest = ((s - FRONT_STEP) * _INCREMENT for s in (FIRST_STEP, LAST_STEP))
+        raise ParameterError(key, f'between {lowest:.4f} and {highest:.4f} rad', angle)
+    return step

@@ -1,0 +1,234 @@
+"""A SCIP 2.0 session with a lidar: start-up, identity, time mode, streaming, stop."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import re
+
+from nodlidar_common import scip
+from nodlidar_common.errors import DeviceError
+from nodlidar_common.scip import ScipError
+from nodlidar_driver import identity
+from nodlidar_driver import scip_status as status_of
+from nodlidar_driver.device_clock import TimeReply
+from nodlidar_driver.scan import ScanWindow
+from nodlidar_driver.scip_port import ScipPort, SerialPort
+import numpy as np
+from numpy.typing import NDArray
+
+_SCAN_HEADER = re.compile(rb'^M[DS]\d{13}$', re.MULTILINE)
+_ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
+_SCANS_IN_THE_WAY = 20  # that may arrive before the answer to QT
+
+CHECKSUM = 'checksum'
+INCOMPLETE = 'incomplete'
+RESYNC = 'resync'
+VERIFYING = 'verifying'
+
+
+@dataclass(frozen=True, slots=True)
+class RawScan:
+    """A scan as the lidar sent it.
+
+    Attributes
+    ----------
+    device_ms
+        The lidar's timer at step 0 [ms, 24 bits].
+    codes
+        Ranges [mm], or error codes below 20, shape (window.count,).
+    arrival_ns
+        Host time at which the last byte was read [ns].
+    """
+
+    device_ms: int
+    codes: NDArray[np.int64]
+    arrival_ns: int
+
+
+class ScipClient:
+    """Speaks SCIP 2.0 over an open serial port; no thread, no wait but for the port.
+
+    Parameters
+    ----------
+    port
+        An open port with pyserial's ``timeout``, ``in_waiting``, ``read`` and ``write``.
+    clock
+        Returns the host time [ns].
+    timeout
+        How long the lidar may be silent [s].
+
+    Attributes
+    ----------
+    drops
+        Scans that were lost, by reason: ``checksum``, ``incomplete``, ``resync`` (its beginning
+        or end is missing), ``verifying`` (the lidar stopped to verify an error).
+    """
+
+    def __init__(self, port: SerialPort, clock: Callable[[], int], timeout: float) -> None:
+        self.drops: Counter[str] = Counter()
+        self._port = ScipPort(port, timeout)
+        self._clock = clock
+        self._window: ScanWindow | None = None
+
+    def start_session(self) -> None:
+        """Bring the lidar from any state to SCIP 2.0, idle, laser off.
+
+        A lidar that streams answers with scans, one in SCIP 1.1 with E, one in time mode with 0E.
+
+        Raises
+        ------
+        DeviceError
+            If it does not get there.
+        """
+        self._port.send('')
+        self._port.drain()
+        for _ in range(_ATTEMPTS):
+            try:
+                status, _ = self._ask('QT')
+            except ScipError:
+                self._port.drain()
+                continue
+            if status == status_of.OK:
+                return
+            self._ask('SCIP2.0' if status == status_of.SCIP_1_1_ERROR else 'TM2')
+        raise DeviceError('the device does not answer as a SCIP 2.0 lidar does')
+
+    def version(self) -> identity.Version:
+        """Ask for make, firmware and serial number."""
+        return identity.version(self._information('VV'))
+
+    def capabilities(self) -> identity.Capabilities:
+        """Ask for ranges, steps and speed."""
+        return identity.capabilities(self._information('PP'))
+
+    def state(self) -> dict[str, str]:
+        """Ask for the state (II): LASR, SCSP, MESM, SBPS, TIME and STAT. Ends a stream."""
+        return self._information('II')
+
+    def time_replies(self, enough: Callable[[Sequence[TimeReply]], bool]) -> list[TimeReply]:
+        """Read the lidar's timer in time mode, until `enough` says so.
+
+        Returns
+        -------
+        list of TimeReply
+            Empty if the lidar refuses time mode.
+        """
+        status, _ = self._ask('TM0')
+        if status not in (status_of.OK, status_of.TIME_MODE_WAS_ON):
+            return []
+        replies: list[TimeReply] = []
+        while not enough(replies):
+            lines = self._command('TM1')
+            replies.append(TimeReply(_timer(lines[0]), self._clock()))
+        self._command('TM2', status_of.TIME_MODE_WAS_OFF)
+        return replies
+
+    def start_scanning(self, window: ScanWindow) -> None:
+        """Turn the laser on and let scans of a window stream."""
+        self._command('BM', status_of.LASER_WAS_ON)
+        self._command(
+            f'MD{window.first_step:04d}{window.last_step:04d}{window.cluster:02d}{window.skip:d}00'
+        )
+        self._window = window
+
+    def read_scan(self) -> RawScan:
+        """Return the next good scan of the stream, waiting for it; bad ones are counted.
+
+        Raises
+        ------
+        DeviceError
+            If the lidar falls silent, reports a fault, or sends something else than scans.
+        PortError
+            If the port fails.
+        """
+        assert self._window is not None, 'start_scanning comes first'
+        while True:
+            message = self._port.receive(_message_length(self._window))
+            scan = self._scan(message, self._clock(), self._window)
+            if scan is not None:
+                self._port.useful()
+                return scan
+
+    def stop(self) -> None:
+        """Stop streaming and turn the laser off."""
+        self._port.send('QT')
+        for _ in range(_SCANS_IN_THE_WAY):
+            if self._port.receive().startswith(b'QT\n'):
+                return
+        raise DeviceError('the lidar goes on sending scans after QT')
+
+    def _information(self, command: str) -> dict[str, str]:
+        return dict(map(scip.parse_information, self._command(command)))
+
+    def _command(self, command: str, also_good: str = status_of.OK) -> list[bytes]:
+        """Send a command and return the data lines of its answer; DeviceError if refused."""
+        status, lines = self._ask(command)
+        if status not in (status_of.OK, also_good):
+            raise _refused(command, status)
+        return lines
+
+    def _ask(self, command: str) -> tuple[str, list[bytes]]:
+        """Send a command; return status and data lines. ScipError if something else answers."""
+        self._port.send(command)
+        echo, *lines = self._port.receive().split(b'\n')
+        if echo != command.encode('ascii') or not lines:
+            raise ScipError(f"the answer to '{command}' begins with {echo!r}")
+        self._port.useful()
+        return _status(lines[0]), lines[1:]
+
+    def _scan(self, message: bytes, arrival_ns: int, window: ScanWindow) -> RawScan | None:
+        """Return the scan that a message ends with, or None, counting what is wrong."""
+        headers = list(_SCAN_HEADER.finditer(message))
+        if len(headers) != 1 or headers[0].start() > 0:
+            self.drops[RESYNC] += 1
+        if not headers:
+            return None
+        message = message[headers[-1].start() :]
+        command, *lines = message.split(b'\n')
+        try:
+            status = _status(lines[0]) if lines else ''
+            if status == status_of.SCAN_DATA:
+                return self._scan_data(lines[1:], arrival_ns, window)
+        except ScipError:
+            complete = len(message) == _message_length(window) - 2
+            self.drops[CHECKSUM if complete else INCOMPLETE] += 1
+            return None
+        self._check_stopped(command.decode('ascii'), status)
+        return None
+
+    def _scan_data(self, lines: list[bytes], arrival_ns: int, window: ScanWindow) -> RawScan:
+        codes = scip.decode(scip.join_blocks(lines[1:]), 3)
+        if len(codes) != window.count:
+            raise ScipError(f'{len(codes)} ranges instead of {window.count}')
+        return RawScan(_timer(lines[0]), codes, arrival_ns)
+
+    def _check_stopped(self, command: str, status: str) -> None:
+        """Count a stop that the lidar may recover from; raise DeviceError for any other one."""
+        if status_of.is_verifying(status):
+            self.drops[VERIFYING] += 1
+        elif status != status_of.RESUMED:
+            raise _refused(command, status)
+
+
+def _status(line: bytes) -> str:
+    """Return a status; SCIP 1.1 sends one character without a sum."""
+    return (line if len(line) == 1 else scip.strip_sum(line)).decode('ascii', 'replace')
+
+
+def _timer(line: bytes) -> int:
+    values = scip.decode(scip.strip_sum(line), 4)
+    if len(values) != 1:
+        raise ScipError(f'{line!r} is no time')
+    return int(values[0])
+
+
+def _message_length(window: ScanWindow) -> int:
+    """Return the bytes of one scan message: echo, status, time, data, empty line."""
+    data = 3 * window.count
+    lines = -(-data // scip.BLOCK)
+    return 16 + 4 + 6 + data + 2 * lines + 1
+
+
+def _refused(command: str, status: str) -> DeviceError:
+    meaning = status_of.meaning(command, status)
+    return DeviceError(f"the lidar answered '{command}' with status {status}: {meaning}")

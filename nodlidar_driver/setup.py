@@ -1,0 +1,22 @@
+from setuptools import find_packages, setup
+
+PACKAGE = 'nodlidar_driver'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/config', ['config/driver.yaml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='nodlidar maintainers',
+    maintainer_email='nodlidar@example.com',
+    description='Driver of the Hokuyo URG-04LX-UG01: SCIP 2.0 to LaserScan.',
+    license='Apache-2.0',
+    entry_points={'console_scripts': ['driver = nodlidar_driver.node:main']},
+)
