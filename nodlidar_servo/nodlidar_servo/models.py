@@ -18,6 +18,7 @@ class Register(IntEnum):
 
     MODEL = 0
     RETURN_DELAY = 5
+    RETURN_LEVEL = 16
     TORQUE_ENABLE = 24
     GOAL = 30
     TORQUE_LIMIT = 34

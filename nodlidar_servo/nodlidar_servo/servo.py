@@ -1,19 +1,21 @@
 """One servo on its bus: set-up, one block read and one block write per cycle, torque."""
 
 from collections.abc import Callable
+import contextlib
 from dataclasses import dataclass
 import struct
 
 from nodlidar_common.errors import DeviceError, ParameterError
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamixel_bus import ByteStream, DynamixelBus, Reply, ReplyError
+from nodlidar_servo.dynamixel_bus import ByteStream, DynamixelBus, RefusedError, Reply, ReplyError
 from nodlidar_servo.models import load_share, MODELS, Register
 from nodlidar_servo.sample_time import sample_time_ns, WireTime
 
-_EEPROM = struct.Struct('<HBBBBHHxBBBH')  # 0..15: model ... return delay, CW, CCW, limits, torque
+_EEPROM = struct.Struct('<H3xBHHxBBBHB')  # 0..16, see _set_up
 _PRESENT = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, temperature
 _DRIVE = struct.Struct('<HH')  # 30..33: goal, moving speed
 _RETURN_DELAY_UNIT_NS = 2000
+_REPLY_TO_ALL = 2
 _ATTEMPTS_TO_RELEASE = 3
 
 
@@ -82,16 +84,23 @@ class Servo:
 
     def _set_up(self) -> Limits:
         eeprom = self._bus.read(Register.MODEL, _EEPROM.size).data
-        number, _, _, _, delay, cw, ccw, hottest, lowest, highest, torque = _EEPROM.unpack(eeprom)
+        number, delay, cw, ccw, hottest, lowest, highest, torque, level = _EEPROM.unpack(eeprom)
         self._check_model(number)
+        if level != _REPLY_TO_ALL:
+            self._bus.post(Register.RETURN_LEVEL, bytes([_REPLY_TO_ALL]))
         self.set_torque(False)
         self._check_angle_limits(cw, ccw)
-        if delay != 0:  # the EEPROM wears out, so write it only if need be
-            self._bus.write(Register.RETURN_DELAY, bytes([0]))
+        if delay != 0:  # the EEPROM wears out
+            self._clear_return_delay()
         # Rewriting the torque limit also revives a motor that has shut itself down.
         limit = round(self._config.torque_limit * torque)
         self._bus.write(Register.TORQUE_LIMIT, limit.to_bytes(2, 'little'))
         return Limits(hottest, lowest / 10.0, highest / 10.0)
+
+    def _clear_return_delay(self) -> None:
+        """Write the EEPROM; if that is locked, the delay stays and the stamps allow for it."""
+        with contextlib.suppress(RefusedError):
+            self._bus.write(Register.RETURN_DELAY, bytes([0]))
 
     def _check_model(self, number: int) -> None:
         if number != self._scale.model.number:

@@ -1,0 +1,92 @@
+from types import SimpleNamespace
+
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.diagnosis import Diagnosis
+from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.servo import Limits, Sample
+from nodlidar_servo.servo_loop import LoopFigures
+import pytest
+
+SECOND = 1_000_000_000
+NOD = NodTrajectory(-0.6, 0.6, 0.4, 4001, 0)
+
+
+def sample(voltage=12.0, temperature=40, status=0):
+    return Sample(0, 0.1, 0.0, -0.25, voltage, temperature, status)
+
+
+@pytest.fixture
+def figures():
+    return LoopFigures()
+
+
+@pytest.fixture
+def commands():
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    return commands
+
+
+@pytest.fixture
+def diagnosis(figures, commands):
+    diagnosis = Diagnosis(figures, commands)
+    diagnosis.connected(SimpleNamespace(torque=True, limits=Limits(80, 6.0, 19.0)), '')
+    diagnosis.sample = sample()
+    return diagnosis
+
+
+def test_nothing_is_wrong_with_a_servo_that_nods(diagnosis):
+    figures, warnings, errors = diagnosis.report(SECOND)
+    assert (warnings, errors) == ([], [])
+    assert figures['torque'] == 'on'
+    assert figures['load [share of maximum]'] == '-0.25'
+    assert figures['command age [s]'] == '1.00'
+
+
+def test_the_rate_is_that_since_the_last_report(diagnosis, figures):
+    diagnosis.report(SECOND)
+    figures.samples += 130
+    assert diagnosis.report(3 * SECOND)[0]['joint states per second'] == '65.0'
+
+
+def test_failures_are_counted_by_reason(diagnosis, figures):
+    figures.failures['no answer'] += 2
+    figures.failures['corrupt reply'] += 1
+    report = diagnosis.report(SECOND)[0]
+    assert report['failed: no answer'] == '2'
+    assert report['failed: corrupt reply'] == '1'
+
+
+@pytest.mark.parametrize(
+    ('measured', 'words'),
+    [
+        (sample(voltage=5.9), 'supply is 5.9 V, outside 6.0 to 19.0 V'),
+        (sample(voltage=19.1), 'supply is 19.1 V'),
+        (sample(temperature=80), 'motor is at 80 deg C, limit 80'),
+    ],
+)
+def test_what_is_beyond_the_motors_own_limits_is_a_warning(diagnosis, measured, words):
+    diagnosis.sample = measured
+    (warning,) = diagnosis.report(SECOND)[1]
+    assert words in warning
+
+
+def test_every_alarm_of_the_motor_is_an_error(diagnosis):
+    diagnosis.sample = sample(status=0x25)
+    (error,) = diagnosis.report(SECOND)[2]
+    assert error == 'the servo reports: input voltage, overheating, overload'
+
+
+def test_a_slow_adapter_a_refusal_and_silence_are_warnings(diagnosis, commands):
+    diagnosis.connected(SimpleNamespace(torque=False, limits=Limits(80, 6.0, 19.0)), 'slow')
+    commands.refuse('too far', 0)
+    warnings = diagnosis.report(5 * SECOND)[1]
+    assert warnings == ['nod command refused: too far', 'no nod commands: torque off', 'slow']
+
+
+def test_a_servo_that_is_gone_leaves_only_what_was_counted(diagnosis):
+    diagnosis.disconnected()
+    figures, warnings, errors = diagnosis.report(9 * SECOND)
+    assert 'voltage [V]' not in figures
+    assert (warnings, errors) == ([], [])

@@ -1,0 +1,281 @@
+"""The node as users run it: its own process, real DDS, an emulated servo on a pseudo-terminal."""
+
+from contextlib import contextmanager
+import os
+import signal
+import subprocess
+import sys
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from nodlidar_common.messages import nod_to_message, time_ns
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_msgs.msg import NodCommand
+from nodlidar_sim import rx24f_table as table
+from nodlidar_sim.ports import PseudoTerminals
+from nodlidar_sim.rx24f import Rx24fEmulator
+from nodlidar_sim.rx24f_motor import TICK
+from nodlidar_sim.servo_motion import ServoMotion
+import numpy as np
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from sensor_msgs.msg import JointState
+
+TIMEOUT = 20.0
+DOMAIN = 1 + os.getpid() % 101
+SWEEP = 4001 * 0.1 / 1024
+MAIN = 'import sys; from nodlidar_servo.node import main; sys.exit(main())'
+
+
+def start(*parameters, namespace=''):
+    """Start the node with parameters 'key:=value'."""
+    options = [word for parameter in parameters for word in ('-p', parameter)]
+    options += ['-r', f'__ns:=/{namespace}']
+    return subprocess.Popen(
+        [sys.executable, '-c', MAIN, '--ros-args', *options],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {'ROS_DOMAIN_ID': str(DOMAIN)},
+    )
+
+
+class Commander:
+    """The other side of the node: gives commands, collects what it publishes."""
+
+    def __init__(self):
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN)
+        self.node = rclpy.create_node('commander', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.joint_states, self.status = [], None
+        self.nod = None
+        self.node.create_subscription(JointState, 'joint_states', self.joint_states.append, 50)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+        self._commands = self.node.create_publisher(NodCommand, 'nod_command', 10)
+        self.node.create_timer(0.1, self._command)
+
+    def _on_diagnostics(self, message):
+        for status in message.status:
+            if 'servo' in status.name:
+                self.status = status
+
+    def _command(self):
+        if self.nod is not None:
+            now_ns = time.time_ns()
+            self._commands.publish(nod_to_message(self.nod, now_ns, 'nodlidar_base_link'))
+
+    def spin_until(self, condition, what):
+        deadline = time.monotonic() + TIMEOUT
+        while not condition():
+            assert time.monotonic() < deadline, f'{what}; last status: {self.status}'
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def change_state(self, transition, namespace=''):
+        client = self.node.create_client(
+            ChangeState, f'/{namespace}/servo/change_state'.replace('//', '/')
+        )
+        self.spin_until(client.service_is_ready, 'no life cycle service')
+        future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
+        self.spin_until(future.done, 'the transition did not end')
+        assert future.result().success
+
+    def activate(self, namespace=''):
+        self.change_state(Transition.TRANSITION_CONFIGURE, namespace)
+        self.change_state(Transition.TRANSITION_ACTIVATE, namespace)
+
+    def receive(self, count):
+        """Return the next joint states."""
+        self.joint_states.clear()
+        self.spin_until(lambda: len(self.joint_states) >= count, f'no {count} joint states')
+        return list(self.joint_states)
+
+    def values(self):
+        return {item.key: item.value for item in self.status.values} if self.status else {}
+
+    def message(self):
+        return self.status.message if self.status else ''
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture
+def commander():
+    commander = Commander()
+    yield commander
+    commander.close()
+
+
+@pytest.fixture
+def motion():
+    return ServoMotion(0.2, history=1e6)
+
+
+@pytest.fixture
+def emulator(motion):
+    return Rx24fEmulator(motion, baud=1)
+
+
+@pytest.fixture
+def ports(emulator):
+    with PseudoTerminals({'servo': emulator}) as ports:
+        yield ports
+
+
+@pytest.fixture
+def linked(emulator, tmp_path):
+    with PseudoTerminals({'servo': emulator}, {'servo': tmp_path / 'servo'}) as ports:
+        yield ports
+
+
+@contextmanager
+def running(*parameters, namespace=''):
+    process = start(*parameters, namespace=namespace)
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+@contextmanager
+def active(commander, ports, *parameters):
+    with running(f'port:={ports["servo"]}', *parameters) as process:
+        commander.activate()
+        yield process
+
+
+def nod_from_now():
+    return NodTrajectory(-0.6136, 0.6136, SWEEP, 4001, time.time_ns())
+
+
+def torque(emulator):
+    return emulator.table[table.TORQUE_ENABLE]
+
+
+def test_it_nods_and_tells_the_truth(commander, emulator, motion, ports):
+    with active(commander, ports, 'joint_name:=neck'):
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: torque(emulator), 'no torque')
+        messages = commander.receive(200)
+        commander.spin_until(lambda: commander.values().get('torque') == 'on', 'no diagnostics')
+    stamps = np.array([time_ns(message.header.stamp) for message in messages])
+    pitch = np.array([message.position[0] for message in messages])
+    velocity = np.array([message.velocity[0] for message in messages])
+    assert all(m.name == ['neck'] and m.header.frame_id == '' for m in messages)
+    assert all(len(m.effort) == 1 for m in messages)
+    assert np.median(np.diff(stamps)) == pytest.approx(10e6, rel=0.05)
+    error = np.abs(pitch - motion.position(stamps))
+    assert np.median(error) <= TICK / 2
+    assert np.ptp(pitch) == pytest.approx(1.2272, abs=2 * TICK)
+    assert np.median(np.abs(velocity)) == pytest.approx(commander.nod.speed, rel=0.1)
+    assert commander.status.level == DiagnosticStatus.OK
+    assert commander.status.hardware_id == ports['servo']
+    assert commander.values()['voltage [V]'] == '12.0'
+
+
+def test_torque_goes_off_on_deactivation(commander, emulator, ports):
+    with active(commander, ports):
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: torque(emulator), 'no torque')
+        commander.change_state(Transition.TRANSITION_DEACTIVATE)
+        assert not torque(emulator)
+        commander.change_state(Transition.TRANSITION_ACTIVATE)
+        commander.spin_until(lambda: torque(emulator), 'no torque after activating again')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_torque_goes_off_and_the_node_ends_cleanly_on_a_signal(commander, emulator, ports, number):
+    with active(commander, ports) as process:
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: torque(emulator), 'no torque')
+        process.send_signal(number)
+        _, log = process.communicate(timeout=TIMEOUT)
+        assert process.returncode == 0, log
+        assert 'Traceback' not in log
+    assert not torque(emulator)
+
+
+def test_torque_goes_off_when_commands_stop_and_that_is_diagnosed(commander, emulator, ports):
+    with active(commander, ports, 'command_timeout:=0.5'):
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: torque(emulator), 'no torque')
+        commander.nod = None
+        commander.spin_until(lambda: not torque(emulator), 'torque still on')
+        commander.spin_until(lambda: 'no nod commands' in commander.message(), 'no warning')
+        assert commander.status.level == DiagnosticStatus.WARN
+        commander.receive(10)
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: torque(emulator), 'no torque again')
+
+
+def test_a_command_beyond_the_mount_is_refused_and_the_former_one_stays(
+    commander, emulator, ports
+):
+    with active(commander, ports, 'pitch_upper_limit:=0.7') as process:
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: torque(emulator), 'no torque')
+        commander.nod = NodTrajectory(-0.5, 0.75, SWEEP, 4001, time.time_ns())
+        commander.spin_until(lambda: 'pitch_max' in commander.message(), 'no refusal')
+        assert commander.status.level == DiagnosticStatus.WARN
+        assert "'pitch_max' must be between -0.8 and 0.7" in commander.message()
+        assert int(commander.values()['refused commands']) > 0
+        pitch = [message.position[0] for message in commander.receive(100)]
+        assert max(pitch) == pytest.approx(0.6136, abs=2 * TICK)
+        process.send_signal(signal.SIGINT)
+        _, log = process.communicate(timeout=TIMEOUT)
+    assert log.count('nod command refused') == 1
+
+
+def test_it_comes_back_after_unplugging(commander, linked):
+    with active(commander, linked, 'reconnect_delay:=0.1'):
+        commander.receive(5)
+        linked.close_device('servo')
+        commander.spin_until(lambda: 'does not exist' in commander.message(), 'no error')
+        assert commander.status.level == DiagnosticStatus.ERROR
+        linked.reopen('servo')
+        commander.receive(50)
+        commander.spin_until(lambda: commander.values().get('connections') == '2', 'no return')
+
+
+def test_it_waits_for_a_port_that_is_not_there_yet(commander, emulator, tmp_path):
+    link = tmp_path / 'servo'
+    with running(f'port:={link}', 'reconnect_delay:=0.1'):
+        commander.activate()
+        commander.spin_until(lambda: 'is the device plugged in' in commander.message(), 'no hint')
+        with PseudoTerminals({'servo': emulator}, {'servo': link}):
+            commander.receive(20)
+
+
+def test_a_second_instance_on_the_same_port_says_so_and_does_not_disturb(commander, ports):
+    with active(commander, ports):
+        commander.receive(5)
+        with running(f'port:={ports["servo"]}', namespace='second'):
+            commander.activate('second')
+            commander.spin_until(lambda: 'in use' in commander.message(), 'not refused')
+            commander.receive(50)
+
+
+@pytest.mark.parametrize(
+    ('parameter', 'words'),
+    [
+        ('baud_rate:=fast', "'baud_rate' must be of type int, but is 'fast'"),
+        ('model:=XL430-W250', "'model' must be one of RX-24F, AX-12A, MX-28"),
+        ('pitch_upper_limit:=-0.9', "'pitch_upper_limit' must be above pitch_lower_limit"),
+        ('feedback_rate:=1e6', "'feedback_rate' must be between"),
+    ],
+)
+def test_a_wrong_parameter_ends_the_node_with_a_sentence(parameter, words):
+    process = start(parameter)
+    _, log = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 2
+    assert words in log
+    assert 'Traceback' not in log

@@ -1,0 +1,201 @@
+from nodlidar_common.errors import DeviceError, PortError
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.dynamixel_bus import NoAnswerError
+from nodlidar_servo.servo import Servo
+from nodlidar_sim import rx24f_table as table
+from nodlidar_sim.faults import FaultyDevice
+from nodlidar_sim.ports import VirtualClock, VirtualPort
+from nodlidar_sim.rx24f import Rx24fEmulator
+from nodlidar_sim.rx24f_motor import SPEED_UNIT, TICK
+from nodlidar_sim.servo_motion import ServoMotion
+import numpy as np
+import pytest
+
+START_NS = 1_800_000_000_000_000_000
+ONE_MEGABIT = 1
+CONFIG = ServoConfig()
+
+
+class Bench:
+    """A servo at some pitch, in virtual time, seen from both sides."""
+
+    def __init__(self, pitch=0.2, **options):
+        self.motion = ServoMotion(pitch)
+        self.emulator = Rx24fEmulator(self.motion, baud=ONE_MEGABIT, **options)
+        self.faults = FaultyDevice(self.emulator)
+        self.clock = VirtualClock(START_NS)
+        self.port = VirtualPort(self.faults, self.clock)
+
+    def connect(self, config=CONFIG):
+        return Servo(self.port, config, self.clock)
+
+    def __getitem__(self, register):
+        return self.emulator.table[register]
+
+    def __setitem__(self, register, value):
+        self.emulator.table[register] = value
+
+    def pitch(self, time_ns):
+        return float(self.motion.position(np.array([time_ns]))[0])
+
+    def pass_time(self, seconds):
+        self.clock.advance_to(self.clock() + round(seconds * 1e9))
+
+
+def test_a_servo_from_the_factory_is_set_up():
+    bench = Bench()
+    bench.connect(ServoConfig(torque_limit=0.5))
+    assert bench[table.RETURN_DELAY] == 0
+    assert bench[table.TORQUE_LIMIT] == 512
+    assert bench[table.TORQUE_ENABLE] == 0
+
+
+def test_torque_left_on_by_a_crash_is_switched_off():
+    bench = Bench()
+    bench[table.TORQUE_ENABLE] = 1
+    bench.connect()
+    assert bench[table.TORQUE_ENABLE] == 0
+
+
+def test_the_eeprom_is_only_written_if_need_be(monkeypatch):
+    bench = Bench(return_delay=0)
+    written = []
+    obey = bench.emulator.table.write
+    monkeypatch.setattr(
+        bench.emulator.table, 'write', lambda at, data: written.append(at) or obey(at, data)
+    )
+    bench.connect()
+    assert written
+    assert min(written) >= table.EEPROM_END
+
+
+def test_a_locked_eeprom_keeps_its_delay_and_the_stamps_stay_right():
+    bench = Bench()
+    bench[table.LOCK] = 1
+    servo = bench.connect()
+    assert bench[table.RETURN_DELAY] == 250
+    sent_ns = bench.clock()
+    assert servo.sample().stamp_ns == sent_ns + 80_000 + 250_000
+
+
+def test_a_servo_that_confirms_no_writes_is_told_to():
+    bench = Bench()
+    bench[table.RETURN_LEVEL] = 1
+    bench.connect()
+    assert bench[table.RETURN_LEVEL] == 2
+
+
+def test_another_model_is_named():
+    bench = Bench()
+    bench[table.MODEL] = 12
+    with pytest.raises(DeviceError, match=r"'model' is RX-24F, but .* number 12 \(AX-12A\)"):
+        bench.connect()
+
+
+def test_wheel_mode_is_refused():
+    bench = Bench()
+    bench[table.CCW_LIMIT] = 0
+    with pytest.raises(DeviceError, match='wheel mode'):
+        bench.connect()
+
+
+def test_limits_in_the_servo_that_are_tighter_than_the_mounts_are_named():
+    bench = Bench()
+    bench[table.CCW_LIMIT] = 600
+    with pytest.raises(DeviceError, match=r"'pitch_upper_limit' must be between .* and 0.4500"):
+        bench.connect()
+
+
+def test_another_id_does_not_answer():
+    with pytest.raises(NoAnswerError, match='ID 7 does not answer'):
+        Bench().connect(ServoConfig(servo_id=7))
+
+
+@pytest.mark.parametrize('invert', [False, True])
+def test_a_sample_is_the_truth_at_its_stamp(invert):
+    bench = Bench(invert=invert)
+    servo = bench.connect(ServoConfig(invert=invert))
+    servo.drive(0.7, 2.0)
+    bench.pass_time(0.1)
+    bench.emulator.motor.load = 0.25
+    sample = servo.sample()
+    assert abs(sample.pitch - bench.pitch(sample.stamp_ns)) <= TICK / 2 + 1e-9
+    assert sample.velocity == pytest.approx(2.0, abs=SPEED_UNIT)
+    assert sample.load == pytest.approx(0.25, abs=1e-3)
+    assert (sample.voltage, sample.temperature, sample.status) == (12.0, 35, 0)
+
+
+@pytest.mark.parametrize(
+    ('latency_timer', 'worst_ns'), [(0.0, 0), (0.001, 500_000), (0.016, 500_000)]
+)
+def test_stamps_are_within_half_a_usb_frame_of_the_measurement(
+    latency_timer, worst_ns, monkeypatch
+):
+    bench = Bench(latency_timer=latency_timer)
+    measured = []
+    measure = bench.emulator.motor.measure
+    monkeypatch.setattr(
+        bench.emulator.motor, 'measure', lambda at: measured.append(at) or measure(at)
+    )
+    servo = bench.connect()
+    for _ in range(50):
+        bench.pass_time(0.01037)
+        assert abs(servo.sample().stamp_ns - measured[-1]) <= worst_ns
+
+
+def test_an_alarm_comes_with_the_sample_and_a_new_connection_revives_the_motor():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(0.5, 1.0)
+    bench.emulator.motor.load = 1.5
+    assert servo.sample().status == table.Errors.OVERLOAD
+    assert bench[table.TORQUE_LIMIT] == 0
+    bench.emulator.motor.load = 0.0
+    bench.connect()
+    assert bench[table.TORQUE_LIMIT] == 1023
+
+
+def test_drive_gives_goal_and_speed_and_torque():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(-0.3, 1.5)
+    assert servo.torque
+    assert bench[table.TORQUE_ENABLE] == 1
+    assert bench[table.GOAL] == 512 - round(0.3 / TICK)
+    assert bench[table.MOVING_SPEED] == round(1.5 / SPEED_UNIT)
+    bench.pass_time(2.0)
+    assert bench.pitch(bench.clock()) == pytest.approx(-0.3, abs=TICK / 2)
+
+
+def test_no_speed_is_sent_as_the_slowest_not_as_uncontrolled():
+    bench = Bench()
+    bench.connect().drive(-0.3, 0.0)
+    assert bench[table.MOVING_SPEED] == 1
+
+
+def test_release_takes_the_torque_off():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(0.5, 1.0)
+    assert servo.release()
+    assert not servo.torque
+    assert bench[table.TORQUE_ENABLE] == 0
+
+
+def test_release_of_a_servo_that_cannot_be_heard_or_is_gone_raises_nothing():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(0.5, 1.0)
+    bench.faults.mute = True
+    assert not servo.release()
+    assert bench[table.TORQUE_ENABLE] == 0  # it was heard, though
+    bench.port.unplug()
+    assert not servo.release()
+
+
+def test_a_pulled_cable_is_a_port_error():
+    bench = Bench()
+    servo = bench.connect()
+    bench.port.unplug()
+    with pytest.raises(PortError):
+        servo.sample()

@@ -1,0 +1,172 @@
+from nodlidar_common.errors import PortError
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.dynamixel_bus import NoAnswerError
+from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.servo import Servo
+from nodlidar_servo.servo_loop import FAILURES_TO_RECONNECT, LoopFigures, Schedule, ServoLoop
+from nodlidar_sim import rx24f_table as table
+from nodlidar_sim.faults import FaultyDevice
+from nodlidar_sim.ports import VirtualClock, VirtualPort
+from nodlidar_sim.rx24f import Rx24fEmulator
+from nodlidar_sim.rx24f_motor import TICK
+from nodlidar_sim.servo_motion import ServoMotion
+import numpy as np
+import pytest
+
+START_NS = 1_800_000_000_000_000_000
+SWEEP = 4001 * 0.1 / 1024
+NOD = NodTrajectory(-0.6136, 0.6136, SWEEP, 4001, START_NS)
+
+
+class Bench:
+    """A loop on an emulated servo in virtual time, with a commander that can fall silent."""
+
+    def __init__(self, latency_timer=0.0, rate=100.0):
+        self.motion = ServoMotion(0.2, history=1e6)
+        self.emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=latency_timer)
+        self.faults = FaultyDevice(self.emulator, seed=1)
+        self.clock = VirtualClock(START_NS)
+        self.port = VirtualPort(self.faults, self.clock)
+        self.commands = NodCommands(ServoConfig())
+        self.figures = LoopFigures()
+        self.loop = ServoLoop(
+            Servo(self.port, ServoConfig(), self.clock),
+            self.commands,
+            rate,
+            self.figures,
+            self.clock,
+            self.clock.advance_to,
+        )
+
+    def run(self, seconds, nod=NOD):
+        """Return the samples of some seconds in which the nod is commanded all the time."""
+        end_ns, samples = self.clock() + round(seconds * 1e9), []
+        while self.clock() < end_ns:
+            if nod is not None:
+                self.commands.accept(nod, self.clock())
+            samples.append(self.loop.cycle())
+        return [sample for sample in samples if sample is not None]
+
+    @property
+    def torque(self):
+        return bool(self.emulator.table[table.TORQUE_ENABLE])
+
+    def turn_errors(self, first, last):
+        """Return how far from its limit the servo is at each turn [rad]."""
+        sweeps = np.arange(first, last)
+        turns = np.array([NOD.turn_time_ns(int(sweep)) for sweep in sweeps])
+        limits = np.where(sweeps % 2 == 0, NOD.pitch_min, NOD.pitch_max)
+        return np.abs(self.motion.position(turns) - limits)
+
+
+def test_samples_come_at_the_rate_and_are_the_truth_at_their_stamps():
+    bench = Bench()
+    samples = bench.run(10.0)
+    stamps = np.array([sample.stamp_ns for sample in samples])
+    write_ns = 13 * 10_000  # a turn's write may still be on the wire when the next read begins
+    assert np.abs(np.diff(stamps) - 10_000_000).max() <= write_ns / 2
+    assert abs(stamps[-1] - stamps[0] - (len(stamps) - 1) * 10_000_000) <= write_ns / 2
+    assert bench.figures.missed_cycles == 0
+    error = np.array([sample.pitch for sample in samples]) - bench.motion.position(stamps)
+    assert np.abs(error).max() <= TICK / 2 + 1e-9
+
+
+def test_turns_are_in_time_at_the_limits_for_as_long_as_it_runs():
+    bench = Bench()
+    bench.run(60.0)
+    assert bench.turn_errors(3, 150).max() < TICK
+
+
+def test_a_latency_timer_of_16_ms_gives_62_samples_per_second_with_right_stamps():
+    bench = Bench(latency_timer=0.016)
+    samples = bench.run(20.0)
+    assert len(samples) / 20.0 == pytest.approx(62.0, abs=1.0)
+    assert bench.figures.missed_cycles > 0
+    stamps = np.array([sample.stamp_ns for sample in samples])
+    error = np.array([sample.pitch for sample in samples]) - bench.motion.position(stamps)
+    half_frame = 0.0005 * 4.0  # at 4 rad/s, faster than this nod
+    assert np.abs(error).max() <= TICK / 2 + half_frame
+    assert bench.turn_errors(3, 50).max() < 2 * TICK
+
+
+def test_torque_is_off_without_commands_and_comes_with_them():
+    bench = Bench()
+    assert bench.run(0.5, nod=None)
+    assert not bench.torque
+    bench.run(0.1)
+    assert bench.torque
+
+
+def test_torque_goes_off_when_commands_stop_and_on_when_they_resume():
+    bench = Bench()
+    bench.run(2.0)
+    bench.run(0.95, nod=None)
+    assert bench.torque
+    samples = bench.run(0.1, nod=None)
+    assert not bench.torque
+    assert samples
+    bench.run(2.0)
+    assert bench.torque
+    assert bench.turn_errors(11, 12).max() < TICK
+
+
+def test_the_mount_is_never_left_on_the_way_from_one_nod_to_another():
+    bench = Bench()
+    bench.run(1.1)
+    other = NodTrajectory(-0.1, 0.4, SWEEP, 4001, START_NS + 123_456_789)
+    begin_ns = bench.clock()
+    bench.run(2.0, nod=other)
+    times = np.arange(begin_ns, bench.clock(), 1_000_000)
+    assert np.abs(bench.motion.position(times)).max() <= 0.6136 + TICK / 2
+    settled = bench.motion.position(times[800:])
+    assert settled.min() == pytest.approx(-0.1, abs=TICK)
+    assert settled.max() == pytest.approx(0.4, abs=TICK)
+
+
+def test_corrupted_bytes_cost_samples_that_are_counted_but_never_make_wrong_ones():
+    bench = Bench()
+    bench.faults.corrupt_rate = 0.01
+    samples = bench.run(20.0)
+    failures = bench.figures.failures
+    assert set(failures) <= {'corrupt reply', 'no answer'}
+    assert failures['corrupt reply'] > 10
+    assert len(samples) == bench.figures.samples > 1000
+    stamps = np.array([sample.stamp_ns for sample in samples])
+    error = np.array([sample.pitch for sample in samples]) - bench.motion.position(stamps)
+    assert np.median(np.abs(error)) < TICK / 2
+    assert bench.turn_errors(3, 50).max() < 0.05
+
+
+def test_a_servo_that_falls_silent_is_given_up_after_some_failures():
+    bench = Bench()
+    bench.run(0.1)
+    bench.faults.mute = True
+    for _ in range(FAILURES_TO_RECONNECT - 1):
+        assert bench.loop.cycle() is None
+    with pytest.raises(NoAnswerError):
+        bench.loop.cycle()
+    assert bench.figures.failures['no answer'] == FAILURES_TO_RECONNECT
+
+
+def test_a_pulled_cable_is_told_at_once():
+    bench = Bench()
+    bench.run(0.1)
+    bench.port.unplug()
+    with pytest.raises(PortError):
+        bench.loop.cycle()
+
+
+def test_deadlines_do_not_drift():
+    schedule = Schedule(100.0)
+    assert schedule.advance(5) == (5, 0)
+    for cycle in range(1, 1000):
+        late = cycle * 10_000_000 + cycle * 7919 % 9_999_999
+        assert schedule.advance(late) == (5 + cycle * 10_000_000, 0)
+
+
+def test_whole_periods_that_have_passed_are_skipped_and_counted():
+    schedule = Schedule(100.0)
+    schedule.advance(0)
+    assert schedule.advance(35_000_000) == (30_000_000, 2)
+    assert schedule.advance(36_000_000) == (40_000_000, 0)
