@@ -60,10 +60,11 @@ def declare(
     config = config_class(**values)
     check(config)
     current = [config]
-    names = set(values)
+    by_name = {f.name: f for f in fields(config_class)}  # type: ignore[arg-type]
 
     def changed(parameters: list[Parameter]) -> Config:
-        new = replace(current[0], **{p.name: p.value for p in parameters if p.name in names})  # type: ignore
+        own = {p.name: _value(by_name[p.name], p.value) for p in parameters if p.name in by_name}
+        new = replace(current[0], **own)  # type: ignore
         check(new)
         return new
 
@@ -95,6 +96,11 @@ def _declare_one(node: Node, config_field: 'Field[Any]') -> Any:
         raise ParameterError(key, f'of type {kind}', _given(node, key)) from error
     except InvalidParameterValueException as error:
         raise ParameterError(key, limits_of(config_field).in_words(), _given(node, key)) from error
+    return _value(config_field, value)
+
+
+def _value(config_field: 'Field[Any]', value: Any) -> Any:
+    """Return a parameter's value as the field's type: ROS has lists where fields are tuples."""
     return tuple(value) if isinstance(config_field.default, tuple) else value
 
 

@@ -40,7 +40,9 @@ class Limits:
             return f'between {self.minimum} and {self.maximum}{unit}'
         if self.minimum is not None:
             return f'at least {self.minimum}{unit}'
-        return f'at most {self.maximum}{unit}'
+        if self.maximum is not None:
+            return f'at most {self.maximum}{unit}'
+        return 'a number'
 
     def allow(self, value: object) -> bool:
         """Tell whether the value lies within the limits; NaN never does."""

@@ -1,0 +1,202 @@
+from contextlib import suppress
+from dataclasses import dataclass
+import queue
+import signal
+import subprocess
+import sys
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.node import DeviceNode, run
+from nodlidar_common.parameters import parameter
+import pytest
+import rclpy
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
+
+SUCCESS = TransitionCallbackReturn.SUCCESS
+LONGEST = 30.0  # s; only a failing test waits so long
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    port: str = parameter('/dev/fake', 'Device file')
+    reconnect_delay: float = parameter(0.001, 'Delay', unit='s', minimum=0.0, live=True)
+
+
+class FakeDevice(DeviceNode):
+    """Does what it is told to by `orders`: an exception to raise in connecting or in a cycle."""
+
+    def __init__(self):
+        self.steps = queue.Queue()
+        self.orders = queue.Queue()
+        super().__init__('fake', Config)
+
+    def connect(self):
+        self.steps.put('connect')
+        self.obey(self.orders.get(timeout=LONGEST))
+
+    def cycle(self):
+        with suppress(queue.Empty):
+            self.obey(self.orders.get(timeout=0.01))
+
+    def disconnect(self):
+        self.steps.put('disconnect')
+
+    def diagnose(self, status):
+        status.add('steps', 'some')
+
+    def obey(self, order):
+        if isinstance(order, Exception):
+            raise order
+        self.steps.put(order)
+
+    def next_steps(self, count):
+        return [self.steps.get(timeout=LONGEST) for _ in range(count)]
+
+
+@pytest.fixture
+def device():
+    rclpy.init(args=['--ros-args', '-p', 'diagnostic_updater.period:=0.02'])
+    node = FakeDevice()
+    yield node
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def activate(device):
+    assert device.trigger_configure() == SUCCESS
+    assert device.trigger_activate() == SUCCESS
+
+
+def status_with(device, message):
+    """Spin the node until its diagnostics have a message; return that status."""
+    found = []
+
+    def listen(array):
+        found.extend(status for status in array.status if status.message == message)
+
+    listener = rclpy.create_node('listener')
+    listener.create_subscription(DiagnosticArray, '/diagnostics', listen, 10)
+    while not found:
+        rclpy.spin_once(device, timeout_sec=1.0)
+        rclpy.spin_once(listener, timeout_sec=0.01)
+    listener.destroy_node()
+    return found[0]
+
+
+def test_nothing_happens_before_activation(device):
+    assert device.trigger_configure() == SUCCESS
+    status = status_with(device, 'not connected yet')
+    assert (status.level, status.name) == (DiagnosticStatus.ERROR, 'fake: device')
+    assert status.hardware_id == '/dev/fake'
+    assert device.steps.empty()
+
+
+def test_device_that_is_missing_and_then_present(device):
+    missing = DeviceError('no such port')
+    device.orders.put(missing)
+    device.orders.put(missing)
+    activate(device)
+    assert device.next_steps(5) == ['connect', 'disconnect', 'connect', 'disconnect', 'connect']
+    assert status_with(device, 'no such port').level == DiagnosticStatus.ERROR
+    device.orders.put('there')
+    assert device.next_steps(1) == ['there']
+    connected = status_with(device, 'connected')
+    values = {value.key: value.value for value in connected.values}
+    assert connected.level == DiagnosticStatus.OK
+    assert values == {'port': '/dev/fake', 'connections': '1', 'steps': 'some'}
+
+
+def test_device_that_fails_in_mid_cycle_is_connected_again(device):
+    activate(device)
+    for order in ('first', 'cycle', DeviceError('unplugged'), 'second', 'cycle'):
+        device.orders.put(order)
+    assert device.next_steps(6) == ['connect', 'first', 'cycle', 'disconnect', 'connect', 'second']
+    assert device.connections == 2
+    assert status_with(device, 'connected').level == DiagnosticStatus.OK
+
+
+def test_deactivation_disconnects_and_activation_connects_again(device):
+    activate(device)
+    device.orders.put('there')
+    assert device.next_steps(2) == ['connect', 'there']
+    assert device.trigger_deactivate() == SUCCESS
+    assert device.next_steps(1) == ['disconnect']
+    assert status_with(device, 'not connected: the node is not active')
+    assert device.trigger_cleanup() == SUCCESS
+    device.orders.put('again')
+    activate(device)
+    assert device.next_steps(2) == ['connect', 'again']
+
+
+def test_shutdown_of_an_active_device_disconnects_it(device):
+    activate(device)
+    device.orders.put('there')
+    assert device.next_steps(2) == ['connect', 'there']
+    assert device.trigger_shutdown() == SUCCESS
+    assert device.next_steps(1) == ['disconnect']
+
+
+def test_destroying_an_active_device_disconnects_it(device):
+    activate(device)
+    device.orders.put('there')
+    device.destroy_node()
+    assert device.next_steps(3) == ['connect', 'there', 'disconnect']
+
+
+def test_live_parameters_take_effect(device):
+    device.set_parameters([Parameter('reconnect_delay', value=5.0)])
+    assert device.config == Config(reconnect_delay=5.0)
+
+
+def active_device(order):
+    """Make an active device that gets an order once it is spun."""
+    device = FakeDevice()
+    device.orders.put('there')
+    activate(device)
+    device.create_timer(0.01, lambda: device.orders.put(order))
+    return device
+
+
+def test_unexpected_exception_ends_the_process_as_failed():
+    made = []
+
+    def make():
+        made.append(active_device(ZeroDivisionError('a fault of the program')))
+        return made[0]
+
+    assert run(make) == 1
+    assert made[0].next_steps(3) == ['connect', 'there', 'disconnect']
+
+
+def test_wrong_parameter_ends_the_process_with_its_name(capsys):
+    def make():
+        raise ParameterError('rate', 'at least 1', 0)
+
+    assert run(make) == 2
+    assert "'rate' must be at least 1, but is 0" in capsys.readouterr().err
+
+
+PROGRAM = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from nodlidar_common.node import run
+from test_device_node import active_device, FakeDevice
+FakeDevice.obey = lambda self, order: print(order, flush=True)
+FakeDevice.disconnect = lambda self: print('disconnect', flush=True)
+raise SystemExit(run(lambda: active_device('cycle')))
+"""
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signal_ends_the_process_with_the_device_safe(number, request):
+    command = [sys.executable, '-c', PROGRAM, str(request.path.parent)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        assert [process.stdout.readline() for _ in range(2)] == ['there\n', 'cycle\n']
+        process.send_signal(number)
+        *cycles, last = process.stdout.read().splitlines()
+        [connected] = process.stderr.read().splitlines()
+    assert (process.returncode, last, set(cycles) - {'cycle'}) == (0, 'disconnect', set())
+    assert "connected to '/dev/fake'" in connected

@@ -1,0 +1,42 @@
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.messages import nod_from_message, nod_to_message, time_message, time_ns
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_msgs.msg import NodCommand
+import pytest
+
+stamps_ns = st.integers(0, 2**31 * 1_000_000_000 - 1)
+
+
+@given(stamps_ns)
+def test_times_come_back(nanoseconds):
+    message = time_message(nanoseconds)
+    assert 0 <= message.nanosec < 1_000_000_000
+    assert time_ns(message) == nanoseconds
+
+
+def test_a_time():
+    message = time_message(1_700_000_000_123_456_789)
+    assert (message.sec, message.nanosec) == (1_700_000_000, 123_456_789)
+
+
+@given(
+    st.floats(-1.5, 0.0),
+    st.floats(0.01, 1.5),
+    st.floats(0.01, 100.0),
+    st.integers(1, 2**32 - 1),
+    stamps_ns,
+    stamps_ns,
+)
+def test_trajectories_come_back(pitch_min, pitch_max, duration, samples, reference_ns, issued_ns):
+    trajectory = NodTrajectory(pitch_min, pitch_max, duration, samples, reference_ns)
+    message = nod_to_message(trajectory, issued_ns, 'nodlidar_base_link')
+    assert nod_from_message(message) == trajectory
+    assert time_ns(message.header.stamp) == issued_ns
+    assert message.header.frame_id == 'nodlidar_base_link'
+
+
+def test_a_message_without_a_trajectory_is_refused():
+    with pytest.raises(ParameterError, match="'pitch_max' must be above pitch_min"):
+        nod_from_message(NodCommand())

@@ -1,0 +1,57 @@
+import os
+import tty
+
+from nodlidar_common.errors import DeviceError, PortError
+from nodlidar_common.serial_port import open_port
+import pytest
+
+
+@pytest.fixture
+def terminal():
+    """Yield the master's descriptor and the slave's path of a pseudo-terminal."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    yield master, os.ttyname(slave)
+    os.close(master)
+    os.close(slave)
+
+
+def test_bytes_go_both_ways(terminal):
+    master, path = terminal
+    with open_port(path, 115200, timeout=5.0) as port:
+        port.write(b'VV\n')
+        assert os.read(master, 3) == b'VV\n'
+        os.write(master, b'00P')
+        assert port.read(3) == b'00P'
+
+
+def test_read_ends_at_the_timeout(terminal):
+    with open_port(terminal[1], 115200, timeout=0.0) as port:
+        assert port.read(1) == b''
+
+
+def test_second_user_is_refused_until_the_first_is_done(terminal):
+    path = terminal[1]
+    with open_port(path, 115200, timeout=0.0):
+        with pytest.raises(PortError) as caught:
+            open_port(path, 115200, timeout=0.0)
+        assert str(caught.value) == (
+            f"cannot open serial port '{path}': it is in use by another program"
+        )
+    open_port(path, 115200, timeout=0.0).close()
+
+
+def test_missing_port():
+    with pytest.raises(PortError, match=r"'/dev/no-lidar': it does not exist; .*plugged in"):
+        open_port('/dev/no-lidar', 115200, timeout=0.0)
+
+
+def test_file_that_is_no_port(tmp_path):
+    path = tmp_path / 'file'
+    path.touch()
+    with pytest.raises(PortError, match=rf"^cannot open serial port '{path}': "):
+        open_port(str(path), 115200, timeout=0.0)
+
+
+def test_port_errors_are_device_errors():
+    assert issubclass(PortError, DeviceError)
