@@ -26,7 +26,7 @@ class UrgEmulator:
     ----------
     measure
         Gives the ranges [m] of beams from their times [ns] and azimuths [rad]: inf where nothing
-        is, NaN where a beam is lost. It is called for a few beams at a time, as they are sent.
+        is, NaN where a beam is lost. It is called once a turn, when the last beam has been sent.
     start_ns
         Host time at which it is switched on [ns].
     clock_rate
@@ -94,14 +94,14 @@ class UrgEmulator:
         if self._busy():
             events.append(self._clock.turn.end_ns)
         if self._measuring():
-            events.append(self._clock.turn.next_event_ns)
+            events.append(self._clock.turn.last_beam_ns)
         return min((event for event in events if event is not None), default=None)
 
     def _advance(self, now_ns: int) -> None:
         while self._busy():
             turn = self._clock.turn
-            if self._measuring():
-                turn.measure(self._measure, now_ns)
+            if self._measuring() and turn.last_beam_ns <= now_ns:
+                turn.measure(self._measure)
             if turn.end_ns > now_ns:
                 return
             self._finish_turn()
@@ -112,9 +112,10 @@ class UrgEmulator:
         return bool(self._pending) or self.sensor.stream is not None
 
     def _measuring(self) -> bool:
-        """Tell whether this turn's beams will be sent; all of them, also those gone by."""
+        """Tell whether this turn's beams will be sent, and are still to be measured."""
         asked = any(line.startswith((b'GD', b'GS')) for line in self._pending)
-        return self.sensor.laser and (asked or self.sensor.measures())
+        wanted = asked or self.sensor.measures()
+        return wanted and self.sensor.laser and not self._clock.turn.measured
 
     def _finish_turn(self) -> None:
         turn, stream = self._clock.turn, self.sensor.stream

@@ -13,12 +13,13 @@ LAST_REQUESTABLE_STEP = 768
 MIN_RANGE_MM, MAX_RANGE_MM = 20, 5600
 NOTHING_IN_RANGE, NEIGHBOURS_IN_ERROR, NOT_MEASURABLE = 0, 7, 19
 
-_CHUNK = 64  # steps measured at once: 6 ms, so that no event is late for a long computation
+_STEPS = np.arange(FIRST_STEP, LAST_STEP + 1)
+_AZIMUTHS = np.asarray((_STEPS - FRONT_STEP) * (2.0 * np.pi / STEPS_PER_TURN), dtype=np.float64)
 _SHORT_MAX = 64**2 - 1
 
 
 class Turn:
-    """The beams of one revolution, measured as time passes.
+    """The beams of one revolution.
 
     Parameters
     ----------
@@ -32,7 +33,9 @@ class Turn:
     Attributes
     ----------
     codes
-        Range [mm] or error of each step that can be asked for, so far, shape (769,).
+        Range [mm] or error of each step that can be asked for, shape (769,).
+    measured
+        Whether the codes are those of this turn's beams.
     """
 
     def __init__(self, start_ns: int, end_ns: int, timer: int) -> None:
@@ -40,30 +43,19 @@ class Turn:
         self.end_ns = end_ns
         self.timer = timer
         self.codes = np.full(LAST_REQUESTABLE_STEP + 1, NOT_MEASURABLE, dtype=np.int64)
-        self._step_ns = (end_ns - start_ns) / STEPS_PER_TURN
-        self._next_step = FIRST_STEP
+        self.measured = False
+        elapsed = _STEPS * ((end_ns - start_ns) / STEPS_PER_TURN)
+        self._times_ns = start_ns + np.rint(elapsed).astype(np.int64)
 
     @property
-    def next_event_ns(self) -> int | None:
-        """When the next beams can be measured [ns], or None after the last one."""
-        if self._next_step > LAST_STEP:
-            return None
-        return int(self._times_ns(self._chunk()[-1:])[0])
+    def last_beam_ns(self) -> int:
+        """When the last beam is sent [ns]."""
+        return int(self._times_ns[-1])
 
-    def measure(self, measure: Measure, now_ns: int) -> None:
-        """Measure the beams that have been sent by now [ns]."""
-        while (event := self.next_event_ns) is not None and event <= now_ns:
-            steps = self._chunk()
-            azimuth = (2.0 * np.pi / STEPS_PER_TURN) * (steps - FRONT_STEP).astype(np.float64)
-            self.codes[steps] = range_codes(measure(self._times_ns(steps), azimuth))
-            self._next_step = int(steps[-1]) + 1
-
-    def _chunk(self) -> NDArray[np.int64]:
-        return np.arange(self._next_step, min(self._next_step + _CHUNK, LAST_STEP + 1))
-
-    def _times_ns(self, steps: NDArray[np.int64]) -> NDArray[np.int64]:
-        times: NDArray[np.int64] = np.rint(steps * self._step_ns).astype(np.int64)
-        return self.start_ns + times
+    def measure(self, measure: Measure) -> None:
+        """Measure every beam at its own instant."""
+        self.codes[_STEPS] = range_codes(measure(self._times_ns, _AZIMUTHS))
+        self.measured = True
 
 
 @dataclass(frozen=True, slots=True)

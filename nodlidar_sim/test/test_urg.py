@@ -253,7 +253,21 @@ def test_no_beam_is_measured_that_nobody_asked_for():
     assert host.urg.next_event_ns() is None
     host.ask(b'MD0044072500101')
     host.reply()
-    assert sum(calls) == 682
+    assert calls == [682]
+
+
+def test_beams_are_measured_when_the_last_one_has_been_sent():
+    called_at = []
+
+    def measure(times_ns, azimuth):
+        called_at.append((host.clock() - times_ns[-1]) / MS)
+        return np.ones(len(times_ns))
+
+    host = Host(measure)
+    host.ask(b'MD0044072500005')
+    for _ in range(5):
+        host.reply()
+    assert called_at == [0.0] * 5
 
 
 def test_a_status_query_in_mid_stream_ends_the_stream():
