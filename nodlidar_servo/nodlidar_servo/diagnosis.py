@@ -41,8 +41,7 @@ class Diagnosis:
         if self._servo is not None and self.sample is not None:
             figures |= self._measured(self._servo, self.sample)
             warnings += _out_of_limits(self._servo, self.sample)
-            if self.sample.status:
-                errors.append(f'the servo reports: {status_names(self.sample.status)}')
+            errors += _alarms(self._servo, self.sample)
         if self._latency_warning:
             warnings.append(self._latency_warning)
         return figures, warnings, errors
@@ -81,6 +80,16 @@ class Diagnosis:
             'voltage [V]': f'{sample.voltage:.1f}',
             'temperature [deg C]': str(sample.temperature),
         }
+
+
+def _alarms(servo: Servo, sample: Sample) -> list[str]:
+    errors = []
+    if sample.status:
+        errors.append(f'the servo reports: {status_names(sample.status)}')
+    if servo.shut_down:
+        names = status_names(servo.shut_down)
+        errors.append(f'the servo has shut down ({names}): deactivate and activate the node')
+    return errors
 
 
 def _out_of_limits(servo: Servo, sample: Sample) -> list[str]:

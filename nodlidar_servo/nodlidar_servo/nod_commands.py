@@ -57,4 +57,5 @@ class NodCommands:
 
     def tracker(self, now_ns: int) -> NodTracker | None:
         """Return what follows the present command; None if there is none or they have stopped."""
-        return self._tracker if self.age(now_ns) <= self._config.command_timeout else None
+        # A clock that was set back makes the age negative, which must not keep the torque on.
+        return self._tracker if abs(self.age(now_ns)) <= self._config.command_timeout else None

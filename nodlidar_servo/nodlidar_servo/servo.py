@@ -11,7 +11,7 @@ from nodlidar_servo.dynamixel_bus import ByteStream, DynamixelBus, RefusedError,
 from nodlidar_servo.models import load_share, MODELS, Register
 from nodlidar_servo.sample_time import sample_time_ns, WireTime
 
-_EEPROM = struct.Struct('<H3xBHHxBBBHB')  # 0..16, see _set_up
+_EEPROM = struct.Struct('<H3xBHHxBBBHBxB')  # 0..18, see _set_up
 _PRESENT = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, temperature
 _DRIVE = struct.Struct('<HH')  # 30..33: goal, moving speed
 _RETURN_DELAY_UNIT_NS = 2000
@@ -21,11 +21,12 @@ _ATTEMPTS_TO_RELEASE = 3
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What the motor itself calls too much: its EEPROM's temperature [deg C] and voltages [V]."""
+    """What the EEPROM calls too much: temperature [deg C], voltages [V]; what shuts it down."""
 
     temperature: int
     voltage_min: float
     voltage_max: float
+    shutdown: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +68,14 @@ class Servo:
     clock
         Returns the host time [ns].
 
+    Attributes
+    ----------
+    limits
+        What the motor itself calls too much.
+    shut_down
+        The status bits for which the motor has cut its torque since it was set up; it stays
+        without torque until it is set up anew.
+
     Raises
     ------
     DeviceError
@@ -78,13 +87,14 @@ class Servo:
         self._bus = DynamixelBus(stream, config.servo_id, clock)
         self._config = config
         self._scale = config.scale
-        self._torque = False
+        self._torque: bool | None = None
+        self.shut_down = 0
         self.limits = self._set_up()
         self._wire = WireTime.of_read(_PRESENT.size, config.baud_rate, self._return_delay_ns())
 
     def _set_up(self) -> Limits:
         eeprom = self._bus.read(Register.MODEL, _EEPROM.size).data
-        number, delay, cw, ccw, hottest, lowest, highest, torque, level = _EEPROM.unpack(eeprom)
+        number, delay, cw, ccw, *limits, torque, level, shutdown = _EEPROM.unpack(eeprom)
         self._check_model(number)
         if level != _REPLY_TO_ALL:
             self._bus.post(Register.RETURN_LEVEL, bytes([_REPLY_TO_ALL]))
@@ -95,7 +105,8 @@ class Servo:
         # Rewriting the torque limit also revives a motor that has shut itself down.
         limit = round(self._config.torque_limit * torque)
         self._bus.write(Register.TORQUE_LIMIT, limit.to_bytes(2, 'little'))
-        return Limits(hottest, lowest / 10.0, highest / 10.0)
+        hottest, lowest, highest = limits
+        return Limits(hottest, lowest / 10.0, highest / 10.0, shutdown)
 
     def _clear_return_delay(self) -> None:
         """Write the EEPROM; if that is locked, the delay stays and the stamps allow for it."""
@@ -128,13 +139,14 @@ class Servo:
 
     @property
     def torque(self) -> bool:
-        """Whether the torque is on."""
-        return self._torque
+        """Whether the torque is on, or may be since the motor did not confirm that it is off."""
+        return self._torque is not False
 
     def sample(self) -> Sample:
         """Measure once, in one transaction; raises DeviceError."""
         reply = self._bus.read(Register.PRESENT, _PRESENT.size)
         position, speed, load, voltage, temperature = _PRESENT.unpack(reply.data)
+        self.shut_down |= reply.status & self.limits.shutdown
         return Sample(
             stamp_ns=self._stamp(reply),
             pitch=self._scale.pitch(position),
@@ -156,13 +168,14 @@ class Servo:
         """
         goal = _DRIVE.pack(self._scale.tick(pitch), self._scale.model.speed_counts(speed))
         self._bus.post(Register.GOAL, goal)
-        if not self._torque:
+        if self._torque is not True:
             self.set_torque(True)
 
     def set_torque(self, on: bool) -> None:
         """Switch the torque, confirmed by the motor; raises DeviceError."""
-        self._torque = on  # also if the confirmation gets lost
+        self._torque = None
         self._bus.write(Register.TORQUE_ENABLE, bytes([on]))
+        self._torque = on
 
     def release(self) -> bool:
         """Switch the torque off if that is possible at all; return whether the motor confirmed."""

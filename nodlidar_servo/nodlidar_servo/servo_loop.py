@@ -15,7 +15,7 @@ class Schedule:
     """Absolute deadlines at a fixed period, so that delays do not add up.
 
     A deadline that has passed by less than a period is due at once; whole periods that have passed
-    are skipped.
+    are skipped. A clock that is set back begins a new schedule.
     """
 
     def __init__(self, rate: float) -> None:
@@ -24,7 +24,7 @@ class Schedule:
 
     def advance(self, now_ns: int) -> tuple[int, int]:
         """Return the next deadline [ns] and how many were skipped before it."""
-        if self._deadline_ns is None:
+        if self._deadline_ns is None or now_ns < self._deadline_ns - self._period_ns:
             self._deadline_ns = now_ns
             return now_ns, 0
         deadline_ns = self._deadline_ns + self._period_ns
@@ -107,6 +107,7 @@ class ServoLoop:
     def _measure(self) -> None:
         self._sample = self._servo.sample()
         self._figures.samples += 1
+        self._failures_in_a_row = 0
 
     def _steer(self) -> None:
         now_ns = self._clock()
@@ -128,5 +129,4 @@ class ServoLoop:
             if self._failures_in_a_row >= FAILURES_TO_RECONNECT:
                 raise
             return False
-        self._failures_in_a_row = 0
         return True

@@ -31,7 +31,9 @@ def commands():
 @pytest.fixture
 def diagnosis(figures, commands):
     diagnosis = Diagnosis(figures, commands)
-    diagnosis.connected(SimpleNamespace(torque=True, limits=Limits(80, 6.0, 19.0)), '')
+    diagnosis.connected(
+        SimpleNamespace(torque=True, shut_down=0, limits=Limits(80, 6.0, 19.0, 36)), ''
+    )
     diagnosis.sample = sample()
     return diagnosis
 
@@ -78,8 +80,17 @@ def test_every_alarm_of_the_motor_is_an_error(diagnosis):
     assert error == 'the servo reports: input voltage, overheating, overload'
 
 
+def test_a_motor_that_has_shut_down_is_an_error_also_when_the_cause_is_gone(diagnosis):
+    servo = SimpleNamespace(torque=True, shut_down=0x20, limits=Limits(80, 6.0, 19.0, 36))
+    diagnosis.connected(servo, '')
+    (error,) = diagnosis.report(SECOND)[2]
+    assert error == 'the servo has shut down (overload): deactivate and activate the node'
+
+
 def test_a_slow_adapter_a_refusal_and_silence_are_warnings(diagnosis, commands):
-    diagnosis.connected(SimpleNamespace(torque=False, limits=Limits(80, 6.0, 19.0)), 'slow')
+    diagnosis.connected(
+        SimpleNamespace(torque=False, shut_down=0, limits=Limits(80, 6.0, 19.0, 36)), 'slow'
+    )
     commands.refuse('too far', 0)
     warnings = diagnosis.report(5 * SECOND)[1]
     assert warnings == ['nod command refused: too far', 'no nod commands: torque off', 'slow']

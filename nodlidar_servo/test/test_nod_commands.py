@@ -56,6 +56,12 @@ def test_a_refused_command_keeps_the_former_one_alive_and_is_counted():
     assert commands.refused == 2
 
 
+def test_a_clock_that_is_set_back_does_not_keep_an_old_command_alive():
+    commands = NodCommands(ServoConfig(command_timeout=0.5))
+    commands.accept(NOD, 3600 * SECOND)
+    assert commands.tracker(0) is None
+
+
 def test_only_refused_commands_give_nothing_to_follow():
     commands = NodCommands(ServoConfig())
     commands.refuse('too far', 0)

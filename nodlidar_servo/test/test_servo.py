@@ -92,6 +92,13 @@ def test_another_model_is_named():
         bench.connect()
 
 
+def test_an_ax12a_has_the_same_table():
+    bench = Bench()
+    bench[table.MODEL] = 12
+    bench.connect(ServoConfig(model='AX-12A')).drive(0.2, 1.0)
+    assert bench[table.MOVING_SPEED] == round(1.0 / SPEED_UNIT)
+
+
 def test_wheel_mode_is_refused():
     bench = Bench()
     bench[table.CCW_LIMIT] = 0
@@ -151,7 +158,9 @@ def test_an_alarm_comes_with_the_sample_and_a_new_connection_revives_the_motor()
     assert servo.sample().status == table.Errors.OVERLOAD
     assert bench[table.TORQUE_LIMIT] == 0
     bench.emulator.motor.load = 0.0
-    bench.connect()
+    assert servo.sample().status == 0
+    assert servo.shut_down == table.Errors.OVERLOAD
+    assert bench.connect().shut_down == 0
     assert bench[table.TORQUE_LIMIT] == 1023
 
 
@@ -171,6 +180,19 @@ def test_no_speed_is_sent_as_the_slowest_not_as_uncontrolled():
     bench = Bench()
     bench.connect().drive(-0.3, 0.0)
     assert bench[table.MOVING_SPEED] == 1
+
+
+def test_torque_counts_as_on_until_the_motor_confirms_that_it_is_off():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(0.5, 1.0)
+    bench.faults.mute = True
+    with pytest.raises(NoAnswerError):
+        servo.set_torque(False)
+    assert servo.torque
+    bench.faults.mute = False
+    servo.set_torque(False)
+    assert not servo.torque
 
 
 def test_release_takes_the_torque_off():
