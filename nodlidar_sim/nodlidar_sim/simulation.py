@@ -75,7 +75,8 @@ class SensorModel:
 
     def rounded_ranges(self, ranges: Array) -> Array:
         """Return ranges [m] as the lidar tells them; -inf too near, inf too far (REP 117)."""
-        rounded = np.rint(ranges / self.resolution) * self.resolution
+        per_metre = 1.0 / self.resolution  # a quotient of whole numbers is 5.6, a product is not
+        rounded = np.asarray(np.rint(ranges * per_metre) / per_metre)
         rounded[rounded < self.range_min] = -np.inf
         rounded[rounded > self.range_max] = np.inf
         return rounded

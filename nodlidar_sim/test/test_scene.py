@@ -1,0 +1,169 @@
+import math
+
+from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_sim.effects import Effects
+from nodlidar_sim.scene import load_scene, parse_scene, scene_names
+from nodlidar_sim.section import SceneError
+from nodlidar_sim.simulation import simulate
+import numpy as np
+import pytest
+
+NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
+WALL = 'objects: {wall: {shapes: [{plane: {point: [2, 0, 0], normal: [1, 0, 0]}}]}}\n'
+
+
+def test_these_scenes_are_shipped():
+    assert scene_names() == ['corner', 'corridor', 'room', 'wall']
+
+
+@pytest.mark.parametrize('name', ['corner', 'corridor', 'room', 'wall'])
+def test_a_shipped_scene_is_seen_by_the_sensor(name):
+    scene = load_scene(name)
+    assert scene.name == name
+    recording = simulate(scene, NOD, 4.0)
+    ahead = np.abs(recording.azimuth) < 0.3
+    assert np.isfinite(recording.ranges[:, ahead]).all() or name == 'corridor'
+    assert np.isfinite(recording.true_range[:, ahead]).all()
+    assert recording.true_range.min() > 0.3
+
+
+def test_in_the_room_every_beam_gets_an_answer():
+    assert np.isfinite(simulate(load_scene('room'), NOD, 4.0).ranges).all()
+
+
+def test_everything_in_the_room_is_seen():
+    recording = simulate(load_scene('room'), NOD, 10.0)
+    scene = recording.world.scene
+    azimuth = np.tile(recording.azimuth, len(recording.ranges))
+    origins, directions = recording.world.rays(recording.true_time_ns.ravel(), azimuth)
+    ends = origins + recording.true_range.reshape(-1, 1) * directions
+    seen = {
+        name: sum(int((shape.distance(ends.T) < 1e-6).sum()) for shape in shapes)
+        for name, shapes in scene.objects.items()
+    }
+    assert set(seen) == {'walls', 'floor', 'ceiling', 'chair', 'manikin', 'robot'}
+    assert min(seen.values()) > 300, seen
+
+
+def test_an_unknown_scene_lists_the_known_ones():
+    with pytest.raises(SceneError, match=r'one of corner, corridor, room, wall, or .*rooom'):
+        load_scene('rooom')
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(SceneError, match=r'readable file.*No such file.*mine\.yaml'):
+        load_scene(tmp_path / 'mine.yaml')
+
+
+def test_a_scene_of_the_user_is_loaded_by_its_path(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(WALL)
+    assert load_scene(path).name == load_scene(str(path)).name == 'mine'
+
+
+def test_what_a_scene_leaves_out_has_its_default():
+    scene = parse_scene(WALL, 'mine')
+    np.testing.assert_array_equal(scene.mount.position, [0.0, 0.0, 1.0])
+    np.testing.assert_array_equal(scene.mount.rotation, np.eye(3))
+    assert scene.optical_offset == 0.08
+    assert (scene.base_start, scene.base_velocity) == ((0.0, 0.0, 0.0), (0.0, 0.0))
+    assert scene.effects == Effects()
+
+
+def test_all_that_a_scene_says_is_taken():
+    scene = parse_scene(
+        """
+        sensor: {mount: [0.1, 0.2, 0.3, 0, 0, 1.5707963267948966], optical_offset: 0.05}
+        base: {start: [1, 2, 3], velocity: [0.4, -0.5]}
+        effects:
+          {range_noise: 0.01, dropouts: 0.02, servo_jitter: 0.003, clock_drift: -40,
+           odometry_error: 0.05}
+        objects:
+          thing:
+            pose: [1, 0, 0, 0, 0, 1.5707963267948966]
+            shapes:
+              - sphere: {center: [1, 0, 0], radius: 0.5}
+              - box: {pose: [2, 0, 0, 0, 0, 0], size: [1, 2, 3]}
+              - cylinder: {pose: [3, 0, 0, 0, 0, 0], radius: 0.1, length: 2}
+              - plane: {point: [4, 0, 0], normal: [2, 0, 0]}
+        """,
+        'mine',
+    )
+    np.testing.assert_allclose(scene.mount.to_parent(np.eye(3)[:1]), [[0.1, 1.2, 0.3]])
+    assert (scene.optical_offset, scene.base_start) == (0.05, (1.0, 2.0, 3.0))
+    assert scene.base_velocity == (0.4, -0.5)
+    assert scene.effects == Effects(0.01, 0.02, 0.003, -40.0, 0.05)
+    sphere, box, cylinder, plane = scene.objects['thing']
+    np.testing.assert_allclose(sphere.center, [1.0, 1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(box.center, [1.0, 2.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(box.pose.rotation[:, 0], [0.0, 1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(cylinder.center, [1.0, 3.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(plane.point, [1.0, 4.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(plane.normal, [0.0, 1.0, 0.0], atol=1e-12)
+
+
+def with_shape(shape):
+    return f'objects: {{it: {{shapes: [{shape}]}}}}'
+
+
+@pytest.mark.parametrize(
+    ('text', 'key', 'limit', 'value'),
+    [
+        ('- 1', 'm.yaml', 'a mapping of keys to values', [1]),
+        ('', 'm.yaml', 'a mapping of keys to values', None),
+        ('{}', 'm.yaml: objects', 'given', None),
+        (WALL + 'wind: 3', 'm.yaml: wind', 'one of base, effects, objects, sensor', 'wind'),
+        (WALL + 'sensor: 3', 'm.yaml: sensor', 'a mapping of keys to values', 3),
+        (WALL + 'sensor: {high: 3}', 'm.yaml: sensor.high', 'one of mount, opt', 'high'),
+        (WALL + 'sensor: {mount: [1]}', 'm.yaml: sensor.mount', 'a list of 6 finite', [1]),
+        (WALL + 'sensor: {optical_offset: x}', 'm.yaml: sensor.optical_offset', 'a fin', 'x'),
+        (WALL + 'base: {start: [0, 0, .nan]}', 'm.yaml: base.start', '3 finite', math.nan),
+        (WALL + 'base: {velocity: [1, yes]}', 'm.yaml: base.velocity', 'of 2 finite', [1, True]),
+        (WALL + 'effects: {fog: 1}', 'm.yaml: effects.fog', 'one of clock_drift, dro', 'fog'),
+        (WALL + 'effects: {dropouts: 2}', 'm.yaml: effects.dropouts', 'between 0.0 and 1.0', 2.0),
+        (WALL + 'effects: {dropouts: no}', 'm.yaml: effects.dropouts', 'a finite number', False),
+        (WALL + 'effects: {servo_jitter: -1}', 'm.yaml: effects.servo_jitter', 'between', -1.0),
+        ('objects: {it: {shapes: []}}', 'm.yaml: objects.it.shapes', 'at least one entry', []),
+        ('objects: {1: {}}', 'm.yaml: objects', 'a mapping of keys to values', {1: {}}),
+        ('objects: {it: {colour: 1, shapes: [{}]}}', 'm.yaml: objects.it.shapes[0]', 'one of', ''),
+        (with_shape('{cone: {}}'), 'm.yaml: objects.it.shapes[0]', 'plane, sphere', 'cone'),
+        (
+            with_shape('{sphere: {center: [0, 0, 0], radius: 0}}'),
+            'm.yaml: objects.it.shapes[0].sphere.radius',
+            'above 0 m',
+            0.0,
+        ),
+        (
+            with_shape('{box: {pose: [0, 0, 0, 0, 0, 0], size: [1, 0, 1]}}'),
+            'm.yaml: objects.it.shapes[0].box.size',
+            'above 0 m',
+            [1.0, 0.0, 1.0],
+        ),
+        (
+            with_shape('{plane: {point: [0, 0, 0], normal: [0, 0, 0]}}'),
+            'm.yaml: objects.it.shapes[0].plane.normal',
+            'longer than 0',
+            [0.0, 0.0, 0.0],
+        ),
+        (
+            with_shape('{cylinder: {pose: [0, 0, 0, 0, 0, 0], radius: 1, height: 1, length: 1}}'),
+            'm.yaml: objects.it.shapes[0].cylinder.height',
+            'one of length, pose, radius',
+            'height',
+        ),
+        (WALL + WALL, 'm.yaml', 'unique keys, but is .*objects.* comes twice', None),
+        ('objects: [', 'm.yaml', 'YAML with unique keys', None),
+    ],
+)
+def test_what_is_wrong_in_a_scene_is_named(text, key, limit, value):
+    with pytest.raises(SceneError, match=limit) as error:
+        parse_scene(text, 'm')
+    assert error.value.key == key
+    if value is not None and value is not math.nan:
+        assert error.value.value == value
+
+
+def test_a_scene_error_is_an_error_of_nodlidar():
+    assert issubclass(SceneError, ParameterError)
+    assert issubclass(SceneError, NodlidarError)
