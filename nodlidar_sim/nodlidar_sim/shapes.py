@@ -59,7 +59,7 @@ class Plane:
 
     def intersect(self, origins: Array, directions: Array) -> Array:
         """See Shape."""
-        with np.errstate(divide='ignore', invalid='ignore'):
+        with np.errstate(all='ignore'):
             along = _dot(self.normal, self.point[:, None] - origins) / _dot(
                 self.normal, directions
             )
@@ -181,7 +181,7 @@ def _in_frame(pose: Pose, points: Array) -> Array:
 
 def _within_slab(offset: Array, along: Array, half: Array | float) -> tuple[Array, Array]:
     """Return where rays enter and leave |x| < half; NaN for a ray within a boundary."""
-    with np.errstate(divide='ignore', invalid='ignore'):
+    with np.errstate(all='ignore'):
         one, other = (-half - offset) / along, (half - offset) / along
     return np.minimum(one, other), np.maximum(one, other)
 
@@ -195,7 +195,7 @@ def _within_circle(offset: Array, along: Array, radius: float) -> tuple[Array, A
     speed = _dot(along, along)
     towards = -_dot(offset, along)
     outside = _dot(offset, offset) - radius**2
-    with np.errstate(divide='ignore', invalid='ignore'):
+    with np.errstate(all='ignore'):
         reach = np.sqrt(towards**2 - speed * outside)
         enter, leave = (towards - reach) / speed, (towards + reach) / speed
     still = speed == 0.0
