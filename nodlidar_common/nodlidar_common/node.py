@@ -1,6 +1,7 @@
 """The shells of the nodes: how one runs and ends, and how one keeps a serial device connected."""
 
 from collections.abc import Callable
+import signal
 import sys
 import threading
 import traceback
@@ -18,6 +19,9 @@ from rclpy.node import Node
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Run a node until it is told to end (SIGINT, SIGTERM); return the exit status."""
+    # rclpy ends the spinning on its own; a KeyboardInterrupt on top of that could come anywhere,
+    # in the middle of a message's conversion too.
+    signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init(args=args)
     try:
         node = make_node()
@@ -27,7 +31,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         return 2
     try:
         rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     finally:
         node.destroy_node()
