@@ -20,6 +20,7 @@ from nodlidar_bringup.recorder import Recorder
 from nodlidar_bringup.report import print_report
 from nodlidar_common.errors import NodlidarError
 from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world import World
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rich.console import Console
@@ -65,7 +66,8 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
     with console.status('Measuring'):
         log = read_bag(output / 'bag', 'nod_joint')
         near = within_range(log, FAR)
-        rms = {e: surface_rms(clouds_of(near, e, Mount())[0], scene) for e in ESTIMATORS}
+        world = World(scene, motion=None)  # type: ignore[arg-type]
+        rms = {e: surface_rms(clouds_of(near, e, Mount())[0], world) for e in ESTIMATORS}
         points = clouds_of(log, 'slerp', Mount())[0].data
         write_ply(points, output / 'cloud.ply')
         write_picture(points, output / 'cloud.png', f"'{scene.name}', {duration:g} s")
