@@ -1,4 +1,6 @@
+from dataclasses import fields
 import math
+from pathlib import Path
 
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NodTrajectory
@@ -167,3 +169,9 @@ def test_what_is_wrong_in_a_scene_is_named(text, key, limit, value):
 def test_a_scene_error_is_an_error_of_nodlidar():
     assert issubclass(SceneError, ParameterError)
     assert issubclass(SceneError, NodlidarError)
+
+
+def test_every_effect_and_scene_is_in_the_readme():
+    readme = (Path(__file__).parents[1] / 'README.md').read_text(encoding='utf-8')
+    for name in [*(field.name for field in fields(Effects)), *scene_names()]:
+        assert f'`{name}`' in readme
