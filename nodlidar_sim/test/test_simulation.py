@@ -6,7 +6,8 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.effects import Effects, imperfect, range_faults
 from nodlidar_sim.motion import triangle_motion
 from nodlidar_sim.scene import load_scene, parse_scene
-from nodlidar_sim.simulation import Recording, SensorModel, simulate
+from nodlidar_sim.sensor_model import SensorModel
+from nodlidar_sim.simulation import Recording, simulate
 import numpy as np
 import pytest
 

@@ -16,6 +16,7 @@ MODULES = [
     'raycast',
     'scene',
     'section',
+    'sensor_model',
     'servo_motion',
     'shapes',
     'simulation',
