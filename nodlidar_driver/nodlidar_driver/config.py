@@ -16,10 +16,10 @@ class DriverConfig:
     )
     frame_id: str = parameter('laser', 'Frame of the scans: origin at the optical centre')
     angle_min: float = parameter(
-        -2.0862, 'Azimuth of the first beam', unit='rad', minimum=-2.0892, maximum=2.0954
+        -2.0862, 'Azimuth of the first beam', unit='rad', minimum=-2.0863, maximum=2.0925
     )
     angle_max: float = parameter(
-        2.0924, 'Azimuth of the last beam', unit='rad', minimum=-2.0892, maximum=2.0954
+        2.0924, 'Azimuth of the last beam', unit='rad', minimum=-2.0863, maximum=2.0925
     )
     cluster: int = parameter(
         1, 'Neighbouring beams that share one value, their least range', minimum=1, maximum=99
@@ -36,7 +36,7 @@ class DriverConfig:
     )
 
     def check_together(self) -> None:
-        """Raise ParameterError if the window holds no whole cluster, or is not measured."""
+        """Raise ParameterError if the window holds no whole cluster."""
         self.window()
 
     def window(self) -> ScanWindow:

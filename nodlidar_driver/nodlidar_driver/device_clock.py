@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from nodlidar_driver.arrivals import Arrivals, WINDOW_MS
 from nodlidar_driver.envelope import least
-from nodlidar_driver.rotation import RotationTimes
+from nodlidar_driver.rotation import even_times, RotationTimes
 from nodlidar_driver.timer import Timer
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +95,12 @@ class DeviceClock:
         self._rotations = RotationTimes(rotation_ms)
         self._arrivals = Arrivals()
         self._origin_ns: int | None = None
-        self._replies = self._times_and_delays(replies)
+        stamps = [self._timer.unwrap(reply.device_ms, reply.arrival_ns) for reply in replies]
+        arrivals = [self._since_origin(reply.arrival_ns) for reply in replies]
+        self._replies = np.array(stamps, dtype=np.float64), np.array(arrivals)
+        self._reply_rotations = RotationTimes(rotation_ms)
+        for stamp in stamps:
+            self._reply_rotations.add(stamp)
 
     @property
     def drift_ppm(self) -> float:
@@ -131,7 +136,7 @@ class DeviceClock:
         self._arrivals.add(zeros_ms, self._since_origin(arrival_ns))
         if self.jumps > jumps:
             self._replies = _NO_REPLIES
-        self._calibrate(float(zeros_ms[-1]))
+        self._calibrate(zeros_ms)
         return self._result(float(zeros_ms[-1]))
 
     def _since_origin(self, host_ns: int) -> float:
@@ -140,33 +145,21 @@ class DeviceClock:
             self._origin_ns = host_ns
         return (host_ns - self._origin_ns) / _NS_PER_MS
 
-    def _times_and_delays(
-        self, replies: Sequence[TimeReply]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return when replies were made, on the device's clock, and how late they arrived [ms].
+    def _calibrate(self, zeros_ms: NDArray[np.float64]) -> None:
+        """Refine the latency as long as the answers of time mode are near.
 
-        The lidar answers once in a rotation, so that the same fit as for scans finds the cut off
-        fractions. If it did not answer evenly, the whole milliseconds are taken: the answers
-        that seem least delayed are those of which least was cut off.
+        The lidar answers once in a rotation, so that the answers' cut off fractions are found as
+        those of the scans are. If it did not answer evenly the whole milliseconds do: the answers
+        that seem least delayed are then those of which least was cut off.
         """
-        rotations = RotationTimes(self._rotation_ms)
-        stamps = [self._timer.unwrap(reply.device_ms, reply.arrival_ns) for reply in replies]
-        arrivals = [self._since_origin(reply.arrival_ns) for reply in replies]
-        times = np.array(stamps, dtype=np.float64)
-        for stamp in stamps:
-            fitted = rotations.add(stamp)
-            times = fitted if len(fitted) == len(stamps) else times
-        return times, arrivals - times
-
-    def _calibrate(self, zero_ms: float) -> None:
-        """Refine the latency as long as the answers of time mode are near."""
-        times, delays = self._replies
-        if not len(times):
+        stamps, arrivals = self._replies
+        if not len(stamps):
             return
-        line = self._arrivals.line
-        middle = times.mean()
-        offset = least(delays - line.slope * (times - middle))
-        latency_ms = line.value - offset - line.slope * (zero_ms - middle)
+        known_best = self._rotations if len(zeros_ms) > len(stamps) else self._reply_rotations
+        times = even_times(stamps, known_best.period_ms)
+        line, middle = self._arrivals.line, times.mean()
+        offset = least(arrivals - times - line.slope * (times - middle))
+        latency_ms = line.value - offset - line.slope * (float(zeros_ms[-1]) - middle)
         self.synchronised = self._measured_ms - 1.0 <= latency_ms <= _LATENCY_LIMIT_MS
         if self.synchronised:
             self._latency_ms = latency_ms

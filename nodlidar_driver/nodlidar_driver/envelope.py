@@ -18,14 +18,14 @@ _FINE = np.linspace(-25e-6, 25e-6, 51)
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """The line ``value + slope * (x - x[-1])`` under a cloud of points."""
+    """A line under a cloud of points: its value at the place that was asked for, its slope."""
 
     value: float
     slope: float
     scatter: float  # mean height of the points above the line
 
 
-def lower_line(x: NDArray[np.float64], y: NDArray[np.float64]) -> Line:
+def lower_line(x: NDArray[np.float64], y: NDArray[np.float64], at: float) -> Line:
     """Return the line that points with one-sided (exponential) noise lie above.
 
     For a given slope the likelihood depends only on the mean height of the points above the
@@ -35,9 +35,11 @@ def lower_line(x: NDArray[np.float64], y: NDArray[np.float64]) -> Line:
     Parameters
     ----------
     x, y
-        Points, shape (n,), n >= 1, in one unit, x ascending.
+        Points, shape (n,), n >= 1, in one unit.
+    at
+        The x at which the line's value is wanted.
     """
-    along = x - x[-1]
+    along = x - at
     slope = _mean_slope(along, y, _COARSE)
     slope = _mean_slope(along, y, np.clip(slope + _FINE, -DRIFT_LIMIT, DRIFT_LIMIT))
     heights = y - slope * along

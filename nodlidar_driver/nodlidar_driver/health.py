@@ -2,11 +2,12 @@
 
 from collections import Counter
 from dataclasses import dataclass, field
+import math
 
 from nodlidar_driver.lidar import Lidar, Scan
 from nodlidar_driver.scan import ScanWindow
 
-_RATE_TOLERANCE = 0.9  # a lower share of the expected scans is worth a warning
+_RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
 _DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave what the estimate can follow
 _DROPPED = 'Scans dropped: '
 _MISSED = 'Scans missed'
@@ -15,7 +16,7 @@ _JUMPS = 'Clock jumps'
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """Warnings in words, and figures by name; both empty before the first connection."""
+    """Warnings in words, and figures by name; both empty while no scans come."""
 
     warnings: list[str] = field(default_factory=list)
     figures: dict[str, str] = field(default_factory=dict)
@@ -27,7 +28,7 @@ class Health:
     def __init__(self, window: ScanWindow) -> None:
         self._window = window
         self._lidar: Lidar | None = None
-        self._latency = float('nan')
+        self._latency = math.nan
         self._published = 0
         self._earlier: Counter[str] = Counter()
         self._last: Counter[str] = Counter()
@@ -36,9 +37,13 @@ class Health:
 
     def connected(self, lidar: Lidar) -> None:
         """Take note of a new connection."""
-        self._earlier = self._counts()
+        self._latency = math.nan
         self._lidar = lidar
-        self._last_ns = None
+
+    def disconnected(self) -> None:
+        """Take note that the connection ended."""
+        self._earlier = self._counts(self._lidar)
+        self._lidar = None
 
     def published(self, scan: Scan) -> None:
         """Take note of a scan."""
@@ -47,26 +52,29 @@ class Health:
 
     def report(self, now_ns: int) -> Report:
         """Return how things are at a time [ns], which only serves to compute rates."""
-        lidar, rate, counts = self._lidar, self._rate(now_ns), self._counts()
+        lidar, rate = self._lidar, self._rate(now_ns)
+        counts = self._counts(lidar)
         news = counts - self._last
-        self._last, self._last_ns, self._last_published = counts, now_ns, self._published
-        if lidar is None:
+        self._last, self._last_published = counts, self._published
+        if lidar is None or math.isnan(self._latency):
+            self._last_ns = None
             return Report()
+        self._last_ns = now_ns
         return Report(self._warnings(lidar, news, rate), self._figures(lidar, counts, rate))
 
     def _rate(self, now_ns: int) -> float:
         """Return the scans per second since the last report; NaN just after connecting."""
         if self._last_ns is None or now_ns <= self._last_ns:
-            return float('nan')
+            return math.nan
         return (self._published - self._last_published) * 1e9 / (now_ns - self._last_ns)
 
-    def _counts(self) -> Counter[str]:
+    def _counts(self, lidar: Lidar | None) -> Counter[str]:
         """Return what went wrong, counted over all connections."""
         counts = Counter(self._earlier)
-        if self._lidar is not None:
-            counts[_MISSED] += self._lidar.missed
-            counts[_JUMPS] += self._lidar.device_clock.jumps
-            for reason, count in self._lidar.client.drops.items():
+        if lidar is not None:
+            counts[_MISSED] += lidar.missed
+            counts[_JUMPS] += lidar.device_clock.jumps
+            for reason, count in lidar.client.drops.items():
                 counts[_DROPPED + reason] += count
         return counts
 

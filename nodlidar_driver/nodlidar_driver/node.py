@@ -61,6 +61,7 @@ class Driver(DeviceNode):
         """Turn the laser off and close the port, as far as either is still possible."""
         lidar, self._lidar = self._lidar, None
         port, self._port = self._port, None
+        self._health.disconnected()
         if lidar is not None:
             with contextlib.suppress(DeviceError):
                 lidar.stop()

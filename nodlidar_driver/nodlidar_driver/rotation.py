@@ -10,6 +10,7 @@ _SCANS = 300  # scans that the fit remembers
 _WANDER_MS = 0.05  # what the motor may deviate from an even rotation and still fit
 _TRIAL_PERIODS = np.linspace(-1.0, 1.0, 65)[:, None]
 _IRREGULAR_MS = 1.5  # a rotation this much longer or shorter is a motor that changed its speed
+_SPEED_RANGE = 0.12  # by how much a motor's speed can be set (command CR)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,27 @@ def fit_truncated(
     return EvenTimes(float(weights @ (earliest + latest)) / 2.0, float(weights @ periods[:, 0]))
 
 
+def even_times(stamps: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    """Return evenly spaced instants for stamps of which the fraction was cut off.
+
+    Like :func:`fit_truncated`, with the period known. If the stamps are not even, they are
+    returned as they are.
+
+    Parameters
+    ----------
+    stamps
+        The truncated instants, shape (n,), n >= 1.
+    period
+        Spacing of the instants, of which some may be left out.
+    """
+    turns = np.rint((stamps - stamps[0]) / period)
+    phases = stamps - period * turns
+    earliest, latest = phases.max(), phases.min() + 1.0
+    if earliest > latest + 2.0 * _WANDER_MS:
+        return stamps
+    return np.asarray((earliest + latest) / 2.0 + period * turns)
+
+
 class RotationTimes:
     """Times of step 0 from the stamps of a stream of scans.
 
@@ -95,7 +117,7 @@ class RotationTimes:
         """
         self.turns = self._turns_to(stamp_ms)
         if not self._regular(stamp_ms):
-            self._restart()
+            self._restart(stamp_ms)
         self._turns.append(self._turns[-1] + self.turns if self._turns else 0)
         self._stamps.append(stamp_ms)
         if len(self._stamps) == 1:
@@ -113,10 +135,13 @@ class RotationTimes:
             return 1
         return max(round((stamp_ms - self._stamps[-1]) / self.period_ms), 1)
 
-    def _restart(self) -> None:
+    def _restart(self, stamp_ms: int) -> None:
+        """Forget the scans so far; the motor may have a new speed."""
+        period_ms = (stamp_ms - self._stamps[-1]) / self.turns
+        if abs(period_ms - self._nominal_ms) < _SPEED_RANGE * self._nominal_ms:
+            self.period_ms = period_ms
         self._turns.clear()
         self._stamps.clear()
-        self.period_ms = self._nominal_ms
 
     def _fit(self) -> NDArray[np.float64]:
         """Fit as many of the scans as one line explains; times from the newest stamp [ms]."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 STEPS_PER_TURN = 1024
-FIRST_STEP, LAST_STEP, FRONT_STEP = 44, 725, 384
+FRONT_STEP = 384
 _INCREMENT = 2.0 * math.pi / STEPS_PER_TURN
 
 _CODES = 20  # values below are no ranges [mm] but reasons why there is none
@@ -88,10 +88,10 @@ def scan_window(angle_min: float, angle_max: float, cluster: int, skip: int) -> 
     Raises
     ------
     ParameterError
-        If the window is outside of what the lidar measures, or less than one cluster wide.
+        If the window is less than one cluster wide.
     """
-    first_step = _step('angle_min', angle_min)
-    last_step = _step('angle_max', angle_max)
+    first_step = round(FRONT_STEP + angle_min / _INCREMENT)
+    last_step = round(FRONT_STEP + angle_max / _INCREMENT)
     clusters = (last_step - first_step + 1) // cluster
     if clusters < 1:
         limit = f'at least {cluster} steps ({cluster * _INCREMENT:.4f} rad) above angle_min'
@@ -115,11 +115,3 @@ def ranges(codes: NDArray[np.int64], range_min_mm: int, range_max_mm: int) -> ND
 
 _OF_CODE = np.full(_CODES, np.nan)
 _OF_CODE[list(_NOTHING_IN_RANGE)] = np.inf
-
-
-def _step(key: str, angle: float) -> int:
-    step = round(FRONT_STEP + angle / _INCREMENT)
-    if not FIRST_STEP <= step <= LAST_STEP:
-        lowest, highest = ((s - FRONT_STEP) * _INCREMENT for s in (FIRST_STEP, LAST_STEP))
-        raise ParameterError(key, f'between {lowest:.4f} and {highest:.4f} rad', angle)
-    return step

@@ -16,7 +16,7 @@ from nodlidar_driver.scip_port import ScipPort, SerialPort
 import numpy as np
 from numpy.typing import NDArray
 
-_SCAN_HEADER = re.compile(rb'^M[DS]\d{13}$', re.MULTILINE)
+_SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
 _SCANS_IN_THE_WAY = 20  # that may arrive before the answer to QT
 

@@ -1,0 +1,45 @@
+"""What the driver's tests share: an emulated lidar in virtual time, and its truth."""
+
+from nodlidar_driver.lidar import Lidar
+from nodlidar_driver.scan import scan_window
+from nodlidar_sim.ports import VirtualClock, VirtualPort
+from nodlidar_sim.urg import UrgEmulator
+import numpy as np
+
+START_NS = 1_700_000_000_000_000_000
+FULL = scan_window(-2.0862, 2.0924, 1, 0)
+
+
+def room(azimuth):
+    """Return ranges [m] that tell every azimuth [rad] from every other one."""
+    return 2.0 + azimuth
+
+
+class Rig:
+    """An emulated lidar on a virtual port, recording when it fired its beams."""
+
+    def __init__(self, **options):
+        self.times_ns, self.azimuths = [], []
+        self.clock = VirtualClock(START_NS)
+        self.emulator = UrgEmulator(self._measure, start_ns=START_NS - 3_000_000_000, **options)
+        self.port = VirtualPort(self.emulator, self.clock, 1.0)
+
+    def lidar(self, window=FULL):
+        return Lidar(self.port, window, self.clock, 1.0)
+
+    def send(self, command):
+        """Have the emulator obey a command that the driver knows nothing of."""
+        self.port.write(command + b'\n')
+        self.port.timeout = 0.5
+        self.port.read(100_000)
+
+    def beam_time_ns(self, azimuth, near_ns):
+        """Return the true instant of the beam at an azimuth that is nearest to a time."""
+        azimuths, times = np.concatenate(self.azimuths), np.concatenate(self.times_ns)
+        fired = times[np.isclose(azimuths, azimuth, atol=1e-6)]
+        return int(fired[np.argmin(np.abs(fired - near_ns))])
+
+    def _measure(self, times_ns, azimuth):
+        self.times_ns.append(times_ns)
+        self.azimuths.append(azimuth)
+        return room(azimuth)

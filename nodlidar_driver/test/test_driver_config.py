@@ -1,0 +1,56 @@
+"""Every parameter is declared, documented and in the YAML file, and refuses what it must."""
+
+from dataclasses import fields
+from itertools import pairwise
+from pathlib import Path
+import re
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import check
+from nodlidar_driver.config import DriverConfig
+import pytest
+import yaml
+
+PACKAGE = Path(__file__).parents[1]
+
+
+def declared():
+    return {f.name: f.default for f in fields(DriverConfig)}
+
+
+def test_the_yaml_file_has_every_parameter_with_its_default():
+    text = (PACKAGE / 'config' / 'driver.yaml').read_text()
+    assert yaml.safe_load(text)['/**']['ros__parameters'] == declared()
+
+
+def test_every_key_of_the_yaml_file_has_a_comment():
+    lines = (PACKAGE / 'config' / 'driver.yaml').read_text().splitlines()[2:]
+    for before, line in pairwise(['', *lines]):
+        assert line.lstrip().startswith('#') or before.lstrip().startswith('#'), line
+
+
+def test_the_readme_has_every_parameter_with_its_default():
+    section = (PACKAGE / 'README.md').read_text().split('## Parameters')[1].split('\n## ')[0]
+    rows = re.findall(r'^\| `(\w+)` \| `?([^`|]+?)`? \|', section, re.MULTILINE)
+    assert dict(rows) == {key: str(value) for key, value in declared().items()}
+
+
+def test_the_default_window_is_the_whole_one():
+    assert DriverConfig().window().count == 682
+
+
+@pytest.mark.parametrize(
+    ('changes', 'words'),
+    [
+        ({'angle_min': -2.2}, "'angle_min' must be between -2.0863 and 2.0925 rad, but is -2.2"),
+        ({'angle_max': 2.1}, "'angle_max' must be between -2.0863 and 2.0925 rad, but is 2.1"),
+        ({'angle_min': 1.0, 'angle_max': 0.5}, "'angle_max' must be at least 1 steps"),
+        ({'cluster': 0}, "'cluster' must be between 1 and 99"),
+        ({'skip': 10}, "'skip' must be between 0 and 9"),
+        ({'timeout': 0.1}, "'timeout' must be between 0.3 and 10.0 s"),
+    ],
+)
+def test_what_is_out_of_limits_is_refused(changes, words):
+    with pytest.raises(ParameterError) as error:
+        check(DriverConfig(**changes))
+    assert words in str(error.value)

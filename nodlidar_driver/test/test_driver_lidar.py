@@ -1,0 +1,122 @@
+"""The driver without ROS on the emulated lidar's bytes, in virtual time, against its truth."""
+
+from lidar_rig import FULL, Rig, room
+from nodlidar_driver.health import Health
+from nodlidar_driver.scan import scan_window
+import numpy as np
+import pytest
+
+T_S = 0.1 / 1024
+
+
+@pytest.mark.parametrize('rate', [1.0, 1.0 + 1e-4, 1.0 - 3e-4])
+@pytest.mark.parametrize('phase', [0.0, 0.613])
+def test_stamps_are_when_the_first_beam_was_fired(rate, phase):
+    rig = Rig(clock_rate=rate, rotation_phase=phase, timer=2**24 - 9000.4)
+    lidar = rig.lidar()
+    scans = [lidar.read() for _ in range(120)]
+    errors = [s.stamp_ns - rig.beam_time_ns(FULL.angle_min, s.stamp_ns) for s in scans]
+    assert np.abs(errors).max() < 500_000
+    assert np.sqrt(np.mean(np.square(errors[20:]))) < 100_000
+    assert lidar.device_clock.drift_ppm == pytest.approx((rate - 1.0) * 1e6, abs=15.0)
+    assert scans[-1].rotation == pytest.approx(0.1 / rate, rel=2e-5)
+    assert lidar.missed == 0
+
+
+def test_arrival_is_after_the_scan_was_sent():
+    rig = Rig()
+    scan = rig.lidar().read()
+    start = rig.beam_time_ns(FULL.angle_min, scan.stamp_ns) - round(44 * T_S * 1e9)
+    assert scan.arrival_ns - start == pytest.approx(102.3e6, abs=0.5e6)
+
+
+def test_ranges_are_those_of_their_azimuths():
+    window = scan_window(-1.0, 1.5, 1, 0)
+    scan = Rig().lidar(window).read()
+    azimuth = window.angle_min + window.angle_increment * np.arange(window.count)
+    np.testing.assert_allclose(scan.ranges, room(azimuth), atol=0.00051)
+
+
+def test_clusters_have_the_least_range_at_their_centre_in_angle_and_time():
+    rig, window = Rig(), scan_window(-1.0, 1.5, 5, 0)
+    lidar = rig.lidar(window)
+    scan = [lidar.read() for _ in range(20)][-1]
+    centre = window.angle_min + window.angle_increment * np.arange(window.count)
+    least = room(centre - 2.0 * window.angle_increment / 5.0)
+    np.testing.assert_allclose(scan.ranges, least, atol=0.00051)
+    truth = rig.beam_time_ns(window.angle_min, scan.stamp_ns)
+    assert abs(scan.stamp_ns - truth) < 200_000
+
+
+def test_skipped_scans_are_not_missed():
+    rig, window = Rig(), scan_window(-2.0862, 2.0924, 1, 4)
+    lidar = rig.lidar(window)
+    stamps = np.array([lidar.read().stamp_ns for _ in range(10)])
+    np.testing.assert_allclose(np.diff(stamps) / 1e9, 0.5, atol=1e-3)
+    assert lidar.missed == 0
+
+
+def test_a_scan_that_the_host_lost_is_missed():
+    rig = Rig()
+    lidar = rig.lidar()
+    lidar.read()
+    rig.clock.advance_to(rig.clock() + 350_000_000)
+    rig.port.reset_input_buffer()
+    lidar.read()
+    assert lidar.missed >= 3
+
+
+def test_health_reports_identity_rate_losses_and_clock():
+    rig = Rig(clock_rate=1.0 + 5e-5)
+    health = Health(FULL)
+    assert health.report(0).figures == {}
+    lidar = rig.lidar()
+    health.connected(lidar)
+    assert health.report(rig.clock()).figures == {}
+    for _ in range(100):
+        health.published(lidar.read())
+    health.report(rig.clock())
+    for _ in range(20):
+        health.published(lidar.read())
+    report = health.report(rig.clock())
+    assert report.warnings == []
+    assert report.figures['Device ID'] == 'H0000001'
+    assert report.figures['Scan rate'] == '10.00 Hz'
+    assert float(report.figures['Computed Latency'].split()[0]) == pytest.approx(98.0, abs=0.3)
+    assert float(report.figures['Clock drift'].split()[0]) == pytest.approx(50.0, abs=5.0)
+    assert report.figures['Scans published'] == '120'
+
+
+def test_health_warns_of_each_trouble_once_and_counts_over_connections():
+    rig = Rig()
+    health = Health(FULL)
+    lidar = rig.lidar()
+    health.connected(lidar)
+    health.published(lidar.read())
+    health.report(rig.clock())
+    rig.emulator.sensor.fail(21, 98)
+    for _ in range(8):
+        health.published(lidar.read())
+    warnings = health.report(rig.clock()).warnings
+    assert 'scans dropped: verifying: 1 more' in warnings
+    assert any(w.startswith('scans missed: ') for w in warnings)
+    for _ in range(8):
+        health.published(lidar.read())
+    assert health.report(rig.clock()).warnings == []
+    health.disconnected()
+    assert health.report(rig.clock()).warnings == []
+    lidar = rig.lidar()
+    health.connected(lidar)
+    health.published(lidar.read())
+    assert health.report(rig.clock()).figures['Scans dropped: verifying'] == '1'
+
+
+def test_health_warns_of_a_slow_stream():
+    rig = Rig()
+    health = Health(FULL)
+    lidar = rig.lidar()
+    health.connected(lidar)
+    health.published(lidar.read())
+    health.report(rig.clock())
+    health.published(lidar.read())
+    assert health.report(rig.clock() + 900_000_000).warnings == ['1.0 scans/s instead of 10.0']

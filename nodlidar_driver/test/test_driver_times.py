@@ -1,0 +1,107 @@
+"""Timer, rotations and the line of earliest arrivals: the parts of the device clock."""
+
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from nodlidar_driver.envelope import least, lower_line
+from nodlidar_driver.rotation import fit_truncated, RotationTimes
+from nodlidar_driver.timer import Timer
+import numpy as np
+import pytest
+
+WRAP = 2**24
+
+
+@given(st.lists(st.integers(1, 60_000), min_size=1, max_size=50), st.integers(0, WRAP - 1))
+def test_the_timer_ascends_through_every_wrap(steps, start):
+    timer, device_ms, host_ms = Timer(), start, 0
+    values = [timer.unwrap(device_ms, 0)]
+    for step in steps:
+        device_ms, host_ms = (device_ms + step) % WRAP, host_ms + step
+        values.append(timer.unwrap(device_ms, host_ms * 1_000_000))
+    assert list(np.diff(values)) == steps
+    assert timer.jumps == 0
+
+
+def test_a_timer_that_was_reset_is_a_jump():
+    timer = Timer()
+    timer.unwrap(500_000, 0)
+    timer.unwrap(40, 100_000_000)
+    timer.unwrap(140, 200_000_000)
+    assert timer.jumps == 1
+
+
+@given(st.floats(98.0, 102.0), st.floats(0.0, 1.0, exclude_max=True), st.integers(2, 120))
+def test_truncated_instants_are_found_within_what_their_stamps_allow(period, phase, count):
+    turns = np.arange(1 - count, 1)
+    truth = phase + period * turns
+    stamps = np.floor(truth).astype(np.int64)
+    even = fit_truncated(turns, stamps, 0.0)
+    fitted = even.time + even.period * turns
+    assert np.all(fitted >= stamps - 1e-9)
+    assert np.all(fitted <= stamps + 1 + 1e-9)
+
+
+def test_no_line_explains_uneven_stamps():
+    assert fit_truncated(np.array([-2, -1, 0]), np.array([-200, -95, 0]), 0.05) is None
+
+
+@pytest.mark.parametrize('period', [99.37, 99.9, 100.03, 100.27])
+@pytest.mark.parametrize('phase', [0.0, 0.31, 0.77])
+def test_rotations_give_the_fraction_that_the_stamps_lack(period, phase):
+    rotation, truth = RotationTimes(100.0), 1000.0 + phase + period * np.arange(160)
+    fitted = np.array([rotation.add(int(t))[-1] for t in truth])
+    assert np.abs(fitted - truth)[100:].max() < 0.15
+    assert rotation.period_ms == pytest.approx(period, abs=0.005)
+
+
+def test_rotations_of_whole_milliseconds_stay_in_the_middle_of_theirs():
+    rotation = RotationTimes(100.0)
+    times = [rotation.add(1000 + 100 * k)[-1] for k in range(50)]
+    np.testing.assert_allclose(times, 1000.5 + 100.0 * np.arange(50), atol=1e-6)
+
+
+def test_scans_that_are_left_out_are_counted_in_turns():
+    rotation = RotationTimes(100.0)
+    turns = []
+    for k in [0, 1, 2, 5, 6, 16]:
+        rotation.add(int(1000.4 + 99.93 * k))
+        turns.append(rotation.turns)
+    assert turns == [1, 1, 1, 3, 1, 10]
+
+
+def test_a_motor_that_changes_its_speed_is_followed():
+    rotation = RotationTimes(100.0)
+    periods = np.concatenate((np.full(50, 100.03), np.full(60, 99.61)))
+    truth = 1000.0 + np.cumsum(periods)
+    fitted = np.array([rotation.add(int(t))[-1] for t in truth])
+    assert np.abs(fitted - truth).max() < 1.1
+    assert np.abs(fitted - truth)[-20:].max() < 0.15
+
+
+@given(st.floats(-450e-6, 450e-6), st.integers(0, 2**32 - 1))
+def test_the_lower_line_finds_drift_under_one_sided_noise(slope, seed):
+    random = np.random.default_rng(seed)
+    x = 100.0 * np.arange(300)
+    line = lower_line(x, 7.0 + slope * (x - x[-1]) + random.exponential(3.0, 300), x[-1])
+    assert line.slope == pytest.approx(slope, abs=20e-6)
+    assert line.value == pytest.approx(7.0, abs=0.25)
+    assert line.scatter == pytest.approx(3.0, rel=0.3)
+
+
+def test_few_points_do_not_tilt_the_line():
+    assert abs(lower_line(np.array([0.0, 100.0]), np.array([5.0, 0.0]), 100.0).slope) < 100e-6
+    assert lower_line(np.array([0.0]), np.array([5.0]), 0.0).value == 5.0
+
+
+def test_the_least_delay_is_estimated_without_bias():
+    random = np.random.default_rng(1)
+    estimates = [least(10.0 + random.exponential(3.0, 24)) for _ in range(2000)]
+    assert np.mean(estimates) == pytest.approx(10.0, abs=0.01)
+
+
+@given(st.floats(-1e6, 1e6), st.lists(st.floats(0.0, 50.0), min_size=2, max_size=50))
+def test_the_lower_line_is_lifted_with_its_points(height, delays):
+    x, y = 100.0 * np.arange(len(delays)), np.array(delays)
+    assume(y.max() - y.min() > 1e-3)
+    lifted = lower_line(x, y + height, 0.0)
+    assert lifted.value - height == pytest.approx(lower_line(x, y, 0.0).value, abs=1e-2)
