@@ -3,12 +3,12 @@
 Section numbers are those of Hokuyo's specification C-42-03320B.
 """
 
-from collections import deque
 from collections.abc import Callable
 import re
 
 from nodlidar_common import scip
 from nodlidar_sim.urg_clock import UrgClock
+from nodlidar_sim.urg_faults import UrgFaults
 from nodlidar_sim.urg_identity import parameter_lines, STANDARD_SPEED, status_lines, version_lines
 from nodlidar_sim.urg_requests import (
     CommandError,
@@ -26,9 +26,6 @@ _TEXT = re.compile(rb'[A-Za-z0-9 ._+@]*')
 _MAX_TEXT = 16
 _OPEN_IN_FIRMWARE_UPDATE = (b'VV', b'II', b'RS')
 _BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
-_RESUMED = 98
-_FAULT_SCRIPTS = {b'03': (21, _RESUMED), b'04': (21, 50), b'05': (50,)}
-_SCANS_BEFORE_FAULT = 20
 
 
 class UrgSensor:
@@ -53,6 +50,8 @@ class UrgSensor:
         As SS set it; over USB it has no effect [bit/s].
     stream
         The running MD or MS, if any.
+    faults
+        What is wrong with it; tests make it fail there.
     firmware_update
         Set it to get 0I for most commands, until a reset.
     """
@@ -61,6 +60,7 @@ class UrgSensor:
         self.laser = False
         self.stream: Stream | None = None
         self.bit_rate = self._default_bit_rate = bit_rate
+        self.faults = UrgFaults()
         self.firmware_update = False
         self._clock = clock
         self._serial_number = serial_number
@@ -68,22 +68,10 @@ class UrgSensor:
         self._time_mode = False
         self._high_sensitivity = False
         self._error: bytes | None = None
-        self._simulation: bytes | None = None
-        self._faults: deque[int] = deque()
-        self._fault_from = 0
-        self._malfunction = 0
-
-    # What tests can make go wrong.
 
     def refuse_next(self, status: bytes) -> None:
         """Answer the next command with an error status."""
         self._error = status
-
-    def fail(self, *statuses: int) -> None:
-        """Send statuses in place of the next scans: 21-49, 98 once all is well, 50-97 for good."""
-        self._faults, self._fault_from = deque(statuses), 0
-
-    # Commands and scans.
 
     def execute(self, line: bytes, turn: Turn) -> bytes:
         """Do what a command says, at the end of a turn, and return the answer."""
@@ -111,21 +99,18 @@ class UrgSensor:
         if stream.wait:
             stream.wait -= 1
             return b''
-        if self._faults and stream.sent >= self._fault_from:
-            return self._fault_message(stream, self._faults.popleft())
+        status = self.faults.next_status(stream.sent)
+        if status is not None:
+            self._stop_if_broken()
+            return message(stream.echo(), b'%02d' % status)
         stream.advance()
         if stream.remaining == 0:
             self.stream = None
         return message(stream.echo(), b'99', stream.request.lines(turn))
 
-    def _fault_message(self, stream: Stream, status: int) -> bytes:
-        if status != _RESUMED and status >= 50:
-            self._break_down(status)
-        return message(stream.echo(), b'%02d' % status)
-
-    def _break_down(self, status: int) -> None:
-        self._malfunction = status
-        self.laser, self.stream = False, None
+    def _stop_if_broken(self) -> None:
+        if self.faults.malfunction:
+            self.laser, self.stream = False, None
 
     def _answer(self, line: bytes, turn: Turn) -> list[bytes]:
         """Return the lines of the answer to an obeyed command; raises CommandError."""
@@ -163,7 +148,8 @@ class UrgSensor:
         return parameter_lines()
 
     def _status(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        status = f'Malfunction {self._malfunction}' if self._malfunction else 'Sensor works well.'
+        malfunction = self.faults.malfunction
+        status = f'Malfunction {malfunction}' if malfunction else 'Sensor works well.'
         if self.firmware_update:
             status = 'F/W update mode'
         return status_lines(
@@ -176,7 +162,7 @@ class UrgSensor:
         )
 
     def _laser_on(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        if self._malfunction:
+        if self.faults.malfunction:
             raise CommandError(b'01')
         if self.laser:
             raise CommandError(b'02')
@@ -195,7 +181,7 @@ class UrgSensor:
     def _partial_reset(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
         self._clock.reset_timer(turn.end_ns)
         self.firmware_update = self._high_sensitivity = False
-        self._end_simulation()
+        self.faults.clear()
         return self._quit(line, parameters, turn)
 
     def _time(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
@@ -218,7 +204,6 @@ class UrgSensor:
         count = number(parameters[11:13], b'07')
         self._check_sound()
         self.laser = True
-        self._fault_from = _SCANS_BEFORE_FAULT if self._simulation else 0
         self.stream = Stream(request, line[:13], line[15:], interval, count or None)
         return []
 
@@ -230,8 +215,8 @@ class UrgSensor:
         return request.lines(turn)
 
     def _check_sound(self) -> None:
-        if self._malfunction:
-            raise CommandError(b'%02d' % self._malfunction)
+        if self.faults.malfunction:
+            raise CommandError(b'%02d' % self.faults.malfunction)
 
     def _set_bit_rate(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
         bit_rate = number(parameters, b'01')
@@ -262,34 +247,10 @@ class UrgSensor:
         return []
 
     def _simulate(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        if parameters == b'10':
-            if self._simulation is None:
-                raise CommandError(b'03')
-            self._end_simulation()
-            return []
-        if parameters == b'01':
-            raise CommandError(b'04')  # a malfunction in SCIP 1.1, which is not emulated
-        if parameters != b'02' and parameters not in _FAULT_SCRIPTS:
-            raise CommandError(b'01')
-        if parameters == self._simulation:
-            raise CommandError(b'02')
-        if self._malfunction and self._simulation is None:
-            raise CommandError(b'05')
-        self._begin_simulation(parameters)
-        return []
-
-    def _begin_simulation(self, kind: bytes) -> None:
-        self._end_simulation()
-        self._simulation = kind
-        self._faults = deque(_FAULT_SCRIPTS.get(kind, ()))
-        self.laser, self.stream = False, None
-        if kind == b'02':
-            self._break_down(50)
-
-    def _end_simulation(self) -> None:
-        self._simulation = None
-        self._faults.clear()
-        self._malfunction = 0
+        refusal = self.faults.simulate(parameters)
+        if refusal:
+            raise CommandError(refusal)
+        return self._quit(line, parameters, turn)
 
 
 _Action = Callable[[UrgSensor, bytes, bytes, Turn], list[bytes]]

@@ -1,6 +1,8 @@
+import pkgutil
 import subprocess
 import sys
 
+import nodlidar_sim
 import pytest
 
 BLOCK = """
@@ -8,20 +10,7 @@ import sys
 for name in ('rclpy', 'builtin_interfaces', 'rcl_interfaces', 'nodlidar_msgs'):
     sys.modules[name] = None
 """
-MODULES = [
-    'base',
-    'effects',
-    'motion',
-    'pose',
-    'raycast',
-    'scene',
-    'section',
-    'sensor_model',
-    'servo_motion',
-    'shapes',
-    'simulation',
-    'world',
-]
+MODULES = [module.name for module in pkgutil.iter_modules(nodlidar_sim.__path__)]
 
 
 @pytest.mark.parametrize('module', MODULES)

@@ -92,7 +92,7 @@ def test_firmware_update_mode_ends_with_a_reset(talk):
 def test_a_stream_that_stops_to_verify_and_resumes(talk, verifying):
     assert talk('MD0044072500000') == '00'
     assert talk.next_status() == '99'
-    talk.urg.sensor.fail(verifying, verifying, 98)
+    talk.urg.sensor.faults.come(verifying, verifying, 98)
     statuses = [talk.next_status() for _ in range(4)]
     assert statuses == [str(verifying)] * 2 + ['98', '99']
 
@@ -100,7 +100,7 @@ def test_a_stream_that_stops_to_verify_and_resumes(talk, verifying):
 @pytest.mark.parametrize('fault', [50, 75, 97])
 def test_a_hardware_fault_ends_the_stream_for_good(talk, fault):
     talk('MD0044072500000')
-    talk.urg.sensor.fail(fault)
+    talk.urg.sensor.faults.come(fault)
     assert talk.next_status('MD0044072500000') == str(fault)
     assert not talk.urg.sensor.laser
     assert talk.port.read(1) == b''
