@@ -1,6 +1,6 @@
 """What each estimator costs in accuracy, in the room, encoder steps and turn-arounds included."""
 
-from nodlidar_assembler.geometry import Mount
+from nodlidar_assembler.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.pitch import beam_pitch, ESTIMATORS
 from nodlidar_bringup.evaluation import (
     clouds_of,
@@ -31,7 +31,7 @@ def table() -> Table:
     result.add_column('RMS pitch error', justify='right')
     result.add_column('RMS distance to the surfaces, beams up to 3 m', justify='right')
     for estimator in ESTIMATORS:
-        rms = surface_rms(clouds_of(near, estimator, Mount())[0], simulated.world)
+        rms = surface_rms(clouds_of(near, estimator, REFERENCE_MOUNT)[0], simulated.world)
         result.add_row(
             estimator, f'{pitch_rms(simulated, estimator) * 1e3:.1f} mrad', f'{rms * 1e3:.1f} mm'
         )

@@ -39,7 +39,7 @@ def assemble(
 ) -> Points:
     """Return a scan's points in nodlidar_base_link; beams without a measurement are absent.
 
-    A beam ends at ``p = direction * r + mount.xyz`` in the nodding frame; the nod by pitch phi
+    A beam ends at ``p = direction * r + mount.position`` in the nodding frame; the nod by phi
     (positive up) about -y takes it to ``x = p_x cos(phi) - p_z sin(phi)``, ``y = p_y``,
     ``z = p_x sin(phi) + p_z cos(phi)``. With the mount z_off above the axis that is the transform
     of docs/model.md, erratum 2 included.
@@ -58,7 +58,7 @@ def assemble(
     valid = valid_beams(beams, ranges)
     p = beams.direction[:, valid]
     p *= ranges[valid]
-    p += np.reshape(beams.mount.xyz, (3, 1))
+    p += beams.mount.position[:, None]
     phi = pitch[valid]
     cos, sin = np.cos(phi), np.sin(phi)
     data = np.zeros(len(valid), dtype=POINT)

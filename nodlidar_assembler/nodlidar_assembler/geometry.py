@@ -4,29 +4,12 @@ from dataclasses import dataclass, field
 import math
 
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
-from transforms3d.euler import euler2mat
 
-
-@dataclass(frozen=True, slots=True)
-class Mount:
-    """The pose of the laser's optical centre in the nodding frame (REP 103 axes).
-
-    Attributes
-    ----------
-    xyz
-        Optical centre [m]; on the reference sensor 0.080 m above the nod axis.
-    rpy
-        Fixed-axis roll, pitch, yaw [rad], as in URDF.
-    """
-
-    xyz: tuple[float, float, float] = (0.0, 0.0, 0.080)
-    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def rotation(self) -> NDArray[np.float64]:
-        """Return the rotation from the laser to the nodding frame, shape (3, 3)."""
-        return np.asarray(euler2mat(*self.rpy, axes='sxyz'), dtype=np.float64)
+# The laser's pose in the nodding frame on the reference sensor: z_off above the nod axis.
+REFERENCE_MOUNT = Pose.from_xyzrpy((0.0, 0.0, 0.080, 0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +42,12 @@ class Beams:
 
     Attributes
     ----------
-    geometry, mount
+    geometry
         What the beams were computed from.
+    mount
+        Pose of the laser in the nodding frame.
     direction
-        Unit vectors, shape (3, n): a range r ends at ``direction * r + mount.xyz``.
+        Unit vectors, shape (3, n): a range r ends at ``direction * r + mount.position``.
     offset
         Time of each beam after the first [s], shape (n,).
     offset_ns
@@ -70,7 +55,7 @@ class Beams:
     """
 
     geometry: ScanGeometry
-    mount: Mount
+    mount: Pose
     direction: NDArray[np.float64] = field(init=False)
     offset: NDArray[np.float64] = field(init=False)
     offset_ns: NDArray[np.int64] = field(init=False)
@@ -80,7 +65,7 @@ class Beams:
         azimuth = self.geometry.angle_min + self.geometry.angle_increment * index
         in_laser = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)])
         offset = self.geometry.time_increment * index
-        object.__setattr__(self, 'direction', self.mount.rotation() @ in_laser)
+        object.__setattr__(self, 'direction', self.mount.rotation @ in_laser)
         object.__setattr__(self, 'offset', offset)
         object.__setattr__(self, 'offset_ns', np.rint(offset * NS_PER_S).astype(np.int64))
 

@@ -9,7 +9,6 @@ from nodlidar_assembler.bracket_filter import BracketFilter
 from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.diagnosis import Diagnosis
-from nodlidar_assembler.geometry import Mount
 from nodlidar_assembler.joint_filter import JointFilter
 from nodlidar_assembler.nod_start import first_nod
 from nodlidar_assembler.pipeline import Pipeline
@@ -19,6 +18,7 @@ from nodlidar_common.messages import nod_to_message, time_ns
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_common.node import run
 from nodlidar_common.node_parameters import declare
+from nodlidar_common.pose import Pose
 from nodlidar_msgs.msg import NodCommand
 import numpy as np
 from rclpy.node import Node
@@ -39,7 +39,7 @@ class Assembler(Node):
         self._pipeline = Pipeline(
             self.config.estimator,
             self.config.cloud_mode,
-            Mount(self.config.laser_xyz, self.config.laser_rpy),
+            Pose.from_xyzrpy((*self.config.laser_xyz, *self.config.laser_rpy)),
             self.config.max_joint_gap,
         )
         self._nod: NodTrajectory | None = None

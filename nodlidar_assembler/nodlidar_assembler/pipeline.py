@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.assembly import assemble, Points
-from nodlidar_assembler.geometry import Beams, Mount, ScanGeometry
+from nodlidar_assembler.geometry import Beams, ScanGeometry
 from nodlidar_assembler.pitch import beam_pitch, ordered_samples
 from nodlidar_assembler.sweeps import SweepGatherer
 from nodlidar_assembler.turns import TurnFinder
+from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,9 +42,7 @@ class Pipeline:
         Longest time between joint samples that is interpolated over [s].
     """
 
-    def __init__(
-        self, estimator: str, cloud_mode: str, mount: Mount, max_joint_gap: float
-    ) -> None:
+    def __init__(self, estimator: str, cloud_mode: str, mount: Pose, max_joint_gap: float) -> None:
         self._estimator = estimator
         self._mount = mount
         self._max_joint_gap = max_joint_gap

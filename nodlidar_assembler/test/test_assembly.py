@@ -5,8 +5,9 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.assembly import assemble
-from nodlidar_assembler.geometry import Beams, Mount, revolution_time, ScanGeometry
+from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, revolution_time, ScanGeometry
 from nodlidar_assembler.points import POINT
+from nodlidar_common.pose import Pose
 import numpy as np
 import pytest
 from transforms3d.axangles import axangle2mat
@@ -25,7 +26,7 @@ def test_every_beam_ends_where_the_model_says():
     rng = np.random.default_rng(1)
     ranges = rng.uniform(0.1, 5.0, 682).astype(np.float32)
     phi = rng.uniform(-1.0, 1.0, 682)
-    points = xyz(assemble(Beams(URG, Mount()), START_NS, ranges, phi))
+    points = xyz(assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, phi))
     for i in range(682):
         theta, r, z_off = (i + 44 - 384) * STEP, float(ranges[i]), 0.080
         expected = (
@@ -38,7 +39,7 @@ def test_every_beam_ends_where_the_model_says():
 
 def test_positive_pitch_points_the_forward_beam_up():
     ranges = np.full(682, 2.0, dtype=np.float32)
-    points = xyz(assemble(Beams(URG, Mount()), START_NS, ranges, np.full(682, 0.5)))
+    points = xyz(assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.full(682, 0.5)))
     assert points[384 - 44][2] > 0.5
 
 
@@ -51,7 +52,9 @@ angle = st.floats(-3.0, 3.0)
 def test_any_mount_is_the_chain_of_its_transforms(rpy, offset, phi):
     geometry = ScanGeometry(5, -1.0, 0.5, 1e-4, 0.02, 5.6)
     ranges = np.array([0.5, 1.0, 2.0, 3.0, 4.0], dtype=np.float32)
-    points = assemble(Beams(geometry, Mount(offset, rpy)), START_NS, ranges, np.full(5, phi))
+    points = assemble(
+        Beams(geometry, Pose.from_xyzrpy((*offset, *rpy))), START_NS, ranges, np.full(5, phi)
+    )
     theta = -1.0 + 0.5 * np.arange(5)
     in_laser = np.stack([np.cos(theta), np.sin(theta), np.zeros(5)]) * ranges
     in_tilt = euler2mat(*rpy, axes='sxyz') @ in_laser + np.reshape(offset, (3, 1))
@@ -63,7 +66,7 @@ def test_only_measurements_become_points_and_times_count_from_the_first_of_them(
     ranges = np.full(682, 1.0, dtype=np.float32)
     ranges[:3] = (np.nan, np.inf, -np.inf)
     ranges[100:104] = (0.0, 0.019, 5.7, 1e-40)
-    points = assemble(Beams(URG, Mount()), START_NS, ranges, np.zeros(682))
+    points = assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682))
     kept = np.setdiff1d(np.arange(682), [0, 1, 2, 100, 101, 102, 103])
     assert points.time_ns[0] == START_NS + round(3 * 0.1 / 1024 * 1e9)
     np.testing.assert_allclose(points.data['time'], (kept - 3) * 0.1 / 1024, atol=1e-8)
@@ -72,7 +75,7 @@ def test_only_measurements_become_points_and_times_count_from_the_first_of_them(
 
 
 def test_point_times_keep_microseconds_at_today_s_stamps():
-    beams = Beams(URG, Mount())
+    beams = Beams(URG, REFERENCE_MOUNT)
     points = assemble(beams, START_NS, np.ones(682, dtype=np.float32), np.zeros(682))
     exact_ns = np.arange(682) * 100_000_000 / 1024
     np.testing.assert_allclose(points.time_ns - START_NS, exact_ns, atol=0.51)
@@ -82,11 +85,11 @@ def test_point_times_keep_microseconds_at_today_s_stamps():
 @pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf, 0.0, 1e6, 1e-3])
 def test_a_scan_without_measurements_has_no_points(value):
     ranges = np.full(682, value, dtype=np.float32)
-    assert len(assemble(Beams(URG, Mount()), START_NS, ranges, np.zeros(682)).data) == 0
+    assert len(assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682)).data) == 0
 
 
 def test_intensities_are_carried_where_there_are_any():
-    beams = Beams(URG, Mount())
+    beams = Beams(URG, REFERENCE_MOUNT)
     ranges = np.ones(682, dtype=np.float32)
     intensities = np.arange(682, dtype=np.float32)
     with_them = assemble(beams, START_NS, ranges, np.zeros(682), intensities)

@@ -80,8 +80,8 @@ ARGUMENTS = [
     ),
     DeclareLaunchArgument(
         'mount_xyz',
-        default_value='0 0 0',
-        description='nod axis in base_link [m]',
+        default_value='0 0 1.0',
+        description='nod axis in base_link: x y z [m]; the scenes have it 1 m above the floor',
     ),
     DeclareLaunchArgument(
         'mount_rpy',

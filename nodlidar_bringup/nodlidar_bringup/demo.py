@@ -12,7 +12,7 @@ import sys
 import time
 
 from nodlidar_assembler.bag import read_bag
-from nodlidar_assembler.geometry import Mount
+from nodlidar_assembler.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.pitch import ESTIMATORS
 from nodlidar_bringup.evaluation import clouds_of, read_delivery, surface_rms, within_range
 from nodlidar_bringup.pictures import write_picture, write_ply
@@ -20,6 +20,7 @@ from nodlidar_bringup.recorder import Recorder
 from nodlidar_bringup.report import print_report
 from nodlidar_common.errors import NodlidarError
 from nodlidar_sim.scene import load_scene
+from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.world import World
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -66,9 +67,9 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
     with console.status('Measuring'):
         log = read_bag(output / 'bag', 'nod_joint')
         near = within_range(log, FAR)
-        world = World(scene, motion=None)  # type: ignore[arg-type]
-        rms = {e: surface_rms(clouds_of(near, e, Mount())[0], world) for e in ESTIMATORS}
-        points = clouds_of(log, 'slerp', Mount())[0].data
+        world = World(scene, ServoMotion())
+        rms = {e: surface_rms(clouds_of(near, e, REFERENCE_MOUNT)[0], world) for e in ESTIMATORS}
+        points = clouds_of(log, 'slerp', REFERENCE_MOUNT)[0].data
         write_ply(points, output / 'cloud.ply')
         write_picture(points, output / 'cloud.png', f"'{scene.name}', {duration:g} s")
     print_report(log, read_delivery(output / 'bag'), rms, console)

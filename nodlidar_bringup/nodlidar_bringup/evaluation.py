@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.geometry import Mount, ScanGeometry
+from nodlidar_assembler.geometry import ScanGeometry
 from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.sensor_log import assemble_log, SensorLog
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world import World
 import numpy as np
@@ -83,7 +84,7 @@ def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray
     return np.asarray((received[scan >= 0] - last_byte) / NS_PER_S, dtype=np.float64)
 
 
-def clouds_of(log: SensorLog, estimator: str, mount: Mount) -> tuple[Points, Counter[str]]:
+def clouds_of(log: SensorLog, estimator: str, mount: Pose) -> tuple[Points, Counter[str]]:
     """Return all points of a log as one cloud, and the dropped scans by reason."""
     pipeline = Pipeline(estimator, 'scan', mount, MAX_JOINT_GAP)
     clouds, drops = assemble_log(log, pipeline)

@@ -4,6 +4,8 @@ from math import pi
 from pathlib import Path
 
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_sim.scene import load_scene, scene_names
+import numpy as np
 import pytest
 from urdf_parser_py.urdf import URDF
 import xacro
@@ -39,3 +41,9 @@ def test_the_mount_is_where_the_arguments_put_it():
     origin = model(mount_xyz='0.1 0 0.3', mount_rpy=f'0 0 {pi}').joint_map['nodlidar_mount'].origin
     assert tuple(origin.xyz) == (0.1, 0.0, 0.3)
     assert origin.rpy[2] == pytest.approx(pi)
+
+
+def test_the_sensor_stands_where_the_scenes_put_it():
+    origin = model().joint_map['nodlidar_mount'].origin
+    for name in scene_names():
+        np.testing.assert_allclose(load_scene(name).mount.position, origin.xyz)

@@ -9,6 +9,7 @@ from nodlidar_common.messages import nod_from_message, time_ns
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim.scene import load_scene
+from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.world import World
 import numpy as np
 import pytest
@@ -93,7 +94,7 @@ def test_clouds_have_the_documented_fields_and_lie_on_the_scene(launched):
             for cloud in clouds[5:]
         ]
     )
-    world = World(load_scene('wall'), motion=None)
+    world = World(load_scene('wall'), ServoMotion())
     distance = world.surface_distance(xyz.astype(np.float64), np.array([0]))
     assert np.sqrt(np.mean(distance**2)) < 0.02
 

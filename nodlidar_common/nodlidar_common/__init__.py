@@ -1,4 +1,4 @@
 """What several nodlidar packages share.
 
-Without ROS: errors, nod, parameters, serial_port. With it: messages, node, node_parameters.
+Without ROS: errors, nod, parameters, pose, serial_port. With it: messages, node, node_parameters.
 """

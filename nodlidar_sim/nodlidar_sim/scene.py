@@ -7,9 +7,9 @@ from importlib import resources
 from pathlib import Path
 
 from nodlidar_common.parameters import check
+from nodlidar_common.pose import Pose
 from nodlidar_sim.base import ConstantTwist
 from nodlidar_sim.effects import Effects
-from nodlidar_sim.pose import Pose
 from nodlidar_sim.raycast import Surfaces, surfaces_of
 from nodlidar_sim.section import SceneError, Section
 from nodlidar_sim.shapes import Box, Cylinder, Plane, Shape, Sphere

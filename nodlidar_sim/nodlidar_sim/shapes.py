@@ -12,7 +12,7 @@ import math
 from typing import Protocol
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_sim.pose import Pose
+from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
 

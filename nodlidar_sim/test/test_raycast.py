@@ -1,4 +1,4 @@
-from nodlidar_sim.pose import Pose
+from nodlidar_common.pose import Pose
 from nodlidar_sim.raycast import surfaces_of
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.shapes import Box, Plane, Sphere
