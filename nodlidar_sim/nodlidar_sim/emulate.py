@@ -18,6 +18,7 @@ from nodlidar_sim.urg import UrgEmulator
 from nodlidar_sim.world import World
 import numpy as np
 
+_GRACE = 2.0  # for drivers that end with the program, to leave the devices safe [s]
 _BAUD_1M = 1  # the register's value for 1 Mbit/s, which the servo of the sensor is set to
 
 
@@ -101,7 +102,7 @@ def run(options: argparse.Namespace) -> None:
     links = {name: link for name, link in links.items() if link is not None}
     with PseudoTerminals({name: devices[name] for name in links}, links) as terminals:
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: terminals.stop())
+            signal.signal(number, lambda *_: terminals.stop(_GRACE))
         for name in links:
             print(f'{name} ready at {terminals[name]}', flush=True)
         terminals.wait()

@@ -11,6 +11,8 @@ from types import TracebackType
 from nodlidar_sim.device import Device
 from nodlidar_sim.terminal import Terminal
 
+_LAST_LOOKS = 0.005  # how often a thread that is to end looks whether hosts are gone [s]
+
 
 class HostClock:
     """The wall clock [ns] as it was at the start, carried on by the monotonic clock.
@@ -56,7 +58,7 @@ class PseudoTerminals:
             for name, device in devices.items()
         }
         self._lock = threading.Lock()
-        self._stopping = False
+        self._stop_by = float('inf')
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name='pseudo-terminals', daemon=True)
 
@@ -104,9 +106,13 @@ class PseudoTerminals:
             terminal.open()
         self._wake_up()
 
-    def stop(self) -> None:
-        """Ask the thread to end; may be called from a signal handler."""
-        self._stopping = True
+    def stop(self, grace: float = 0.0) -> None:
+        """Ask the thread to end; may be called from a signal handler.
+
+        It goes on for as long as a host has a device open, but no longer than a grace [s]: drivers
+        that end at the same time can then still leave their devices safe.
+        """
+        self._stop_by = time.monotonic() + grace
         self._wake_up()
 
     def wait(self) -> None:
@@ -124,18 +130,26 @@ class PseudoTerminals:
 
     def _run(self) -> None:
         try:
-            while not self._stopping:
+            while not self._stopped():
                 self._wait_for_event(self._pump())
         except BaseException as error:
             self._error = error
             for terminal in self._terminals.values():
                 terminal.close()
 
+    def _stopped(self) -> bool:
+        if self._stop_by == float('inf'):
+            return False
+        in_use = any(terminal.in_use for terminal in self._terminals.values())
+        return not in_use or time.monotonic() >= self._stop_by
+
     def _pump(self) -> float | None:
         """Serve every device and return how long [s] none needs to be served again."""
         with self._lock:
             events = [terminal.pump(self.clock()) for terminal in self._terminals.values()]
         due = min((event for event in events if event is not None), default=None)
+        if self._stop_by < float('inf'):
+            return _LAST_LOOKS
         return None if due is None else max(0.0, (due - self.clock()) / 1e9)
 
     def _wait_for_event(self, timeout: float | None) -> None:

@@ -43,6 +43,11 @@ class Terminal:
         """Where a driver opens the device."""
         return self._target if self._link is None else str(self._link)
 
+    @property
+    def in_use(self) -> bool:
+        """Whether a host has the device open."""
+        return self._master is not None and not self._hangup.poll(0)
+
     def open(self) -> None:
         """Make the terminal and its link; raises PortError if the link's path is taken."""
         self._master, host_side = os.openpty()
@@ -94,7 +99,7 @@ class Terminal:
             self.device.host_bit_rate = _BIT_RATES.get(speed)
 
     def _write(self) -> None:
-        if self._master is None or self._hangup.poll(0):
+        if self._master is None or not self.in_use:
             self.buffer.clear()
             return
         full = self._fill(self._master)

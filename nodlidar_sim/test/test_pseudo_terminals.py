@@ -194,3 +194,25 @@ def test_the_host_clock_follows_the_wall_clock():
     clock = HostClock()
     assert abs(clock() - time.time_ns()) < 50_000_000
     assert clock() <= clock()
+
+
+def test_with_a_grace_a_device_answers_until_its_host_has_closed_it():
+    with PseudoTerminals({'echo': Echo()}) as ports:
+        with open_port(ports['echo'], 115200, timeout=5.0) as host:
+            host.write(b'1')
+            assert host.read(1) == b'1'
+            ports.stop(grace=30.0)
+            host.write(b'2')
+            assert host.read(1) == b'2'
+        began = time.monotonic()
+        ports.wait()
+        assert time.monotonic() - began < 10.0
+
+
+def test_a_grace_comes_to_an_end():
+    with (
+        PseudoTerminals({'echo': Echo()}) as ports,
+        open_port(ports['echo'], 115200, timeout=5.0),
+    ):
+        ports.stop(grace=0.05)
+        ports.wait()
