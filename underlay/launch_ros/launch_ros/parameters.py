@@ -76,12 +76,8 @@ def _read(name: str, text: str) -> Any:
 
 
 def _evaluate_list(context: LaunchContext, name: str, values: Sequence) -> list:
-    """Return a list of one type; where texts and other values mix, it is one of texts."""
-    types = {type(x) for x in values}
-    if types == {int, float}:
+    if {type(x) for x in values} == {int, float}:
         return [float(x) for x in values]
-    if len(types) > 1 and types <= {bool, int, float, str}:
-        return [x if isinstance(x, str) else yaml.dump(x).split('\n')[0] for x in values]
     return _uniform(name, [_item(context, x) for x in values])
 
 

@@ -84,6 +84,10 @@ def _find(args: Namespace) -> tuple[str, list[str]]:
         )
     except PackageNotFoundError as error:
         raise RuntimeError(f"Package '{args.package_name}' not found: {error}") from error
+    except ValueError as error:
+        raise RuntimeError(
+            f"'{args.package_name}' is neither a launch file nor the name of a package"
+        ) from error
     except (FileNotFoundError, MultipleLaunchFilesError) as error:
         raise RuntimeError(str(error)) from error
     return path, args.launch_arguments
