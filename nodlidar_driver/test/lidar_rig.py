@@ -1,4 +1,4 @@
-"""What the driver's tests share: an emulated lidar in virtual time, and its truth."""
+"""What the driver's tests share: an emulated lidar and its truth, in virtual time or not."""
 
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import scan_window
@@ -12,16 +12,35 @@ FULL = scan_window(-2.0862, 2.0924, 1, 0)
 
 def room(azimuth):
     """Return ranges [m] that tell every azimuth [rad] from every other one."""
-    return 2.0 + azimuth
+    return 2.5 + azimuth
+
+
+class Truth:
+    """Measures the room for an emulated lidar, and remembers when each beam was fired."""
+
+    def __init__(self):
+        self._beams = []
+
+    def measure(self, times_ns, azimuth):
+        self._beams.append((times_ns, azimuth))
+        return room(azimuth)
+
+    def beam_time_ns(self, azimuth, near_ns):
+        """Return the instant of the beam at an azimuth that is nearest to a time."""
+        times, azimuths = map(np.concatenate, zip(*self._beams, strict=True))
+        fired = times[np.isclose(azimuths, azimuth, atol=1e-6)]
+        return int(fired[np.argmin(np.abs(fired - near_ns))])
 
 
 class Rig:
-    """An emulated lidar on a virtual port, recording when it fired its beams."""
+    """An emulated lidar on a virtual port."""
 
     def __init__(self, **options):
-        self.times_ns, self.azimuths = [], []
+        self.truth = Truth()
         self.clock = VirtualClock(START_NS)
-        self.emulator = UrgEmulator(self._measure, start_ns=START_NS - 3_000_000_000, **options)
+        self.emulator = UrgEmulator(
+            self.truth.measure, start_ns=START_NS - 3_000_000_000, **options
+        )
         self.port = VirtualPort(self.emulator, self.clock, 1.0)
 
     def lidar(self, window=FULL):
@@ -32,14 +51,3 @@ class Rig:
         self.port.write(command + b'\n')
         self.port.timeout = 0.5
         self.port.read(100_000)
-
-    def beam_time_ns(self, azimuth, near_ns):
-        """Return the true instant of the beam at an azimuth that is nearest to a time."""
-        azimuths, times = np.concatenate(self.azimuths), np.concatenate(self.times_ns)
-        fired = times[np.isclose(azimuths, azimuth, atol=1e-6)]
-        return int(fired[np.argmin(np.abs(fired - near_ns))])
-
-    def _measure(self, times_ns, azimuth):
-        self.times_ns.append(times_ns)
-        self.azimuths.append(azimuth)
-        return room(azimuth)

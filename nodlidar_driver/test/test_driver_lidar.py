@@ -15,7 +15,7 @@ def test_stamps_are_when_the_first_beam_was_fired(rate, phase):
     rig = Rig(clock_rate=rate, rotation_phase=phase, timer=2**24 - 9000.4)
     lidar = rig.lidar()
     scans = [lidar.read() for _ in range(120)]
-    errors = [s.stamp_ns - rig.beam_time_ns(FULL.angle_min, s.stamp_ns) for s in scans]
+    errors = [s.stamp_ns - rig.truth.beam_time_ns(FULL.angle_min, s.stamp_ns) for s in scans]
     assert np.abs(errors).max() < 500_000
     assert np.sqrt(np.mean(np.square(errors[20:]))) < 100_000
     assert lidar.device_clock.drift_ppm == pytest.approx((rate - 1.0) * 1e6, abs=15.0)
@@ -26,7 +26,7 @@ def test_stamps_are_when_the_first_beam_was_fired(rate, phase):
 def test_arrival_is_after_the_scan_was_sent():
     rig = Rig()
     scan = rig.lidar().read()
-    start = rig.beam_time_ns(FULL.angle_min, scan.stamp_ns) - round(44 * T_S * 1e9)
+    start = rig.truth.beam_time_ns(FULL.angle_min, scan.stamp_ns) - round(44 * T_S * 1e9)
     assert scan.arrival_ns - start == pytest.approx(102.3e6, abs=0.5e6)
 
 
@@ -44,7 +44,7 @@ def test_clusters_have_the_least_range_at_their_centre_in_angle_and_time():
     centre = window.angle_min + window.angle_increment * np.arange(window.count)
     least = room(centre - 2.0 * window.angle_increment / 5.0)
     np.testing.assert_allclose(scan.ranges, least, atol=0.00051)
-    truth = rig.beam_time_ns(window.angle_min, scan.stamp_ns)
+    truth = rig.truth.beam_time_ns(window.angle_min, scan.stamp_ns)
     assert abs(scan.stamp_ns - truth) < 200_000
 
 
@@ -94,7 +94,7 @@ def test_health_warns_of_each_trouble_once_and_counts_over_connections():
     health.connected(lidar)
     health.published(lidar.read())
     health.report(rig.clock())
-    rig.emulator.sensor.fail(21, 98)
+    rig.emulator.sensor.faults.come(21, 98)
     for _ in range(8):
         health.published(lidar.read())
     warnings = health.report(rig.clock()).warnings

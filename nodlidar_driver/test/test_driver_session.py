@@ -200,10 +200,10 @@ def test_stopping_turns_the_laser_off():
 def test_faults_of_the_emulated_lidar():
     rig = Rig()
     lidar = rig.lidar()
-    rig.emulator.sensor.fail(21, 98)
+    rig.emulator.sensor.faults.come(21, 98)
     lidar.read()
     assert lidar.client.drops == {'verifying': 1}
-    rig.emulator.sensor.fail(60)
+    rig.emulator.sensor.faults.come(60)
     with pytest.raises(DeviceError, match='status 60'):
         lidar.read()
 

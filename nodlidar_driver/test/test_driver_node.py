@@ -1,0 +1,302 @@
+"""The node on real DDS, with an emulated lidar on a real pseudo-terminal."""
+
+from contextlib import contextmanager
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lidar_rig import FULL, room, Truth
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from nodlidar_common.messages import time_ns
+from nodlidar_common.serial_port import open_port
+from nodlidar_driver.node import Driver
+from nodlidar_sim.ports import PseudoTerminals
+from nodlidar_sim.urg import UrgEmulator
+import numpy as np
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.task import Future
+from sensor_msgs.msg import LaserScan, TimeReference
+
+TIMEOUT = 20.0
+MAIN = 'import sys; from nodlidar_driver.node import main; sys.exit(main())'
+SUCCESS = TransitionCallbackReturn.SUCCESS
+
+
+@pytest.fixture
+def truth():
+    return Truth()
+
+
+@pytest.fixture
+def emulator(truth):
+    return UrgEmulator(truth.measure, start_ns=time.time_ns(), clock_rate=1.0 + 5e-5)
+
+
+@pytest.fixture
+def ports(emulator, tmp_path):
+    with PseudoTerminals({'lidar': emulator}, {'lidar': tmp_path / 'lidar'}) as ports:
+        yield ports
+
+
+def options(parameters, namespace=''):
+    words = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
+    return ['--ros-args', '-r', f'__ns:=/{namespace}', *words]
+
+
+class Listener:
+    """A driver in this process, and everything that it publishes."""
+
+    def __init__(self, parameters):
+        rclpy.init(args=options(parameters))
+        self.scans, self.arrivals, self.status = [], [], None
+        self.driver = Driver()
+        self.node = rclpy.create_node('listener')
+        self.node.create_subscription(LaserScan, 'scan', self.scans.append, 10)
+        self.node.create_subscription(TimeReference, 'driver/arrival', self.arrivals.append, 10)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosed, 10)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.driver)
+        self._executor.add_node(self.node)
+
+    def _diagnosed(self, message):
+        self.status = message.status[0]
+
+    def activate(self):
+        assert self.driver.trigger_configure() == SUCCESS
+        assert self.driver.trigger_activate() == SUCCESS
+
+    def until(self, condition, what):
+        deadline = time.monotonic() + TIMEOUT
+        while not condition():
+            assert time.monotonic() < deadline, f'no {what}; last status: {self.status}'
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def receive(self, count):
+        self.scans.clear()
+        self.until(lambda: len(self.scans) >= count, f'{count} scans')
+        return list(self.scans)
+
+    def diagnosed(self, level, text):
+        self.until(
+            lambda: self.status and self.status.level == level and text in self.status.message,
+            f'diagnosis {text!r}',
+        )
+        return {item.key: item.value for item in self.status.values}
+
+    def close(self):
+        self._executor.shutdown()
+        self.driver.destroy_node()
+        self.node.destroy_node()
+        rclpy.shutdown()
+
+
+@contextmanager
+def listening(**parameters):
+    listener = Listener({'reconnect_delay': 0.2} | parameters)
+    try:
+        yield listener
+    finally:
+        listener.close()
+
+
+def test_scans_and_diagnostics_tell_what_the_lidar_measured_and_when(ports, truth):
+    with listening(port=ports['lidar']) as listener:
+        listener.activate()
+        scans = listener.receive(30)
+        listener.until(lambda: len(listener.arrivals) >= len(listener.scans), 'arrivals')
+        arrivals = {time_ns(a.time_ref): time_ns(a.header.stamp) for a in listener.arrivals}
+        values = listener.diagnosed(DiagnosticStatus.OK, 'connected')
+        assert listener.status.hardware_id == ports['lidar']
+    scan = scans[-1]
+    azimuth = scan.angle_min + scan.angle_increment * np.arange(682)
+    assert scan.header.frame_id == 'laser'
+    np.testing.assert_allclose(scan.ranges, room(azimuth), atol=0.00051)
+    assert scan.angle_min == pytest.approx(-2.08621, abs=1e-5)
+    assert scan.angle_max == pytest.approx(2.09235, abs=1e-5)
+    assert scan.angle_increment == pytest.approx(0.00613592, abs=1e-8)
+    assert scan.time_increment == pytest.approx(0.1 / 1024, rel=1e-3)
+    assert scan.scan_time == pytest.approx(0.1, rel=1e-3)
+    assert (scan.range_min, scan.range_max) == pytest.approx((0.02, 5.6))
+    assert len(scan.intensities) == 0
+    stamps = [time_ns(s.header.stamp) for s in scans]
+    errors = [stamp - truth.beam_time_ns(FULL.angle_min, stamp) for stamp in stamps]
+    assert np.median(np.abs(errors)) < 2e6
+    for stamp in stamps:
+        assert 0.09 < (arrivals[stamp] - stamp) * 1e-9 < 1.0
+    assert values['Device ID'] == 'H0000001'
+    assert values['Firmware Version'].startswith('3.4')
+    assert values['connections'] == '1'
+    assert float(values['Computed Latency'].split()[0]) == pytest.approx(98.0, abs=20.0)
+
+
+def test_window_cluster_skip_frame_and_offset_are_applied(ports, truth):
+    parameters = {'angle_min': -0.5, 'angle_max': 0.5, 'cluster': 4, 'skip': 1}
+    with listening(
+        port=ports['lidar'], frame_id='front', stamp_offset=-0.25, **parameters
+    ) as listener:
+        listener.activate()
+        scan = listener.receive(5)[-1]
+        offset = Parameter('stamp_offset', value=0.0)
+        assert listener.driver.set_parameters([offset])[0].successful
+        later = listener.receive(2)[-1]
+        refused = listener.driver.set_parameters([Parameter('skip', value=0)])[0]
+    assert not refused.successful
+    assert scan.header.frame_id == 'front'
+    increment = 2 * math.pi / 1024
+    first, count = 303, 163 // 4  # the window is steps 303..465, 40 clusters of 4
+    assert len(scan.ranges) == count
+    assert scan.angle_increment == pytest.approx(4 * increment)
+    assert scan.angle_min == pytest.approx((first + 1.5 - 384) * increment, abs=1e-6)
+    assert scan.angle_max == pytest.approx(scan.angle_min + (count - 1) * 4 * increment, abs=1e-5)
+    assert scan.scan_time == pytest.approx(0.2, rel=1e-3)
+    assert scan.time_increment == pytest.approx(4 * 0.1 / 1024, rel=1e-3)
+    stamp = time_ns(later.header.stamp)
+    assert abs(stamp - truth.beam_time_ns((first - 384) * increment, stamp)) < 3e6
+    shift = (time_ns(scan.header.stamp) - stamp) * 1e-9 % 0.2
+    assert min(abs(shift - 0.15), abs(shift + 0.05)) < 0.01
+
+
+def test_publishers_are_reliable_and_volatile_and_can_be_overridden(ports):
+    with listening(port=ports['lidar']) as listener:
+        info = listener.node.get_publishers_info_by_topic('/scan')[0].qos_profile
+        assert info.reliability == ReliabilityPolicy.RELIABLE
+        assert info.durability == DurabilityPolicy.VOLATILE
+    overrides = {'qos_overrides./scan.publisher.reliability': 'best_effort'}
+    with listening(port=ports['lidar'], **overrides) as listener:
+        info = listener.node.get_publishers_info_by_topic('/scan')[0].qos_profile
+        assert info.reliability == ReliabilityPolicy.BEST_EFFORT
+
+
+@contextmanager
+def used_by_another_program(ports):
+    """Open the port exclusively, as another program would."""
+    port = open_port(ports['lidar'], 115200, 0.0)
+    try:
+        yield
+    finally:
+        port.close()
+
+
+def test_a_port_that_another_program_uses_after_deactivation(ports, emulator):
+    with listening(port=ports['lidar']) as listener:
+        listener.activate()
+        listener.receive(1)
+        assert emulator.sensor.laser
+        assert listener.driver.trigger_deactivate() == SUCCESS
+        assert not emulator.sensor.laser
+        with used_by_another_program(ports):
+            assert listener.driver.trigger_activate() == SUCCESS
+            listener.diagnosed(DiagnosticStatus.ERROR, 'it is in use by another program')
+        listener.receive(2)
+
+
+def test_a_port_that_is_missing_at_first_and_unplugged_later(ports):
+    ports.close_device('lidar')
+    with listening(port=ports['lidar']) as listener:
+        listener.activate()
+        listener.diagnosed(DiagnosticStatus.ERROR, 'does not exist; is the device plugged in?')
+        ports.reopen('lidar')
+        listener.receive(2)
+        ports.close_device('lidar')
+        listener.diagnosed(DiagnosticStatus.ERROR, "cannot open serial port '")
+        ports.reopen('lidar')
+        listener.receive(2)
+        assert listener.driver.connections == 2
+
+
+def test_a_fault_of_the_lidar_is_reported_and_recovered_from(ports, emulator):
+    with listening(port=ports['lidar']) as listener:
+        listener.activate()
+        listener.receive(2)
+        emulator.sensor.faults.come(50)
+        listener.diagnosed(DiagnosticStatus.ERROR, 'the lidar answered')
+        emulator.sensor.faults.clear()
+        listener.receive(2)
+
+
+def start(parameters, namespace=''):
+    return subprocess.Popen(
+        [sys.executable, '-c', MAIN, *options(parameters, namespace)],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {'RCUTILS_LOGGING_BUFFERED_STREAM': '0'},
+    )
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'words'),
+    [
+        ({'skip': 'often'}, "'skip' must be of type int, but is 'often'"),
+        ({'angle_min': -3.0}, "'angle_min' must be between -2.0863 and 2.0925 rad, but is -3.0"),
+        ({'angle_min': 1.0, 'angle_max': 0.5}, "'angle_max' must be at least 1 steps"),
+    ],
+)
+def test_a_wrong_parameter_ends_the_program_with_its_limits(parameters, words):
+    process = start(parameters)
+    _, errors = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 2
+    assert words in errors
+
+
+class Manager:
+    """Takes a driver in another process, of its own namespace, through its life cycle."""
+
+    def __init__(self, namespace):
+        rclpy.init()
+        self.namespace = namespace
+        self.node = rclpy.create_node('manager', namespace=namespace)
+        self._client = self.node.create_client(ChangeState, 'driver/change_state')
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+
+    def activate(self):
+        assert self._client.wait_for_service(TIMEOUT)
+        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+            request = ChangeState.Request(transition=Transition(id=transition))
+            assert self._result(self._client.call_async(request)).success
+
+    def receive(self):
+        future = Future()
+        self.node.create_subscription(LaserScan, 'scan', future.set_result, 10)
+        return self._result(future)
+
+    def _result(self, future):
+        self._executor.spin_until_future_complete(future, TIMEOUT)
+        return future.result()
+
+    def close(self):
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown()
+
+
+@pytest.fixture
+def manager(request):
+    manager = Manager(f'test_{request.node.callspec.id}')
+    yield manager
+    manager.close()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_turns_the_laser_off_and_ends_the_program(manager, ports, emulator, number):
+    process = start({'port': ports['lidar']}, manager.namespace)
+    try:
+        manager.activate()
+        assert len(manager.receive().ranges) == 682
+        assert emulator.sensor.laser
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=TIMEOUT)
+    finally:
+        process.kill()
+    assert process.returncode == 0, errors
+    assert not emulator.sensor.laser
