@@ -28,7 +28,7 @@ class Delivery:
     Attributes
     ----------
     latency
-        From a scan's last byte at the port to the reception of its cloud [s], shape (n,).
+        From a scan's last byte at the port to the publication of its cloud [s], shape (n,).
     dropped
         Drops that the nodes reported in their last diagnostics, counted by reason.
     clouds, points
@@ -48,7 +48,7 @@ def read_delivery(bag: Path) -> Delivery:
     dropped: dict[str, Counter[str]] = {}
     points = 0
     with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-        for connection, received_ns, raw in reader.messages():
+        for connection, published_ns, raw in reader.messages():
             name = connection.topic.rsplit('/', 1)[-1]
             if name not in ('arrival', 'points', 'diagnostics'):
                 continue
@@ -56,7 +56,7 @@ def read_delivery(bag: Path) -> Delivery:
             if name == 'arrival':
                 arrivals[_ns(message.time_ref)] = _ns(message.header.stamp)
             elif name == 'points':
-                clouds.append((_ns(message.header.stamp), received_ns))
+                clouds.append((_ns(message.header.stamp), published_ns))
                 points += message.width
             else:
                 dropped |= {status.name: _drops_of(status) for status in message.status}
@@ -78,10 +78,10 @@ def _drops_of(status: Any) -> Counter[str]:
 def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray[np.float64]:
     """Pair each cloud with the last scan whose first beam is not after its first point."""
     scans = np.array(sorted(arrivals), dtype=np.int64)
-    stamps, received = np.array(clouds, dtype=np.int64).reshape(-1, 2).T
+    stamps, published = np.array(clouds, dtype=np.int64).reshape(-1, 2).T
     scan = np.searchsorted(scans, stamps, side='right') - 1
     last_byte = np.array([arrivals[int(s)] for s in scans[scan[scan >= 0]]], dtype=np.int64)
-    return np.asarray((received[scan >= 0] - last_byte) / NS_PER_S, dtype=np.float64)
+    return np.asarray((published[scan >= 0] - last_byte) / NS_PER_S, dtype=np.float64)
 
 
 def clouds_of(log: SensorLog, estimator: str, mount: Pose) -> tuple[Points, Counter[str]]:

@@ -1,8 +1,7 @@
-"""Records a running sensor into an MCAP bag, byte for byte as it was published."""
+"""Records a running sensor into an MCAP bag, byte for byte as and when it was published."""
 
 from collections import Counter
 from pathlib import Path
-import time
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
@@ -69,8 +68,8 @@ class Recorder(Node):
             offered_qos_profiles=[_bag_qos(latched)],
         )
 
-        def write(data: bytes) -> None:
-            self._writer.write(connection, time.time_ns(), data)
+        def write(data: bytes, info: dict[str, int]) -> None:
+            self._writer.write(connection, info['source_timestamp'], data)
             self.counts[topic] += 1
 
         qos = QoSProfile(depth=100)
