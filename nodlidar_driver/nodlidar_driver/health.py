@@ -97,6 +97,8 @@ class Health:
             'Firmware Version': lidar.version.firmware,
             'Protocol Version': lidar.version.protocol,
             'Device ID': lidar.version.serial_number,
+            'Device Status': lidar.state.health,
+            'Motor speed': lidar.state.speed,
             'Computed Latency': f'{self._latency * 1e3:.2f} ms',
             'Scan rate': f'{rate:.2f} Hz',
             'Scans published': str(self._published),

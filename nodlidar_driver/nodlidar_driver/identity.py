@@ -62,6 +62,16 @@ class Capabilities:
         return self.range_max_mm * 1e-3
 
 
+@dataclass(frozen=True, slots=True)
+class State:
+    """The answer to II: laser (ON or OFF), motor speed, what it measures, and how it feels."""
+
+    laser: str
+    speed: str
+    measurement: str
+    health: str
+
+
 def version(information: Mapping[str, str]) -> Version:
     """Return the answer to VV; raises DeviceError if a key is missing."""
     return Version(
@@ -84,6 +94,16 @@ def capabilities(information: Mapping[str, str]) -> Capabilities:
         last_step=_number(information, 'AMAX'),
         front_step=_number(information, 'AFRT'),
         speed=_number(information, 'SCAN'),
+    )
+
+
+def state(information: Mapping[str, str]) -> State:
+    """Return the answer to II; raises DeviceError if a key is missing."""
+    return State(
+        laser=_value(information, 'LASR'),
+        speed=_value(information, 'SCSP'),
+        measurement=_value(information, 'MESM'),
+        health=_value(information, 'STAT'),
     )
 
 

@@ -49,8 +49,8 @@ class Lidar:
 
     Attributes
     ----------
-    version, capabilities
-        What the lidar says about itself.
+    version, capabilities, state
+        What the lidar says about itself, before the stream.
     client
         The session; it counts the scans that were dropped.
     device_clock
@@ -75,6 +75,7 @@ class Lidar:
         self.client.start_session()
         self.version = self.client.version()
         self.capabilities = self.client.capabilities()
+        self.state = self.client.state()
         window.check_measured_by(self.capabilities)
         self.device_clock = self._align_clock()
         self.client.start_scanning(window)

@@ -66,8 +66,7 @@ class ScipClient:
 
     def __init__(self, port: SerialPort, clock: Callable[[], int], timeout: float) -> None:
         self.drops: Counter[str] = Counter()
-        self._port = ScipPort(port, timeout)
-        self._clock = clock
+        self._port = ScipPort(port, clock, timeout)
         self._window: ScanWindow | None = None
 
     def start_session(self) -> None:
@@ -101,9 +100,9 @@ class ScipClient:
         """Ask for ranges, steps and speed."""
         return identity.capabilities(self._information('PP'))
 
-    def state(self) -> dict[str, str]:
-        """Ask for the state (II): LASR, SCSP, MESM, SBPS, TIME and STAT. Ends a stream."""
-        return self._information('II')
+    def state(self) -> identity.State:
+        """Ask for laser, speed and health; this ends a stream."""
+        return identity.state(self._information('II'))
 
     def time_replies(self, enough: Callable[[Sequence[TimeReply]], bool]) -> list[TimeReply]:
         """Read the lidar's timer in time mode, until `enough` says so.
@@ -119,7 +118,7 @@ class ScipClient:
         replies: list[TimeReply] = []
         while not enough(replies):
             lines = self._command('TM1')
-            replies.append(TimeReply(_timer(lines[0]), self._clock()))
+            replies.append(TimeReply(_timer(lines[0]), self._port.arrival_ns))
         self._command('TM2', status_of.TIME_MODE_WAS_OFF)
         return replies
 
@@ -144,7 +143,7 @@ class ScipClient:
         assert self._window is not None, 'start_scanning comes first'
         while True:
             message = self._port.receive(_message_length(self._window))
-            scan = self._scan(message, self._clock(), self._window)
+            scan = self._scan(message, self._port.arrival_ns, self._window)
             if scan is not None:
                 self._port.useful()
                 return scan

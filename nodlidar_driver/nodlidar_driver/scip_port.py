@@ -1,5 +1,6 @@
 """A serial port as SCIP sees it: messages out, messages up to their empty line in."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 from nodlidar_common.errors import DeviceError, PortError
@@ -27,10 +28,18 @@ class SerialPort(Protocol):
 
 
 class ScipPort:
-    """Sends commands and receives messages; every failure of the port is a PortError."""
+    """Sends commands and receives messages; every failure of the port is a PortError.
 
-    def __init__(self, port: SerialPort, timeout: float) -> None:
+    Attributes
+    ----------
+    arrival_ns
+        Host time [ns] at which the last bytes were read.
+    """
+
+    def __init__(self, port: SerialPort, clock: Callable[[], int], timeout: float) -> None:
+        self.arrival_ns = 0
         self._port = port
+        self._clock = clock
         self._timeout = timeout
         self._buffer = bytearray()
         self._useless = 0
@@ -90,6 +99,8 @@ class ScipPort:
 
     def _read(self, wanted: int) -> bytes:
         try:
-            return self._port.read(max(wanted, self._port.in_waiting, 1))
+            data = self._port.read(max(wanted, self._port.in_waiting, 1))
         except (serial.SerialException, OSError) as error:
             raise PortError(f'the serial port went away: {error}') from error
+        self.arrival_ns = self._clock()
+        return data

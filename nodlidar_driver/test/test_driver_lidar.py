@@ -81,6 +81,7 @@ def test_health_reports_identity_rate_losses_and_clock():
     report = health.report(rig.clock())
     assert report.warnings == []
     assert report.figures['Device ID'] == 'H0000001'
+    assert report.figures['Device Status'] == 'Sensor works well.'
     assert report.figures['Scan rate'] == '10.00 Hz'
     assert float(report.figures['Computed Latency'].split()[0]) == pytest.approx(98.0, abs=0.3)
     assert float(report.figures['Clock drift'].split()[0]) == pytest.approx(50.0, abs=5.0)
