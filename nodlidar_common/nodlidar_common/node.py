@@ -1,6 +1,7 @@
 """The shells of the nodes: how one runs and ends, and how one keeps a serial device connected."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import signal
 import sys
 import threading
@@ -12,31 +13,61 @@ from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_common.errors import DeviceError, NodlidarError
 from nodlidar_common.node_parameters import declare
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+LOOK_PERIOD = 0.2  # s, between two looks whether to end
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Run a node until it is told to end (SIGINT, SIGTERM); return the exit status."""
-    # rclpy ends the spinning on its own; a KeyboardInterrupt on top of that could come anywhere,
-    # in the middle of a message's conversion too.
-    signal.signal(signal.SIGINT, lambda *_: None)
-    rclpy.init(args=args)
-    try:
-        node = make_node()
-    except NodlidarError as error:
-        print(f'{sys.argv[0]}: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
-    try:
-        rclpy.spin(node)
-    except ExternalShutdownException:
-        pass
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+    """Run a node until it is told to end (SIGINT, SIGTERM) or failed; return the exit status."""
+    with _ending_signals() as received:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        try:
+            node = make_node()
+        except NodlidarError as error:
+            print(f'{sys.argv[0]}: {error}', file=sys.stderr)
+            rclpy.shutdown()
+            return 2
+        try:
+            _spin_until(lambda: bool(received) or getattr(node, 'failed', False), node)
+        finally:
+            node.destroy_node()
+            rclpy.shutdown()
     return 1 if getattr(node, 'failed', False) else 0
+
+
+@contextmanager
+def _ending_signals() -> Iterator[list[int]]:
+    """Collect the signals that are to end the program.
+
+    rclpy's own handlers invalidate its context at once: whatever is just being published fails,
+    and an executor about to wait raises an error or misses the signal and waits on.
+    """
+    received: list[int] = []
+    before = {
+        number: signal.signal(number, lambda got, _: received.append(got))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
+    over: Future = Future()
+
+    def look() -> None:
+        if is_over() and not over.done():
+            over.set_result(None)
+
+    node.create_timer(LOOK_PERIOD, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    rclpy.spin_until_future_complete(node, over)
 
 
 class DeviceNode(LifecycleNode):
@@ -137,13 +168,8 @@ class DeviceNode(LifecycleNode):
                 self._stop.wait(self.config.reconnect_delay)
             self._trouble = 'not connected: the node is not active'
         except Exception:
-            if self.context.ok():  # else a signal came while the thread was publishing
-                self._fail(traceback.format_exc())
-
-    def _fail(self, trace: str) -> None:
-        self.failed = True
-        self.get_logger().fatal('internal error, shutting down:\n' + trace)
-        self.context.try_shutdown()
+            self.get_logger().fatal('internal error, shutting down:\n' + traceback.format_exc())
+            self.failed = True
 
     def _stay_connected(self) -> None:
         self.connect()
