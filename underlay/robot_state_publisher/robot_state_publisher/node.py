@@ -1,15 +1,20 @@
 """The node: parameters and joint states in, transforms out."""
 
+from collections.abc import Callable
+import signal
+
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterValueException, ParameterException
-from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from robot_state_publisher.kinematics import Joint, parse, UrdfError
 from robot_state_publisher.throttle import Throttle
 from sensor_msgs.msg import JointState
@@ -122,15 +127,28 @@ class RobotStatePublisher(Node):
 
 
 def main() -> int:
-    """Run the node until it is told to end; return the exit status."""
-    rclpy.init()
+    """Run the node until SIGINT or SIGTERM; return the exit status."""
+    received: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda got, _: received.append(got))
+    # rclpy's own handlers end its context in the middle of whatever is going on, or are missed.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
-        rclpy.spin(RobotStatePublisher())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
+        _spin_until(lambda: bool(received), RobotStatePublisher())
     except (UrdfError, ParameterException) as error:
         get_logger('robot_state_publisher').fatal(str(error))
         return 1
     finally:
-        rclpy.try_shutdown()
+        rclpy.shutdown()
     return 0
+
+
+def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
+    over: Future = Future()
+
+    def look() -> None:
+        if is_over() and not over.done():
+            over.set_result(None)
+
+    node.create_timer(0.2, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    rclpy.spin_until_future_complete(node, over)
