@@ -65,6 +65,7 @@ def test_the_commands_that_are_sent():
     assert port.sent == b'BM\nMD0044072502300\n'
 
 
+@settings(deadline=None)
 @given(st.integers(0, len(SCAN) - 1), st.integers(1, 255))
 def test_a_corrupted_byte_costs_its_scan_at_most_and_is_counted(position, change):
     broken = bytearray(SCAN)
@@ -77,6 +78,7 @@ def test_a_corrupted_byte_costs_its_scan_at_most_and_is_counted(position, change
     assert in_the_echo or client.drops.total() >= 1
 
 
+@settings(deadline=None)
 @given(st.integers(1, len(SCAN) - 1), st.binary(max_size=40))
 def test_lost_and_foreign_bytes_cost_no_more_than_their_scan(cut, garbage):
     client = streaming(SCAN[:cut] + garbage.replace(b'M', b'') + SCAN + SCAN)
