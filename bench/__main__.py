@@ -4,12 +4,13 @@ import argparse
 
 from rich.console import Console
 
-from bench import accuracy, assembly_time, simulation_speed
+from bench import accuracy, assembly_time, live, simulation_speed
 
 MEASUREMENTS = {
     'assembly_time': assembly_time.table,
     'accuracy': accuracy.table,
     'simulation_speed': simulation_speed.table,
+    'live': live.table,
 }
 
 

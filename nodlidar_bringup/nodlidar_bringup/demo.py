@@ -2,12 +2,9 @@
 
 import argparse
 from collections.abc import Iterator
-from contextlib import contextmanager
 import os
 from pathlib import Path
 import shutil
-import signal
-import subprocess
 import sys
 import time
 
@@ -15,6 +12,7 @@ from nodlidar_assembler.bag import read_bag
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.pitch import ESTIMATORS
 from nodlidar_bringup.evaluation import clouds_of, read_delivery, surface_rms, within_range
+from nodlidar_bringup.launched import launched_sensor, LaunchedSensor
 from nodlidar_bringup.pictures import write_picture, write_ply
 from nodlidar_bringup.recorder import Recorder
 from nodlidar_bringup.report import print_report
@@ -28,7 +26,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 START_TIMEOUT = 60.0
-STOP_TIMEOUT = 15.0
 FAR = 3.0
 
 
@@ -62,8 +59,8 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
     shutil.rmtree(output / 'bag', ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    with _sensor(scene_name, output / 'launch.log') as process:
-        _record(output / 'bag', duration, process, console)
+    with launched_sensor(output / 'launch.log', f'scene:={scene_name}') as sensor:
+        record(output / 'bag', duration, sensor, console)
     with console.status('Measuring'):
         log = read_bag(output / 'bag', 'nod_joint')
         near = within_range(log, FAR)
@@ -76,27 +73,14 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
     console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
 
 
-@contextmanager
-def _sensor(scene: str, log: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """Run the launch file in a process group of its own, and end it as Ctrl-C would."""
-    command = ['ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py', f'scene:={scene}']
-    with log.open('wb') as output:
-        process = subprocess.Popen(
-            command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
-        )
-    try:
-        yield process
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(STOP_TIMEOUT)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
+def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console) -> None:
+    """Record a sensor into a bag, from its first cloud on, showing the progress.
 
-
-def _record(
-    bag: Path, duration: float, process: subprocess.Popen[bytes], console: Console
-) -> None:
+    Raises
+    ------
+    DemoError
+        If no cloud comes, or the sensor ends before the time [s] is over.
+    """
     rclpy.init()
     recorder = Recorder(bag)
     executor = SingleThreadedExecutor()
@@ -104,7 +88,7 @@ def _record(
     try:
         with _progress(console) as progress:
             task = progress.add_task('waiting for the first cloud', total=duration)
-            for done in _seconds_of_clouds(recorder, executor, process, duration):
+            for done in _seconds_of_clouds(recorder, executor, sensor, duration):
                 progress.update(task, completed=done, description=_counts(recorder))
     finally:
         recorder.close()
@@ -126,7 +110,7 @@ def _counts(recorder: Recorder) -> str:
 def _seconds_of_clouds(
     recorder: Recorder,
     executor: SingleThreadedExecutor,
-    process: subprocess.Popen[bytes],
+    sensor: LaunchedSensor,
     duration: float,
 ) -> Iterator[float]:
     """Spin until clouds have come for a duration; yield the seconds since the first of them."""
@@ -134,11 +118,11 @@ def _seconds_of_clouds(
     first_cloud: float | None = None
     while first_cloud is None or time.monotonic() - first_cloud < duration:
         executor.spin_once(timeout_sec=0.1)
-        if process.poll() is not None:
-            raise DemoError('the sensor ended before its time: see launch.log')
+        if not sensor.running():
+            raise DemoError(f'the sensor ended before its time: see {sensor.log}')
         if first_cloud is None:
             if time.monotonic() - started > START_TIMEOUT:
-                raise DemoError(f'no cloud came within {START_TIMEOUT:g} s: see launch.log')
+                raise DemoError(f'no cloud came within {START_TIMEOUT:g} s: see {sensor.log}')
             first_cloud = time.monotonic() if recorder.counts['points'] else None
         else:
             yield time.monotonic() - first_cloud

@@ -3,8 +3,8 @@
 import math
 
 from diagnostic_msgs.msg import DiagnosticArray
-from launched import Observer, sensor
 from lifecycle_msgs.srv import GetState
+from nodlidar_bringup.launched import launched_sensor
 from nodlidar_common.messages import nod_from_message, time_ns
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_msgs.msg import NodCommand
@@ -12,6 +12,7 @@ from nodlidar_sim.scene import load_scene
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.world import World
 import numpy as np
+from observer import Observer
 import pytest
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
@@ -34,7 +35,7 @@ def launched(tmp_path_factory):
         (DiagnosticArray, '/diagnostics'),
     ]:
         observer.subscribe(message_type, topic)
-    with sensor(log, 'scene:=wall') as running:
+    with launched_sensor(log, 'scene:=wall') as running:
         nodding = lambda: len(observer.messages['points']) >= SCANS  # noqa: E731
         observer.spin_until(lambda: nodding() or not running.running(), 'clouds')
         assert running.running(), log.read_text()

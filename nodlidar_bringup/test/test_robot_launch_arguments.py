@@ -1,6 +1,7 @@
 """The launch file's arguments: a second sensor, and what a wrong value leads to."""
 
-from launched import Observer, sensor, STOP_TIMEOUT
+from nodlidar_bringup.launched import launched_sensor, STOP_TIMEOUT
+from observer import Observer
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 
 
@@ -15,8 +16,8 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
         side: (f'namespace:={side}', f'frame_prefix:={side}_', 'scene:=wall') for side in sides
     }
     with (
-        sensor(tmp_path / 'left.log', *arguments['left']),
-        sensor(tmp_path / 'right.log', *arguments['right']),
+        launched_sensor(tmp_path / 'left.log', *arguments['left']),
+        launched_sensor(tmp_path / 'right.log', *arguments['right']),
     ):
         clouds = {side: observer.messages[f'{side}/points'] for side in sides}
         observer.spin_until(lambda: all(clouds.values()), 'clouds of both sensors')
@@ -31,7 +32,7 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
 
 def ended(log, *arguments):
     """Return the log of a launch that ends by itself."""
-    with sensor(log, *arguments) as running:
+    with launched_sensor(log, *arguments) as running:
         running.process.wait(STOP_TIMEOUT)
         return log.read_text()
 

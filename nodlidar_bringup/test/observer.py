@@ -1,10 +1,6 @@
-"""A launched sensor and an observer of its topics, for tests that run the whole system."""
+"""An observer of a launched sensor, for tests that run the whole system."""
 
 from collections import defaultdict
-from contextlib import contextmanager
-import os
-import signal
-import subprocess
 import time
 
 import rclpy
@@ -13,42 +9,6 @@ from rclpy.node import Node
 import tf2_ros
 
 START_TIMEOUT = 40.0
-STOP_TIMEOUT = 20.0
-
-
-class Sensor:
-    """A running `ros2 launch nodlidar_bringup robot.launch.py`."""
-
-    def __init__(self, log, *arguments):
-        self.log = log
-        command = ['ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py', *arguments]
-        with log.open('wb') as output:
-            self.process = subprocess.Popen(
-                command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
-            )
-
-    def running(self):
-        return self.process.poll() is None
-
-    def interrupt(self):
-        """End it as Ctrl-C would; return its exit status."""
-        self.process.send_signal(signal.SIGINT)
-        return self.process.wait(STOP_TIMEOUT)
-
-    def kill(self):
-        if self.running():
-            os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.wait()
-
-
-@contextmanager
-def sensor(log, *arguments):
-    """Run the launch file; whatever a test leaves of it is killed."""
-    running = Sensor(log, *arguments)
-    try:
-        yield running
-    finally:
-        running.kill()
 
 
 class Observer:

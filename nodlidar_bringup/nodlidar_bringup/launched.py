@@ -1,0 +1,58 @@
+"""A launched sensor as a child process: `ros2 launch nodlidar_bringup robot.launch.py`."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import signal
+import subprocess
+
+STOP_TIMEOUT = 20.0
+
+
+class LaunchedSensor:
+    """The running launch file.
+
+    Attributes
+    ----------
+    log
+        What it prints.
+    process
+        The process of `ros2 launch`, which leads a session of its own.
+    """
+
+    def __init__(self, log: Path, *arguments: str) -> None:
+        self.log = log
+        command = ['ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py', *arguments]
+        with log.open('wb') as output:
+            self.process = subprocess.Popen(
+                command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+            )
+
+    def running(self) -> bool:
+        """Tell whether it still runs."""
+        return self.process.poll() is None
+
+    def interrupt(self) -> int:
+        """End it as Ctrl-C would; return its exit status."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(STOP_TIMEOUT)
+
+    def kill(self) -> None:
+        """Kill it and all that it started."""
+        os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+
+@contextmanager
+def launched_sensor(log: Path, *arguments: str) -> Iterator[LaunchedSensor]:
+    """Run the launch file with arguments like 'scene:=wall' until the context ends."""
+    sensor = LaunchedSensor(log, *arguments)
+    try:
+        yield sensor
+    finally:
+        if sensor.running():
+            try:
+                sensor.interrupt()
+            except subprocess.TimeoutExpired:
+                sensor.kill()
