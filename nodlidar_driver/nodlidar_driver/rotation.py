@@ -37,7 +37,8 @@ def fit_truncated(
     stamps
         The truncated instants, shape (n,), counted from the newest one.
     tolerance
-        By how much an instant may miss its interval, at either end.
+        By how much an instant may miss its interval, at either end; at least 0.02, as the trial
+        periods would miss a polygon that is narrower.
 
     Returns
     -------

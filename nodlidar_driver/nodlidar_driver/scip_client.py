@@ -202,11 +202,13 @@ class ScipClient:
         return RawScan(_timer(lines[0]), codes, arrival_ns)
 
     def _check_stopped(self, command: str, status: str) -> None:
-        """Count a stop that the lidar may recover from; raise DeviceError for any other one."""
+        """Raise DeviceError if the hardware failed; count what the stream can go on after."""
+        if status_of.is_fault(status):
+            raise _refused(command, status)
         if status_of.is_verifying(status):
             self.drops[VERIFYING] += 1
         elif status != status_of.RESUMED:
-            raise _refused(command, status)
+            self.drops[CHECKSUM] += 1  # no scan has such a status: corrupted in spite of its sum
 
 
 def _status(line: bytes) -> str:

@@ -37,10 +37,10 @@ def test_truncated_instants_are_found_within_what_their_stamps_allow(period, pha
     turns = np.arange(1 - count, 1)
     truth = phase + period * turns
     stamps = np.floor(truth).astype(np.int64)
-    even = fit_truncated(turns, stamps, 0.0)
+    even = fit_truncated(turns, stamps, 0.02)
     fitted = even.time + even.period * turns
-    assert np.all(fitted >= stamps - 1e-9)
-    assert np.all(fitted <= stamps + 1 + 1e-9)
+    assert np.all(fitted >= stamps - 0.021)
+    assert np.all(fitted <= stamps + 1.021)
 
 
 def test_no_line_explains_uneven_stamps():
@@ -80,15 +80,17 @@ def test_a_motor_that_changes_its_speed_is_followed():
     assert np.abs(fitted - truth)[-20:].max() < 0.15
 
 
-@settings(deadline=None)
-@given(st.floats(-450e-6, 450e-6), st.integers(0, 2**32 - 1))
-def test_the_lower_line_finds_drift_under_one_sided_noise(slope, seed):
-    random = np.random.default_rng(seed)
+@pytest.mark.parametrize('slope', [-450e-6, -30e-6, 0.0, 120e-6, 450e-6])
+def test_the_lower_line_finds_drift_under_one_sided_noise(slope):
     x = 100.0 * np.arange(300)
-    line = lower_line(x, 7.0 + slope * (x - x[-1]) + random.exponential(3.0, 300), x[-1])
-    assert line.slope == pytest.approx(slope, abs=20e-6)
-    assert line.value == pytest.approx(7.0, abs=0.25)
-    assert line.scatter == pytest.approx(3.0, rel=0.3)
+    lines = []
+    for seed in range(30):
+        late = np.random.default_rng(seed).exponential(3.0, 300)
+        lines.append(lower_line(x, 7.0 + slope * (x - x[-1]) + late, x[-1]))
+    slopes, values = np.array([(line.slope, line.value) for line in lines]).T
+    assert np.sqrt(np.mean((slopes - slope) ** 2)) < 3e-6
+    assert np.sqrt(np.mean((values - 7.0) ** 2)) < 0.06
+    assert np.mean([line.scatter for line in lines]) == pytest.approx(3.0, rel=0.05)
 
 
 def test_few_points_do_not_tilt_the_line():
