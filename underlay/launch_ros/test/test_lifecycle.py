@@ -1,10 +1,20 @@
 """A real lifecycle node, brought up and down by events."""
 
+import logging
 import sys
 
-from launch.actions import EmitEvent, LogInfo, RegisterEventHandler, Shutdown, TimerAction
+from launch.actions import (
+    EmitEvent,
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Shutdown,
+    TimerAction,
+)
 from launch.event_handlers import OnProcessStart
 from launch.events import matches_action
+from launch.events import Shutdown as ShutdownEvent
+from launch.logging import get_logger
 from launch_ros.actions import LifecycleNode
 from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events import matches_node_name
@@ -86,20 +96,22 @@ def test_transitions_follow_each_other(launch):
     assert node.return_code == 0
 
 
-def test_failed_transition_is_logged(launch):
+def test_failed_transition_is_logged(launch, monkeypatch):
+    def end_on_error(context):
+        handler = logging.Handler(logging.ERROR)
+        handler.emit = lambda record: context.emit_event_sync(ShutdownEvent(reason='an error'))
+        logger = get_logger('launch_ros.actions.lifecycle_node')
+        monkeypatch.setattr(logger, 'handlers', [handler])
+
     node = lifecycle_node('FAILURE')
     code, out = launch(
         deadline(),
+        OpaqueFunction(function=end_on_error),
         node,
         change(Transition.TRANSITION_CONFIGURE, matches_action(node)),
-        RegisterEventHandler(
-            OnStateTransition(
-                start_state='configuring', goal_state='unconfigured', entities=[Shutdown()]
-            )
-        ),
     )
     assert code == 0
-    assert "Failed to make transition 'TRANSITION_CONFIGURE'" in out
+    assert "Failed to make transition 'TRANSITION_CONFIGURE' for LifecycleNode '/robot/dev" in out
 
 
 def test_request_to_a_node_that_ended_is_abandoned(launch):

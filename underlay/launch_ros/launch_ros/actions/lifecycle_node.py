@@ -10,6 +10,8 @@ from launch.actions import OpaqueFunction
 from launch.logging import get_logger
 from lifecycle_msgs.msg import TransitionEvent
 from lifecycle_msgs.srv import ChangeState as ChangeStateService
+from lifecycle_msgs.srv import GetState
+from rclpy.client import Client
 
 from ..events.lifecycle import ChangeState, StateTransition, TRANSITIONS
 from ..ros_adapter import get_ros_node
@@ -17,6 +19,8 @@ from .node import Node
 
 # How often to look for the node's services; ROS tells nobody that they appeared.
 _LOOK_S = 0.05
+# How long to wait for an answer before asking again.
+_ANSWER_S = 1.0
 
 
 class LifecycleNode(Node):
@@ -40,7 +44,10 @@ class LifecycleNode(Node):
             lambda msg: self._on_transition(context, msg),
             10,
         )
-        self._client = node.create_client(ChangeStateService, f'{self.node_name}/change_state')
+        self._change_state_client = node.create_client(
+            ChangeStateService, f'{self.node_name}/change_state'
+        )
+        self._get_state_client = node.create_client(GetState, f'{self.node_name}/get_state')
         context.register_event_handler(
             EventHandler(
                 matcher=lambda event: (
@@ -63,18 +70,11 @@ class LifecycleNode(Node):
         )
 
     async def _change_state(self, context: LaunchContext, transition_id: int) -> None:
-        while not self._is_reachable():
-            if context.is_shutdown or self._task.done():
-                return self._abandon('')
-            await asyncio.sleep(_LOOK_S)
+        if not await self._reachable(context):
+            return self._abandon('')
         request = ChangeStateService.Request()
         request.transition.id = transition_id
-        response = asyncio.get_running_loop().create_future()
-        self._client.call_async(request).add_done_callback(
-            lambda future: response.get_loop().call_soon_threadsafe(
-                response.set_result, future.result()
-            )
-        )
+        response = _call(self._change_state_client, request)
         await asyncio.wait([response, self._task], return_when=asyncio.FIRST_COMPLETED)
         if not response.done():
             return self._abandon(' response')
@@ -85,12 +85,48 @@ class LifecycleNode(Node):
             )
         return None
 
-    def _is_reachable(self) -> bool:
-        """Tell if a request would arrive, and the transition it makes be seen here."""
-        return self._client.service_is_ready() and self._subscription.get_publisher_count() > 0
+    async def _reachable(self, context: LaunchContext) -> bool:
+        """Wait until a request arrives and its transition is seen here; False if it never will.
+
+        A shutdown destroys the clients, so it is looked for first.
+        """
+        while not (context.is_shutdown or self._task.done()):
+            if self._is_discovered() and await self._answers() and not context.is_shutdown:
+                return True
+            await asyncio.sleep(_LOOK_S)
+        return False
+
+    def _is_discovered(self) -> bool:
+        """Tell if the node's end of each connection is known here."""
+        clients = (self._change_state_client, self._get_state_client)
+        return self._subscription.get_publisher_count() > 0 and all(
+            client.service_is_ready() for client in clients
+        )
+
+    async def _answers(self) -> bool:
+        """Ask the node for its state, and tell if it answers.
+
+        It can do so only once it knows the client made last, and so, since discovery keeps the
+        order, the subscription to its transitions too: none will be missed.
+        """
+        response = _call(self._get_state_client, GetState.Request())
+        done, _ = await asyncio.wait(
+            [response, self._task], timeout=_ANSWER_S, return_when=asyncio.FIRST_COMPLETED
+        )
+        return response in done
 
     def _abandon(self, what: str) -> None:
-        service = self._client.service_name
+        service = f'{self.node_name}/change_state'
         self._logger_ros.warning(
             f"Abandoning wait for the '{service}' service{what}, due to shutdown."
         )
+
+
+def _call(client: Client, request: Any) -> asyncio.Future:
+    """Call a service, and return the response to come."""
+    loop = asyncio.get_running_loop()
+    response = loop.create_future()
+    client.call_async(request).add_done_callback(
+        lambda future: loop.call_soon_threadsafe(response.set_result, future.result())
+    )
+    return response
