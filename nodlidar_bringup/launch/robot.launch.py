@@ -8,15 +8,8 @@ import os
 import tempfile
 
 from launch import LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    EmitEvent,
-    RegisterEventHandler,
-    Shutdown,
-)
+from launch.actions import DeclareLaunchArgument, Shutdown
 from launch.conditions import IfCondition
-from launch.event_handlers import OnProcessStart
-from launch.events import matches_action
 from launch.substitutions import (
     Command,
     EqualsSubstitution,
@@ -24,12 +17,9 @@ from launch.substitutions import (
     LaunchConfiguration,
     PathJoinSubstitution,
 )
-from launch_ros.actions import LifecycleNode, Node
-from launch_ros.event_handlers import OnStateTransition
-from launch_ros.events.lifecycle import ChangeState
+from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
-from lifecycle_msgs.msg import Transition
 
 # The emulated devices' links; the process id keeps two launches apart, the namespace two sensors.
 LINKS = os.path.join(tempfile.gettempdir(), f'nodlidar-{os.getpid()}')
@@ -121,29 +111,9 @@ def port(device):
     return ParameterValue(IfElseSubstitution(IN_SIM, link, real), value_type=str)
 
 
-def until_active(node):
-    """Return what takes a lifecycle node to active: configured when started, then activated."""
-
-    def change(transition):
-        return EmitEvent(
-            event=ChangeState(
-                lifecycle_node_matcher=matches_action(node), transition_id=transition
-            )
-        )
-
-    return [
-        RegisterEventHandler(
-            OnProcessStart(target_action=node, on_start=[change(Transition.TRANSITION_CONFIGURE)])
-        ),
-        RegisterEventHandler(
-            OnStateTransition(
-                target_lifecycle_node=node,
-                start_state='configuring',
-                goal_state='inactive',
-                entities=[change(Transition.TRANSITION_ACTIVATE)],
-            )
-        ),
-    ]
+def end_all(event, context):
+    """Shut everything down when a process ends, unless that is under way already."""
+    return None if context.is_shutdown else Shutdown(reason=f'{event.process_name} ended')
 
 
 def generate_launch_description():
@@ -161,31 +131,31 @@ def generate_launch_description():
         ],
         output='screen',
         condition=IfCondition(IN_SIM),
-        on_exit=Shutdown(reason='the emulated devices ended'),
+        on_exit=end_all,
     )
-    driver = LifecycleNode(
+    driver = Node(
         package='nodlidar_driver',
         executable='driver',
         name='driver',
         namespace=NAMESPACE,
         parameters=[
             LaunchConfiguration('driver_params'),
-            {'port': port('lidar'), 'frame_id': frame('laser')},
+            {'port': port('lidar'), 'frame_id': frame('laser'), 'autostart': True},
         ],
         output='screen',
-        on_exit=Shutdown(reason='the lidar driver ended'),
+        on_exit=end_all,
     )
-    servo = LifecycleNode(
+    servo = Node(
         package='nodlidar_servo',
         executable='servo',
         name='servo',
         namespace=NAMESPACE,
         parameters=[
             LaunchConfiguration('servo_params'),
-            {'port': port('servo'), 'joint_name': frame('nod_joint')},
+            {'port': port('servo'), 'joint_name': frame('nod_joint'), 'autostart': True},
         ],
         output='screen',
-        on_exit=Shutdown(reason='the servo node ended'),
+        on_exit=end_all,
     )
     assembler = Node(
         package='nodlidar_assembler',
@@ -197,7 +167,7 @@ def generate_launch_description():
             {'frame_id': frame('nodlidar_base_link'), 'joint_name': frame('nod_joint')},
         ],
         output='screen',
-        on_exit=Shutdown(reason='the assembler ended'),
+        on_exit=end_all,
     )
     description = Command(
         [
@@ -229,8 +199,6 @@ def generate_launch_description():
     return LaunchDescription(
         [
             *ARGUMENTS,
-            *until_active(driver),
-            *until_active(servo),
             emulators,
             driver,
             servo,

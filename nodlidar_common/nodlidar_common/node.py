@@ -33,6 +33,8 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
             rclpy.shutdown()
             return 2
         try:
+            if isinstance(node, DeviceNode):
+                node.start_if_told()
             _spin_until(lambda: bool(received) or getattr(node, 'failed', False), node)
         finally:
             node.destroy_node()
@@ -76,7 +78,7 @@ class DeviceNode(LifecycleNode):
     A thread connects, runs cycles and, when the device fails or goes away, disconnects and tries
     again after `reconnect_delay` seconds, for as long as the node is active: a port that is not
     there yet is a diagnosed state, not a failed start. Subclasses give the four steps below; their
-    configuration has the fields `port` and `reconnect_delay`.
+    configuration has the fields `port`, `reconnect_delay` and `autostart`.
     """
 
     def __init__(self, name: str, config_class: type[Any]) -> None:
@@ -110,6 +112,16 @@ class DeviceNode(LifecycleNode):
         self.config = config
 
     # The life cycle.
+
+    def start_if_told(self) -> None:
+        """Configure and activate the node if its parameter `autostart` says so.
+
+        A launch file that does the same by requests and events needs them to arrive, which ROS
+        does not promise while the nodes are still finding each other.
+        """
+        if self.config.autostart:
+            self.trigger_configure()
+            self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the diagnostics."""

@@ -22,6 +22,7 @@ LONGEST = 30.0  # s; only a failing test waits so long
 class Config:
     port: str = parameter('/dev/fake', 'Device file')
     reconnect_delay: float = parameter(0.001, 'Delay', unit='s', minimum=0.0, live=True)
+    autostart: bool = parameter(False, 'Start by itself')
 
 
 class FakeDevice(DeviceNode):
@@ -157,6 +158,21 @@ def active_device(order):
     activate(device)
     device.create_timer(0.01, lambda: device.orders.put(order))
     return device
+
+
+@pytest.mark.parametrize('autostart', [False, True])
+def test_a_node_starts_by_itself_only_if_told(autostart):
+    made = []
+
+    def make():
+        made.append(FakeDevice())
+        made[0].orders.put(ZeroDivisionError('ends the node if it connects'))
+        made[0].create_timer(0.3, lambda: setattr(made[0], 'failed', True))
+        return made[0]
+
+    arguments = ['--ros-args', '-p', f'autostart:={str(autostart).lower()}']
+    assert run(make, arguments) == 1
+    assert made[0].steps.empty() != autostart
 
 
 def test_unexpected_exception_ends_the_process_as_failed():

@@ -34,6 +34,9 @@ class DriverConfig:
     reconnect_delay: float = parameter(
         1.0, 'Wait before connecting anew', unit='s', minimum=0.1, maximum=60.0
     )
+    autostart: bool = parameter(
+        False, 'Configure and activate at start, without waiting to be told'
+    )
 
     def check_together(self) -> None:
         """Raise ParameterError if the window holds no whole cluster."""

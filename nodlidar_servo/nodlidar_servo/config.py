@@ -51,6 +51,9 @@ class ServoConfig:
     reconnect_delay: float = parameter(
         1.0, 'Time between attempts to connect', unit='s', minimum=0.1
     )
+    autostart: bool = parameter(
+        False, 'Configure and activate at start, without waiting to be told'
+    )
 
     def check_together(self) -> None:
         """Check what involves several fields; raises ParameterError."""
