@@ -1,38 +1,9 @@
-"""Every parameter is declared, documented and in the YAML file, and refuses what it must."""
-
-from dataclasses import fields
-from itertools import pairwise
-from pathlib import Path
-import re
+"""The driver's parameters refuse what they must."""
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 from nodlidar_driver.config import DriverConfig
 import pytest
-import yaml
-
-PACKAGE = Path(__file__).parents[1]
-
-
-def declared():
-    return {f.name: f.default for f in fields(DriverConfig)}
-
-
-def test_the_yaml_file_has_every_parameter_with_its_default():
-    text = (PACKAGE / 'config' / 'driver.yaml').read_text()
-    assert yaml.safe_load(text)['/**']['ros__parameters'] == declared()
-
-
-def test_every_key_of_the_yaml_file_has_a_comment():
-    lines = (PACKAGE / 'config' / 'driver.yaml').read_text().splitlines()[2:]
-    for before, line in pairwise(['', *lines]):
-        assert line.lstrip().startswith('#') or before.lstrip().startswith('#'), line
-
-
-def test_the_readme_has_every_parameter_with_its_default():
-    section = (PACKAGE / 'README.md').read_text().split('## Parameters')[1].split('\n## ')[0]
-    rows = re.findall(r'^\| `(\w+)` \| `?([^`|]+?)`? \|', section, re.MULTILINE)
-    assert dict(rows) == {key: str(value) for key, value in declared().items()}
 
 
 def test_the_default_window_is_the_whole_one():

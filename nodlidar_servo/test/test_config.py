@@ -1,32 +1,7 @@
-from dataclasses import fields
-from pathlib import Path
-
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 from nodlidar_servo.config import ServoConfig
 import pytest
-import yaml
-
-PACKAGE = Path(__file__).parent.parent
-
-
-def test_yaml_has_every_parameter_with_its_default():
-    parameters = yaml.safe_load((PACKAGE / 'config' / 'servo.yaml').read_text())
-    defaults = {field.name: field.default for field in fields(ServoConfig)}
-    assert parameters['/**']['ros__parameters'] == defaults
-
-
-def test_readme_documents_every_parameter():
-    rows = [
-        line.split('|')[1].strip()
-        for line in (PACKAGE / 'README.md').read_text().split('\n')
-        if line.startswith('| `') and line.count('|') == 5
-    ]
-    assert rows == [f'`{field.name}`' for field in fields(ServoConfig)]
-
-
-def test_defaults_are_valid():
-    check(ServoConfig())
 
 
 @pytest.mark.parametrize(
