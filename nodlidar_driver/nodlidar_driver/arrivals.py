@@ -30,8 +30,8 @@ class Arrivals:
 
     def clear(self) -> None:
         """Forget all scans."""
-        self._taken_ms = np.empty(0)
-        self._arrived_ms = np.empty(0)
+        self._taken_ms: NDArray[np.float64] = np.empty(0)
+        self._arrived_ms: NDArray[np.float64] = np.empty(0)
         self._late_scans = 0
 
     def add(self, taken_ms: NDArray[np.float64], arrived_ms: float) -> None:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 DRIFT_LIMIT = 500e-6  # steepest slope that is looked for; quartz is ten times better
 _DRIFT_EXPECTED = 50e-6  # half of all quartzes are within this of each other
 _RESOLUTION_MS = 0.02  # mean delays below this are not told apart
-_COARSE = np.linspace(-DRIFT_LIMIT, DRIFT_LIMIT, 41)
-_FINE = np.linspace(-25e-6, 25e-6, 51)
+_COARSE = np.linspace(-DRIFT_LIMIT, DRIFT_LIMIT, 41, dtype=np.float64)
+_FINE = np.linspace(-25e-6, 25e-6, 51, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,8 @@ def lower_line(x: NDArray[np.float64], y: NDArray[np.float64], at: float) -> Lin
     """
     along = x - at
     slope = _mean_slope(along, y, _COARSE)
-    slope = _mean_slope(along, y, np.clip(slope + _FINE, -DRIFT_LIMIT, DRIFT_LIMIT))
+    finer: NDArray[np.float64] = np.clip(slope + _FINE, -DRIFT_LIMIT, DRIFT_LIMIT)
+    slope = _mean_slope(along, y, finer)
     heights = y - slope * along
     return Line(least(heights), slope, float(heights.mean() - heights.min()))
 
