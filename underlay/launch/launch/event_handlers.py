@@ -43,10 +43,10 @@ class _Reacting(BaseEventHandler):
 def _matcher(event_type: type[Event], target: Target) -> Callable[[Any], bool]:
     from .actions import ExecuteProcess
 
-    if isinstance(target, ExecuteProcess):
-        return lambda event: isinstance(event, event_type) and event.action is target
     if callable(target):
         return lambda event: isinstance(event, event_type) and target(event.action)
+    if isinstance(target, ExecuteProcess):
+        return lambda event: isinstance(event, event_type) and event.action is target
     if target is not None:
         raise TypeError(f"expected an 'ExecuteProcess' or a function, got {target!r}")
     return lambda event: isinstance(event, event_type)
