@@ -287,7 +287,7 @@ def manager(request):
     manager.close()
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=['sigint', 'sigterm'])
 def test_a_signal_turns_the_laser_off_and_ends_the_program(manager, ports, emulator, number):
     process = start({'port': ports['lidar']}, manager.namespace)
     try:
