@@ -4,8 +4,9 @@ from collections import deque
 from collections.abc import Callable
 
 from message_filters import Cache, SimpleFilter
-from nodlidar_common.messages import time_message, time_ns
+from nodlidar_common.messages import time_ns
 from nodlidar_common.nod import NS_PER_S
+from rclpy.clock import ClockType
 from rclpy.time import Time
 from sensor_msgs.msg import LaserScan
 
@@ -83,4 +84,4 @@ class BracketFilter(SimpleFilter):
 
 
 def _time(nanoseconds: int) -> Time:
-    return Time.from_msg(time_message(nanoseconds))
+    return Time(nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)

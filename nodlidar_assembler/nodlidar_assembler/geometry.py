@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 import math
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 import numpy as np
@@ -10,6 +11,9 @@ from numpy.typing import NDArray
 
 # The laser's pose in the nodding frame on the reference sensor: z_off above the nod axis.
 REFERENCE_MOUNT = Pose.from_xyzrpy((0.0, 0.0, 0.080, 0.0, 0.0, 0.0))
+
+# Least step between beams [rad]: a thousandth of that of the finest scanners.
+_LEAST_STEP = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +30,11 @@ class ScanGeometry:
         Time between beams [s].
     range_min, range_max
         Nearest and farthest range that is a measurement [m].
+
+    Raises
+    ------
+    ParameterError
+        If there are no beams or their angles, times or limits are none.
     """
 
     beams: int
@@ -34,6 +43,19 @@ class ScanGeometry:
     time_increment: float
     range_min: float
     range_max: float
+
+    def __post_init__(self) -> None:
+        if self.beams < 1:
+            raise ParameterError('ranges', 'at least one', self.beams)
+        if not math.isfinite(self.angle_min):
+            raise ParameterError('angle_min', 'finite', self.angle_min)
+        if not _LEAST_STEP <= abs(self.angle_increment) <= 2.0 * math.pi:
+            limit = f'between {_LEAST_STEP} and 2 pi rad, or the negative of that'
+            raise ParameterError('angle_increment', limit, self.angle_increment)
+        if not 0.0 <= self.time_increment <= 1.0:
+            raise ParameterError('time_increment', 'between 0 and 1 s', self.time_increment)
+        if not self.range_min <= self.range_max:
+            raise ParameterError('range_max', 'at least range_min', self.range_max)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +94,9 @@ class Beams:
     @property
     def duration_ns(self) -> int:
         """Time from the first to the last beam [ns]."""
-        return int(self.offset_ns[-1]) if self.geometry.beams else 0
+        return int(self.offset_ns[-1])
 
 
 def revolution_time(geometry: ScanGeometry) -> float:
     """Return the time of one whole revolution of the lidar [s], dark part included."""
-    return geometry.time_increment * 2.0 * math.pi / geometry.angle_increment
+    return geometry.time_increment * 2.0 * math.pi / abs(geometry.angle_increment)

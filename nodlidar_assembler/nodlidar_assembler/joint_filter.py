@@ -8,12 +8,12 @@ from sensor_msgs.msg import JointState
 
 
 class JointFilter(SimpleFilter):
-    """Passes joint states with a finite position of one joint, and counts the malformed ones.
+    """Passes joint states that tell one joint's position and when, and counts the malformed ones.
 
     Messages without that joint are other joints' (a robot has many on one topic) and not counted.
     """
 
-    MALFORMED = 'joint state without a finite position'
+    MALFORMED = 'joint state without a finite position or with a stamp before 1970'
 
     def __init__(self, source: SimpleFilter, joint_name: str, drops: Counter[str]) -> None:
         super().__init__()
@@ -28,8 +28,12 @@ class JointFilter(SimpleFilter):
     def _add(self, message: JointState) -> None:
         if self._joint_name not in message.name:
             return
-        index = message.name.index(self._joint_name)
-        if index < len(message.position) and math.isfinite(message.position[index]):
+        if self._is_well_formed(message):
             self.signalMessage(message)
         else:
             self._drops[self.MALFORMED] += 1
+
+    def _is_well_formed(self, message: JointState) -> bool:
+        index = message.name.index(self._joint_name)
+        told = index < len(message.position) and math.isfinite(message.position[index])
+        return told and message.header.stamp.sec >= 0  # what rclpy's Time cannot hold

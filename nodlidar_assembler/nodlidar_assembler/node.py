@@ -13,7 +13,9 @@ from nodlidar_assembler.joint_filter import JointFilter
 from nodlidar_assembler.nod_start import first_nod
 from nodlidar_assembler.pipeline import Pipeline
 from nodlidar_assembler.pitch import PitchError
+from nodlidar_assembler.scan_filter import ScanFilter
 from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_to_message, time_ns
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_common.node import run
@@ -59,12 +61,15 @@ class Assembler(Node):
 
     def _make_inputs(self) -> None:
         overridable = QoSOverridingOptions.with_default_policies()
-        scans = Subscriber(
-            self,
-            LaserScan,
-            'scan',
-            qos_profile=QoSProfile(depth=10),
-            qos_overriding_options=overridable,
+        scans = ScanFilter(
+            Subscriber(
+                self,
+                LaserScan,
+                'scan',
+                qos_profile=QoSProfile(depth=10),
+                qos_overriding_options=overridable,
+            ),
+            self._drop,
         )
         states = Subscriber(
             self,
@@ -81,13 +86,13 @@ class Assembler(Node):
         else:
             self._bracket(scans)
 
-    def _pair_with_nearest(self, scans: Subscriber) -> None:
+    def _pair_with_nearest(self, scans: ScanFilter) -> None:
         pairs = ApproximateTimeSynchronizer(
             [scans, self._joint], HISTORY, self.config.max_joint_gap
         )
         pairs.registerCallback(lambda scan, state: self._assemble(scan, [state]))
 
-    def _bracket(self, scans: Subscriber) -> None:
+    def _bracket(self, scans: ScanFilter) -> None:
         bracket = BracketFilter(
             scans,
             Cache(self._joint, HISTORY),
@@ -142,15 +147,19 @@ class Assembler(Node):
             )
 
     def _start_nod(self, scan: LaserScan) -> None:
-        self._nod = first_nod(
-            geometry_from_message(scan),
-            time_ns(scan.header.stamp),
-            self.config.steps_per_revolution,
-            self.config.pitch_min,
-            self.config.pitch_max,
-            self.config.samples_per_sweep,
-        )
-        self._repeat_command()
+        try:
+            self._nod = first_nod(
+                geometry_from_message(scan),
+                time_ns(scan.header.stamp),
+                self.config.steps_per_revolution,
+                self.config.pitch_min,
+                self.config.pitch_max,
+                self.config.samples_per_sweep,
+            )
+        except ParameterError as error:
+            self.get_logger().error(f'no nod commanded: {error}', throttle_duration_sec=5.0)
+        else:
+            self._repeat_command()
 
     def _repeat_command(self) -> None:
         """Publish the command, for as long as scans come: without them the servo shall let go."""

@@ -8,7 +8,7 @@ from sensor_msgs.msg import LaserScan
 
 
 def geometry_from_message(message: LaserScan) -> ScanGeometry:
-    """Return what stays the same from one LaserScan to the next."""
+    """Return what stays the same from one LaserScan to the next; raises ParameterError."""
     return ScanGeometry(
         beams=len(message.ranges),
         angle_min=message.angle_min,

@@ -1,5 +1,6 @@
 """The first nod against the model's pattern."""
 
+from dataclasses import replace
 import math
 
 from nodlidar_assembler.geometry import ScanGeometry
@@ -31,3 +32,14 @@ def test_beams_follow_the_model_s_pattern_with_half_a_sample_of_phase():
 def test_limits_that_do_not_ascend_are_refused():
     with pytest.raises(ParameterError, match='pitch_max'):
         first_nod(URG, STAMP_NS, 1024, 0.5, 0.5, 4001)
+
+
+def test_a_lidar_that_is_mounted_upside_down_nods_the_same():
+    overhead = replace(URG, angle_min=-URG.angle_min, angle_increment=-STEP)
+    nods = [first_nod(urg, STAMP_NS, 1024, -0.5, 0.5, 4001) for urg in (URG, overhead)]
+    assert nods[0] == nods[1]
+
+
+def test_a_scan_that_does_not_tell_its_beam_period_makes_no_nod():
+    with pytest.raises(ParameterError, match='sweep_duration'):
+        first_nod(replace(URG, time_increment=0.0), STAMP_NS, 1024, -0.5, 0.5, 4001)

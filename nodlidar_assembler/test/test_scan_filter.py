@@ -1,0 +1,111 @@
+"""What is passed on and what is counted of scans and joint states that are malformed."""
+
+from collections import Counter
+import math
+
+from message_filters import SimpleFilter
+from nodlidar_assembler.joint_filter import JointFilter
+from nodlidar_assembler.scan_filter import ScanFilter
+import pytest
+from sensor_msgs.msg import JointState, LaserScan
+
+NAN, INF = math.nan, math.inf
+
+
+def scan(**fields):
+    whole = {
+        'angle_min': -2.0,
+        'angle_increment': 2 * math.pi / 1024,
+        'time_increment': 0.1 / 1024,
+        'range_min': 0.02,
+        'range_max': 5.6,
+        'ranges': [1.0] * 682,
+    }
+    return LaserScan(**(whole | fields))
+
+
+def joint_state(sec=1_700_000_000, **fields):
+    message = JointState(**({'name': ['arm', 'nod'], 'position': [9.0, 0.1]} | fields))
+    message.header.stamp.sec = sec
+    return message
+
+
+def passed_and_dropped(message):
+    source, passed, dropped = SimpleFilter(), [], []
+    ScanFilter(source, dropped.append).registerCallback(passed.append)
+    source.signalMessage(message)
+    return passed, dropped
+
+
+@pytest.mark.parametrize(
+    'fields',
+    [
+        {},
+        {'ranges': [1.0]},
+        {'angle_increment': -0.006},
+        {'time_increment': 0.0},
+        {'range_max': INF},
+    ],
+)
+def test_scans_that_can_be_used_are_passed_on(fields):
+    message = scan(**fields)
+    assert passed_and_dropped(message) == ([message], [])
+
+
+@pytest.mark.parametrize(
+    ('key', 'value'),
+    [
+        ('ranges', []),
+        ('angle_min', NAN),
+        ('angle_increment', NAN),
+        ('angle_increment', INF),
+        ('angle_increment', 0.0),
+        ('time_increment', NAN),
+        ('time_increment', INF),
+        ('time_increment', 1e30),
+        ('time_increment', -1e-4),
+        ('range_max', NAN),
+        ('range_max', 0.0),
+    ],
+)
+def test_a_malformed_scan_is_dropped_and_what_is_wrong_is_named(key, value):
+    passed, [reason] = passed_and_dropped(scan(**{key: value}))
+    assert passed == []
+    assert reason.startswith(f'{key} must be ')
+
+
+def test_a_scan_before_1970_is_dropped():
+    message = scan()
+    message.header.stamp.sec = -1
+    assert passed_and_dropped(message) == ([], ['stamp must be after 1970'])
+
+
+def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():
+    reasons = {tuple(passed_and_dropped(scan(time_increment=-t))[1]) for t in (1e-4, 2e-4)}
+    assert len(reasons) == 1
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        joint_state(position=[9.0, NAN]),
+        joint_state(position=[9.0, INF]),
+        joint_state(position=[9.0]),
+        joint_state(position=[]),
+        joint_state(sec=-1),
+    ],
+)
+def test_malformed_joint_states_are_counted(message):
+    source, passed, drops = SimpleFilter(), [], Counter()
+    JointFilter(source, 'nod', drops).registerCallback(passed.append)
+    source.signalMessage(message)
+    assert (passed, drops) == ([], {JointFilter.MALFORMED: 1})
+
+
+def test_other_joints_are_passed_over_and_the_own_one_is_found_among_them():
+    source, passed, drops = SimpleFilter(), [], Counter()
+    joint = JointFilter(source, 'nod', drops)
+    joint.registerCallback(lambda state: passed.append(joint.position(state)))
+    source.signalMessage(joint_state(name=['arm', 'leg']))
+    source.signalMessage(joint_state())
+    assert (passed, drops) == ([0.1], {})
