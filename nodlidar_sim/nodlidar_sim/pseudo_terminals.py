@@ -1,6 +1,7 @@
 """Emulated devices on pseudo-terminals, which drivers open like any serial port."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+import contextlib
 import os
 from pathlib import Path
 import select
@@ -37,7 +38,7 @@ class PseudoTerminals:
         The devices by name.
     links
         Paths of symbolic links to make to the terminals, by device name; a link that is there is
-        replaced, its folder is made.
+        replaced, its folder is made; in the end links and folders that were made are gone.
 
     Raises
     ------
@@ -49,6 +50,7 @@ class PseudoTerminals:
         self, devices: Mapping[str, Device], links: Mapping[str, Path] | None = None
     ) -> None:
         links = links or {}
+        self._new_folders = missing_folders(links.values())
         self.clock = HostClock()
         self._epoll = select.epoll()
         self._wake = os.eventfd(0, os.EFD_NONBLOCK)
@@ -125,6 +127,9 @@ class PseudoTerminals:
     def _close(self) -> None:
         for terminal in self._terminals.values():
             terminal.close()
+        for folder in self._new_folders:
+            with contextlib.suppress(OSError):  # others have put something into it
+                folder.rmdir()
         self._epoll.close()
         os.close(self._wake)
 
@@ -156,3 +161,9 @@ class PseudoTerminals:
         """Wait for a host or for the timeout, which select takes in us (and epoll only in ms)."""
         select.select([self._epoll], [], [], timeout)
         self._epoll.poll(0)
+
+
+def missing_folders(links: Iterable[Path]) -> list[Path]:
+    """Return the folders that links need and that are not there yet, the innermost first."""
+    folders = {folder for link in links for folder in link.parents if not os.path.exists(folder)}
+    return sorted(folders, key=lambda folder: len(folder.parts), reverse=True)

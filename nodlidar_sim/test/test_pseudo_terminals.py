@@ -159,6 +159,21 @@ def test_a_stale_link_is_replaced(tmp_path):
         assert os.readlink(link).startswith('/dev/pts/')
 
 
+def test_folders_that_were_made_are_gone_in_the_end_and_others_stay(tmp_path):
+    (tmp_path / 'there').mkdir()
+    links = {'a': tmp_path / 'new' / 'left' / 'a', 'b': tmp_path / 'new' / 'b'}
+    links['c'] = tmp_path / 'there' / 'c'
+    with PseudoTerminals({name: Echo() for name in links}, links):
+        assert all(link.is_symlink() for link in links.values())
+    assert [path.name for path in tmp_path.rglob('*')] == ['there']
+
+
+def test_a_folder_that_was_made_stays_if_others_use_it(tmp_path):
+    with PseudoTerminals({'a': Echo()}, {'a': tmp_path / 'new' / 'a'}):
+        (tmp_path / 'new' / 'other').write_text('kept')
+    assert (tmp_path / 'new' / 'other').read_text() == 'kept'
+
+
 def test_a_file_is_not_replaced(tmp_path):
     path = tmp_path / 'precious'
     path.write_text('kept')
