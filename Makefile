@@ -4,6 +4,8 @@ SHELL := /bin/bash
 .PHONY: demo test lint bench build lock clean help
 
 PYTHON ?= python3
+# Which ROS: the one that is sourced, or the wheels in .venv. Another one needs another .venv and install.
+ROS := $(if $(NODLIDAR_UNDERLAY),wheels,$(or $(ROS_DISTRO),wheels))
 ACTIVATE := source ./env.sh
 SOURCES := $(shell find nodlidar_* underlay -type f -not -path '*/test/*' -not -path '*/__pycache__/*' \
              -not -name '*.md' -not -name '*.rst')
@@ -17,20 +19,21 @@ demo: build              ## scan the simulated room for 20 s; leaves cloud.ply, 
 test: build lint         ## run every test
 	@$(ACTIVATE) && python -m pytest $(PYTEST_ARGS)
 
-lint: .venv/ready        ## ruff and mypy
-	@$(ACTIVATE) && ruff check . && mypy
+lint: .venv/ready-$(ROS)        ## ruff and mypy
+	@$(ACTIVATE) && python -m ruff check . && python -m mypy
 
 bench: build             ## print the measurements that the documentation quotes
 	@$(ACTIVATE) && python -m bench
 
-build: install/ready     ## build the workspace into install/
+build: install/ready-$(ROS)  ## build the workspace into install/
 
-install/ready: .venv/ready $(SOURCES)
+install/ready-$(ROS): .venv/ready-$(ROS) $(SOURCES)
+	@test -e $@ || rm -rf build install log
 	@tools/build_workspace
 	@touch $@
 
-.venv/ready: requirements.in requirements.lock tools/setup_venv
-	@PYTHON=$(PYTHON) tools/setup_venv
+.venv/ready-$(ROS): requirements.in requirements.lock tools/setup_venv
+	@PYTHON=$(PYTHON) ROS=$(ROS) tools/setup_venv
 	@touch $@
 
 lock:                    ## resolve requirements.in again, for every supported Python
