@@ -10,6 +10,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
+from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.errors import DeviceError, NodlidarError
 from nodlidar_common.node_parameters import declare
 import rclpy
@@ -83,6 +84,7 @@ class DeviceNode(LifecycleNode):
 
     def __init__(self, name: str, config_class: type[Any]) -> None:
         super().__init__(name)
+        self._survive_impossible_transitions()
         self.config = declare(self, config_class, self._configuration_changed)
         self.failed = False
         self.connections = 0
@@ -112,6 +114,27 @@ class DeviceNode(LifecycleNode):
         self.config = config
 
     # The life cycle.
+
+    def _survive_impossible_transitions(self) -> None:
+        """Refuse a request for a transition that the present state does not have.
+
+        rclpy of Jazzy raises an error out of the service instead, which ends the node
+        (ros2/rclpy#1209).
+        """
+        service = next(s for s in self.services if s.srv_type is ChangeState)
+        change_state = service.callback
+
+        def change_or_refuse(
+            request: ChangeState.Request, response: ChangeState.Response
+        ) -> ChangeState.Response:
+            try:
+                return change_state(request, response)
+            except RuntimeError as error:
+                self.get_logger().error(f'transition refused: {error}')
+                response.success = False
+                return response
+
+        service.callback = change_or_refuse
 
     def start_if_told(self) -> None:
         """Configure and activate the node if its parameter `autostart` says so.

@@ -6,6 +6,8 @@ import subprocess
 import sys
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.errors import DeviceError, ParameterError
 from nodlidar_common.node import DeviceNode, run
 from nodlidar_common.parameters import parameter
@@ -129,6 +131,17 @@ def test_deactivation_disconnects_and_activation_connects_again(device):
     device.orders.put('again')
     activate(device)
     assert device.next_steps(2) == ['connect', 'again']
+
+
+def test_an_impossible_transition_is_refused_and_changes_nothing(device):
+    client = device.create_client(ChangeState, 'fake/change_state')
+    answers = []
+    for transition in (Transition.TRANSITION_ACTIVATE, 99, Transition.TRANSITION_CONFIGURE):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        answer = client.call_async(request)
+        rclpy.spin_until_future_complete(device, answer, timeout_sec=LONGEST)
+        answers.append(answer.result().success)
+    assert answers == [False, False, True]
 
 
 def test_shutdown_of_an_active_device_disconnects_it(device):
