@@ -1,6 +1,7 @@
 """Serial ports, opened for one user only and with errors that say what to do."""
 
 import errno
+import termios
 
 from nodlidar_common.errors import PortError
 import serial
@@ -10,6 +11,8 @@ _HINTS = {
     errno.EACCES: "permission denied; is the user in the group 'dialout'?",
     errno.EBUSY: 'it is in use by another program',
     errno.EWOULDBLOCK: 'it is in use by another program',
+    errno.ENOTTY: 'it is no serial port',
+    errno.EISDIR: 'it is no serial port',
 }
 
 
@@ -33,6 +36,12 @@ def open_port(path: str, baud_rate: int, timeout: float | None) -> serial.Serial
     try:
         return serial.Serial(path, baud_rate, timeout=timeout, exclusive=True)
     except (serial.SerialException, OSError, ValueError) as error:
-        number = getattr(error, 'errno', None) or getattr(error.__context__, 'errno', None)
-        hint = _HINTS.get(number, str(error)) if number is not None else str(error)
+        hint = _HINTS.get(_error_number(error), str(error))
         raise PortError(f"cannot open serial port '{path}': {hint}") from error
+
+
+def _error_number(error: Exception) -> int:
+    """Return the errno of what pyserial raised, or else of what that came from; 0 without one."""
+    if isinstance(error.__context__, termios.error):
+        return int(error.__context__.args[0])
+    return getattr(error, 'errno', None) or getattr(error.__context__, 'errno', None) or 0
