@@ -26,12 +26,12 @@ LOOK_PERIOD = 0.2  # s, between two looks whether to end
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Run a node until it is told to end (SIGINT, SIGTERM) or failed; return the exit status."""
     with _ending_signals() as received:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         try:
+            _init(args)
             node = make_node()
         except NodlidarError as error:
             print(f'{sys.argv[0]}: {error}', file=sys.stderr)
-            rclpy.shutdown()
+            rclpy.try_shutdown()
             return 2
         try:
             if isinstance(node, DeviceNode):
@@ -41,6 +41,13 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
             node.destroy_node()
             rclpy.shutdown()
     return 1 if getattr(node, 'failed', False) else 0
+
+
+def _init(args: list[str] | None) -> None:
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # rcl's: arguments or a file of parameters that it cannot read
+        raise NodlidarError(str(error)) from error
 
 
 @contextmanager

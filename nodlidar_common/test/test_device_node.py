@@ -207,6 +207,13 @@ def test_wrong_parameter_ends_the_process_with_its_name(capsys):
     assert "'rate' must be at least 1, but is 0" in capsys.readouterr().err
 
 
+def test_a_parameter_file_that_cannot_be_read_ends_the_process_with_its_name(tmp_path, capsys):
+    path = tmp_path / 'broken.yaml'
+    path.write_text('/**\n  ros__parameters:\n    - a\n')
+    assert run(FakeDevice, ['--ros-args', '--params-file', str(path)]) == 2
+    assert str(path) in capsys.readouterr().err
+
+
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
