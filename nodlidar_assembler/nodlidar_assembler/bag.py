@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.geometry import ScanGeometry
 from nodlidar_assembler.pipeline import Scan
 from nodlidar_assembler.pitch import ordered_samples
+from nodlidar_assembler.scan_message import scan_from_message
 from nodlidar_assembler.sensor_log import SensorLog
 from nodlidar_common.errors import NodlidarError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import time_ns
 import numpy as np
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import get_typestore, Stores
@@ -35,10 +35,10 @@ def read_bag(path: Path, joint_name: str) -> SensorLog:
         for connection, _, raw in reader.messages(connections=wanted):
             message: Any = reader.deserialize(raw, connection.msgtype)
             if connection.msgtype == SCAN:
-                scans.append(_scan(message))
+                scans.append(scan_from_message(message))
             elif joint_name in message.name:
                 position = message.position[message.name.index(joint_name)]
-                samples.append((_stamp_ns(message), float(position)))
+                samples.append((time_ns(message.header.stamp), float(position)))
     if not scans:
         raise BagError(f"'{path}' has no scans")
     if not samples:
@@ -46,19 +46,3 @@ def read_bag(path: Path, joint_name: str) -> SensorLog:
     stamps, positions = zip(*samples, strict=True)
     ordered = ordered_samples(np.array(stamps, dtype=np.int64), np.array(positions))
     return SensorLog(sorted(scans, key=lambda scan: scan.stamp_ns), *ordered)
-
-
-def _stamp_ns(message: Any) -> int:
-    return int(message.header.stamp.sec) * NS_PER_S + int(message.header.stamp.nanosec)
-
-
-def _scan(message: Any) -> Scan:
-    geometry = ScanGeometry(
-        beams=len(message.ranges),
-        angle_min=message.angle_min,
-        angle_increment=message.angle_increment,
-        time_increment=message.time_increment,
-        range_min=message.range_min,
-        range_max=message.range_max,
-    )
-    return Scan(_stamp_ns(message), geometry, message.ranges, message.intensities)

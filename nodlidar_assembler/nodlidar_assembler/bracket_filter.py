@@ -4,11 +4,12 @@ from collections import deque
 from collections.abc import Callable
 
 from message_filters import Cache, SimpleFilter
-from nodlidar_common.messages import time_ns
+from nodlidar_assembler.turns import TIME_JUMP_NS
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import time_ns
 from rclpy.clock import ClockType
 from rclpy.time import Time
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import JointState, LaserScan
 
 
 class BracketFilter(SimpleFilter):
@@ -34,6 +35,7 @@ class BracketFilter(SimpleFilter):
         Called with a scan that is dropped and the reason.
     """
 
+    TIME_WENT_BACK = 'joint states went back in time'
     NO_HISTORY = 'no joint state before it'
     LATE = 'no joint state after it before the deadline'
 
@@ -54,12 +56,24 @@ class BracketFilter(SimpleFilter):
         self._on_drop = on_drop
         self._waiting: deque[tuple[int, LaserScan]] = deque()
         scan_filter.registerCallback(self._add_scan)
-        history.registerCallback(lambda _: self.release())
+        self._newest_ns = 0
+        history.registerCallback(self._state_added)
 
     def release(self) -> None:
         """Release or drop every scan that can be by now; for the deadline, call it by a timer."""
         while self._waiting and self._settled(*self._waiting[0]):
             self._waiting.popleft()
+
+    def _state_added(self, state: JointState) -> None:
+        """Go on with the scans that wait; forget the history when time went back."""
+        stamp_ns = time_ns(state.header.stamp)
+        if self._newest_ns - stamp_ns > TIME_JUMP_NS:
+            del self._history.cache_msgs[:-1], self._history.cache_times[:-1]
+            while self._waiting:
+                self._on_drop(self._waiting.popleft()[1], self.TIME_WENT_BACK)
+            self._newest_ns = stamp_ns
+        self._newest_ns = max(self._newest_ns, stamp_ns)
+        self.release()
 
     def _add_scan(self, scan: LaserScan) -> None:
         self._waiting.append((self._now_ns(), scan))

@@ -3,7 +3,7 @@
 import math
 import sys
 
-from message_filters import ApproximateTimeSynchronizer, Cache, Subscriber
+from message_filters import Cache, Subscriber
 from nodlidar_assembler.assembly import Points
 from nodlidar_assembler.bracket_filter import BracketFilter
 from nodlidar_assembler.cloud_message import cloud_message
@@ -16,11 +16,12 @@ from nodlidar_assembler.pitch import PitchError
 from nodlidar_assembler.scan_filter import ScanFilter
 from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.messages import nod_to_message, time_ns
+from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_common.node import run
 from nodlidar_common.node_parameters import declare
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 import numpy as np
 from rclpy.node import Node
@@ -56,7 +57,9 @@ class Assembler(Node):
             PointCloud2, 'points', QoSProfile(depth=10), qos_overriding_options=overridable
         )
         if self.config.command_nod:
-            self._commands = self.create_publisher(NodCommand, 'nod_command', QoSProfile(depth=1))
+            self._commands = self.create_publisher(
+                NodCommand, 'nod_command', QoSProfile(depth=1), qos_overriding_options=overridable
+            )
             self.create_timer(1.0 / self.config.command_rate, self._repeat_command)
 
     def _make_inputs(self) -> None:
@@ -81,16 +84,7 @@ class Assembler(Node):
         scans.registerCallback(self._scan_arrived)
         self._joint = JointFilter(states, self.config.joint_name, self._diagnosis.drops)
         self._joint.registerCallback(self._joint_arrived)
-        if self.config.estimator == 'nearest':
-            self._pair_with_nearest(scans)
-        else:
-            self._bracket(scans)
-
-    def _pair_with_nearest(self, scans: ScanFilter) -> None:
-        pairs = ApproximateTimeSynchronizer(
-            [scans, self._joint], HISTORY, self.config.max_joint_gap
-        )
-        pairs.registerCallback(lambda scan, state: self._assemble(scan, [state]))
+        self._bracket(scans)
 
     def _bracket(self, scans: ScanFilter) -> None:
         bracket = BracketFilter(

@@ -1,13 +1,14 @@
-"""LaserScan and JointState messages as the pipeline's values."""
+"""LaserScan messages, rclpy's or those read from a bag, as the pipeline's values."""
+
+from typing import Any
 
 from nodlidar_assembler.geometry import ScanGeometry
 from nodlidar_assembler.pipeline import Scan
-from nodlidar_common.messages import time_ns
+from nodlidar_common.stamps import time_ns
 import numpy as np
-from sensor_msgs.msg import LaserScan
 
 
-def geometry_from_message(message: LaserScan) -> ScanGeometry:
+def geometry_from_message(message: Any) -> ScanGeometry:
     """Return what stays the same from one LaserScan to the next; raises ParameterError."""
     return ScanGeometry(
         beams=len(message.ranges),
@@ -19,7 +20,7 @@ def geometry_from_message(message: LaserScan) -> ScanGeometry:
     )
 
 
-def scan_from_message(message: LaserScan) -> Scan:
+def scan_from_message(message: Any) -> Scan:
     """Return a LaserScan as a scan whose arrays are views of the message's."""
     return Scan(
         stamp_ns=time_ns(message.header.stamp),

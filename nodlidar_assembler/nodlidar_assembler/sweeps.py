@@ -31,9 +31,14 @@ class SweepGatherer:
 
     def add_scan(self, points: Points) -> list[Points]:
         """Add the points of the next scan; return the clouds that are complete by now."""
-        if len(points.data):
-            self._scans.append(points)
-        clouds = []
+        clouds: list[Points | None] = []
+        if not len(points.data):
+            return []
+        if self._scans and points.time_ns[0] < self._newest_ns():
+            # Time went back: what came before it ends here.
+            clouds.append(self._cut(self._newest_ns() + 1))
+            self._turns_ns.clear()
+        self._scans.append(points)
         while self._turns_ns and self._scans and self._newest_ns() >= self._turns_ns[0]:
             clouds.append(self._cut(self._turns_ns.pop(0)))
         if self._scans and self._age_ns() > self.max_duration * NS_PER_S:

@@ -3,6 +3,9 @@
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+# A sample that is older than the last one by this much is the first of a clock that was set.
+TIME_JUMP_NS = 1_000_000_000
+
 
 @dataclass(slots=True)
 class TurnFinder:
@@ -29,7 +32,9 @@ class TurnFinder:
     def add(self, time_ns: int, pitch: float) -> int | None:
         """Add the next joint sample; return the instant of a turn [ns] when it has become sure."""
         if self._samples and time_ns <= self._samples[-1][0]:
-            return None
+            if self._samples[-1][0] - time_ns < TIME_JUMP_NS:
+                return None
+            self._samples.clear()
         self._samples.append((time_ns, pitch))
         if len(self._samples) == 1:
             self._begin_leg(0)

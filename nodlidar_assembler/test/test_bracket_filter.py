@@ -4,7 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from message_filters import Cache, SimpleFilter
 from nodlidar_assembler.bracket_filter import BracketFilter
-from nodlidar_common.messages import time_message, time_ns
+from nodlidar_common.messages import time_message
+from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import JointState, LaserScan
 
 MS = 1_000_000
@@ -98,3 +99,15 @@ def test_whatever_the_order_every_scan_is_released_or_dropped_once_and_in_order(
     assert sorted(left) == [0, 100, 200, 300, 400]
     order = [ms for kind, ms in arrivals if kind == 'scan']
     assert [ms for ms, _ in bench.released] == [m for m in order if m in dict(bench.released)]
+
+
+def test_when_time_goes_back_no_old_joint_state_brackets_a_new_scan():
+    bench = Bench()
+    for ms in range(10_000, 10_200, 10):
+        bench.joint(ms)
+    bench.scan(10_180)
+    for ms in range(0, 200, 10):
+        bench.joint(ms)
+    bench.scan(45)
+    assert bench.dropped == [(10_180, BracketFilter.TIME_WENT_BACK)]
+    assert bench.released == [(45, list(range(40, 130, 10)))]

@@ -94,3 +94,18 @@ def test_a_nod_that_stands_still_does_not_gather_without_end():
     ]
     assert len(clouds) == 9
     assert all(len(cloud.data) == 1100 for cloud in clouds)
+
+
+def test_turns_are_found_again_when_time_goes_back():
+    times_ns, pitch = samples(100.0, 4)
+    once = turns_of(times_ns, pitch)
+    assert turns_of(np.tile(times_ns, 2), np.tile(pitch, 2)) == once * 2
+
+
+def test_when_time_goes_back_the_cloud_so_far_is_closed():
+    gatherer = SweepGatherer(max_duration=30.0)
+    assert gatherer.add_scan(scan_of(START_NS)) == []
+    gatherer.add_turn(START_NS + 150_000_000)
+    (cloud,) = gatherer.add_scan(scan_of(START_NS - 10_000_000_000))
+    assert cloud.time_ns[0] == START_NS
+    assert len(cloud.data) == 100

@@ -1,13 +1,9 @@
-"""Times and nod trajectories to and from their ROS messages."""
+"""Times as messages, and nod trajectories to and from theirs."""
 
 from builtin_interfaces.msg import Time
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
-
-
-def time_ns(stamp: Time) -> int:
-    """Return a message's time as nanoseconds."""
-    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
 def time_message(nanoseconds: int) -> Time:

@@ -12,8 +12,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lidar_rig import FULL, room, Truth
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from nodlidar_common.messages import time_ns
 from nodlidar_common.serial_port import open_port
+from nodlidar_common.stamps import time_ns
 from nodlidar_driver.node import Driver
 from nodlidar_sim.ports import PseudoTerminals
 from nodlidar_sim.urg import UrgEmulator

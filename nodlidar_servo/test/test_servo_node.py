@@ -10,8 +10,9 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from nodlidar_common.messages import nod_to_message, time_ns
+from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim import rx24f_table as table
 from nodlidar_sim.ports import PseudoTerminals
