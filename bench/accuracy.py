@@ -3,11 +3,12 @@
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.pitch import beam_pitch, ESTIMATORS
 from nodlidar_bringup.evaluation import (
-    clouds_of,
+    FAR,
     MAX_JOINT_GAP,
+    near_beams,
+    points_of,
     simulated_log,
     surface_rms,
-    within_range,
 )
 from nodlidar_sim.simulation import Recording
 import numpy as np
@@ -16,22 +17,21 @@ from rich.table import Table
 from bench.reference import simulated_room
 
 DURATION = 40.0
-FAR = 3.0
 
 
 def table() -> Table:
     """Return the errors of pitch and of the points' places, by estimator."""
     simulated = simulated_room(DURATION)
-    near = within_range(simulated_log(simulated), FAR)
+    near = near_beams(simulated_log(simulated))
     result = Table(
         title=f'Accuracy in the room, {DURATION:.0f} s at N_s = 4001, span 1.2272 rad, '
         'joint states at 62 Hz'
     )
     result.add_column('estimator')
     result.add_column('RMS pitch error', justify='right')
-    result.add_column('RMS distance to the surfaces, beams up to 3 m', justify='right')
+    result.add_column(f'RMS distance to the surfaces, beams up to {FAR:g} m', justify='right')
     for estimator in ESTIMATORS:
-        rms = surface_rms(clouds_of(near, estimator, REFERENCE_MOUNT)[0], simulated.world)
+        rms = surface_rms(points_of(near, estimator, REFERENCE_MOUNT), simulated.world)
         result.add_row(
             estimator, f'{pitch_rms(simulated, estimator) * 1e3:.1f} mrad', f'{rms * 1e3:.1f} mm'
         )

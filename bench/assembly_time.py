@@ -5,7 +5,7 @@ import timeit
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.pipeline import Pipeline
 from nodlidar_assembler.pitch import ESTIMATORS
-from nodlidar_bringup.evaluation import simulated_log
+from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log
 import numpy as np
 from rich.table import Table
 
@@ -31,7 +31,7 @@ def table() -> Table:
 def scan_times(estimator: str) -> tuple[list[float], int]:
     """Return the time of scans [us], each the mean of some repeats, and the points of the last."""
     log = simulated_log(simulated_room(10.0))
-    pipeline = Pipeline(estimator, 'scan', REFERENCE_MOUNT, 0.1)
+    pipeline = Pipeline(estimator, 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
     times = []
     for scan in log.scans[1:-1]:
         duration_ns = pipeline.beams(scan.geometry).duration_ns

@@ -81,17 +81,17 @@ ARGUMENTS = [
     DeclareLaunchArgument(
         'driver_params',
         default_value=share('nodlidar_driver', 'config', 'driver.yaml'),
-        description='parameters of the lidar driver',
+        description='parameters of the lidar driver, but for port, frame_id and autostart',
     ),
     DeclareLaunchArgument(
         'servo_params',
         default_value=share('nodlidar_servo', 'config', 'servo.yaml'),
-        description='parameters of the servo node',
+        description='parameters of the servo node, but for port, joint_name and autostart',
     ),
     DeclareLaunchArgument(
         'assembler_params',
         default_value=share('nodlidar_assembler', 'config', 'assembler.yaml'),
-        description='parameters of the assembler',
+        description='parameters of the assembler, but for frame_id and joint_name',
     ),
 ]
 
@@ -104,11 +104,15 @@ def frame(name):
     return ParameterValue([LaunchConfiguration('frame_prefix'), name], value_type=str)
 
 
+def link(device):
+    """Return where a device's emulator is linked to."""
+    return [f'{LINKS}/', NAMESPACE, f'/{device}']
+
+
 def port(device):
     """Return a device's port: its own, or in simulation the link to its emulator."""
-    link = PathJoinSubstitution([LINKS, NAMESPACE, device])
     real = LaunchConfiguration(f'{device}_port')
-    return ParameterValue(IfElseSubstitution(IN_SIM, link, real), value_type=str)
+    return ParameterValue(IfElseSubstitution(IN_SIM, link(device), real), value_type=str)
 
 
 def end_all(event, context):
@@ -117,15 +121,15 @@ def end_all(event, context):
 
 
 def generate_launch_description():
-    """Return the sensor's nodes; the end of any of them ends all."""
+    """Return the sensor's nodes; the end of any of them, but not of RViz, ends all."""
     emulators = Node(
         package='nodlidar_sim',
         executable='emulate',
         arguments=[
             '--lidar-link',
-            PathJoinSubstitution([LINKS, NAMESPACE, 'lidar']),
+            link('lidar'),
             '--servo-link',
-            PathJoinSubstitution([LINKS, NAMESPACE, 'servo']),
+            link('servo'),
             '--scene',
             LaunchConfiguration('scene'),
         ],
@@ -171,9 +175,9 @@ def generate_launch_description():
     )
     description = Command(
         [
-            'xacro ',
+            'xacro "',
             share('nodlidar_bringup', 'urdf', 'robot.urdf.xacro'),
-            ' prefix:="',
+            '" prefix:="',
             LaunchConfiguration('frame_prefix'),
             '" mount_xyz:="',
             LaunchConfiguration('mount_xyz'),
@@ -188,6 +192,7 @@ def generate_launch_description():
         namespace=NAMESPACE,
         parameters=[{'robot_description': ParameterValue(description, value_type=str)}],
         output='screen',
+        on_exit=end_all,
     )
     rviz = Node(
         package='rviz2',

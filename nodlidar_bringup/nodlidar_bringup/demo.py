@@ -11,7 +11,7 @@ import time
 from nodlidar_assembler.bag import read_bag
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.pitch import ESTIMATORS
-from nodlidar_bringup.evaluation import clouds_of, read_delivery, surface_rms, within_range
+from nodlidar_bringup.evaluation import near_beams, points_of, read_delivery, surface_rms
 from nodlidar_bringup.launched import launched_sensor, LaunchedSensor
 from nodlidar_bringup.pictures import write_picture, write_ply
 from nodlidar_bringup.recorder import Recorder
@@ -22,11 +22,11 @@ from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.world import World
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 START_TIMEOUT = 60.0
-FAR = 3.0
 
 
 class DemoError(NodlidarError):
@@ -39,9 +39,10 @@ def main() -> None:
     console = Console()
     try:
         _demo(arguments.scene, arguments.duration, arguments.output, console)
-    except (NodlidarError, KeyboardInterrupt) as error:
-        console.print(f'[red]{error or "interrupted"}[/red]')
-        sys.exit(1)
+    except NodlidarError as error:
+        sys.exit(f'demo: {error}')
+    except KeyboardInterrupt:
+        sys.exit('demo: interrupted')
 
 
 def _parse(argv: list[str]) -> argparse.Namespace:
@@ -56,6 +57,8 @@ def _parse(argv: list[str]) -> argparse.Namespace:
 
 def _demo(scene_name: str, duration: float, output: Path, console: Console) -> None:
     scene = load_scene(scene_name)
+    if scene.base_velocity != (0.0, 0.0):
+        raise DemoError(f"the base drives in the scene '{scene.name}', the demo's must stand")
     shutil.rmtree(output / 'bag', ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -63,10 +66,10 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
         record(output / 'bag', duration, sensor, console)
     with console.status('Measuring'):
         log = read_bag(output / 'bag', 'nod_joint')
-        near = within_range(log, FAR)
+        near = near_beams(log)
         world = World(scene, ServoMotion())
-        rms = {e: surface_rms(clouds_of(near, e, REFERENCE_MOUNT)[0], world) for e in ESTIMATORS}
-        points = clouds_of(log, 'slerp', REFERENCE_MOUNT)[0].data
+        rms = {e: surface_rms(points_of(near, e, REFERENCE_MOUNT), world) for e in ESTIMATORS}
+        points = points_of(log, 'slerp', REFERENCE_MOUNT).data
         write_ply(points, output / 'cloud.ply')
         write_picture(points, output / 'cloud.png', f"'{scene.name}', {duration:g} s")
     print_report(log, read_delivery(output / 'bag'), rms, console)
@@ -81,7 +84,7 @@ def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console)
     DemoError
         If no cloud comes, or the sensor ends before the time [s] is over.
     """
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     recorder = Recorder(bag)
     executor = SingleThreadedExecutor()
     executor.add_node(recorder)

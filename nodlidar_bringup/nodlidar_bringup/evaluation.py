@@ -6,11 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.geometry import ScanGeometry
 from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.sensor_log import assemble_log, SensorLog
+from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import time_ns
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world import World
 import numpy as np
@@ -18,7 +21,15 @@ from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import get_typestore, Stores
 
-MAX_JOINT_GAP = 0.1
+FAR = 3.0
+"""Beams up to this range [m] count for the distance to the surfaces: a pitch error costs as much
+more as a beam is longer, so that a figure means nothing without it."""
+
+MAX_JOINT_GAP = AssemblerConfig().max_joint_gap
+
+
+class EvaluationError(NodlidarError):
+    """A log that has nothing to evaluate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,19 +65,15 @@ def read_delivery(bag: Path) -> Delivery:
                 continue
             message: Any = reader.deserialize(raw, connection.msgtype)
             if name == 'arrival':
-                arrivals[_ns(message.time_ref)] = _ns(message.header.stamp)
+                arrivals[time_ns(message.time_ref)] = time_ns(message.header.stamp)
             elif name == 'points':
-                clouds.append((_ns(message.header.stamp), published_ns))
+                clouds.append((time_ns(message.header.stamp), published_ns))
                 points += message.width
             else:
                 dropped |= {status.name: _drops_of(status) for status in message.status}
     return Delivery(
         _latency(arrivals, clouds), sum(dropped.values(), Counter()), len(clouds), points
     )
-
-
-def _ns(stamp: Any) -> int:
-    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
 def _drops_of(status: Any) -> Counter[str]:
@@ -84,19 +91,18 @@ def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray
     return np.asarray((published[scan >= 0] - last_byte) / NS_PER_S, dtype=np.float64)
 
 
-def clouds_of(log: SensorLog, estimator: str, mount: Pose) -> tuple[Points, Counter[str]]:
-    """Return all points of a log as one cloud, and the dropped scans by reason."""
-    pipeline = Pipeline(estimator, 'scan', mount, MAX_JOINT_GAP)
-    clouds, drops = assemble_log(log, pipeline)
-    time_ns = np.concatenate([cloud.time_ns for cloud in clouds])
-    return Points(time_ns, np.concatenate([cloud.data for cloud in clouds])), drops
+def points_of(log: SensorLog, estimator: str, mount: Pose) -> Points:
+    """Return all points of a log; raises EvaluationError if there are none."""
+    clouds, drops = assemble_log(log, Pipeline(estimator, 'scan', mount, MAX_JOINT_GAP))
+    if not clouds:
+        raise EvaluationError(f'the log gives no points; scans dropped: {dict(drops)}')
+    times = np.concatenate([cloud.time_ns for cloud in clouds])
+    return Points(times, np.concatenate([cloud.data for cloud in clouds]))
 
 
-def within_range(log: SensorLog, range_max: float) -> SensorLog:
-    """Return a log without the beams that are longer than a range [m]."""
-    scans = [
-        replace(scan, geometry=replace(scan.geometry, range_max=range_max)) for scan in log.scans
-    ]
+def near_beams(log: SensorLog) -> SensorLog:
+    """Return a log without the beams that are longer than FAR."""
+    scans = [replace(scan, geometry=replace(scan.geometry, range_max=FAR)) for scan in log.scans]
     return replace(log, scans=scans)
 
 

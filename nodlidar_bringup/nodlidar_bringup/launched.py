@@ -25,8 +25,13 @@ class LaunchedSensor:
         self.log = log
         command = ['ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py', *arguments]
         with log.open('wb') as output:
+            # Without a terminal: launch takes its children to have got a Ctrl-C from one.
             self.process = subprocess.Popen(
-                command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
             )
 
     def running(self) -> bool:

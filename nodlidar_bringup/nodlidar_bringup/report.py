@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from nodlidar_assembler.sensor_log import SensorLog
-from nodlidar_bringup.evaluation import Delivery
+from nodlidar_bringup.evaluation import Delivery, FAR
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -39,7 +39,7 @@ def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
 
 def _rms_table(rms: Mapping[str, float]) -> Table:
     best = min(rms.values())
-    table = Table(title='RMS distance of the points to the true surfaces, beams up to 3 m')
+    table = Table(title=f'RMS distance of the points to the true surfaces, beams up to {FAR:g} m')
     for heading in ('estimator', 'RMS', 'against the best'):
         table.add_column(heading, justify='left' if heading == 'estimator' else 'right')
     for estimator, distance in rms.items():

@@ -4,6 +4,7 @@ from math import pi
 from pathlib import Path
 
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_servo.config import ServoConfig
 from nodlidar_sim.scene import load_scene, scene_names
 import numpy as np
 import pytest
@@ -28,7 +29,12 @@ def test_the_frames_form_the_documented_chain(prefix):
 def test_positive_positions_turn_the_beam_up():
     joint = model().joint_map['nod_joint']
     assert joint.axis == [0.0, -1.0, 0.0]
-    assert joint.limit.lower < 0.0 < joint.limit.upper
+
+
+def test_the_limits_are_those_of_the_servo_node():
+    limit = model().joint_map['nod_joint'].limit
+    servo = ServoConfig()
+    assert (limit.lower, limit.upper) == (servo.pitch_lower_limit, servo.pitch_upper_limit)
 
 
 def test_the_laser_is_where_the_assembler_takes_it_to_be():

@@ -13,7 +13,7 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
         observer.subscribe(JointState, f'{side}/joint_states')
         observer.subscribe(PointCloud2, f'{side}/points')
     arguments = {
-        side: (f'namespace:={side}', f'frame_prefix:={side}_', 'scene:=wall') for side in sides
+        side: (f'namespace:=/{side}', f'frame_prefix:={side}_', 'scene:=wall') for side in sides
     }
     with (
         launched_sensor(tmp_path / 'left.log', *arguments['left']),
