@@ -14,11 +14,10 @@ from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.errors import DeviceError, NodlidarError
 from nodlidar_common.node_parameters import declare
 import rclpy
-from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 LOOK_PERIOD = 0.2  # s, between two looks whether to end
 
@@ -70,14 +69,14 @@ def _ending_signals() -> Iterator[list[int]]:
 
 
 def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
-    over: Future = Future()
-
-    def look() -> None:
-        if is_over() and not over.done():
-            over.set_result(None)
-
-    node.create_timer(LOOK_PERIOD, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    rclpy.spin_until_future_complete(node, over)
+    # rclpy's spin_until_future_complete keeps some memory for every callback that it runs.
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        while not is_over():
+            executor.spin_once(timeout_sec=LOOK_PERIOD)
+    finally:
+        executor.shutdown()
 
 
 class DeviceNode(LifecycleNode):

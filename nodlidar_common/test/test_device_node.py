@@ -1,5 +1,6 @@
 from contextlib import suppress
 from dataclasses import dataclass
+import gc
 import queue
 import signal
 import subprocess
@@ -14,6 +15,7 @@ from nodlidar_common.parameters import parameter
 import pytest
 import rclpy
 from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
@@ -197,6 +199,27 @@ def test_unexpected_exception_ends_the_process_as_failed():
 
     assert run(make) == 1
     assert made[0].next_steps(3) == ['connect', 'there', 'disconnect']
+
+
+def test_a_node_that_runs_keeps_no_memory_for_its_callbacks():
+    objects = []
+
+    class Counter(Node):
+        def __init__(self):
+            super().__init__('counter')
+            self.failed = False
+            self.calls = 0
+            self.create_timer(0.0005, self.call)
+
+        def call(self):
+            self.calls += 1
+            if self.calls % 500 == 0:
+                gc.collect()
+                objects.append(len(gc.get_objects()))
+            self.failed = len(objects) == 3
+
+    assert run(Counter) == 1
+    assert objects[2] - objects[1] < 50
 
 
 def test_wrong_parameter_ends_the_process_with_its_name(capsys):
