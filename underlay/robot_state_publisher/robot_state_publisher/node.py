@@ -7,14 +7,13 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
-from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterValueException, ParameterException
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 from robot_state_publisher.kinematics import Joint, parse, UrdfError
 from robot_state_publisher.throttle import Throttle
 from sensor_msgs.msg import JointState
@@ -144,11 +143,8 @@ def main() -> int:
 
 
 def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
-    over: Future = Future()
-
-    def look() -> None:
-        if is_over() and not over.done():
-            over.set_result(None)
-
-    node.create_timer(0.2, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    rclpy.spin_until_future_complete(node, over)
+    # rclpy's spin_until_future_complete keeps some memory for every callback that it runs.
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not is_over():
+        executor.spin_once(timeout_sec=0.2)
