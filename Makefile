@@ -7,7 +7,8 @@ PYTHON ?= python3
 # Which ROS: the one that is sourced, or the wheels in .venv. Another one needs another .venv and install.
 ROS := $(if $(NODLIDAR_UNDERLAY),wheels,$(or $(ROS_DISTRO),wheels))
 ACTIVATE := source ./env.sh
-SOURCES := $(shell find nodlidar_* underlay -type f -not -path '*/test/*' -not -path '*/__pycache__/*' \
+# Folders too, so that a file that is gone is noticed.
+SOURCES := $(shell find nodlidar_* underlay -not -path '*/test*' -not -path '*/__pycache__*' \
              -not -name '*.md' -not -name '*.rst')
 
 help:                    ## list the targets
@@ -28,7 +29,6 @@ bench: build             ## print the measurements that the documentation quotes
 build: install/ready-$(ROS)  ## build the workspace into install/
 
 install/ready-$(ROS): .venv/ready-$(ROS) $(SOURCES)
-	@test -e $@ || rm -rf build install log
 	@tools/build_workspace
 	@touch $@
 

@@ -15,4 +15,5 @@ if [ -n "${ZSH_VERSION:-}" ]; then _nodlidar_shell=zsh; else _nodlidar_shell=bas
 if [ -f "$_nodlidar_root/install/local_setup.$_nodlidar_shell" ]; then
   . "$_nodlidar_root/install/local_setup.$_nodlidar_shell"
 fi
+[ -w "${HOME:-/nonexistent}" ] || export ROS_LOG_DIR="$_nodlidar_root/log/ros"
 unset _nodlidar_root _nodlidar_ros _nodlidar_shell
