@@ -22,6 +22,7 @@ class Diagnosis:
         self._servo: Servo | None = None
         self._latency_warning = ''
         self._last = (0, 0)
+        self._refused_told = 0
         self.sample: Sample | None = None
 
     def connected(self, servo: Servo, latency_warning: str) -> None:
@@ -34,9 +35,21 @@ class Diagnosis:
         self._servo = self.sample = None
         self._latency_warning = ''
 
-    def report(self, now_ns: int) -> tuple[dict[str, str], list[str], list[str]]:
-        """Return the figures by name, the warnings and the errors."""
+    def report(
+        self, now_ns: int, commanders: int = 1
+    ) -> tuple[dict[str, str], list[str], list[str]]:
+        """Return the figures by name, the warnings and the errors.
+
+        Parameters
+        ----------
+        now_ns
+            Host time [ns].
+        commanders
+            How many publish nod commands: the servo follows whoever came last.
+        """
         figures, warnings = self._counted(now_ns), self._command_warnings(now_ns)
+        if commanders > 1:
+            warnings.append(f'nod commands come from {commanders} publishers')
         errors: list[str] = []
         if self._servo is not None and self.sample is not None:
             figures |= self._measured(self._servo, self.sample)
@@ -65,8 +78,9 @@ class Diagnosis:
 
     def _command_warnings(self, now_ns: int) -> list[str]:
         warnings = []
-        if self._commands.refusal:
+        if self._commands.refused > self._refused_told:
             warnings.append(f'nod command refused: {self._commands.refusal}')
+        self._refused_told = self._commands.refused
         if self._servo is not None and self._commands.tracker(now_ns) is None:
             warnings.append('no nod commands: torque off')
         return warnings

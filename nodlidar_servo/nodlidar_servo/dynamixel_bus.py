@@ -7,8 +7,7 @@ a reply without data they raise IndexError, and on a short one they take the che
 
 from collections.abc import Callable
 from dataclasses import dataclass
-import termios
-from typing import Any, Protocol
+from typing import Protocol
 
 from dynamixel_sdk import (
     COMM_RX_CORRUPT,
@@ -19,7 +18,8 @@ from dynamixel_sdk import (
     PacketHandler,
     PortHandler,
 )
-from nodlidar_common.errors import DeviceError, PortError
+from nodlidar_common.errors import DeviceError
+from nodlidar_common.serial_port import port_errors
 
 PROTOCOL = 1.0
 REPLY_TIMEOUT = 0.05
@@ -112,7 +112,8 @@ class OpenPort(PortHandler):
 
     def __init__(self, stream: ByteStream, clock: Callable[[], int]) -> None:
         super().__init__('')
-        stream.timeout = REPLY_TIMEOUT
+        with port_errors():
+            stream.timeout = REPLY_TIMEOUT
         self.ser = stream
         self.is_open = True
         self.sent_ns = 0
@@ -121,31 +122,25 @@ class OpenPort(PortHandler):
 
     def clearPort(self) -> None:  # noqa: N802
         """Drop what has arrived."""
-        self._guarded(self.ser.reset_input_buffer)
+        with port_errors():
+            self.ser.reset_input_buffer()
 
     def writePort(self, packet: list[int]) -> int | None:  # noqa: N802
         """Send a packet and keep the time just before."""
         self.sent_ns = self._clock()
-        return self._guarded(self.ser.write, bytes(packet))  # type: ignore[no-any-return]
+        with port_errors():
+            return self.ser.write(bytes(packet))
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Return `length` bytes, or fewer if the timeout passes, and keep the time just after."""
-        data: bytes = self._guarded(self.ser.read, max(length, 0))
+        with port_errors():
+            data = self.ser.read(max(length, 0))
         self.received_ns = self._clock()
         return data
 
     def isPacketTimeout(self) -> bool:  # noqa: N802
         """Tell that time is up: the SDK asks only after a short read."""
         return True
-
-    @staticmethod
-    def _guarded(call: Callable[..., Any], *arguments: object) -> Any:
-        # A port that went away raises SerialException (an OSError) or, when it is flushed,
-        # termios.error (which is none).
-        try:
-            return call(*arguments)
-        except (OSError, termios.error) as error:
-            raise PortError(f'the serial port went away: {error}') from error
 
 
 class DynamixelBus:

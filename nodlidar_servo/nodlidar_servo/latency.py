@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from nodlidar_common.serial_port import port_errors
 import serial
 
 TTY_CLASS = Path('/sys/class/tty')
@@ -20,6 +21,11 @@ def reduce_latency(port: serial.Serial, tty_class: Path = TTY_CLASS) -> str:
         The open port.
     tty_class
         Where the system describes its serial ports.
+
+    Raises
+    ------
+    PortError
+        If the adapter goes away meanwhile.
     """
     timer = tty_class / Path(str(port.port)).resolve().name / 'device' / 'latency_timer'
     if not timer.exists() or _read(timer) <= 1:
@@ -38,4 +44,5 @@ def reduce_latency(port: serial.Serial, tty_class: Path = TTY_CLASS) -> str:
 
 
 def _read(timer: Path) -> int:
-    return int(timer.read_text())
+    with port_errors():
+        return int(timer.read_text())

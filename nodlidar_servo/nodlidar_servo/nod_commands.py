@@ -16,7 +16,7 @@ class NodCommands:
     refused
         Commands that were refused so far.
     refusal
-        Why the latest command was refused; empty if it was not.
+        Why the last of them was refused; empty if none was.
     """
 
     def __init__(self, config: ServoConfig) -> None:
@@ -41,10 +41,12 @@ class NodCommands:
         if self._tracker is None or nod != self._tracker.nod:
             self._tracker = NodTracker(nod, self._dynamics)
         self._received_ns = now_ns
-        self.refusal = ''
 
     def refuse(self, reason: str, now_ns: int) -> bool:
-        """Count a refused command, which is a sign of life; return whether the reason is new."""
+        """Count a refused command, which is a sign of life; return whether the reason is new.
+
+        Good and bad commands may alternate, if they come from two publishers.
+        """
         new = reason != self.refusal
         self.refused += 1
         self.refusal = reason

@@ -43,13 +43,13 @@ class ServoNode(DeviceNode):
         self._joint_states = self.create_lifecycle_publisher(
             JointState, 'joint_states', QoSProfile(depth=50), qos_overriding_options=overriding
         )
-        self.create_subscription(
+        self._command_topic = self.create_subscription(
             NodCommand,
             'nod_command',
             self._on_command,
             QoSProfile(depth=10),
             qos_overriding_options=overriding,
-        )
+        ).topic_name
 
     def _on_command(self, message: NodCommand) -> None:
         now_ns = time.time_ns()
@@ -104,7 +104,8 @@ class ServoNode(DeviceNode):
 
     def diagnose(self, status: DiagnosticStatusWrapper) -> None:
         """Add the servo's figures, and a warning or error for what is out of order."""
-        figures, warnings, errors = self._diagnosis.report(time.time_ns())
+        commanders = self.count_publishers(self._command_topic)
+        figures, warnings, errors = self._diagnosis.report(time.time_ns(), commanders)
         for key, value in figures.items():
             status.add(key, value)
         for level, texts in ((DiagnosticStatus.WARN, warnings), (DiagnosticStatus.ERROR, errors)):

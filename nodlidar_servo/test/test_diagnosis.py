@@ -101,3 +101,14 @@ def test_a_servo_that_is_gone_leaves_only_what_was_counted(diagnosis):
     figures, warnings, errors = diagnosis.report(9 * SECOND)
     assert 'voltage [V]' not in figures
     assert (warnings, errors) == ([], [])
+
+
+def test_a_refusal_is_a_warning_even_if_good_commands_follow_but_only_once(diagnosis, commands):
+    commands.refuse('too far', 0)
+    commands.accept(NOD, 0)
+    assert diagnosis.report(SECOND)[1] == ['nod command refused: too far']
+    assert diagnosis.report(SECOND)[1] == []
+
+
+def test_commands_from_two_sides_are_a_warning(diagnosis):
+    assert diagnosis.report(SECOND, commanders=2)[1] == ['nod commands come from 2 publishers']

@@ -51,9 +51,16 @@ def test_a_refused_command_keeps_the_former_one_alive_and_is_counted():
     assert commands.refused == 2
     assert commands.refusal == 'too far'
     assert commands.tracker(2 * SECOND).nod == NOD
-    commands.accept(OTHER, SECOND)
-    assert commands.refusal == ''
-    assert commands.refused == 2
+
+
+def test_a_refusal_between_good_commands_is_new_once():
+    commands = NodCommands(ServoConfig())
+    news = []
+    for _ in range(3):
+        commands.accept(NOD, 0)
+        news.append(commands.refuse('too far', 0))
+    assert news == [True, False, False]
+    assert commands.refuse('too fast', 0)
 
 
 def test_a_clock_that_is_set_back_does_not_keep_an_old_command_alive():

@@ -236,6 +236,15 @@ def test_a_command_beyond_the_mount_is_refused_and_the_former_one_stays(
     assert log.count('nod command refused') == 1
 
 
+def test_a_second_commander_is_diagnosed(commander, ports):
+    with active(commander, ports):
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: commander.message() == 'connected', 'not connected')
+        commander.node.create_publisher(NodCommand, 'nod_command', 10)
+        commander.spin_until(lambda: '2 publishers' in commander.message(), 'no warning')
+        assert commander.status.level == DiagnosticStatus.WARN
+
+
 def test_it_comes_back_after_unplugging(commander, linked):
     with active(commander, linked, 'reconnect_delay:=0.1'):
         commander.receive(5)
