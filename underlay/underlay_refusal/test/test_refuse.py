@@ -4,7 +4,7 @@ import sys
 import types
 
 import pytest
-from underlay_refusal import refuse
+from underlay_refusal import refuse, refuse_arguments
 
 
 @pytest.fixture
@@ -36,3 +36,9 @@ def test_import_machinery_and_inspect_work(module):
     assert inspect.unwrap(module) is module
     with pytest.raises(AttributeError, match='__wrapped__'):
         _ = module.__wrapped__
+
+
+def test_arguments_left_over_are_refused_by_name():
+    refuse_arguments('Node', {})
+    with pytest.raises(NotImplementedError, match=r'^Node\(a=, b=\) is not covered'):
+        refuse_arguments('Node', {'b': 1, 'a': 2})

@@ -1,9 +1,11 @@
 """How an underlay package refuses what it does not cover."""
 
-from collections.abc import Callable, Iterable
-from typing import NoReturn
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NoReturn
 
-__all__ = ['refuse']
+__all__ = ['refuse', 'refuse_arguments']
+
+_ADVICE = 'Source a ROS 2 installation for the whole package.'
 
 
 def refuse(package: str, covered: Iterable[str]) -> Callable[[str], NoReturn]:
@@ -29,8 +31,14 @@ def refuse(package: str, covered: Iterable[str]) -> Callable[[str], NoReturn]:
         if name.startswith('__') and name.endswith('__'):
             raise AttributeError(f'module {package!r} has no attribute {name!r}')
         raise NotImplementedError(
-            f'{package}.{name} is not covered by the underlay, which has: {names}. '
-            'Source a ROS 2 installation for the whole package.'
+            f'{package}.{name} is not covered by the underlay, which has: {names}. {_ADVICE}'
         )
 
     return __getattr__
+
+
+def refuse_arguments(called: str, uncovered: Mapping[str, Any]) -> None:
+    """Raise NotImplementedError that names the keyword arguments left over, if there are any."""
+    if uncovered:
+        names = ', '.join(f'{name}=' for name in sorted(uncovered))
+        raise NotImplementedError(f'{called}({names}) is not covered by the underlay. {_ADVICE}')
