@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from .launch_context import LaunchContext
+from .launch_context import LaunchContext
 
 
 class Substitution:
@@ -22,3 +20,39 @@ class Substitution:
 
 
 SomeSubstitutionsType = str | Substitution | Iterable[str | Substitution]
+
+
+class TextSubstitution(Substitution):
+    """Text as it is."""
+
+    def __init__(self, *, text: str) -> None:
+        if not isinstance(text, str):
+            raise TypeError(f'expected text or a substitution, got {text!r}')
+        self.text = text
+
+    def describe(self) -> str:
+        """Return the text in quotes."""
+        return f"'{self.text}'"
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the text."""
+        return self.text
+
+
+def normalize(value: SomeSubstitutionsType) -> list[Substitution]:
+    """Return a list of substitutions from a text, a substitution or several of them.
+
+    Anything else, a path for instance, is a TypeError.
+    """
+    items = [value] if isinstance(value, (str, Substitution)) else value
+    return [x if isinstance(x, Substitution) else TextSubstitution(text=x) for x in items]
+
+
+def perform(context: LaunchContext, substitutions: Iterable[Substitution]) -> str:
+    """Return the texts of the substitutions as one."""
+    return ''.join(substitution.perform(context) for substitution in substitutions)
+
+
+def describe(substitutions: Iterable[Substitution]) -> str:
+    """Describe substitutions that follow each other."""
+    return ' + '.join(substitution.describe() for substitution in substitutions)

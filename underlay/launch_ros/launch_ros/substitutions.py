@@ -7,65 +7,41 @@ import shutil
 
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from launch import LaunchContext, SomeSubstitutionsType, Substitution
-from launch.frontend import expose_substitution
+from launch.substitution import describe, normalize, perform
 from launch.substitutions import SubstitutionFailure
-from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
 from underlay_refusal import refuse
 
-__all__ = ['ExecutableInPackage', 'FindPackagePrefix', 'FindPackageShare']
+__all__ = ['ExecutableInPackage', 'FindPackageShare']
 __getattr__ = refuse(__name__, __all__)
 
 
-class _FindPackage(Substitution):
+class FindPackageShare(Substitution):
+    """The share directory of a package; PackageNotFoundError if it isn't installed."""
+
     def __init__(self, package: SomeSubstitutionsType) -> None:
-        self.package = normalize_to_list_of_substitutions(package)
+        self.package = normalize(package)
 
     def describe(self) -> str:
         """Name the package."""
-        package = ' + '.join(sub.describe() for sub in self.package)
-        return f'{type(self).__name__}(pkg={package})'
-
-
-@expose_substitution('find-pkg-prefix')
-class FindPackagePrefix(_FindPackage):
-    """The prefix that a package is installed in; PackageNotFoundError if it isn't."""
+        return f'FindPackageShare(pkg={describe(self.package)})'
 
     def perform(self, context: LaunchContext) -> str:
         """Look in the ament index."""
-        return get_package_prefix(perform_substitutions(context, self.package))
+        return get_package_share_directory(perform(context, self.package))
 
 
-@expose_substitution('find-pkg-share')
-class FindPackageShare(_FindPackage):
-    """The share directory of a package; PackageNotFoundError if it isn't installed."""
-
-    def perform(self, context: LaunchContext) -> str:
-        """Look in the ament index."""
-        return get_package_share_directory(perform_substitutions(context, self.package))
-
-
-@expose_substitution('exec-in-pkg')
-class ExecutableInPackage(FindPackagePrefix):
-    """The path of an executable in the lib directory of a package.
-
-    Performing it raises SubstitutionFailure when there is no such executable.
-    """
+class ExecutableInPackage(Substitution):
+    """The path of an executable in the lib directory of a package."""
 
     def __init__(self, executable: SomeSubstitutionsType, package: SomeSubstitutionsType) -> None:
-        super().__init__(package)
-        self.executable = normalize_to_list_of_substitutions(executable)
+        self.executable = normalize(executable)
+        self.package = normalize(package)
 
     def perform(self, context: LaunchContext) -> str:
-        """Look in the package's lib directory."""
-        package = perform_substitutions(context, self.package)
-        executable = perform_substitutions(context, self.executable)
-        prefix = super().perform(context)
-        directory = os.path.join(prefix, 'lib', package)
-        if not os.path.exists(directory):
-            raise SubstitutionFailure(
-                f"package '{package}' found at '{prefix}', "
-                f"but libexec directory '{directory}' does not exist"
-            )
+        """Look in the directory; SubstitutionFailure if it has no such executable."""
+        package = perform(context, self.package)
+        executable = perform(context, self.executable)
+        directory = os.path.join(get_package_prefix(package), 'lib', package)
         path = shutil.which(executable, path=directory)
         if path is None:
             raise SubstitutionFailure(

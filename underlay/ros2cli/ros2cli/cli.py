@@ -6,18 +6,21 @@ from argparse import ArgumentParser
 from importlib.metadata import entry_points
 import signal
 import sys
-
-from .command import CommandExtension
+from typing import Any
 
 GROUP = 'ros2cli.command'
 
 
-def load_commands() -> dict[str, CommandExtension]:
-    """Return the commands that are installed, by name."""
+def load_commands() -> dict[str, Any]:
+    """Return the commands that are installed, by name.
+
+    A command has add_arguments(parser), main(args), which returns the exit status or what went
+    wrong, and a line of documentation for the help.
+    """
     return {point.name: point.load()() for point in sorted(entry_points(group=GROUP))}
 
 
-def make_parser(commands: dict[str, CommandExtension]) -> ArgumentParser:
+def make_parser(commands: dict[str, Any]) -> ArgumentParser:
     """Return a parser that knows all commands and their arguments."""
     parser = ArgumentParser(
         prog='ros2',
@@ -26,10 +29,9 @@ def make_parser(commands: dict[str, CommandExtension]) -> ArgumentParser:
     )
     subparsers = parser.add_subparsers(title='Commands', metavar='<command>')
     for name, command in commands.items():
-        summary = (command.__doc__ or '').split('\n')[0]
-        subparser = subparsers.add_parser(name, help=summary, description=summary)
+        subparser = subparsers.add_parser(name, help=command.__doc__, description=command.__doc__)
         subparser.set_defaults(command=command)
-        command.add_arguments(subparser, f'ros2 {name}')
+        command.add_arguments(subparser)
     return parser
 
 
@@ -49,7 +51,7 @@ def main(argv: list[str] | None = None) -> int | str | None:
         return 0
     sys.stdout.reconfigure(line_buffering=True)
     try:
-        return args.command.main(parser=parser, args=args)
+        return args.command.main(args)
     except KeyboardInterrupt:
         return signal.SIGINT
     except RuntimeError as error:

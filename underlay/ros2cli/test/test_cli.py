@@ -2,16 +2,15 @@ import sys
 
 import pytest
 from ros2cli import cli
-from ros2cli.command import CommandExtension
 
 
-class Say(CommandExtension):
+class Say:
     """Say a word."""
 
-    def add_arguments(self, parser, cli_name):
-        parser.add_argument('word', help=f'what {cli_name} says')
+    def add_arguments(self, parser):
+        parser.add_argument('word', help='what it says')
 
-    def main(self, *, parser, args):
+    def main(self, args):
         if args.word == 'interrupt':
             raise KeyboardInterrupt
         if args.word == 'fail':
@@ -49,7 +48,7 @@ def test_help(capsys):
     with pytest.raises(SystemExit) as end:
         cli.main(['say', '--help'])
     assert end.value.code == 0
-    assert 'what ros2 say says' in capsys.readouterr().out
+    assert 'what it says' in capsys.readouterr().out
 
 
 def test_wrong_arguments(capsys):

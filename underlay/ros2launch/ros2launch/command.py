@@ -4,36 +4,22 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 import os
+from pathlib import Path
 import sys
 
-from ament_index_python.packages import PackageNotFoundError
-from ros2cli.command import CommandExtension
+from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+from launch import LaunchDescription, LaunchService
 
-from .api import (
-    get_share_file_path_from_package,
-    launch_a_launch_file,
-    MultipleLaunchFilesError,
-    print_arguments_of_launch_file,
-)
+from .launch_file import IncludeLaunchFile, load, print_arguments
 
 
-class LaunchCommand(CommandExtension):
+class LaunchCommand:
     """Run a launch file."""
 
-    def add_arguments(self, parser: ArgumentParser, cli_name: str) -> None:
+    def add_arguments(self, parser: ArgumentParser) -> None:
         """Declare the command's arguments."""
         parser.add_argument(
-            '-n',
-            '--noninteractive',
-            default=not sys.stdin.isatty(),
-            action='store_true',
-            help='Run the launch system non-interactively, with no terminal associated',
-        )
-        parser.add_argument(
-            '-d',
-            '--debug',
-            action='store_true',
-            help='Put the launch system in debug mode, provides more verbose output.',
+            '-d', '--debug', action='store_true', help='Log in detail, with tracebacks of errors.'
         )
         parser.add_argument(
             '-s',
@@ -43,13 +29,7 @@ class LaunchCommand(CommandExtension):
             help='Show arguments that may be given to the launch file.',
         )
         parser.add_argument(
-            '-a',
-            '--show-all-subprocesses-output',
-            action='store_true',
-            help="Show all launched subprocesses' output on the screen.",
-        )
-        parser.add_argument(
-            'package_name', help='Name of the ROS package which contains the launch file'
+            'package_name', help='Name of the package which has the launch file, or its path'
         )
         parser.add_argument('launch_file_name', nargs='?', help='Name of the launch file')
         parser.add_argument(
@@ -58,36 +38,44 @@ class LaunchCommand(CommandExtension):
             help="Arguments to the launch file; '<name>:=<value>' (for duplicates, last one wins)",
         )
 
-    def main(self, *, parser: ArgumentParser, args: Namespace) -> int | None:
+    def main(self, args: Namespace) -> int | None:
         """Launch the file, or print its arguments."""
-        path, arguments = _find(args)
+        path, words = _find(args)
         if args.show_args:
-            return print_arguments_of_launch_file(launch_file_path=path)
-        if args.show_all_subprocesses_output:
-            os.environ['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
-        return launch_a_launch_file(
-            launch_file_path=path,
-            launch_file_arguments=arguments,
-            noninteractive=args.noninteractive,
-            debug=args.debug,
-        )
+            return print_arguments(load(path))
+        # With a terminal, its Ctrl-C reaches the processes too.
+        service = LaunchService(noninteractive=not sys.stdin.isatty(), debug=args.debug)
+        inclusion = IncludeLaunchFile(path, _parse(words))
+        service.include_launch_description(LaunchDescription([inclusion]))
+        return service.run()
 
 
 def _find(args: Namespace) -> tuple[str, list[str]]:
     """Return the path of the launch file, and the arguments for it."""
-    if os.path.isfile(args.package_name):
-        first = [] if args.launch_file_name is None else [args.launch_file_name]
-        return args.package_name, first + args.launch_arguments
+    package, name = args.package_name, args.launch_file_name
+    if os.path.isfile(package):
+        return package, [*([] if name is None else [name]), *args.launch_arguments]
     try:
-        path = get_share_file_path_from_package(
-            package_name=args.package_name, file_name=args.launch_file_name
-        )
-    except PackageNotFoundError as error:
-        raise RuntimeError(f"Package '{args.package_name}' not found: {error}") from error
-    except ValueError as error:
-        raise RuntimeError(
-            f"'{args.package_name}' is neither a launch file nor the name of a package"
-        ) from error
-    except (FileNotFoundError, MultipleLaunchFilesError) as error:
-        raise RuntimeError(str(error)) from error
-    return path, args.launch_arguments
+        share = get_package_share_directory(package)
+    except (PackageNotFoundError, ValueError) as error:
+        raise RuntimeError(f"Package '{package}' not found: {error}") from error
+    paths = [str(path) for path in sorted(Path(share).rglob('*')) if path.name == name]
+    where = f"in the share directory of package '{package}' which is at '{share}'"
+    if not paths:
+        raise RuntimeError(f"file '{name}' was not found {where}")
+    if len(paths) > 1:
+        raise RuntimeError(f"file '{name}' was found more than once {where}: {paths}")
+    return paths[0], args.launch_arguments
+
+
+def _parse(words: list[str]) -> dict[str, str]:
+    """Return arguments of the form name:=value by name; RuntimeError for another form."""
+    parsed = {}
+    for word in words:
+        name, _, value = word.partition(':=')
+        if not name or not value:
+            raise RuntimeError(
+                f"malformed launch argument '{word}', expected format '<name>:=<value>'"
+            )
+        parsed[name] = value
+    return parsed

@@ -1,13 +1,14 @@
 from argparse import ArgumentParser
 import os
+import signal
+import subprocess
 
 import pytest
 from ros2launch.command import LaunchCommand
 
 FILE = """
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, GroupAction, LogInfo
-from launch.conditions import IfCondition
+from launch.actions import DeclareLaunchArgument, ExecuteProcess
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 
 def generate_launch_description():
@@ -16,10 +17,8 @@ def generate_launch_description():
         DeclareLaunchArgument('need', description='what is needed'),
         DeclareLaunchArgument('who', default_value='you', choices=['you', 'me']),
         DeclareLaunchArgument('at', default_value=PathJoinSubstitution(['/', who])),
-        GroupAction([DeclareLaunchArgument('rare', default_value=[])], condition=IfCondition('0')),
-        LogInfo(msg=['given ', LaunchConfiguration('need'), ' ', who,
-                     ' ', LaunchConfiguration('extra', default='none')]),
-        ExecuteProcess(cmd=['echo', 'quiet'], name='p'),
+        DeclareLaunchArgument('empty', default_value=''),
+        ExecuteProcess(cmd=['echo', 'given', LaunchConfiguration('need'), who], output='screen'),
     ])
 """
 ARGUMENTS = """\
@@ -36,25 +35,34 @@ Arguments (pass arguments as '<name>:=<value>'):
         no description given
         (default: PathJoin(''/' + LaunchConfig('who')'))
 
-    'rare':*
+    'empty':
         no description given
-        (default: )
+        (default: '')
+"""
+NODES = """
+import os, signal
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+from launch_ros.actions import Node
 
-* argument(s) which are only used if specific conditions occur
+def interrupt(event, context):
+    os.kill(os.getpid(), signal.SIGNAL)
+
+def generate_launch_description():
+    return LaunchDescription([
+        Node(package='sample', executable='echo', parameters=[{'a': 1}], output='screen'),
+        ExecuteProcess(cmd=['sleep', '60']),
+        ExecuteProcess(cmd=['true'], on_exit=interrupt),
+    ])
 """
 
 
 @pytest.fixture
-def file(tmp_path, monkeypatch):
-    """Install a package 'sample' with a launch file."""
-    index = tmp_path / 'share/ament_index/resource_index/packages'
-    directory = tmp_path / 'share/sample/launch'
-    for folder in (index, directory, directory / 'other'):
-        folder.mkdir(parents=True)
-    (index / 'sample').touch()
-    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{tmp_path}:{os.environ["AMENT_PREFIX_PATH"]}')
-    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'log'))
-    path = directory / 'sample.launch.py'
+def file(prefix, monkeypatch):
+    """Install a launch file in the package 'sample'."""
+    monkeypatch.setenv('ROS_LOG_DIR', str(prefix / 'log'))
+    path = prefix / 'share/sample/launch/sample.launch.py'
+    path.parent.mkdir()
     path.write_text(FILE)
     return path
 
@@ -62,8 +70,8 @@ def file(tmp_path, monkeypatch):
 def launch(*argv):
     command = LaunchCommand()
     parser = ArgumentParser()
-    command.add_arguments(parser, 'ros2 launch')
-    return command.main(parser=parser, args=parser.parse_args([str(word) for word in argv]))
+    command.add_arguments(parser)
+    return command.main(parser.parse_args([str(word) for word in argv]))
 
 
 def test_arguments_are_described(file, capsys):
@@ -82,20 +90,15 @@ def test_no_arguments(file, capsys):
 def test_arguments_are_passed(file, capsys, by_path):
     where = [file] if by_path else ['sample', 'sample.launch.py']
     assert launch(*where, 'need:=a', 'need:=b:=c', 'extra:=d') == 0
-    out = capsys.readouterr().out
-    assert 'given b:=c you d' in out
-    assert '] quiet' not in out
-
-
-def test_all_output_on_demand(file, capsys, monkeypatch):
-    monkeypatch.setenv('OVERRIDE_LAUNCH_PROCESS_OUTPUT', '')  # so that it is as before afterwards
-    assert launch(file, 'need:=a', '-a') == 0
-    assert '] quiet' in capsys.readouterr().out
+    assert '] given b:=c you\n' in capsys.readouterr().out
 
 
 def test_missing_and_wrong_arguments(file, capsys):
-    assert launch(file) == 1
-    assert "missing required argument 'need'" in capsys.readouterr().out
+    assert launch(file, 'who:=me') == 1
+    assert (
+        "missing required argument 'need' (description: 'what is needed'), given: [who]"
+        in capsys.readouterr().out
+    )
     assert launch(file, 'need:=a', 'who:=other') == 1
     assert 'Argument "who" provided value "other" is not valid' in capsys.readouterr().out
 
@@ -107,14 +110,14 @@ def test_malformed_arguments(file, word):
 
 
 def test_missing_files_and_packages(file):
-    with pytest.raises(RuntimeError, match=r"^Package 'no_such' not found"):
-        launch('no_such', 'x.launch.py')
+    for package in ('no_such', './x.launch.py'):
+        with pytest.raises(RuntimeError, match=f"^Package '{package}' not found"):
+            launch(package, 'x.launch.py')
     with pytest.raises(
         RuntimeError, match=r"'x\.launch\.py' was not found in the share directory"
     ):
         launch('sample', 'x.launch.py')
-    with pytest.raises(RuntimeError, match='neither a launch file nor the name of a package'):
-        launch('./x.launch.py')
+    (file.parent / 'other').mkdir()
     (file.parent / 'other/sample.launch.py').touch()
     with pytest.raises(RuntimeError, match='was found more than once'):
         launch('sample', 'sample.launch.py')
@@ -122,8 +125,10 @@ def test_missing_files_and_packages(file):
 
 def test_broken_launch_file(file, capsys):
     file.write_text('def generate_launch_description():\n    return undefined\n')
-    assert launch(file) == 1
-    assert "NameError: name 'undefined' is not defined" in capsys.readouterr().out
+    assert launch(file, '-d') == 1
+    out = capsys.readouterr().out
+    assert " - NameError: name 'undefined' is not defined" in out
+    assert 'Traceback' in out
 
 
 def test_launch_files_in_markup_are_refused(file, capsys):
@@ -131,3 +136,22 @@ def test_launch_files_in_markup_are_refused(file, capsys):
     path.write_text('<launch/>')
     assert launch(path) == 1
     assert 'launch files in xml are not covered' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(('number', 'status'), [(signal.SIGINT, 0), (signal.SIGTERM, 1)])
+def test_no_parameter_file_and_no_process_is_left_behind(file, prefix, number, status):
+    file.write_text(NODES.replace('SIGNAL', number.name))
+    (prefix / 'tmp').mkdir()
+    env = {**os.environ, 'TMPDIR': str(prefix / 'tmp')}
+    ended = subprocess.run(
+        ['ros2', 'launch', str(file)],
+        env=env,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == status
+    assert f'--params-file {prefix}/tmp/launch_params_' in ended.stdout
+    assert "exit code -2, cmd 'sleep 60'" in ended.stdout
+    assert list((prefix / 'tmp').iterdir()) == []

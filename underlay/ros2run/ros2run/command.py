@@ -3,43 +3,60 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace, REMAINDER
-import shlex
+from contextlib import suppress
+import os
+from pathlib import Path
+import signal
+import subprocess
 
-from ament_index_python.packages import PackageNotFoundError
-from ros2cli.command import CommandExtension
-
-from .api import get_executable_path, MultipleExecutables, run_executable
+from ament_index_python.packages import get_package_prefix, PackageNotFoundError
 
 
-class RunCommand(CommandExtension):
+class RunCommand:
     """Run a package specific executable."""
 
-    def add_arguments(self, parser: ArgumentParser, cli_name: str) -> None:
+    def add_arguments(self, parser: ArgumentParser) -> None:
         """Declare the command's arguments."""
-        parser.add_argument(
-            '--prefix',
-            help='Prefix command, which should go before the executable. '
-            'Command must be wrapped in quotes if it contains spaces '
-            "(e.g. --prefix 'gdb -ex run --args').",
-        )
         parser.add_argument('package_name', help='Name of the ROS package')
         parser.add_argument('executable_name', help='Name of the executable')
         parser.add_argument(
             'argv', nargs=REMAINDER, help='Pass arbitrary arguments to the executable'
         )
 
-    def main(self, *, parser: ArgumentParser, args: Namespace) -> int | str:
+    def main(self, args: Namespace) -> int | str:
         """Run the executable, and return its exit status."""
-        try:
-            path = get_executable_path(
-                package_name=args.package_name, executable_name=args.executable_name
-            )
-        except PackageNotFoundError as error:
-            raise RuntimeError(f"Package '{args.package_name}' not found") from error
-        except MultipleExecutables as error:
-            found = ''.join(f'\n- {path}' for path in error.paths)
-            raise RuntimeError(f'Multiple executables found:{found}') from error
-        if path is None:
+        paths = _find(args.package_name, args.executable_name)
+        if not paths:
             return 'No executable found'
-        prefix = None if args.prefix is None else shlex.split(args.prefix)
-        return run_executable(path=path, argv=args.argv, prefix=prefix)
+        if len(paths) > 1:
+            return 'Multiple executables found:' + ''.join(f'\n- {path}' for path in paths)
+        return _run([str(paths[0]), *args.argv])
+
+
+def _find(package: str, executable: str) -> list[Path]:
+    """Return the executables of that name anywhere in the lib directory of a package."""
+    try:
+        directory = Path(get_package_prefix(package), 'lib', package)
+    except PackageNotFoundError as error:
+        raise RuntimeError(f"Package '{package}' not found") from error
+    return [
+        path
+        for path in sorted(directory.rglob('*'))
+        if path.name == executable and path.is_file() and os.access(path, os.X_OK)
+    ]
+
+
+def _run(cmd: list[str]) -> int:
+    """Run a command, and return its exit status, negative for the signal that ended it.
+
+    A terminal's Ctrl-C reaches the command too, so it is waited for.
+    """
+    process = subprocess.Popen(cmd)
+    while process.returncode is None:
+        with suppress(KeyboardInterrupt):
+            process.wait()
+    if process.returncode < 0:
+        print('[ros2run]:', signal.strsignal(-process.returncode))
+    elif process.returncode > 0:
+        print('[ros2run]:', f'Process exited with failure {process.returncode}')
+    return process.returncode

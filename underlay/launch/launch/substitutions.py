@@ -1,0 +1,134 @@
+"""Texts that are known only while launching."""
+
+from collections.abc import Iterable
+import math
+import os
+import shlex
+import subprocess
+from typing import Any
+
+from underlay_refusal import refuse, refuse_arguments
+
+from .conditions import TRUTHS
+from .launch_context import LaunchContext
+from .substitution import (
+    describe,
+    normalize,
+    perform,
+    SomeSubstitutionsType,
+    Substitution,
+    TextSubstitution,
+)
+
+__all__ = [
+    'Command',
+    'EqualsSubstitution',
+    'IfElseSubstitution',
+    'LaunchConfiguration',
+    'PathJoinSubstitution',
+    'SubstitutionFailure',
+    'TextSubstitution',
+]
+__getattr__ = refuse(__name__, __all__)
+
+
+class SubstitutionFailure(RuntimeError):  # noqa: N818
+    """A substitution can't be performed."""
+
+
+class LaunchConfiguration(Substitution):
+    """The value of a launch configuration, which launch arguments are too."""
+
+    def __init__(self, variable_name: SomeSubstitutionsType, **uncovered: Any) -> None:
+        refuse_arguments('LaunchConfiguration', uncovered)
+        self._name = normalize(variable_name)
+
+    def describe(self) -> str:
+        """Name the configuration."""
+        return f'LaunchConfig({describe(self._name)})'
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the configuration; SubstitutionFailure where it isn't set."""
+        name = perform(context, self._name)
+        if name not in context.launch_configurations:
+            raise SubstitutionFailure(f"launch configuration '{name}' does not exist")
+        return context.launch_configurations[name]
+
+
+class PathJoinSubstitution(Substitution):
+    """A path of several parts."""
+
+    def __init__(self, substitutions: Iterable[str | Substitution]) -> None:
+        self._parts = normalize(substitutions)
+
+    def describe(self) -> str:
+        """Describe the parts."""
+        return f"PathJoin('{describe(self._parts)}')"
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the joined path."""
+        return os.path.join(*(part.perform(context) for part in self._parts))
+
+
+class EqualsSubstitution(Substitution):
+    """'true' if two texts, truths or numbers are equal, or else 'false'."""
+
+    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
+        self._left = normalize(left)
+        self._right = normalize(right)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Compare."""
+        return str(_equal(perform(context, self._left), perform(context, self._right))).lower()
+
+
+def _equal(left: str, right: str) -> bool:
+    if left.lower() in TRUTHS and right.lower() in TRUTHS:
+        return TRUTHS[left.lower()] == TRUTHS[right.lower()]
+    try:
+        return math.isclose(float(left), float(right))
+    except ValueError:
+        return left == right
+
+
+class IfElseSubstitution(Substitution):
+    """One of two texts, by the truth of a third."""
+
+    def __init__(
+        self,
+        condition: SomeSubstitutionsType,
+        if_value: SomeSubstitutionsType = '',
+        else_value: SomeSubstitutionsType = '',
+    ) -> None:
+        self._condition = normalize(condition)
+        self._values = {True: normalize(if_value), False: normalize(else_value)}
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the text that the condition selects; SubstitutionFailure if it is no truth."""
+        text = perform(context, self._condition)
+        if text.lower() not in TRUTHS:
+            raise SubstitutionFailure(f"'{text}' is none of {[*TRUTHS]}")
+        return perform(context, self._values[TRUTHS[text.lower()]])
+
+
+class Command(Substitution):
+    """What a command prints; its line is split as a shell does."""
+
+    def __init__(self, command: SomeSubstitutionsType, **uncovered: Any) -> None:
+        refuse_arguments('Command', uncovered)
+        self._command = normalize(command)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Run it, and return its output; SubstitutionFailure if it fails or writes to stderr."""
+        command = perform(context, self._command)
+        try:
+            result = subprocess.run(shlex.split(command), capture_output=True, text=True)
+        except FileNotFoundError as error:
+            raise SubstitutionFailure(f'file not found: {error}') from error
+        what = 'failed' if result.returncode else 'showed stderr output'
+        if result.returncode or result.stderr:
+            raise SubstitutionFailure(
+                f'executed command {what}. Command: {command}\n'
+                f'Captured stderr output: {result.stderr}'
+            )
+        return result.stdout
