@@ -69,7 +69,7 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
         near = near_beams(log)
         world = World(scene, ServoMotion())
         rms = {e: surface_rms(points_of(near, e, REFERENCE_MOUNT), world) for e in ESTIMATORS}
-        points = points_of(log, 'slerp', REFERENCE_MOUNT).data
+        points = points_of(log, 'slerp', REFERENCE_MOUNT)
         write_ply(points, output / 'cloud.ply')
         write_picture(points, output / 'cloud.png', f"'{scene.name}', {duration:g} s")
     print_report(log, read_delivery(output / 'bag'), rms, console)

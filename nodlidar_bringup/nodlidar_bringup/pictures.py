@@ -5,46 +5,113 @@ from pathlib import Path
 import matplotlib
 
 matplotlib.use('Agg')
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.colors import ListedColormap, Normalize
 import matplotlib.pyplot as plt
+from nodlidar_assembler.assembly import Points
+from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 from plyfile import PlyData, PlyElement
 
-VIEWS = (
-    ('from above', 'x', 'y'),
-    ('from the right', 'x', 'z'),
-    ('from behind', 'y', 'z'),
-)
+Array = NDArray[np.float64]
+
+BACKGROUND = '#16181c'
+# Neither end of the colours is as dark as the background.
+COLOURS = ListedColormap(matplotlib.colormaps['turbo'](np.linspace(0.1, 0.93, 256)))
+# The perspective view: from over the sensor's right shoulder, in nodlidar_base_link [m].
+EYE, TARGET = np.array([-1.3, -0.7, 0.9]), np.array([2.0, 0.0, -0.1])
+NEAREST = 0.5
+# What the other views leave out at either end of their line of sight, of the cloud's extent:
+# a ceiling would hide the room from above, a side wall from the side.
+LEFT_OUT = 0.05
 
 
-def write_ply(points: NDArray[np.void], path: Path) -> None:
-    """Write points, an array with the fields x, y, z and more, as binary PLY."""
-    packed = np.empty(len(points), dtype=[(n, points.dtype[n]) for n in points.dtype.names or ()])
-    for name in packed.dtype.names or ():
-        packed[name] = points[name]
-    PlyData([PlyElement.describe(packed, 'vertex')], byte_order='<').write(path)
+def write_ply(points: Points, path: Path) -> None:
+    """Write x, y, z [m] and time, in seconds since the first point, as binary PLY."""
+    vertices = np.empty(
+        len(points.data), dtype=[('x', 'f4'), ('y', 'f4'), ('z', 'f4'), ('time', 'f8')]
+    )
+    for axis in 'xyz':
+        vertices[axis] = points.data[axis]
+    vertices['time'] = (points.time_ns - points.time_ns[0]) / NS_PER_S
+    PlyData([PlyElement.describe(vertices, 'vertex')], byte_order='<').write(path)
 
 
-def write_picture(points: NDArray[np.void], path: Path, title: str) -> None:
-    """Draw points from above, from the right and from behind, coloured by height."""
-    figure, axes = plt.subplots(1, 3, figsize=(18, 6.2), layout='constrained')
-    low, high = np.percentile(points['z'], [1, 99])
-    for axis, (name, across, up) in zip(axes, VIEWS, strict=True):
-        drawn = axis.scatter(
-            points[across],
-            points[up],
-            c=points['z'],
-            s=0.4,
-            cmap='turbo',
-            vmin=low,
-            vmax=high,
-            linewidths=0,
-        )
-        axis.set(title=name, xlabel=f'{across} [m]', ylabel=f'{up} [m]', aspect='equal')
-        axis.set_facecolor('#202226')
-        if across == 'y':
-            axis.invert_xaxis()  # seen from behind, left is left
-    figure.colorbar(drawn, ax=axes, label='height above the nod axis [m]', shrink=0.8)
+def write_picture(points: Points, path: Path, title: str) -> None:
+    """Draw points in perspective, from above and from the right, coloured by height."""
+    xyz = np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
+    figure, axes = plt.subplot_mosaic(
+        [['perspective', 'above'], ['perspective', 'right']],
+        width_ratios=[2.7, 1],
+        height_ratios=[2.1, 1],
+        figsize=(18, 8),
+        layout='constrained',
+    )
+    axes['right'].sharex(axes['above'])
+    heights = Normalize(*np.percentile(xyz[:, 2], [1, 99]))
+    drawn = _draw_perspective(axes['perspective'], xyz, heights)
+    _draw_along(axes['above'], xyz, 'xyz', heights, 'from above')
+    # The line of sight of who looks from the right is y: the far side is the left.
+    _draw_along(axes['right'], xyz * (1, -1, 1), 'xzy', heights, 'from the right')
+    figure.colorbar(drawn, ax=[*axes.values()], label='height above the nod axis [m]', pad=0.01)
     figure.suptitle(title)
     figure.savefig(path, dpi=100)
     plt.close(figure)
+
+
+def seen_from(xyz: Array, eye: Array, target: Array) -> Array:
+    """Return what an upright camera at `eye`, pointed at `target`, sees of points, shape (n, 3).
+
+    The columns are right and up, as tangents of the angles off its axis, and the depth [m].
+    """
+    ahead = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    across, up, depth = np.stack([right, np.cross(right, ahead), ahead]) @ (xyz - eye).T
+    return np.stack([across / depth, up / depth, depth], axis=1)
+
+
+def _draw_perspective(axes: Axes, xyz: Array, heights: Normalize) -> PathCollection:
+    in_front = (xyz - EYE) @ (TARGET - EYE) > NEAREST * np.linalg.norm(TARGET - EYE)
+    across, up, depth = seen_from(xyz[in_front], EYE, TARGET).T
+    axes.set(title='from behind the sensor', xticks=[], yticks=[])
+    axes.set(xlim=(-0.85, 0.85), ylim=(-0.42, 0.5))
+    return _draw(axes, across, up, -depth, xyz[in_front, 2], heights, 16.0 / depth**2)
+
+
+def _draw_along(axes: Axes, xyz: Array, names: str, heights: Normalize, title: str) -> None:
+    """Draw points along the last of three named axes, without those at its ends."""
+    across, up, toward = (xyz[:, 'xyz'.index(name)] for name in names)
+    low, high = np.percentile(toward, [1, 99])
+    margin = LEFT_OUT * (high - low)
+    kept = (toward > low + margin) & (toward < high - margin)
+    size = np.full(len(xyz), 0.9)
+    _draw(axes, across[kept], up[kept], toward[kept], xyz[kept, 2], heights, size[kept])
+    axes.plot(0.0, 0.0, '+', color='white', markersize=9)
+    axes.set(title=f'{title}\n(outer {LEFT_OUT:.0%} of {names[2]} left out)')
+    axes.set(xlabel=f'{names[0]} [m]', ylabel=f'{names[1]} [m]')
+
+
+def _draw(
+    axes: Axes,
+    across: Array,
+    up: Array,
+    toward: Array,
+    height: Array,
+    heights: Normalize,
+    size: Array,
+) -> PathCollection:
+    """Draw points, those that are nearer to the viewer over the others."""
+    order = np.argsort(toward)
+    axes.set(aspect='equal', facecolor=BACKGROUND)
+    return axes.scatter(
+        across[order],
+        up[order],
+        c=height[order],
+        s=size[order],
+        cmap=COLOURS,
+        norm=heights,
+        linewidths=0,
+    )
