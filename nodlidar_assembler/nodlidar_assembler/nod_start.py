@@ -14,6 +14,9 @@ def first_nod(
 ) -> NodTrajectory:
     """Return the nod whose phase is half a sample at a beam of the given scan.
 
+    It is tied to that scan and its rate of rotation; what the lidar's clock does later is not
+    followed.
+
     With gcd(N_s, N_L) = 1 and the half-sample phase, the samples of N_s revolutions fall on all
     cells of the finest grid exactly once (docs/model.md, erratum 1).
 
