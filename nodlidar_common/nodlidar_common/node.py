@@ -23,7 +23,7 @@ LOOK_PERIOD = 0.2  # s, between two looks whether to end
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Run a node until it is told to end (SIGINT, SIGTERM) or failed; return the exit status."""
+    """Run a node until a signal ends it or it failed; return the exit status."""
     with _ending_signals() as received:
         try:
             _init(args)
@@ -57,9 +57,11 @@ def _ending_signals() -> Iterator[list[int]]:
     and an executor about to wait raises an error or misses the signal and waits on.
     """
     received: list[int] = []
+    ending = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as nohup has it
+        ending.append(signal.SIGHUP)  # the terminal was closed
     before = {
-        number: signal.signal(number, lambda got, _: received.append(got))
-        for number in (signal.SIGINT, signal.SIGTERM)
+        number: signal.signal(number, lambda got, _: received.append(got)) for number in ending
     }
     try:
         yield received

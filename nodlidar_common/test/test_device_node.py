@@ -248,7 +248,7 @@ raise SystemExit(run(lambda: active_device('cycle')))
 """
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signal_ends_the_process_with_the_device_safe(number, request):
     command = [sys.executable, '-c', PROGRAM, str(request.path.parent)]
     pipe = subprocess.PIPE
