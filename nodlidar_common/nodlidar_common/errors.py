@@ -25,5 +25,9 @@ class DeviceError(NodlidarError):
     """A device that cannot be used as it is: no answer, a refusal, a fault of its own."""
 
 
+class StoppedError(DeviceError):
+    """A wait for a device that was given up because the node is to stop."""
+
+
 class PortError(DeviceError):
     """A serial port that cannot be opened, or that went away."""

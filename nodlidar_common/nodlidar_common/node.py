@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import signal
 import sys
+import termios
 import threading
 import traceback
 from typing import Any
@@ -104,7 +105,10 @@ class DeviceNode(LifecycleNode):
     # What a subclass provides.
 
     def connect(self) -> None:
-        """Open the device and make it ready; raises DeviceError."""
+        """Open the device and make it ready; raises DeviceError.
+
+        What may take longer than a second asks :meth:`keep_going` and raises StoppedError.
+        """
         raise NotImplementedError
 
     def cycle(self) -> None:
@@ -197,15 +201,20 @@ class DeviceNode(LifecycleNode):
             self._thread.join()
             self._thread = None
 
+    def keep_going(self) -> bool:
+        """Tell whether the device's thread is to go on; what waits for long asks now and then."""
+        return not self._stop.is_set()
+
     # The device's thread.
 
     def _work(self) -> None:
         try:
-            while not self._stop.is_set():
+            while self.keep_going():
                 try:
                     self._stay_connected()
-                except DeviceError as error:
-                    self._report(str(error))
+                except (DeviceError, OSError, termios.error) as error:
+                    if self.keep_going():
+                        self._report(str(error))
                 finally:
                     self.disconnect()
                 self._stop.wait(self.config.reconnect_delay)
@@ -219,7 +228,7 @@ class DeviceNode(LifecycleNode):
         self.connections += 1
         self._trouble = ''
         self.get_logger().info(f"connected to '{self.config.port}'")
-        while not self._stop.is_set():
+        while self.keep_going():
             self.cycle()
 
     def _report(self, trouble: str) -> None:

@@ -5,11 +5,12 @@ import queue
 import signal
 import subprocess
 import sys
+import termios
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.errors import DeviceError, ParameterError, StoppedError
 from nodlidar_common.node import DeviceNode, run
 from nodlidar_common.parameters import parameter
 import pytest
@@ -17,6 +18,7 @@ import rclpy
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from serial import SerialException
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 LONGEST = 30.0  # s; only a failing test waits so long
@@ -120,6 +122,32 @@ def test_device_that_fails_in_mid_cycle_is_connected_again(device):
     assert device.next_steps(6) == ['connect', 'first', 'cycle', 'disconnect', 'connect', 'second']
     assert device.connections == 2
     assert status_with(device, 'connected').level == DiagnosticStatus.OK
+
+
+@pytest.mark.parametrize('trouble', [OSError('gone'), SerialException('gone'), termios.error(5)])
+def test_an_error_of_the_port_itself_is_the_devices_and_not_the_programs(device, trouble):
+    activate(device)
+    for order in ('first', trouble, 'second'):
+        device.orders.put(order)
+    assert device.next_steps(5) == ['connect', 'first', 'disconnect', 'connect', 'second']
+    assert not device.failed
+
+
+def test_a_connection_that_is_given_up_on_deactivation_is_no_trouble(device):
+    def wait_until_told(order):
+        device.steps.put(order)
+        while device.keep_going():
+            with suppress(queue.Empty):
+                device.orders.get(timeout=0.01)
+        raise StoppedError('stopped waiting')
+
+    device.obey = wait_until_told
+    activate(device)
+    device.orders.put('waiting')
+    assert device.next_steps(2) == ['connect', 'waiting']
+    assert device.trigger_deactivate() == SUCCESS
+    assert device.next_steps(1) == ['disconnect']
+    assert status_with(device, 'not connected: the node is not active')
 
 
 def test_deactivation_disconnects_and_activation_connects_again(device):

@@ -1,9 +1,11 @@
 import os
+import termios
 import tty
 
 from nodlidar_common.errors import DeviceError, PortError
-from nodlidar_common.serial_port import open_port
+from nodlidar_common.serial_port import close_port, open_port, port_errors
 import pytest
+from serial import SerialException
 
 
 @pytest.fixture
@@ -57,3 +59,19 @@ def test_file_that_is_no_port(tmp_path):
 
 def test_port_errors_are_device_errors():
     assert issubclass(PortError, DeviceError)
+
+
+@pytest.mark.parametrize(
+    'error', [OSError(5, 'gone'), SerialException('gone'), termios.error(5, 'gone')]
+)
+def test_what_a_port_that_went_away_raises_is_a_port_error(error):
+    with pytest.raises(PortError, match=r'the serial port went away: .*gone'), port_errors():
+        raise error
+
+
+def test_a_port_that_went_away_can_be_closed():
+    class Gone:
+        def close(self):
+            raise OSError(5, 'gone')
+
+    close_port(Gone())

@@ -1,8 +1,6 @@
 """The node of the servo: nod commands in, joint states out."""
 
-import contextlib
 import sys
-import termios
 import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -11,7 +9,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import DeviceNode, run
-from nodlidar_common.serial_port import open_port
+from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
@@ -97,8 +95,7 @@ class ServoNode(DeviceNode):
         if self._servo is not None and not self._servo.release():
             self.get_logger().warning('the servo did not confirm that its torque is off')
         if self._port is not None:
-            with contextlib.suppress(OSError, termios.error):
-                self._port.close()
+            close_port(self._port)
         self._diagnosis.disconnected()
         self._port = self._servo = None
 

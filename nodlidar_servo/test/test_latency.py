@@ -1,5 +1,6 @@
 from types import SimpleNamespace
 
+from nodlidar_common.errors import PortError
 from nodlidar_servo.latency import reduce_latency
 import pytest
 
@@ -51,6 +52,13 @@ def test_a_timer_that_stays_slow_gives_a_warning_with_the_remedy(adapter):
     warning = reduce_latency(port, Stubborn(tty_class))
     assert '16 ms' in warning
     assert 'ATTR{latency_timer}="1"' in warning
+
+
+def test_an_adapter_that_goes_away_meanwhile_is_a_port_error(adapter):
+    port, tty_class, timer = adapter
+    port.set_low_latency_mode = lambda on: timer.unlink()
+    with pytest.raises(PortError, match='went away'):
+        reduce_latency(port, tty_class)
 
 
 def test_a_port_without_timer_is_left_alone(tmp_path):

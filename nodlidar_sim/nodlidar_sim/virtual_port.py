@@ -28,20 +28,29 @@ class VirtualPort:
 
     Waiting advances the clock from event to event of this device. Devices that share a clock
     catch up when their own port is used.
-
-    Attributes
-    ----------
-    timeout
-        Longest wait of one read [s]; 0 does not wait, None waits for ever.
     """
 
     def __init__(self, device: Device, clock: VirtualClock, timeout: float | None = None) -> None:
-        self.timeout = timeout
+        self._timeout = timeout
         self.is_open = True
         self._device = device
         self._clock = clock
         self._unplugged = False
         self._buffer = BoundedBuffer()
+
+    @property
+    def timeout(self) -> float | None:
+        """Longest wait of one read [s]; 0 does not wait, None waits for ever.
+
+        Setting it configures a real port anew, which fails when that is unplugged.
+        """
+        return self._timeout
+
+    @timeout.setter
+    def timeout(self, timeout: float | None) -> None:
+        self._timeout = timeout
+        if self._unplugged and self.is_open:
+            raise SerialException('Could not configure port: Input/output error')
 
     @property
     def dropped(self) -> int:
@@ -68,7 +77,7 @@ class VirtualPort:
             If the wait is endless and the device has nothing coming up.
         """
         self._check_usable()
-        deadline = None if self.timeout is None else self._clock() + round(self.timeout * 1e9)
+        deadline = None if self._timeout is None else self._clock() + round(self._timeout * 1e9)
         self._collect()
         while len(self._buffer) < size and self._wait(deadline):
             self._collect()

@@ -94,6 +94,8 @@ def test_an_unplugged_port_fails_like_a_real_one(port):
         port.write(b'a')
     with pytest.raises(OSError, match='Input/output'):
         _ = port.in_waiting
+    with pytest.raises(SerialException):
+        port.timeout = 1.0
 
 
 def test_a_closed_port_refuses_everything(port):
