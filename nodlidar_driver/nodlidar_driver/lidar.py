@@ -46,39 +46,55 @@ class Lidar:
         Returns the host time [ns].
     timeout
         How long the lidar may be silent [s].
+    keep_going
+        False ends any wait for the lidar with a StoppedError, but that in :meth:`stop`.
 
     Attributes
     ----------
     version, capabilities, state
-        What the lidar says about itself, before the stream.
+        What the lidar says about itself, before the stream; set by :meth:`start`.
     client
         The session; it counts the scans that were dropped.
     device_clock
-        What is known about the lidar's clock.
+        What is known about the lidar's clock; set by :meth:`start`.
     missed
         Rotations whose scan should have come but did not, or was dropped.
 
     Raises
     ------
-    DeviceError
-        If the lidar does not answer, refuses, is faulty or does not measure these beams.
     PortError
         If the port fails.
     """
 
     def __init__(
-        self, port: SerialPort, window: ScanWindow, clock: Callable[[], int], timeout: float
+        self,
+        port: SerialPort,
+        window: ScanWindow,
+        clock: Callable[[], int],
+        timeout: float,
+        keep_going: Callable[[], bool] = lambda: True,
     ) -> None:
         self.missed = 0
         self._window = window
-        self.client = ScipClient(port, clock, timeout)
+        self.client = ScipClient(port, clock, timeout, keep_going)
+
+    def start(self) -> None:
+        """Bring the lidar to streaming; if that fails, its laser may be on until :meth:`stop`.
+
+        Raises
+        ------
+        DeviceError
+            If it does not answer, refuses, is faulty or does not measure these beams.
+        PortError
+            If the port fails.
+        """
         self.client.start_session()
         self.version = self.client.version()
         self.capabilities = self.client.capabilities()
         self.state = self.client.state()
-        window.check_measured_by(self.capabilities)
+        self._window.check_measured_by(self.capabilities)
         self.device_clock = self._align_clock()
-        self.client.start_scanning(window)
+        self.client.start_scanning(self._window)
 
     def read(self) -> Scan:
         """Return the next good scan, waiting for it; raises DeviceError if none comes."""

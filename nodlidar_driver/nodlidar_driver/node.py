@@ -8,11 +8,12 @@ from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import DeviceNode, run
-from nodlidar_common.serial_port import open_port
+from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.health import Health
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.messages import arrival_message, fill_scan, scan_template
+from nodlidar_driver.scip_port import READ_TIMEOUT
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import LaserScan, TimeReference
@@ -41,11 +42,13 @@ class Driver(DeviceNode):
     def connect(self) -> None:
         """Open the port and bring the lidar to streaming."""
         config = self.config
-        self._port = open_port(config.port, config.baud_rate, config.timeout)
-        lidar = Lidar(self._port, self._window, time.time_ns, config.timeout)
-        self._message = scan_template(self._window, config.frame_id, lidar.capabilities)
-        self._health.connected(lidar)
-        self._lidar = lidar
+        self._port = open_port(config.port, config.baud_rate, READ_TIMEOUT)
+        self._lidar = Lidar(
+            self._port, self._window, time.time_ns, config.timeout, self.keep_going
+        )
+        self._lidar.start()
+        self._message = scan_template(self._window, config.frame_id, self._lidar.capabilities)
+        self._health.connected(self._lidar)
 
     def cycle(self) -> None:
         """Publish one scan."""
@@ -66,8 +69,7 @@ class Driver(DeviceNode):
             with contextlib.suppress(DeviceError):
                 lidar.stop()
         if port is not None:
-            with contextlib.suppress(serial.SerialException, OSError):
-                port.close()
+            close_port(port)
 
     def diagnose(self, status: DiagnosticStatusWrapper) -> None:
         """Add the lidar's identity, rates, losses and clock; a warning for each new trouble."""

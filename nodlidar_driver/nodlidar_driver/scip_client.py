@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
-_SCANS_IN_THE_WAY = 20  # that may arrive before the answer to QT
+_STOPPED = re.compile(rb'QT\n(00P|0Ee)\n\n')  # the latter in time mode, with the laser off
 
 CHECKSUM = 'checksum'
 INCOMPLETE = 'incomplete'
@@ -56,6 +56,8 @@ class ScipClient:
         Returns the host time [ns].
     timeout
         How long the lidar may be silent [s].
+    keep_going
+        False ends any wait for the lidar with a StoppedError, but that for the answer to QT.
 
     Attributes
     ----------
@@ -64,9 +66,15 @@ class ScipClient:
         or end is missing), ``verifying`` (the lidar stopped to verify an error).
     """
 
-    def __init__(self, port: SerialPort, clock: Callable[[], int], timeout: float) -> None:
+    def __init__(
+        self,
+        port: SerialPort,
+        clock: Callable[[], int],
+        timeout: float,
+        keep_going: Callable[[], bool] = lambda: True,
+    ) -> None:
         self.drops: Counter[str] = Counter()
-        self._port = ScipPort(port, clock, timeout)
+        self._port = ScipPort(port, clock, timeout, keep_going)
         self._window: ScanWindow | None = None
 
     def start_session(self) -> None:
@@ -149,12 +157,10 @@ class ScipClient:
                 return scan
 
     def stop(self) -> None:
-        """Stop streaming and turn the laser off."""
+        """Stop streaming and turn the laser off, in half a second; DeviceError if unconfirmed."""
         self._port.send('QT')
-        for _ in range(_SCANS_IN_THE_WAY):
-            if self._port.receive().startswith(b'QT\n'):
-                return
-        raise DeviceError('the lidar goes on sending scans after QT')
+        if not _STOPPED.search(self._port.drain()):
+            raise DeviceError('the lidar did not confirm that its laser is off')
 
     def _information(self, command: str) -> dict[str, str]:
         return dict(map(scip.parse_information, self._command(command)))

@@ -1,14 +1,17 @@
 """A serial port as SCIP sees it: messages out, messages up to their empty line in."""
 
 from collections.abc import Callable
+import math
 from typing import Protocol
 
-from nodlidar_common.errors import DeviceError, PortError
-import serial
+from nodlidar_common.errors import DeviceError, StoppedError
+from nodlidar_common.serial_port import port_errors
+
+READ_TIMEOUT = 0.14
+"""Longest wait of one read [s]: more than a rotation, so that after it nothing is coming."""
 
 _END = b'\n\n'
 _PATIENCE = 65_536  # bytes without a use, after which the sender is taken for no lidar
-_SILENCE = 0.14  # [s] more than a rotation: nothing is coming any more
 
 
 class SerialPort(Protocol):
@@ -30,27 +33,44 @@ class SerialPort(Protocol):
 class ScipPort:
     """Sends commands and receives messages; every failure of the port is a PortError.
 
+    Parameters
+    ----------
+    port
+        An open port.
+    clock
+        Returns the host time [ns].
+    timeout
+        How long the lidar may be silent [s].
+    keep_going
+        Asked before every read of a message: False ends the wait with a StoppedError.
+
     Attributes
     ----------
     arrival_ns
         Host time [ns] at which the last bytes were read.
     """
 
-    def __init__(self, port: SerialPort, clock: Callable[[], int], timeout: float) -> None:
+    def __init__(
+        self,
+        port: SerialPort,
+        clock: Callable[[], int],
+        timeout: float,
+        keep_going: Callable[[], bool],
+    ) -> None:
         self.arrival_ns = 0
         self._port = port
         self._clock = clock
         self._timeout = timeout
+        self._keep_going = keep_going
         self._buffer = bytearray()
         self._useless = 0
-        port.timeout = timeout
+        with port_errors():
+            port.timeout = READ_TIMEOUT
 
     def send(self, command: str) -> None:
         """Send a command and its line feed."""
-        try:
+        with port_errors():
             self._port.write(command.encode('ascii') + b'\n')
-        except (serial.SerialException, OSError) as error:
-            raise PortError(f'the serial port went away: {error}') from error
 
     def receive(self, expected: int = 1) -> bytes:
         """Return the next message without its empty line, waiting for it.
@@ -67,6 +87,8 @@ class ScipPort:
             If nothing comes for the timeout, or a lot that nobody could use.
         PortError
             If the port fails.
+        StoppedError
+            If `keep_going` says so.
         """
         while (end := self._buffer.find(_END)) < 0:
             self._fill(expected - len(self._buffer))
@@ -78,29 +100,35 @@ class ScipPort:
         """Tell that the last message was of use, so that the sender speaks SCIP."""
         self._useless = 0
 
-    def drain(self) -> None:
-        """Discard what comes until nothing does; what streams on is given up after a while."""
+    def drain(self) -> bytes:
+        """Take and return what comes until nothing does, or for half a second if it streams on."""
+        drained = bytes(self._buffer)
         self._buffer.clear()
         for _ in range(4):
-            self._port.timeout = _SILENCE
-            silent = not self._read(_PATIENCE)
-            self._port.timeout = self._timeout
-            if silent:
-                return
+            data = self._read(_PATIENCE)
+            if not data:
+                break
+            drained += data
+        return drained
 
     def _fill(self, wanted: int) -> None:
         if self._useless > _PATIENCE:
             raise DeviceError(f'received {self._useless} bytes that are no SCIP 2.0; a lidar?')
-        data = self._read(wanted)
-        if not data:
-            raise DeviceError(f'the lidar did not send anything for {self._timeout} s')
+        data = self._wait(wanted)
         self._buffer += data
         self._useless += len(data)
 
+    def _wait(self, wanted: int) -> bytes:
+        """Return the next bytes; many short reads, so that a stop is soon noticed."""
+        for _ in range(math.ceil(self._timeout / READ_TIMEOUT)):
+            if not self._keep_going():
+                raise StoppedError('stopped waiting for the lidar')
+            if data := self._read(wanted):
+                return data
+        raise DeviceError(f'the lidar did not send anything for {self._timeout} s')
+
     def _read(self, wanted: int) -> bytes:
-        try:
+        with port_errors():
             data = self._port.read(max(wanted, self._port.in_waiting, 1))
-        except (serial.SerialException, OSError) as error:
-            raise PortError(f'the serial port went away: {error}') from error
         self.arrival_ns = self._clock()
         return data

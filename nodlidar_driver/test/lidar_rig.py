@@ -32,6 +32,18 @@ class Truth:
         return int(fired[np.argmin(np.abs(fired - near_ns))])
 
 
+def before(emulator, command, act):
+    """Do something as soon as an emulated lidar is sent a command, before it hears that."""
+    receive = emulator.receive
+
+    def act_and_receive(data, now_ns):
+        if data == command + b'\n':
+            act()
+        receive(data, now_ns)
+
+    emulator.receive = act_and_receive
+
+
 class Rig:
     """An emulated lidar on a virtual port."""
 
@@ -44,7 +56,10 @@ class Rig:
         self.port = VirtualPort(self.emulator, self.clock, 1.0)
 
     def lidar(self, window=FULL):
-        return Lidar(self.port, window, self.clock, 1.0)
+        """Return a lidar that streams."""
+        lidar = Lidar(self.port, window, self.clock, 1.0)
+        lidar.start()
+        return lidar
 
     def send(self, command):
         """Have the emulator obey a command that the driver knows nothing of."""

@@ -9,7 +9,7 @@ import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from lidar_rig import FULL, room, Truth
+from lidar_rig import before, FULL, room, Truth
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.serial_port import open_port
@@ -222,6 +222,14 @@ def test_a_fault_of_the_lidar_is_reported_and_recovered_from(ports, emulator):
         listener.diagnosed(DiagnosticStatus.ERROR, 'the lidar answered')
         emulator.sensor.faults.clear()
         listener.receive(2)
+
+
+def test_a_lidar_that_does_not_stream_is_left_with_its_laser_off(ports, emulator):
+    before(emulator, b'MD0044072501000', lambda: emulator.sensor.refuse_next(b'0A'))
+    with listening(port=ports['lidar'], reconnect_delay=60.0) as listener:
+        listener.activate()
+        listener.diagnosed(DiagnosticStatus.ERROR, 'status 0A')
+        listener.until(lambda: not emulator.sensor.laser, 'laser off')
 
 
 def start(parameters, namespace=''):

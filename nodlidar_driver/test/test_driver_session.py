@@ -2,10 +2,13 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lidar_rig import FULL, Rig, START_NS
-from nodlidar_common.errors import DeviceError, PortError
+from lidar_rig import before, FULL, Rig, START_NS
+from nodlidar_common.errors import DeviceError, PortError, StoppedError
+from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import ScanWindow
 from nodlidar_driver.scip_client import ScipClient
+from nodlidar_sim.faults import FaultyDevice
+from nodlidar_sim.ports import VirtualPort
 import numpy as np
 import pytest
 import serial
@@ -219,6 +222,65 @@ def test_unplugging_is_a_port_error():
         lidar.read()
     with pytest.raises(PortError, match='went away'):
         lidar.stop()
+
+
+@pytest.mark.parametrize('tenths', range(0, 30, 3))
+@pytest.mark.parametrize('silent', [False, True])
+def test_connecting_ends_soon_when_told_and_leaves_the_laser_off(tenths, silent):
+    rig = Rig()
+    faults = FaultyDevice(rig.emulator)
+    port = VirtualPort(faults, rig.clock)
+    end_ns = START_NS + tenths * 100_000_000
+
+    def keep_going():
+        faults.mute = silent and rig.clock() + 200_000_000 >= end_ns
+        return rig.clock() < end_ns
+
+    lidar = Lidar(port, FULL, rig.clock, 5.0, keep_going)
+    with pytest.raises(StoppedError):
+        start_and_read(lidar)
+    faults.mute = False
+    lidar.stop()
+    assert rig.clock() < end_ns + 1_200_000_000
+    assert not rig.emulator.sensor.laser
+
+
+def start_and_read(lidar):
+    lidar.start()
+    while True:
+        lidar.read()
+
+
+def test_a_lidar_that_refuses_to_stream_can_be_stopped():
+    rig = Rig()
+    before(rig.emulator, b'MD0044072501000', lambda: rig.emulator.sensor.refuse_next(b'0A'))
+    lidar = Lidar(rig.port, FULL, rig.clock, 1.0)
+    with pytest.raises(DeviceError, match='status 0A'):
+        lidar.start()
+    assert rig.emulator.sensor.laser
+    lidar.stop()
+    assert not rig.emulator.sensor.laser
+
+
+def test_a_stop_that_is_not_confirmed_is_an_error():
+    client = ScipClient(ScriptedPort(SCAN), lambda: 0, 1.0)
+    with pytest.raises(DeviceError, match='did not confirm'):
+        client.stop()
+
+
+@pytest.mark.parametrize('command', ['', 'QT', 'VV', 'II', 'TM1', 'BM', 'MD0044072501000'])
+def test_unplugging_while_connecting_is_a_port_error(command):
+    rig = Rig()
+    before(rig.emulator, command.encode(), rig.port.unplug)
+    with pytest.raises(PortError, match='went away'):
+        rig.lidar()
+
+
+def test_a_port_that_is_gone_before_the_first_command():
+    rig = Rig()
+    rig.port.unplug()
+    with pytest.raises(PortError, match='went away'):
+        ScipClient(rig.port, rig.clock, 1.0)
 
 
 def test_serial_exceptions_are_port_errors():
