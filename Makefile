@@ -8,7 +8,7 @@ PYTHON ?= python3
 ROS := $(if $(NODLIDAR_UNDERLAY),wheels,$(or $(ROS_DISTRO),wheels))
 ACTIVATE := source ./env.sh
 # Folders too, so that a file that is gone is noticed.
-SOURCES := $(shell find nodlidar_* underlay -not -path '*/test*' -not -path '*/__pycache__*' \
+SOURCES := $(shell find nodlidar_* underlay -not -path '*/test*' -not -path '*/__pycache__*' -not -path '*/.*' \
              -not -name '*.md' -not -name '*.rst')
 
 help:                    ## list the targets
