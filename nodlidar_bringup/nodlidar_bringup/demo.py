@@ -77,7 +77,7 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
 
 
 def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console) -> None:
-    """Record a sensor into a bag, from its first cloud on, showing the progress.
+    """Record a sensor into a bag, for a time [s] of scans, joint states and clouds.
 
     Raises
     ------
@@ -116,16 +116,16 @@ def _seconds_of_clouds(
     sensor: LaunchedSensor,
     duration: float,
 ) -> Iterator[float]:
-    """Spin until clouds have come for a duration; yield the seconds since the first of them."""
+    """Spin until all data has come for a duration; yield the seconds since that began."""
     started = time.monotonic()
-    first_cloud: float | None = None
-    while first_cloud is None or time.monotonic() - first_cloud < duration:
+    began: float | None = None
+    while began is None or time.monotonic() - began < duration:
         executor.spin_once(timeout_sec=0.1)
         if not sensor.running():
             raise DemoError(f'the sensor ended before its time: see {sensor.log}')
-        if first_cloud is None:
+        if began is None:
             if time.monotonic() - started > START_TIMEOUT:
                 raise DemoError(f'no cloud came within {START_TIMEOUT:g} s: see {sensor.log}')
-            first_cloud = time.monotonic() if recorder.counts['points'] else None
+            began = time.monotonic() if recorder.complete() else None
         else:
-            yield time.monotonic() - first_cloud
+            yield time.monotonic() - began
