@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_driver.scan import scan_window, ScanWindow
+
+_ROTATION = 0.1  # s, nominal: a scan comes in each, but for those that are skipped
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +32,7 @@ class DriverConfig:
         0.0, 'Added to the time stamps', unit='s', minimum=-1.0, maximum=1.0, live=True
     )
     timeout: float = parameter(
-        1.0, 'Silence after which the lidar is connected anew', unit='s', minimum=0.3, maximum=10.0
+        1.0, 'Silence after which the lidar is connected anew', unit='s', minimum=0.3, maximum=5.0
     )
     reconnect_delay: float = parameter(
         1.0, 'Wait before connecting anew', unit='s', minimum=0.1, maximum=60.0
@@ -39,8 +42,12 @@ class DriverConfig:
     )
 
     def check_together(self) -> None:
-        """Raise ParameterError if the window holds no whole cluster."""
+        """Raise ParameterError if the window holds no cluster or the timeout no two scans."""
         self.window()
+        least = round(2 * (self.skip + 1) * _ROTATION, 1)
+        if self.timeout < least:
+            limit = f'at least {least} s, the time of two scans with skip = {self.skip}'
+            raise ParameterError('timeout', limit, self.timeout)
 
     def window(self) -> ScanWindow:
         """Return the beams that are asked for."""

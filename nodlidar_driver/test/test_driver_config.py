@@ -10,6 +10,11 @@ def test_the_default_window_is_the_whole_one():
     assert DriverConfig().window().count == 682
 
 
+def test_a_timeout_of_two_scans_is_enough():
+    check(DriverConfig(skip=9, timeout=2.0))
+    check(DriverConfig(skip=2, timeout=0.6))
+
+
 @pytest.mark.parametrize(
     ('changes', 'words'),
     [
@@ -18,7 +23,9 @@ def test_the_default_window_is_the_whole_one():
         ({'angle_min': 1.0, 'angle_max': 0.5}, "'angle_max' must be at least 1 steps"),
         ({'cluster': 0}, "'cluster' must be between 1 and 99"),
         ({'skip': 10}, "'skip' must be between 0 and 9"),
-        ({'timeout': 0.1}, "'timeout' must be between 0.3 and 10.0 s"),
+        ({'timeout': 0.1}, "'timeout' must be between 0.3 and 5.0 s"),
+        ({'skip': 9}, "'timeout' must be at least 2.0 s, the time of two scans with skip = 9"),
+        ({'skip': 2, 'timeout': 0.5}, "'timeout' must be at least 0.6 s"),
     ],
 )
 def test_what_is_out_of_limits_is_refused(changes, words):
