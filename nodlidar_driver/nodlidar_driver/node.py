@@ -10,7 +10,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import DeviceNode, run
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_driver.config import DriverConfig
-from nodlidar_driver.health import Health
+from nodlidar_driver.diagnosis import Diagnosis
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.messages import arrival_message, fill_scan, scan_template
 from nodlidar_driver.scip_port import READ_TIMEOUT
@@ -26,7 +26,7 @@ class Driver(DeviceNode):
     def __init__(self) -> None:
         super().__init__('driver', DriverConfig)
         self._window = self.config.window()
-        self._health = Health(self._window)
+        self._diagnosis = Diagnosis(self._window)
         self._port: serial.Serial | None = None
         self._lidar: Lidar | None = None
         self._scans = self.create_lifecycle_publisher(
@@ -48,7 +48,7 @@ class Driver(DeviceNode):
         )
         self._lidar.start()
         self._message = scan_template(self._window, config.frame_id, self._lidar.capabilities)
-        self._health.connected(self._lidar)
+        self._diagnosis.connected(self._lidar)
 
     def cycle(self) -> None:
         """Publish one scan."""
@@ -58,13 +58,13 @@ class Driver(DeviceNode):
         fill_scan(self._message, self._window, stamp_ns, scan.rotation, scan.ranges)
         self._scans.publish(self._message)
         self._arrivals.publish(arrival_message(self._message, scan.arrival_ns))
-        self._health.published(scan)
+        self._diagnosis.published(scan)
 
     def disconnect(self) -> None:
         """Turn the laser off and close the port, as far as either is still possible."""
         lidar, self._lidar = self._lidar, None
         port, self._port = self._port, None
-        self._health.disconnected()
+        self._diagnosis.disconnected()
         if lidar is not None:
             with contextlib.suppress(DeviceError):
                 lidar.stop()
@@ -73,7 +73,7 @@ class Driver(DeviceNode):
 
     def diagnose(self, status: DiagnosticStatusWrapper) -> None:
         """Add the lidar's identity, rates, losses and clock; a warning for each new trouble."""
-        report = self._health.report(time.monotonic_ns())
+        report = self._diagnosis.report(time.monotonic_ns())
         for warning in report.warnings:
             status.mergeSummary(DiagnosticStatus.WARN, warning)
         for name, value in report.figures.items():

@@ -1,7 +1,7 @@
 """The driver without ROS on the emulated lidar's bytes, in virtual time, against its truth."""
 
 from lidar_rig import FULL, Rig, room
-from nodlidar_driver.health import Health
+from nodlidar_driver.diagnosis import Diagnosis
 from nodlidar_driver.scan import scan_window
 import numpy as np
 import pytest
@@ -66,19 +66,19 @@ def test_a_scan_that_the_host_lost_is_missed():
     assert lidar.missed >= 3
 
 
-def test_health_reports_identity_rate_losses_and_clock():
+def test_the_diagnosis_reports_identity_rate_losses_and_clock():
     rig = Rig(clock_rate=1.0 + 5e-5)
-    health = Health(FULL)
-    assert health.report(0).figures == {}
+    diagnosis = Diagnosis(FULL)
+    assert diagnosis.report(0).figures == {}
     lidar = rig.lidar()
-    health.connected(lidar)
-    assert health.report(rig.clock()).figures == {}
+    diagnosis.connected(lidar)
+    assert diagnosis.report(rig.clock()).figures == {}
     for _ in range(100):
-        health.published(lidar.read())
-    health.report(rig.clock())
+        diagnosis.published(lidar.read())
+    diagnosis.report(rig.clock())
     for _ in range(20):
-        health.published(lidar.read())
-    report = health.report(rig.clock())
+        diagnosis.published(lidar.read())
+    report = diagnosis.report(rig.clock())
     assert report.warnings == []
     assert report.figures['Device ID'] == 'H0000001'
     assert report.figures['Device Status'] == 'Sensor works well.'
@@ -88,36 +88,89 @@ def test_health_reports_identity_rate_losses_and_clock():
     assert report.figures['Scans published'] == '120'
 
 
-def test_health_warns_of_each_trouble_once_and_counts_over_connections():
+def test_the_diagnosis_warns_of_each_trouble_once_and_counts_over_connections():
     rig = Rig()
-    health = Health(FULL)
+    diagnosis = Diagnosis(FULL)
     lidar = rig.lidar()
-    health.connected(lidar)
-    health.published(lidar.read())
-    health.report(rig.clock())
+    diagnosis.connected(lidar)
+    diagnosis.published(lidar.read())
+    diagnosis.report(rig.clock())
     rig.emulator.sensor.faults.come(21, 98)
     for _ in range(8):
-        health.published(lidar.read())
-    warnings = health.report(rig.clock()).warnings
+        diagnosis.published(lidar.read())
+    warnings = diagnosis.report(rig.clock()).warnings
     assert 'scans dropped: verifying: 1 more' in warnings
     assert any(w.startswith('scans missed: ') for w in warnings)
     for _ in range(8):
-        health.published(lidar.read())
-    assert health.report(rig.clock()).warnings == []
-    health.disconnected()
-    assert health.report(rig.clock()).warnings == []
+        diagnosis.published(lidar.read())
+    assert diagnosis.report(rig.clock()).warnings == []
+    diagnosis.disconnected()
+    assert diagnosis.report(rig.clock()).warnings == []
     lidar = rig.lidar()
-    health.connected(lidar)
-    health.published(lidar.read())
-    assert health.report(rig.clock()).figures['Scans dropped: verifying'] == '1'
+    diagnosis.connected(lidar)
+    diagnosis.published(lidar.read())
+    assert diagnosis.report(rig.clock()).figures['Scans dropped: verifying'] == '1'
 
 
-def test_health_warns_of_a_slow_stream():
+def test_the_diagnosis_warns_of_a_slow_stream():
     rig = Rig()
-    health = Health(FULL)
+    diagnosis = Diagnosis(FULL)
     lidar = rig.lidar()
-    health.connected(lidar)
-    health.published(lidar.read())
-    health.report(rig.clock())
-    health.published(lidar.read())
-    assert health.report(rig.clock() + 900_000_000).warnings == ['1.0 scans/s instead of 10.0']
+    diagnosis.connected(lidar)
+    diagnosis.published(lidar.read())
+    diagnosis.report(rig.clock())
+    diagnosis.published(lidar.read())
+    assert diagnosis.report(rig.clock() + 900_000_000).warnings == ['1.0 scans/s instead of 10.0']
+
+
+@pytest.mark.parametrize('skip', [0, 4, 9])
+def test_a_stream_at_its_rate_is_not_slow_however_reports_and_scans_meet(skip):
+    window = scan_window(-2.0862, 2.0924, 1, skip)
+    rig, diagnosis = Rig(), Diagnosis(window)
+    lidar = rig.lidar(window)
+    diagnosis.connected(lidar)
+    warnings, next_ns = [], rig.clock()
+    for _ in range(200 // (skip + 1)):
+        diagnosis.published(lidar.read())
+        while next_ns <= rig.clock():
+            warnings += diagnosis.report(next_ns).warnings
+            next_ns += 1_013_000_000  # about a second, at all phases of the scans
+    assert warnings == []
+
+
+def test_losses_are_not_counted_twice_while_the_connection_ends():
+    reports = []
+
+    class Watched(Diagnosis):
+        """Reports after every single write, as another thread may."""
+
+        def __setattr__(self, name, value):
+            super().__setattr__(name, value)
+            if reports and name not in ('_last', '_reports'):
+                reports.append(self.report(rig.clock()))
+
+    rig, diagnosis = Rig(), Watched(FULL)
+    lidar = rig.lidar()
+    diagnosis.connected(lidar)
+    diagnosis.published(lidar.read())
+    lidar.client.drops['checksum'] += 1
+    reports.append(diagnosis.report(rig.clock()))
+    diagnosis.disconnected()
+    told = [warning for report in reports for warning in report.warnings]
+    assert told == ['scans dropped: checksum: 1 more']
+
+
+def test_a_new_kind_of_loss_during_a_report_does_no_harm():
+    class Growing(str):
+        """A reason; while it is reported, the device's thread counts another one."""
+
+        def __radd__(self, text):
+            lidar.client.drops['late'] += 1
+            return text + str(self)
+
+    rig, diagnosis = Rig(), Diagnosis(FULL)
+    lidar = rig.lidar()
+    diagnosis.connected(lidar)
+    diagnosis.published(lidar.read())
+    lidar.client.drops[Growing('first')] += 1
+    assert diagnosis.report(rig.clock()).figures['Scans dropped: first'] == '1'

@@ -10,6 +10,8 @@ from nodlidar_servo.servo_loop import LoopFigures
 class Diagnosis:
     """Turns the figures of the loop and the latest sample into text.
 
+    A report may be asked for by another thread than the one that tells what happens.
+
     Attributes
     ----------
     sample
@@ -47,14 +49,15 @@ class Diagnosis:
         commanders
             How many publish nod commands: the servo follows whoever came last.
         """
-        figures, warnings = self._counted(now_ns), self._command_warnings(now_ns)
+        servo, sample = self._servo, self.sample
+        figures, warnings = self._counted(now_ns), self._command_warnings(servo, now_ns)
         if commanders > 1:
             warnings.append(f'nod commands come from {commanders} publishers')
         errors: list[str] = []
-        if self._servo is not None and self.sample is not None:
-            figures |= self._measured(self._servo, self.sample)
-            warnings += _out_of_limits(self._servo, self.sample)
-            errors += _alarms(self._servo, self.sample)
+        if servo is not None and sample is not None:
+            figures |= self._measured(servo, sample)
+            warnings += _out_of_limits(servo, sample)
+            errors += _alarms(servo, sample)
         if self._latency_warning:
             warnings.append(self._latency_warning)
         return figures, warnings, errors
@@ -73,15 +76,15 @@ class Diagnosis:
 
     def _rate(self, now_ns: int) -> float:
         """Return the samples per second since the last report."""
-        (samples, then_ns), self._last = self._last, (self._figures.samples, now_ns)
-        return (self._figures.samples - samples) * NS_PER_S / max(now_ns - then_ns, 1)
+        (before, then_ns), self._last = self._last, (self._figures.samples, now_ns)
+        return (self._last[0] - before) * NS_PER_S / max(now_ns - then_ns, 1)
 
-    def _command_warnings(self, now_ns: int) -> list[str]:
+    def _command_warnings(self, servo: Servo | None, now_ns: int) -> list[str]:
         warnings = []
         if self._commands.refused > self._refused_told:
             warnings.append(f'nod command refused: {self._commands.refusal}')
         self._refused_told = self._commands.refused
-        if self._servo is not None and self._commands.tracker(now_ns) is None:
+        if servo is not None and self._commands.tracker(now_ns) is None:
             warnings.append('no nod commands: torque off')
         return warnings
 

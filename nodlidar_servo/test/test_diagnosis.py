@@ -112,3 +112,17 @@ def test_a_refusal_is_a_warning_even_if_good_commands_follow_but_only_once(diagn
 
 def test_commands_from_two_sides_are_a_warning(diagnosis):
     assert diagnosis.report(SECOND, commanders=2)[1] == ['nod commands come from 2 publishers']
+
+
+def test_a_servo_that_goes_away_during_a_report_does_no_harm(diagnosis):
+    class Vanishing:
+        shut_down, limits = 0, Limits(80, 6.0, 19.0, 36)
+
+        @property
+        def torque(self):
+            diagnosis.disconnected()  # what the device's thread may do at any instant
+            return True
+
+    diagnosis.connected(Vanishing(), '')
+    assert diagnosis.report(SECOND)[0]['torque'] == 'on'
+    assert 'torque' not in diagnosis.report(2 * SECOND)[0]

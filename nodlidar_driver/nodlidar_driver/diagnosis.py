@@ -1,6 +1,6 @@
 """How the driver is doing: what the diagnostics tell."""
 
-from collections import Counter
+from collections import Counter, deque
 from dataclasses import dataclass, field
 import math
 
@@ -8,6 +8,7 @@ from nodlidar_driver.lidar import Lidar, Scan
 from nodlidar_driver.scan import ScanWindow
 
 _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
+_RATE_SCANS = 10  # expected in the time that the rate is taken over: one more or less is no news
 _DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave what the estimate can follow
 _DROPPED = 'Scans dropped: '
 _MISSED = 'Scans missed'
@@ -22,28 +23,29 @@ class Report:
     figures: dict[str, str] = field(default_factory=dict)
 
 
-class Health:
-    """Counts over all connections; warnings are about what happened since the last report."""
+class Diagnosis:
+    """Counts over all connections; warnings are about what happened since the last report.
+
+    A report may be asked for by another thread than the one that tells what happens.
+    """
 
     def __init__(self, window: ScanWindow) -> None:
         self._window = window
-        self._lidar: Lidar | None = None
+        # The lidar, and what went wrong with those before: always changed together.
+        self._connection: tuple[Lidar | None, Counter[str]] = (None, Counter())
         self._latency = math.nan
         self._published = 0
-        self._earlier: Counter[str] = Counter()
         self._last: Counter[str] = Counter()
-        self._last_published = 0
-        self._last_ns: int | None = None
+        self._reports: deque[tuple[int, int]] = deque()  # time [ns] and scans published by then
 
     def connected(self, lidar: Lidar) -> None:
         """Take note of a new connection."""
         self._latency = math.nan
-        self._lidar = lidar
+        self._connection = (lidar, self._connection[1])
 
     def disconnected(self) -> None:
         """Take note that the connection ended."""
-        self._earlier = self._counts(self._lidar)
-        self._lidar = None
+        self._connection = (None, _counts(*self._connection))
 
     def published(self, scan: Scan) -> None:
         """Take note of a scan."""
@@ -52,35 +54,35 @@ class Health:
 
     def report(self, now_ns: int) -> Report:
         """Return how things are at a time [ns], which only serves to compute rates."""
-        lidar, rate = self._lidar, self._rate(now_ns)
-        counts = self._counts(lidar)
+        lidar, earlier = self._connection
+        counts = _counts(lidar, earlier)
         news = counts - self._last
-        self._last, self._last_published = counts, self._published
+        self._last = counts
         if lidar is None or math.isnan(self._latency):
-            self._last_ns = None
+            self._reports.clear()
             return Report()
-        self._last_ns = now_ns
+        rate = self._rate(now_ns, self._scan_period(lidar))
         return Report(self._warnings(lidar, news, rate), self._figures(lidar, counts, rate))
 
-    def _rate(self, now_ns: int) -> float:
-        """Return the scans per second since the last report; NaN just after connecting."""
-        if self._last_ns is None or now_ns <= self._last_ns:
-            return math.nan
-        return (self._published - self._last_published) * 1e9 / (now_ns - self._last_ns)
+    def _scan_period(self, lidar: Lidar) -> float:
+        """Return the time from scan to scan [s]."""
+        return lidar.capabilities.rotation * (1 + self._window.skip)
 
-    def _counts(self, lidar: Lidar | None) -> Counter[str]:
-        """Return what went wrong, counted over all connections."""
-        counts = Counter(self._earlier)
-        if lidar is not None:
-            counts[_MISSED] += lidar.missed
-            counts[_JUMPS] += lidar.device_clock.jumps
-            for reason, count in lidar.client.drops.items():
-                counts[_DROPPED + reason] += count
-        return counts
+    def _rate(self, now_ns: int, scan_period: float) -> float:
+        """Return the scans per second of the last scans; NaN just after connecting."""
+        reports, published = self._reports, self._published
+        reports.append((now_ns, published))
+        long_ago_ns = now_ns - round(_RATE_SCANS * scan_period * 1e9)
+        while len(reports) > 1 and reports[1][0] <= long_ago_ns:
+            reports.popleft()
+        then_ns, by_then = reports[0]
+        if then_ns > long_ago_ns:
+            return math.nan
+        return (published - by_then) * 1e9 / (now_ns - then_ns)
 
     def _warnings(self, lidar: Lidar, news: Counter[str], rate: float) -> list[str]:
         warnings = [f'{name.lower()}: {count} more' for name, count in sorted(news.items())]
-        expected = 1.0 / (lidar.capabilities.rotation * (1 + self._window.skip))
+        expected = 1.0 / self._scan_period(lidar)
         if rate < _RATE_TOLERANCE * expected:
             warnings.append(f'{rate:.1f} scans/s instead of {expected:.1f}')
         if not lidar.device_clock.synchronised:
@@ -106,3 +108,14 @@ class Health:
             'Arrival jitter': f'{lidar.device_clock.jitter * 1e3:.2f} ms',
             **{name: str(count) for name, count in sorted(counts.items())},
         }
+
+
+def _counts(lidar: Lidar | None, earlier: Counter[str]) -> Counter[str]:
+    """Return what went wrong with a lidar and earlier ones."""
+    counts = Counter(earlier)
+    if lidar is not None:
+        counts[_MISSED] += lidar.missed
+        counts[_JUMPS] += lidar.device_clock.jumps
+        for reason, count in list(lidar.client.drops.items()):  # the device's thread adds to it
+            counts[_DROPPED + reason] += count
+    return counts
