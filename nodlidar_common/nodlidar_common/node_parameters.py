@@ -92,11 +92,17 @@ def _declare_one(node: Node, config_field: 'Field[Any]') -> Any:
     try:
         value = node.declare_parameter(key, config_field.default, descriptor(config_field)).value
     except InvalidParameterTypeException as error:
-        kind = type(config_field.default).__name__
-        raise ParameterError(key, f'of type {kind}', _given(node, key)) from error
+        raise ParameterError(key, _type_in_words(config_field), _given(node, key)) from error
     except InvalidParameterValueException as error:
         raise ParameterError(key, limits_of(config_field).in_words(), _given(node, key)) from error
     return _value(config_field, value)
+
+
+def _type_in_words(config_field: 'Field[Any]') -> str:
+    default = config_field.default
+    if isinstance(default, tuple):
+        return f'a list of {type(default[0]).__name__}s'
+    return f'of type {type(default).__name__}'
 
 
 def _value(config_field: 'Field[Any]', value: Any) -> Any:

@@ -45,13 +45,15 @@ class Limits:
         return 'a number'
 
     def allow(self, value: object) -> bool:
-        """Tell whether the value lies within the limits; NaN never does."""
+        """Tell whether the value lies within the limits; infinity and NaN never do."""
+        if not _is_finite(value):
+            return False
         if self.choices:
             return value in self.choices
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             above = self.minimum is None or value >= self.minimum
             below = self.maximum is None or value <= self.maximum
-            return above and below and not math.isnan(value)
+            return above and below
         return True
 
 
@@ -88,7 +90,15 @@ def check(config: Any) -> None:
         limits = limits_of(config_field)
         value = getattr(config, config_field.name)
         if not limits.allow(value):
-            raise ParameterError(config_field.name, limits.in_words(), value)
+            allowed = limits.in_words() if _is_finite(value) else 'finite'
+            raise ParameterError(config_field.name, allowed, value)
     check_together = getattr(config, 'check_together', None)
     if check_together is not None:
         check_together()
+
+
+def _is_finite(value: object) -> bool:
+    """Tell that a value has no infinity and no NaN in it."""
+    if isinstance(value, tuple):
+        return all(map(_is_finite, value))
+    return not isinstance(value, float) or math.isfinite(value)

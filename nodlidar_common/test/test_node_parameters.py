@@ -65,6 +65,9 @@ def test_parameters_describe_themselves(node):
         ('count', 1.5, "'count' must be of type int, but is 1.5"),
         ('rate', 0.5, "'rate' must be between 1.0 and 100.0 Hz, but is 0.5"),
         ('rate', float('nan'), "'rate' must be between 1.0 and 100.0 Hz, but is nan"),
+        ('limits', 'wide', "'limits' must be a list of floats, but is 'wide'"),
+        ('limits', [0, 1], "'limits' must be a list of floats, but is [0, 1]"),
+        ('limits', [0.0, float('inf')], "'limits' must be finite, but is (0.0, inf)"),
         ('count', 0, "'count' must be at least 1, but is 0"),
         ('mode', 'spline', "'mode' must be one of slerp, ends, but is 'spline'"),
         ('count', 63, "'count' must be at most rate = 62.0, but is 63"),
@@ -93,6 +96,7 @@ def test_live_changes_are_handed_on(node):
         ('mode', 'spline', "'mode' must be one of slerp, ends, but is 'spline'"),
         ('count', 63, "'count' must be at most rate = 62.0, but is 63"),
         ('rate', 1000.0, 'rate'),
+        ('limits', [float('nan'), 0.0], "'limits' must be finite, but is (nan, 0.0)"),
     ],
 )
 def test_wrong_changes_are_refused(node, key, value, reason):

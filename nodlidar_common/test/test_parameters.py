@@ -11,6 +11,7 @@ class Config:
     count: int = parameter(3, 'Count', minimum=1)
     offset: float = parameter(0.0, 'Offset', unit='s', maximum=0.1)
     gain: float = parameter(1.0, 'Gain')
+    place: tuple[float, ...] = parameter((0.0, 1.0), 'Place', unit='m')
     mode: str = parameter('slerp', 'Mode', choices=('slerp', 'ends'))
     enabled: bool = parameter(True, 'Enabled')
 
@@ -32,10 +33,12 @@ def test_values_within_limits_pass(values):
     [
         ('rate', 0.99, 'between 1.0 and 100.0 Hz'),
         ('rate', 100.1, 'between 1.0 and 100.0 Hz'),
-        ('rate', float('nan'), 'between 1.0 and 100.0 Hz'),
+        ('rate', float('nan'), 'finite'),
+        ('offset', float('-inf'), 'finite'),
+        ('place', (0.0, float('nan')), 'finite'),
         ('count', 0, 'at least 1'),
         ('offset', 0.2, 'at most 0.1 s'),
-        ('gain', float('nan'), 'a number'),
+        ('gain', float('inf'), 'finite'),
         ('mode', 'spline', 'one of slerp, ends'),
         ('count', 63, 'at most rate = 62.0'),
     ],
