@@ -61,7 +61,9 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
         raise DemoError(f"the base drives in the scene '{scene.name}', the demo's must stand")
     shutil.rmtree(output / 'bag', ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)
+    # Apart from other nodes, unless told where to be: RViz can look on with the same domain.
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
     with launched_sensor(output / 'launch.log', f'scene:={scene_name}') as sensor:
         record(output / 'bag', duration, sensor, console)
     with console.status('Measuring'):
