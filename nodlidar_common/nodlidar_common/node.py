@@ -21,6 +21,9 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LOOK_PERIOD = 0.2  # s, between two looks whether to end
+_INACTIVE = (DiagnosticStatus.OK, 'not connected: the node is not active')
+_CONNECTING = (DiagnosticStatus.OK, 'connecting')
+_CONNECTED = (DiagnosticStatus.OK, 'connected')
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
@@ -97,7 +100,7 @@ class DeviceNode(LifecycleNode):
         self.config = declare(self, config_class, self._configuration_changed)
         self.failed = False
         self.connections = 0
-        self._trouble = 'not connected yet'
+        self._state = _INACTIVE
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._updater: Updater | None = None
@@ -164,12 +167,13 @@ class DeviceNode(LifecycleNode):
             self._updater = Updater(self)
             self._updater.setHardwareID(self.config.port)
             self._updater.add('device', self._diagnose)
-        return TransitionCallbackReturn.SUCCESS
+        return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the thread that keeps the device connected."""
         result = super().on_activate(state)
         self._stop.clear()
+        self._state = _CONNECTING
         self._thread = threading.Thread(target=self._work, name='device', daemon=True)
         self._thread.start()
         return result
@@ -182,12 +186,12 @@ class DeviceNode(LifecycleNode):
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the thread, whatever state the node is in."""
         self.stop()
-        return TransitionCallbackReturn.SUCCESS
+        return super().on_shutdown(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the thread and go back to unconfigured."""
         self.stop()
-        return TransitionCallbackReturn.SUCCESS
+        return super().on_error(state)
 
     def destroy_node(self) -> None:
         """Stop the thread before anything that it uses goes away."""
@@ -218,7 +222,7 @@ class DeviceNode(LifecycleNode):
                 finally:
                     self.disconnect()
                 self._stop.wait(self.config.reconnect_delay)
-            self._trouble = 'not connected: the node is not active'
+            self._state = _INACTIVE
         except Exception:
             self.get_logger().fatal('internal error, shutting down:\n' + traceback.format_exc())
             self.failed = True
@@ -226,24 +230,21 @@ class DeviceNode(LifecycleNode):
     def _stay_connected(self) -> None:
         self.connect()
         self.connections += 1
-        self._trouble = ''
+        self._state = _CONNECTED
         self.get_logger().info(f"connected to '{self.config.port}'")
         while self.keep_going():
             self.cycle()
 
     def _report(self, trouble: str) -> None:
         """Log a trouble once for as long as it lasts."""
-        if trouble != self._trouble:
+        if trouble != self._state[1]:
             self.get_logger().error(
                 f'{trouble}; trying again every {self.config.reconnect_delay} s'
             )
-        self._trouble = trouble
+        self._state = (DiagnosticStatus.ERROR, trouble)
 
     def _diagnose(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        if self._trouble:
-            status.summary(DiagnosticStatus.ERROR, self._trouble)
-        else:
-            status.summary(DiagnosticStatus.OK, 'connected')
+        status.summary(*self._state)
         status.add('port', self.config.port)
         status.add('connections', str(self.connections))
         self.diagnose(status)

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import termios
+import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
@@ -15,12 +16,13 @@ from nodlidar_common.node import DeviceNode, run
 from nodlidar_common.parameters import parameter
 import pytest
 import rclpy
-from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from serial import SerialException
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
+NOT_ACTIVE = 'not connected: the node is not active'
 LONGEST = 30.0  # s; only a failing test waits so long
 
 
@@ -78,7 +80,7 @@ def activate(device):
 
 def status_with(device, message):
     """Spin the node until its diagnostics have a message; return that status."""
-    found = []
+    found, deadline = [], time.monotonic() + LONGEST
 
     def listen(array):
         found.extend(status for status in array.status if status.message == message)
@@ -86,6 +88,7 @@ def status_with(device, message):
     listener = rclpy.create_node('listener')
     listener.create_subscription(DiagnosticArray, '/diagnostics', listen, 10)
     while not found:
+        assert time.monotonic() < deadline, f'no status {message!r}'
         rclpy.spin_once(device, timeout_sec=1.0)
         rclpy.spin_once(listener, timeout_sec=0.01)
     listener.destroy_node()
@@ -94,8 +97,8 @@ def status_with(device, message):
 
 def test_nothing_happens_before_activation(device):
     assert device.trigger_configure() == SUCCESS
-    status = status_with(device, 'not connected yet')
-    assert (status.level, status.name) == (DiagnosticStatus.ERROR, 'fake: device')
+    status = status_with(device, NOT_ACTIVE)
+    assert (status.level, status.name) == (DiagnosticStatus.OK, 'fake: device')
     assert status.hardware_id == '/dev/fake'
     assert device.steps.empty()
 
@@ -147,7 +150,7 @@ def test_a_connection_that_is_given_up_on_deactivation_is_no_trouble(device):
     assert device.next_steps(2) == ['connect', 'waiting']
     assert device.trigger_deactivate() == SUCCESS
     assert device.next_steps(1) == ['disconnect']
-    assert status_with(device, 'not connected: the node is not active')
+    assert status_with(device, NOT_ACTIVE).level == DiagnosticStatus.OK
 
 
 def test_deactivation_disconnects_and_activation_connects_again(device):
@@ -156,7 +159,7 @@ def test_deactivation_disconnects_and_activation_connects_again(device):
     assert device.next_steps(2) == ['connect', 'there']
     assert device.trigger_deactivate() == SUCCESS
     assert device.next_steps(1) == ['disconnect']
-    assert status_with(device, 'not connected: the node is not active')
+    assert status_with(device, NOT_ACTIVE).level == DiagnosticStatus.OK
     assert device.trigger_cleanup() == SUCCESS
     device.orders.put('again')
     activate(device)
@@ -180,6 +183,61 @@ def test_shutdown_of_an_active_device_disconnects_it(device):
     assert device.next_steps(2) == ['connect', 'there']
     assert device.trigger_shutdown() == SUCCESS
     assert device.next_steps(1) == ['disconnect']
+
+
+CONFIGURE, CLEANUP = LifecycleNode.trigger_configure, LifecycleNode.trigger_cleanup
+ACTIVATE, DEACTIVATE = LifecycleNode.trigger_activate, LifecycleNode.trigger_deactivate
+SHUTDOWN = LifecycleNode.trigger_shutdown
+
+
+@pytest.mark.parametrize(
+    'transitions',
+    [
+        [SHUTDOWN],
+        [CONFIGURE, SHUTDOWN],
+        [CONFIGURE, CLEANUP, SHUTDOWN],
+        [CONFIGURE, CLEANUP, CONFIGURE, ACTIVATE, SHUTDOWN],
+        [CONFIGURE, ACTIVATE, DEACTIVATE, ACTIVATE, DEACTIVATE, CLEANUP, SHUTDOWN],
+        [CONFIGURE, ACTIVATE, DEACTIVATE, CLEANUP, CONFIGURE, ACTIVATE, DEACTIVATE, SHUTDOWN],
+    ],
+)
+def test_the_device_is_connected_only_while_active_in_any_order(device, transitions):
+    steps = []
+    for transition in transitions:
+        device.orders.put('there')
+        assert transition(device) == SUCCESS
+        if transition is ACTIVATE:
+            steps += device.next_steps(2)
+        elif steps and steps[-1] == 'there':
+            steps += device.next_steps(1)
+        device.orders = queue.Queue()
+    assert steps == ['connect', 'there', 'disconnect'] * transitions.count(ACTIVATE)
+    assert device.steps.empty()
+
+
+def test_an_error_in_a_transition_leaves_the_node_unconfigured_and_usable(device):
+    publisher = device.create_lifecycle_publisher(DiagnosticArray, 'any', 1)
+    activate(device)
+    device.orders.put('there')
+    assert device.next_steps(2) == ['connect', 'there']
+    publisher.on_deactivate = lambda state: TransitionCallbackReturn.ERROR
+    assert device.trigger_deactivate() == TransitionCallbackReturn.ERROR
+    assert device.next_steps(1) == ['disconnect']
+    del publisher.on_deactivate
+    device.orders.put('again')
+    activate(device)
+    assert device.next_steps(2) == ['connect', 'again']
+
+
+@pytest.mark.parametrize('callback', ['on_configure', 'on_shutdown'])
+def test_managed_publishers_hear_of_every_transition(device, callback):
+    publisher = device.create_lifecycle_publisher(DiagnosticArray, 'any', 1)
+    heard = []
+    setattr(publisher, callback, lambda state: heard.append(callback) or SUCCESS)
+    activate(device)
+    device.orders.put('there')
+    assert device.trigger_shutdown() == SUCCESS
+    assert heard == [callback]
 
 
 def test_destroying_an_active_device_disconnects_it(device):
