@@ -1,6 +1,7 @@
 """The lidar's lifecycle node: keeps it connected and publishes its scans."""
 
 import contextlib
+import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -29,14 +30,12 @@ class Driver(DeviceNode):
         self._diagnosis = Diagnosis(self._window)
         self._port: serial.Serial | None = None
         self._lidar: Lidar | None = None
+        overridable = QoSOverridingOptions.with_default_policies()
         self._scans = self.create_lifecycle_publisher(
-            LaserScan,
-            'scan',
-            QoSProfile(depth=10),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            LaserScan, 'scan', QoSProfile(depth=10), qos_overriding_options=overridable
         )
         self._arrivals = self.create_lifecycle_publisher(
-            TimeReference, '~/arrival', QoSProfile(depth=10)
+            TimeReference, '~/arrival', QoSProfile(depth=10), qos_overriding_options=overridable
         )
 
     def connect(self) -> None:
@@ -80,6 +79,6 @@ class Driver(DeviceNode):
             status.add(name, value)
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the driver."""
-    return run(Driver, args)
+def main() -> None:
+    """Run the driver node."""
+    sys.exit(run(Driver))

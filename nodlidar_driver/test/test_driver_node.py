@@ -28,7 +28,7 @@ from rclpy.task import Future
 from sensor_msgs.msg import LaserScan, TimeReference
 
 TIMEOUT = 20.0
-MAIN = 'import sys; from nodlidar_driver.node import main; sys.exit(main())'
+MAIN = 'from nodlidar_driver.node import main; main()'
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
@@ -166,14 +166,15 @@ def test_window_cluster_skip_frame_and_offset_are_applied(ports, truth):
     assert min(abs(shift - 0.15), abs(shift + 0.05)) < 0.01
 
 
-def test_publishers_are_reliable_and_volatile_and_can_be_overridden(ports):
+@pytest.mark.parametrize('topic', ['/scan', '/driver/arrival'])
+def test_publishers_are_reliable_and_volatile_and_can_be_overridden(ports, topic):
     with listening(port=ports['lidar']) as listener:
-        info = listener.node.get_publishers_info_by_topic('/scan')[0].qos_profile
+        info = listener.node.get_publishers_info_by_topic(topic)[0].qos_profile
         assert info.reliability == ReliabilityPolicy.RELIABLE
         assert info.durability == DurabilityPolicy.VOLATILE
-    overrides = {'qos_overrides./scan.publisher.reliability': 'best_effort'}
+    overrides = {f'qos_overrides.{topic}.publisher.reliability': 'best_effort'}
     with listening(port=ports['lidar'], **overrides) as listener:
-        info = listener.node.get_publishers_info_by_topic('/scan')[0].qos_profile
+        info = listener.node.get_publishers_info_by_topic(topic)[0].qos_profile
         assert info.reliability == ReliabilityPolicy.BEST_EFFORT
 
 

@@ -115,6 +115,6 @@ def sleep_until(time_ns: int) -> None:
     time.sleep(max(time_ns - time.time_ns(), 0) / NS_PER_S)
 
 
-def main() -> int:
-    """Run the node; return the exit status."""
-    return run(ServoNode, sys.argv)
+def main() -> None:
+    """Run the servo node."""
+    sys.exit(run(ServoNode))

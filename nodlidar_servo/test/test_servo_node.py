@@ -29,7 +29,7 @@ from sensor_msgs.msg import JointState
 TIMEOUT = 20.0
 DOMAIN = 1 + os.getpid() % 101
 SWEEP = 4001 * 0.1 / 1024
-MAIN = 'import sys; from nodlidar_servo.node import main; sys.exit(main())'
+MAIN = 'from nodlidar_servo.node import main; main()'
 
 
 def start(*parameters, namespace=''):
