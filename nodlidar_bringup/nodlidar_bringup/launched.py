@@ -1,7 +1,7 @@
 """A launched sensor as a child process: `ros2 launch nodlidar_bringup robot.launch.py`."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
 import signal
@@ -61,3 +61,6 @@ def launched_sensor(log: Path, *arguments: str) -> Iterator[LaunchedSensor]:
                 sensor.interrupt()
             except subprocess.TimeoutExpired:
                 sensor.kill()
+        # A launch that died may have left nodes; they end cleanly by this.
+        with suppress(ProcessLookupError):
+            os.killpg(sensor.process.pid, signal.SIGTERM)
