@@ -71,7 +71,7 @@ class ServoNode(DeviceNode):
             self.config.feedback_rate,
             self._figures,
             time.time_ns,
-            sleep_until,
+            lambda duration_ns: time.sleep(duration_ns / NS_PER_S),
         )
 
     def cycle(self) -> None:
@@ -108,11 +108,6 @@ class ServoNode(DeviceNode):
         for level, texts in ((DiagnosticStatus.WARN, warnings), (DiagnosticStatus.ERROR, errors)):
             for text in texts:
                 status.mergeSummary(level, text)
-
-
-def sleep_until(time_ns: int) -> None:
-    """Block until a host time [ns]."""
-    time.sleep(max(time_ns - time.time_ns(), 0) / NS_PER_S)
 
 
 def main() -> None:

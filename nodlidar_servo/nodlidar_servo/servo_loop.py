@@ -19,17 +19,17 @@ class Schedule:
     """
 
     def __init__(self, rate: float) -> None:
-        self._period_ns = round(NS_PER_S / rate)
+        self.period_ns = round(NS_PER_S / rate)
         self._deadline_ns: int | None = None
 
     def advance(self, now_ns: int) -> tuple[int, int]:
         """Return the next deadline [ns] and how many were skipped before it."""
-        if self._deadline_ns is None or now_ns < self._deadline_ns - self._period_ns:
+        if self._deadline_ns is None or now_ns < self._deadline_ns - self.period_ns:
             self._deadline_ns = now_ns
             return now_ns, 0
-        deadline_ns = self._deadline_ns + self._period_ns
-        skipped = max(now_ns - deadline_ns, 0) // self._period_ns
-        self._deadline_ns = deadline_ns + skipped * self._period_ns
+        deadline_ns = self._deadline_ns + self.period_ns
+        skipped = max(now_ns - deadline_ns, 0) // self.period_ns
+        self._deadline_ns = deadline_ns + skipped * self.period_ns
         return self._deadline_ns, skipped
 
 
@@ -56,8 +56,8 @@ class ServoLoop:
         Cycles per second [Hz].
     figures
         Where the cycles are counted.
-    clock, sleep_until
-        Return the host time [ns] and block until one.
+    clock, sleep
+        Return the host time [ns] and block for a time [ns].
     """
 
     def __init__(
@@ -67,14 +67,14 @@ class ServoLoop:
         rate: float,
         figures: LoopFigures,
         clock: Callable[[], int],
-        sleep_until: Callable[[int], None],
+        sleep: Callable[[int], None],
     ) -> None:
         self._servo = servo
         self._commands = commands
         self._figures = figures
         self._schedule = Schedule(rate)
         self._clock = clock
-        self._sleep_until = sleep_until
+        self._sleep = sleep
         self._sample: Sample | None = None
         self._failures_in_a_row = 0
 
@@ -89,7 +89,7 @@ class ServoLoop:
         deadline_ns, skipped = self._schedule.advance(self._clock())
         self._figures.missed_cycles += skipped
         self._turn_before(deadline_ns)
-        self._sleep_until(deadline_ns)
+        self._wait_until(deadline_ns)
         if not self._attempt(self._measure):
             return None
         self._attempt(self._steer)
@@ -101,8 +101,12 @@ class ServoLoop:
         tracker = self._commands.tracker(now_ns)
         if tracker is None or tracker.next_turn_ns(now_ns) >= deadline_ns:
             return
-        self._sleep_until(tracker.next_turn_ns(now_ns))
+        self._wait_until(tracker.next_turn_ns(now_ns))
         self._attempt(self._steer)
+
+    def _wait_until(self, time_ns: int) -> None:
+        """Block until a host time [ns], for a period at most: the clock may have been set back."""
+        self._sleep(min(max(time_ns - self._clock(), 0), self._schedule.period_ns))
 
     def _measure(self) -> None:
         self._sample = self._servo.sample()

@@ -1,3 +1,5 @@
+import itertools
+
 from nodlidar_common.errors import PortError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
@@ -36,8 +38,11 @@ class Bench:
             rate,
             self.figures,
             self.clock,
-            self.clock.advance_to,
+            self.sleep,
         )
+
+    def sleep(self, duration_ns):
+        self.clock.advance_to(self.clock() + duration_ns)
 
     def run(self, seconds, nod=NOD):
         """Return the samples of some seconds in which the nod is commanded all the time."""
@@ -156,6 +161,29 @@ def test_a_pulled_cable_is_told_at_once():
     bench.port.unplug()
     with pytest.raises(PortError):
         bench.loop.cycle()
+
+
+@pytest.mark.parametrize('reading', range(6))
+def test_a_clock_that_is_set_back_at_any_instant_stops_nothing(reading):
+    readings = itertools.count()
+    step_ns = 3600 * 10**9
+    bench = Bench()
+    slept = []
+
+    def clock():
+        return bench.clock() - (step_ns if next(readings) > reading else 0)
+
+    loop = ServoLoop(
+        Servo(bench.port, ServoConfig(), bench.clock),
+        bench.commands,
+        100.0,
+        bench.figures,
+        clock,
+        lambda duration_ns: slept.append(duration_ns) or bench.sleep(duration_ns),
+    )
+    bench.commands.accept(NOD, bench.clock())
+    assert all(loop.cycle() for _ in range(5))
+    assert max(slept) <= 10_000_000
 
 
 def test_deadlines_do_not_drift():
