@@ -1,0 +1,169 @@
+"""The assembler node on real DDS, fed with a simulated recording, against the same data offline."""
+
+from contextlib import contextmanager
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.node import Assembler
+from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.sensor_log import assemble_log, SensorLog
+from nodlidar_common.messages import nod_from_message, time_message
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.stamps import time_ns
+from nodlidar_msgs.msg import NodCommand
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.simulation import simulate
+import numpy as np
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+from sensor_msgs_py import point_cloud2
+
+START_NS = 1_700_000_000_000_000_000
+BEAM_PERIOD = 0.1 / 1024
+DURATION = 3.0
+LONGEST = 30.0
+
+
+@pytest.fixture(scope='module')
+def log():
+    """Return what the reference sensor tells in the scene 'wall'."""
+    nod = NodTrajectory(-0.6136, 0.6136, 4001 * BEAM_PERIOD, 4001, START_NS)
+    told = simulate(load_scene('wall'), nod, DURATION, start_ns=START_NS)
+    geometry = ScanGeometry(
+        682, np.float32(told.azimuth[0]), np.float32(2 * np.pi / 1024), np.float32(BEAM_PERIOD),
+        np.float32(0.02), np.float32(5.6),
+    )  # fmt: skip
+    scans = [
+        Scan(int(stamp_ns), geometry, ranges.astype(np.float32))
+        for stamp_ns, ranges in zip(told.scan_stamp_ns, told.ranges, strict=True)
+    ]
+    return SensorLog(scans, told.joint_stamp_ns, told.joint_position)
+
+
+class Bench:
+    """An assembler node, a feeder and what came out."""
+
+    def __init__(self, parameters):
+        rclpy.init(args=['--ros-args', *(f for p in parameters for f in ('-p', p))])
+        self.node, self.feeder = Assembler(), rclpy.create_node('feeder')
+        self.executor = SingleThreadedExecutor()
+        for node in (self.node, self.feeder):
+            self.executor.add_node(node)
+        self.out = {PointCloud2: [], NodCommand: [], DiagnosticArray: []}
+        for kind, topic in zip(self.out, ('points', 'nod_command', '/diagnostics'), strict=True):
+            self.feeder.create_subscription(kind, topic, self.out[kind].append, 50)
+        self._scans = self.feeder.create_publisher(LaserScan, 'scan', 10)
+        self._states = self.feeder.create_publisher(JointState, 'joint_states', 50)
+        inputs = (self._scans, self._states)
+        self.spin_until(lambda: all(p.get_subscription_count() for p in inputs))
+        topics = [p for p in self.node.publishers if p.topic in ('/points', '/nod_command')]
+        self.spin_until(lambda: all(p.get_subscription_count() for p in topics))
+
+    def spin_until(self, condition):
+        deadline = time.monotonic() + LONGEST
+        while not condition():
+            assert time.monotonic() < deadline
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def feed(self, log):
+        """Publish a log in the order of its time, letting the node keep up."""
+        messages = [
+            (scan.stamp_ns + 66_600_000, self._scans, scan_message(scan)) for scan in log.scans
+        ]
+        messages += [
+            (stamp_ns, self._states, state_message(stamp_ns, pitch))
+            for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True)
+        ]
+        for _, publisher, message in sorted(messages, key=lambda entry: entry[0]):
+            publisher.publish(message)
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.feeder.destroy_node()
+        rclpy.shutdown()
+
+
+@contextmanager
+def bench(*parameters):
+    made = Bench(parameters)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+def scan_message(scan):
+    geometry = scan.geometry
+    message = LaserScan(
+        angle_min=float(geometry.angle_min),
+        angle_increment=float(geometry.angle_increment),
+        time_increment=float(geometry.time_increment),
+        range_min=float(geometry.range_min),
+        range_max=float(geometry.range_max),
+        ranges=scan.ranges,
+    )
+    message.header.stamp = time_message(scan.stamp_ns)
+    return message
+
+
+def state_message(stamp_ns, pitch):
+    message = JointState(name=['wheel', 'nod_joint'], position=[9.0, float(pitch)])
+    message.header.stamp = time_message(int(stamp_ns))
+    return message
+
+
+@pytest.mark.parametrize('estimator', ['nearest', 'ends', 'slerp'])
+@pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])
+def test_clouds_are_those_of_the_same_data_offline(log, cloud_mode, estimator):
+    expected, drops = assemble_log(log, Pipeline(estimator, cloud_mode, REFERENCE_MOUNT, 0.1))
+    assert not drops
+    with bench(f'cloud_mode:={cloud_mode}', f'estimator:={estimator}') as running:
+        running.feed(log)
+        clouds = running.out[PointCloud2]
+        running.spin_until(lambda: len(clouds) >= len(expected))
+    assert len(clouds) == len(expected)
+    for cloud, points in zip(clouds, expected, strict=True):
+        assert time_ns(cloud.header.stamp) == points.time_ns[0]
+        assert cloud.header.frame_id == 'nodlidar_base_link'
+        got = point_cloud2.read_points(cloud)
+        for name in points.data.dtype.names:
+            np.testing.assert_array_equal(got[name], points.data[name])
+
+
+def test_the_nod_is_commanded_at_the_lidar_s_rate(log):
+    with bench('samples_per_sweep:=2745', 'pitch_min:=-0.2') as running:
+        running.feed(log)
+        running.spin_until(lambda: len(running.out[NodCommand]) >= 2)
+    first, *others = running.out[NodCommand]
+    nod = nod_from_message(first)
+    assert (nod.pitch_min, nod.pitch_max, nod.samples_per_sweep) == (-0.2, 0.6136, 2745)
+    assert nod.sweep_duration == pytest.approx(2745 * BEAM_PERIOD, rel=1e-6)
+    assert abs(nod.reference_time_ns - log.scans[0].stamp_ns) < BEAM_PERIOD * 1e9
+    assert all(nod_from_message(other) == nod for other in others)
+
+
+def test_without_commanding_there_is_no_command(log):
+    with bench('command_nod:=false') as running:
+        assert 'nod_command' not in dict(running.node.get_topic_names_and_types())
+        assert all(p.topic != '/nod_command' for p in running.node.publishers)
+
+
+def test_scans_without_joint_states_are_dropped_counted_and_diagnosed(log):
+    silent = SensorLog(log.scans[:3], log.sample_ns[:0], log.sample_pitch[:0])
+
+    def reported(running):
+        for array in running.out[DiagnosticArray]:
+            for status in array.status:
+                values = {value.key: value.value for value in status.values}
+                if values.get('dropped: no joint state after it before the deadline') == '3':
+                    return status.level == DiagnosticStatus.WARN and not running.out[PointCloud2]
+        return False
+
+    with bench('deadline:=0.05') as running:
+        running.feed(silent)
+        running.spin_until(lambda: reported(running))
