@@ -1,4 +1,4 @@
-"""The assembler node on real DDS, fed with a simulated recording, against the same data offline."""
+"""The assembler node on real DDS, fed with simulated data, against the same data offline."""
 
 from contextlib import contextmanager
 import time
@@ -25,6 +25,7 @@ START_NS = 1_700_000_000_000_000_000
 BEAM_PERIOD = 0.1 / 1024
 DURATION = 3.0
 LONGEST = 30.0
+SCAN_NS = 66_600_000  # a scan comes after its last beam
 
 
 @pytest.fixture(scope='module')
@@ -71,7 +72,7 @@ class Bench:
     def feed(self, log):
         """Publish a log in the order of its time, letting the node keep up."""
         messages = [
-            (scan.stamp_ns + 66_600_000, self._scans, scan_message(scan)) for scan in log.scans
+            (scan.stamp_ns + SCAN_NS, self._scans, scan_message(scan)) for scan in log.scans
         ]
         messages += [
             (stamp_ns, self._states, state_message(stamp_ns, pitch))
@@ -122,7 +123,8 @@ def state_message(stamp_ns, pitch):
 def test_clouds_are_those_of_the_same_data_offline(log, cloud_mode, estimator):
     expected, drops = assemble_log(log, Pipeline(estimator, cloud_mode, REFERENCE_MOUNT, 0.1))
     assert not drops
-    with bench(f'cloud_mode:={cloud_mode}', f'estimator:={estimator}') as running:
+    parameters = (f'cloud_mode:={cloud_mode}', f'estimator:={estimator}', 'deadline:=10.0')
+    with bench(*parameters) as running:
         running.feed(log)
         clouds = running.out[PointCloud2]
         running.spin_until(lambda: len(clouds) >= len(expected))
