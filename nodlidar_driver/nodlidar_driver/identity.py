@@ -64,11 +64,9 @@ class Capabilities:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """The answer to II: laser (ON or OFF), motor speed, what it measures, and how it feels."""
+    """What is used of the answer to II: the motor's speed, and how the lidar feels."""
 
-    laser: str
     speed: str
-    measurement: str
     health: str
 
 
@@ -100,9 +98,7 @@ def capabilities(information: Mapping[str, str]) -> Capabilities:
 def state(information: Mapping[str, str]) -> State:
     """Return the answer to II; raises DeviceError if a key is missing."""
     return State(
-        laser=_value(information, 'LASR'),
         speed=_value(information, 'SCSP'),
-        measurement=_value(information, 'MESM'),
         health=_value(information, 'STAT'),
     )
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
+_WAY_BACK = {status_of.SCIP_1_1_ERROR: 'SCIP2.0', status_of.NOT_IN_THIS_STATE: 'TM2'}
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
 _STOPPED = re.compile(rb'QT\n(00P|0Ee)\n\n')  # the latter in time mode, with the laser off
 
@@ -97,7 +98,8 @@ class ScipClient:
                 continue
             if status == status_of.OK:
                 return
-            self._ask('SCIP2.0' if status == status_of.SCIP_1_1_ERROR else 'TM2')
+            if status in _WAY_BACK:
+                self._ask(_WAY_BACK[status])
         raise DeviceError('the device does not answer as a SCIP 2.0 lidar does')
 
     def version(self) -> identity.Version:
@@ -109,7 +111,7 @@ class ScipClient:
         return identity.capabilities(self._information('PP'))
 
     def state(self) -> identity.State:
-        """Ask for laser, speed and health; this ends a stream."""
+        """Ask for speed and health; this ends a stream."""
         return identity.state(self._information('II'))
 
     def time_replies(self, enough: Callable[[Sequence[TimeReply]], bool]) -> list[TimeReply]:

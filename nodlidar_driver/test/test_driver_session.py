@@ -161,7 +161,7 @@ def test_a_session_starts_from_any_state(options, commands):
     capabilities = client.capabilities()
     assert (capabilities.first_step, capabilities.last_step) == (44, 725)
     assert capabilities.rotation == 0.1
-    assert client.state().laser == 'OFF'
+    assert client.state().health == 'Sensor works well.'
 
 
 def test_half_a_command_of_another_program_does_no_harm():
