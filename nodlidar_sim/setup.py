@@ -1,5 +1,3 @@
-from glob import glob
-
 from setuptools import find_packages, setup
 
 PACKAGE = 'nodlidar_sim'
@@ -12,7 +10,6 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/scenes', glob(f'{PACKAGE}/scenes/*.yaml')),
     ],
     install_requires=['setuptools'],
     zip_safe=True,

@@ -27,7 +27,11 @@ class Effects:
         0.0, 'Standard deviation of the turn-around instants', unit='s', minimum=0.0, maximum=0.1
     )
     clock_drift: float = parameter(
-        0.0, 'Excess rate of the lidar clock', unit='ppm', minimum=-10000.0, maximum=10000.0
+        0.0,
+        'Excess rate of the lidar clock; the driver follows 500 ppm, ten times that of quartz',
+        unit='ppm',
+        minimum=-500.0,
+        maximum=500.0,
     )
     odometry_error: float = parameter(
         0.0,

@@ -73,11 +73,3 @@ class World:
         """
         in_base = self.scene.mount.to_parent(points)
         return self.scene.surfaces.surface_distance(to_parent(in_base, self.base.poses(times_ns)))
-
-    def surface_distance_in_odom(self, points: Array) -> Array:
-        """Return how far points (m, 3) in odom are from the nearest surface [m].
-
-        The origin of odom is base_link at the start of its route.
-        """
-        start = np.array([self.base.start])
-        return self.scene.surfaces.surface_distance(to_parent(points, start))

@@ -112,13 +112,6 @@ def test_points_by_the_model_lie_on_the_surfaces():
     assert world.surface_distance(points, times[:1]).max() > 0.1
 
 
-def test_points_in_odom_are_seen_from_the_start_of_the_route():
-    scene = parse_scene(WALL + 'base: {start: [1, 0, 3.141592653589793]}', 'w')
-    world = World(scene, still(0.0))
-    points = np.array([[0.0, 0.0, 0.0], [-1.0, 5.0, 2.0], [2.0, 0.0, 0.0]])
-    np.testing.assert_allclose(world.surface_distance_in_odom(points), [1.0, 0.0, 3.0], atol=1e-12)
-
-
 def test_without_a_base_of_its_own_a_world_takes_the_route_of_the_scene():
     scene = load_scene('corridor')
     world = World(scene, still(0.0))
