@@ -1,4 +1,1 @@
-"""What several nodlidar packages share.
-
-Without ROS: errors, nod, parameters, pose, serial_port. With it: messages, node, node_parameters.
-"""
+"""What several nodlidar packages share."""

@@ -1,4 +1,1 @@
-"""The nodding lidar simulated, without ROS, threads or a clock of its own.
-
-The world: pose, shapes, raycast, scene, base, motion, world. Whole recordings at once: simulation.
-"""
+"""The nodding lidar simulated, down to the bytes of its two devices, without ROS."""
