@@ -1,0 +1,57 @@
+"""The algorithms are plain Python: each module but those of the nodes imports without ROS."""
+
+from importlib.util import find_spec
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+WITH_ROS = {
+    'nodlidar_common': {'messages', 'node', 'node_parameters'},
+    'nodlidar_driver': {'messages', 'node'},
+    'nodlidar_servo': {'node'},
+    'nodlidar_sim': set(),
+    'nodlidar_assembler': {
+        'bracket_filter',
+        'cloud_message',
+        'diagnosis',
+        'joint_filter',
+        'node',
+        'scan_filter',
+    },
+}
+ROS = [
+    *('ament_index_python', 'launch', 'launch_ros', 'rclpy', 'rosidl_runtime_py'),
+    *('diagnostic_updater', 'message_filters', 'sensor_msgs_py', 'tf2_ros'),
+    *('builtin_interfaces', 'rcl_interfaces'),
+    *('diagnostic_msgs', 'geometry_msgs', 'lifecycle_msgs', 'nav_msgs', 'nodlidar_msgs'),
+    *('sensor_msgs', 'std_msgs', 'tf2_msgs', 'visualization_msgs'),
+]
+IMPORT_ALL = f"""
+import importlib, sys
+sys.modules.update(dict.fromkeys({ROS}))
+for name in sys.argv[1:]:
+    try:
+        importlib.import_module(name)
+    except ImportError as error:
+        print(f'{{name}}: {{error}}')
+"""
+
+
+def modules(package):
+    """Return the names of a package's modules."""
+    [folder] = find_spec(package).submodule_search_locations
+    return {path.stem for path in Path(folder).glob('*.py')} - {'__init__'}
+
+
+def not_importable(package, names):
+    """Import modules in an interpreter without ROS; return the names of those that fail."""
+    command = [sys.executable, '-c', IMPORT_ALL, *(f'{package}.{name}' for name in names)]
+    output = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return {line.split(':')[0].removeprefix(f'{package}.') for line in output.splitlines()}
+
+
+@pytest.mark.parametrize('package', WITH_ROS)
+def test_just_the_modules_of_the_nodes_need_ros(package):
+    assert not_importable(package, sorted(modules(package))) == WITH_ROS[package]
