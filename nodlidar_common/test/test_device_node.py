@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import termios
+import threading
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -339,9 +340,12 @@ def test_signal_ends_the_process_with_the_device_safe(number, request):
     command = [sys.executable, '-c', PROGRAM, str(request.path.parent)]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        watchdog = threading.Timer(LONGEST, process.kill)
+        watchdog.start()
         assert [process.stdout.readline() for _ in range(2)] == ['there\n', 'cycle\n']
         process.send_signal(number)
         *cycles, last = process.stdout.read().splitlines()
         [connected] = process.stderr.read().splitlines()
+        watchdog.cancel()
     assert (process.returncode, last, set(cycles) - {'cycle'}) == (0, 'disconnect', set())
     assert "connected to '/dev/fake'" in connected

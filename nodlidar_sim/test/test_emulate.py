@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 
 from nodlidar_common import scip
 from nodlidar_common.serial_port import open_port
@@ -13,13 +14,14 @@ from nodlidar_sim.scene import load_scene
 import numpy as np
 import pytest
 
+LONGEST = 30.0  # s; then a process is killed, so that no read waits for ever
 PING = bytes.fromhex('FFFF010201FB')
 PING_ANSWER = bytes.fromhex('FFFF010200FC')
 
 
 @pytest.fixture
 def start():
-    processes = []
+    processes, watchdogs = [], []
 
     def start(*arguments):
         process = subprocess.Popen(
@@ -27,10 +29,13 @@ def start():
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         processes.append(process)
+        watchdogs.append(threading.Timer(LONGEST, process.kill))
+        watchdogs[-1].start()
         return process
 
     yield start
-    for process in processes:
+    for process, watchdog in zip(processes, watchdogs, strict=True):
+        watchdog.cancel()
         process.kill()
         process.communicate()
 

@@ -68,12 +68,20 @@ class Broken(Echo):
         raise ZeroDivisionError('broken device')
 
 
-def until(condition, limit=5.0):
+def until(condition, limit=20.0):
     """Wait for what another thread does, or fail."""
     deadline = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < deadline
         threading.Event().wait(0.001)
+
+
+def wait_for(ports, limit=20.0):
+    """Wait until emulated devices have ended, or fail."""
+    waiting = threading.Thread(target=ports.wait, daemon=True)
+    waiting.start()
+    waiting.join(limit)
+    assert not waiting.is_alive()
 
 
 def test_two_devices_answer_byte_for_byte(tmp_path):
@@ -197,7 +205,7 @@ def test_a_link_that_cannot_be_made_is_an_error(tmp_path):
 def use_broken_device():
     with PseudoTerminals({'a': Broken()}) as ports, open_port(ports['a'], 9600, 5.0) as port:
         port.write(b'x')
-        ports.wait()
+        wait_for(ports)
 
 
 def test_an_error_of_a_device_hangs_up_and_surfaces():
@@ -207,7 +215,7 @@ def test_an_error_of_a_device_hangs_up_and_surfaces():
 
 def test_the_host_clock_follows_the_wall_clock():
     clock = HostClock()
-    assert abs(clock() - time.time_ns()) < 50_000_000
+    assert abs(clock() - time.time_ns()) < 1_000_000_000
     assert clock() <= clock()
 
 
@@ -220,7 +228,7 @@ def test_with_a_grace_a_device_answers_until_its_host_has_closed_it():
             host.write(b'2')
             assert host.read(1) == b'2'
         began = time.monotonic()
-        ports.wait()
+        wait_for(ports)
         assert time.monotonic() - began < 10.0
 
 
@@ -230,4 +238,4 @@ def test_a_grace_comes_to_an_end():
         open_port(ports['echo'], 115200, timeout=5.0),
     ):
         ports.stop(grace=0.05)
-        ports.wait()
+        wait_for(ports)
