@@ -1,7 +1,6 @@
 """The node as users run it: its own process, real DDS, an emulated servo on a pseudo-terminal."""
 
 from contextlib import contextmanager
-import os
 import signal
 import subprocess
 import sys
@@ -27,7 +26,6 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState
 
 TIMEOUT = 20.0
-DOMAIN = 1 + os.getpid() % 101
 SWEEP = 4001 * 0.1 / 1024
 MAIN = 'from nodlidar_servo.node import main; main()'
 
@@ -40,7 +38,6 @@ def start(*parameters, namespace=''):
         [sys.executable, '-c', MAIN, '--ros-args', *options],
         stderr=subprocess.PIPE,
         text=True,
-        env=os.environ | {'ROS_DOMAIN_ID': str(DOMAIN)},
     )
 
 
@@ -49,7 +46,7 @@ class Commander:
 
     def __init__(self):
         self.context = Context()
-        rclpy.init(context=self.context, domain_id=DOMAIN)
+        rclpy.init(context=self.context)
         self.node = rclpy.create_node('commander', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
