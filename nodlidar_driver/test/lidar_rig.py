@@ -2,8 +2,8 @@
 
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import scan_window
-from nodlidar_sim.ports import VirtualClock, VirtualPort
 from nodlidar_sim.urg import UrgEmulator
+from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 
 START_NS = 1_700_000_000_000_000_000

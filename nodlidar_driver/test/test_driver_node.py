@@ -15,7 +15,7 @@ from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
 from nodlidar_driver.node import Driver
-from nodlidar_sim.ports import PseudoTerminals
+from nodlidar_sim.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.urg import UrgEmulator
 import numpy as np
 import pytest

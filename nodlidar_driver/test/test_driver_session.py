@@ -8,7 +8,7 @@ from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import ScanWindow
 from nodlidar_driver.scip_client import ScipClient
 from nodlidar_sim.faults import FaultyDevice
-from nodlidar_sim.ports import VirtualPort
+from nodlidar_sim.virtual_port import VirtualPort
 import numpy as np
 import pytest
 import serial

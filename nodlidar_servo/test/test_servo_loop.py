@@ -9,10 +9,10 @@ from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import FAILURES_TO_RECONNECT, LoopFigures, Schedule, ServoLoop
 from nodlidar_sim import rx24f_table as table
 from nodlidar_sim.faults import FaultyDevice
-from nodlidar_sim.ports import VirtualClock, VirtualPort
 from nodlidar_sim.rx24f import Rx24fEmulator
 from nodlidar_sim.rx24f_motor import TICK
 from nodlidar_sim.servo_motion import ServoMotion
+from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 import pytest
 

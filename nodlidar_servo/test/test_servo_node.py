@@ -14,7 +14,7 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim import rx24f_table as table
-from nodlidar_sim.ports import PseudoTerminals
+from nodlidar_sim.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.rx24f import Rx24fEmulator
 from nodlidar_sim.rx24f_motor import TICK
 from nodlidar_sim.servo_motion import ServoMotion

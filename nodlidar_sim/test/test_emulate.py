@@ -9,8 +9,8 @@ import threading
 from nodlidar_common import scip
 from nodlidar_common.serial_port import open_port
 from nodlidar_sim.emulate import make_devices, parse, without_ros_args
-from nodlidar_sim.ports import VirtualClock, VirtualPort
 from nodlidar_sim.scene import load_scene
+from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 import pytest
 
