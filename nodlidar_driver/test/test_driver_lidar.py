@@ -134,7 +134,7 @@ def test_a_stream_at_its_rate_is_not_slow_however_reports_and_scans_meet(skip):
         diagnosis.published(lidar.read())
         while next_ns <= rig.clock():
             warnings += diagnosis.report(next_ns).warnings
-            next_ns += 987_000_000  # about a second, at all phases of the scans
+            next_ns += 930_000_000  # about a second, at all phases of the scans
     assert warnings == []
 
 
