@@ -25,6 +25,8 @@ PROTOCOL = 1.0
 REPLY_TIMEOUT = 0.05
 """Longest wait for a reply [s]: a latency timer of 16 ms three times over."""
 
+_DRAINED_AT_ONCE = 256
+
 STATUS_BITS = {
     0x01: 'input voltage',
     0x02: 'angle limit',
@@ -54,6 +56,12 @@ class CorruptReplyError(ReplyError):
     """What came back was incomplete, or its checksum or length was wrong."""
 
     reason = 'corrupt reply'
+
+
+class LateReplyError(ReplyError):
+    """The reply came so late that nobody can tell when the motor measured."""
+
+    reason = 'late reply'
 
 
 class RefusedError(ReplyError):
@@ -138,6 +146,15 @@ class OpenPort(PortHandler):
         self.received_ns = self._clock()
         return data
 
+    def drain(self) -> None:
+        """Drop what comes until nothing does for the length of the timeout.
+
+        A reply that comes after its timeout would else be taken for that of the next request: an
+        old measurement with a new time.
+        """
+        while self.readPort(_DRAINED_AT_ONCE):
+            pass
+
     def isPacketTimeout(self) -> bool:  # noqa: N802
         """Tell that time is up: the SDK asks only after a short read."""
         return True
@@ -154,6 +171,7 @@ class DynamixelBus:
         self._port = OpenPort(stream, clock)
         self._id = servo_id
         self._packets = PacketHandler(PROTOCOL)
+        self._reply_is_due = False
 
     def read(self, address: int, length: int) -> Reply:
         """Read registers in one transaction."""
@@ -182,12 +200,16 @@ class DynamixelBus:
 
     def _request(self, instruction: int, parameters: list[int]) -> tuple[int, bytes]:
         """Return the status and the data of the reply to a request."""
+        if self._reply_is_due:
+            self._port.drain()
+        self._reply_is_due = True
         header = [0xFF, 0xFF, self._id, len(parameters) + 2, instruction]
         try:
             reply, result, status = self._packets.txRxPacket(self._port, [*header, *parameters, 0])
         finally:
             self._port.is_using = False  # the SDK leaves it set when the port raises
         self._check(result)
+        self._reply_is_due = False
         return status, bytes(reply[len(header) : -1])
 
     def _check(self, result: int) -> None:

@@ -38,6 +38,11 @@ class WireTime:
         )
 
 
+def excess_ns(sent_ns: int, received_ns: int, wire: WireTime) -> int:
+    """Return what a transaction took beyond its time on the wire [ns]."""
+    return received_ns - sent_ns - wire.request_ns - wire.delay_ns - wire.reply_ns
+
+
 def sample_time_ns(sent_ns: int, received_ns: int, wire: WireTime) -> int:
     """Return the instant [ns] at which the motor took its measurement.
 
@@ -55,6 +60,5 @@ def sample_time_ns(sent_ns: int, received_ns: int, wire: WireTime) -> int:
 
     A transaction that was shorter than its wire time (a simulated port) has no excess.
     """
-    known = wire.request_ns + wire.delay_ns + wire.reply_ns
-    excess = max(received_ns - sent_ns - known, 0)
+    excess = max(excess_ns(sent_ns, received_ns, wire), 0)
     return sent_ns + min(excess, USB_FRAME_NS) // 2 + wire.request_ns + wire.delay_ns // 2

@@ -7,9 +7,16 @@ import struct
 
 from nodlidar_common.errors import DeviceError, ParameterError
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamixel_bus import ByteStream, DynamixelBus, RefusedError, Reply, ReplyError
+from nodlidar_servo.dynamixel_bus import (
+    ByteStream,
+    DynamixelBus,
+    LateReplyError,
+    RefusedError,
+    Reply,
+    ReplyError,
+)
 from nodlidar_servo.models import load_share, MODELS, Register
-from nodlidar_servo.sample_time import sample_time_ns, WireTime
+from nodlidar_servo.sample_time import excess_ns, sample_time_ns, WireTime
 
 _EEPROM = struct.Struct('<H3xBHHxBBBHBxB')  # 0..18, see _set_up
 _PRESENT = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, temperature
@@ -17,6 +24,7 @@ _DRIVE = struct.Struct('<HH')  # 30..33: goal, moving speed
 _RETURN_DELAY_UNIT_NS = 2000
 _REPLY_TO_ALL = 2
 _ATTEMPTS_TO_RELEASE = 3
+_LATEST_NS = 20_000_000  # a latency timer of 16 ms and some; beyond, the host itself was late
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +166,8 @@ class Servo:
         )
 
     def _stamp(self, reply: Reply) -> int:
+        if excess_ns(reply.sent_ns, reply.received_ns, self._wire) > _LATEST_NS:
+            raise LateReplyError('the reply of the servo came too late to tell when it measured')
         return sample_time_ns(reply.sent_ns, reply.received_ns, self._wire)
 
     def drive(self, pitch: float, speed: float) -> None:

@@ -1,6 +1,8 @@
+from contextlib import suppress
+
 from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamixel_bus import NoAnswerError
+from nodlidar_servo.dynamixel_bus import NoAnswerError, ReplyError
 from nodlidar_servo.servo import Servo
 from nodlidar_sim import rx24f_table as table
 from nodlidar_sim.faults import FaultyDevice
@@ -213,6 +215,25 @@ def test_release_of_a_servo_that_cannot_be_heard_or_is_gone_raises_nothing():
     assert bench[table.TORQUE_ENABLE] == 0  # it was heard, though
     bench.port.unplug()
     assert not servo.release()
+
+
+@pytest.mark.parametrize('stall_ms', [5, 15, 25, 45, 55, 70, 95])
+def test_after_a_stall_no_old_measurement_gets_a_new_time(stall_ms):
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(-0.6, 3.0)
+    bench.pass_time(0.05)
+    bench.faults.stalled_until_ns = bench.clock() + stall_ms * 1_000_000
+    samples = []
+    for _ in range(20):
+        with suppress(ReplyError):
+            samples.append(servo.sample())
+        bench.pass_time(0.01)
+    assert len(samples) >= 18
+    # While the host hears nothing, nobody knows when within those ms the motor was asked.
+    unknown = 3.0 * 0.021 if stall_ms <= 20 else 0.0
+    for sample in samples:
+        assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=TICK + unknown)
 
 
 def test_a_pulled_cable_is_a_port_error():
