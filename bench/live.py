@@ -5,7 +5,7 @@ import tempfile
 
 from nodlidar_bringup.demo import record
 from nodlidar_bringup.evaluation import read_delivery
-from nodlidar_bringup.launched import launched_sensor
+from nodlidar_bringup.launched import keep_apart, launched_sensor
 import numpy as np
 import psutil
 from rich.console import Console
@@ -33,6 +33,7 @@ def table() -> Table:
 
 def measure(feedback_rate: float) -> tuple[np.ndarray, float]:
     """Return latencies from last byte to publication [s], and the nodes' share of a core."""
+    keep_apart()
     with tempfile.TemporaryDirectory() as folder:
         parameters = Path(folder) / 'servo.yaml'
         values = {'/**': {'ros__parameters': {'feedback_rate': feedback_rate}}}

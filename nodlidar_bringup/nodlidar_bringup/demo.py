@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Iterator
-import os
 from pathlib import Path
 import shutil
 import sys
@@ -12,7 +11,7 @@ from nodlidar_assembler.bag import read_bag
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.pitch import ESTIMATORS
 from nodlidar_bringup.evaluation import near_beams, points_of, read_delivery, surface_rms
-from nodlidar_bringup.launched import launched_sensor, LaunchedSensor
+from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_bringup.pictures import write_picture, write_ply
 from nodlidar_bringup.recorder import Recorder
 from nodlidar_bringup.report import print_report
@@ -61,9 +60,7 @@ def _demo(scene_name: str, duration: float, output: Path, console: Console) -> N
         raise DemoError(f"the base drives in the scene '{scene.name}', the demo's must stand")
     shutil.rmtree(output / 'bag', ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)
-    # Apart from other nodes, unless told where to be: RViz can look on with the same domain.
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+    keep_apart()
     with launched_sensor(output / 'launch.log', f'scene:={scene_name}') as sensor:
         record(output / 'bag', duration, sensor, console)
     with console.status('Measuring'):

@@ -49,6 +49,15 @@ class LaunchedSensor:
         self.process.wait()
 
 
+def keep_apart() -> None:
+    """Keep this process and its children apart from other nodes, unless the user said where to be.
+
+    RViz can look on with the same ROS_DOMAIN_ID.
+    """
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+
+
 @contextmanager
 def launched_sensor(log: Path, *arguments: str) -> Iterator[LaunchedSensor]:
     """Run the launch file with arguments like 'scene:=wall' until the context ends."""
