@@ -37,7 +37,11 @@ def launched(tmp_path_factory):
     ]:
         observer.subscribe(message_type, topic)
     with launched_sensor(log, 'scene:=wall') as running:
-        nodding = lambda: len(observer.messages['points']) >= SCANS  # noqa: E731
+        # Each topic is found in its own time.
+        least = {'scan': 10, 'joint_states': 100, 'points': SCANS, 'nod_command': 1}
+        nodding = lambda: all(  # noqa: E731
+            len(observer.messages[topic]) >= count for topic, count in least.items()
+        )
         observer.spin_until(lambda: nodding() or not running.running(), 'clouds')
         assert running.running(), log.read_text()
         yield observer, running, log

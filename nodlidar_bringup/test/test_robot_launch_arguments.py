@@ -19,10 +19,17 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
         launched_sensor(tmp_path / 'left.log', *arguments['left']),
         launched_sensor(tmp_path / 'right.log', *arguments['right']),
     ):
-        clouds = {side: observer.messages[f'{side}/points'] for side in sides}
-        observer.spin_until(lambda: all(clouds.values()), 'clouds of both sensors')
+        # Each topic is found in its own time.
+        topics = [
+            f'{side}/{name}' for side in sides for name in ('scan', 'joint_states', 'points')
+        ]
+        heard = lambda: all(observer.messages[topic] for topic in topics)  # noqa: E731
+        observer.spin_until(heard, 'all topics of both sensors')
         for side in sides:
-            assert clouds[side][-1].header.frame_id == f'{side}_nodlidar_base_link'
+            assert (
+                observer.messages[f'{side}/points'][-1].header.frame_id
+                == f'{side}_nodlidar_base_link'
+            )
             assert observer.messages[f'{side}/scan'][-1].header.frame_id == f'{side}_laser'
             assert list(observer.messages[f'{side}/joint_states'][-1].name) == [
                 f'{side}_nod_joint'
