@@ -1,0 +1,160 @@
+"""The scan pattern: where the lidar points at sample n, exact in integers (docs/model.md)."""
+
+from dataclasses import dataclass
+import math
+import operator
+
+from nodlidar_common.errors import ParameterError
+import numpy as np
+from numpy.typing import NDArray
+
+# Half a sample of phase: with it every cell of the finest grid is hit exactly once.
+HALF_SAMPLE = 0.5
+# Steps and samples per sweep; one whole period is then counted in 64 bits.
+MOST = 2**30
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """Samples n = 0, 1, 2 ... of a lidar that turns while it nods.
+
+    Attributes
+    ----------
+    steps_per_revolution
+        N_L, dark steps counted.
+    samples_per_sweep
+        N_s, samples in one traverse between the limits.
+    phase
+        Samples that the nod is past its lower limit, going up, at sample 0; [0, 2 N_s).
+
+    Raises
+    ------
+    ParameterError
+        If N_L or N_s is no whole number from 1 to 2**30, or the phase outside its range.
+    """
+
+    steps_per_revolution: int
+    samples_per_sweep: int
+    phase: float = HALF_SAMPLE
+
+    def __post_init__(self) -> None:
+        for key in ('steps_per_revolution', 'samples_per_sweep'):
+            object.__setattr__(self, key, _count(key, getattr(self, key)))
+        if not 0.0 <= self.phase < self.cycle:
+            raise ParameterError('phase', f'at least 0 and below {self.cycle}', self.phase)
+
+    @property
+    def cycle(self) -> int:
+        """Samples from lower limit to lower limit: 2 N_s."""
+        return 2 * self.samples_per_sweep
+
+    @property
+    def period(self) -> int:
+        """Samples after which azimuth step and nod repeat together: lcm(N_L, 2 N_s)."""
+        return math.lcm(self.steps_per_revolution, self.cycle)
+
+    @property
+    def stride(self) -> int:
+        """gcd(N_L, 2 N_s): sample n has n mod N_L and n mod 2 N_s equal modulo this."""
+        return math.gcd(self.steps_per_revolution, self.cycle)
+
+    @property
+    def distinct_directions(self) -> int:
+        """How many directions the samples have, in closed form (docs/model.md, erratum 1)."""
+        twice = 2.0 * self.phase
+        even_stride = self.stride % 2 == 0
+        if not twice.is_integer() or (even_stride and twice % 2.0 == 1.0):
+            return self.period
+        # In some classes of places modulo the stride, the leg downward meets that upward, in
+        # pairs, but for the places that are their own mirror image.
+        meeting = self.cycle // self.stride * (2 if even_stride else 1)
+        alone = 2 if twice % 2.0 == 0.0 else 0
+        return self.period - self.steps_per_revolution // self.stride * ((meeting - alone) // 2)
+
+    def step(self, n: NDArray[np.int64] | int) -> NDArray[np.int64]:
+        """Return the azimuth step of each sample, 0 .. N_L - 1."""
+        return np.asarray(n, dtype=np.int64) % self.steps_per_revolution
+
+    def height(self, n: NDArray[np.int64] | int) -> NDArray[np.float64]:
+        """Return how far above the lower limit each sample is, 0 .. N_s; one unit is span / N_s.
+
+        It is tri(n + phase) of docs/model.md, rounded once: exact wherever a float64 can be.
+        """
+        place, past = self._place(n), self.phase - math.floor(self.phase)
+        height = np.where(place < self.samples_per_sweep, place + past, self.cycle - place - past)
+        return height.astype(np.float64)
+
+    def pitch(
+        self, n: NDArray[np.int64] | int, pitch_min: float, pitch_max: float
+    ) -> NDArray[np.float64]:
+        """Return the pitch of each sample [rad] for a nod between the limits [rad]."""
+        return pitch_min + (pitch_max - pitch_min) / self.samples_per_sweep * self.height(n)
+
+    def going_up(self, n: NDArray[np.int64] | int) -> NDArray[np.bool_]:
+        """Tell whether each sample lies on a leg upward; a turn belongs to the leg it begins."""
+        return self._place(n) < self.samples_per_sweep
+
+    def samples_at(self, step: int, height: float) -> NDArray[np.int64]:
+        """Return the samples of one period in this direction: none, one or two, ascending.
+
+        The height is compared exactly with what :meth:`height` returns.
+
+        Raises
+        ------
+        ParameterError
+            If the step is none of 0 .. N_L - 1, or the height NaN.
+        """
+        return self.samples_between(step, height, height)
+
+    def samples_between(self, step: int, low: float, high: float) -> NDArray[np.int64]:
+        """Return the samples of one period on this step whose height is in [low, high], ascending.
+
+        Step and place in the nod are congruent modulo the stride, and the Chinese remainder
+        theorem gives the one sample of the period that has both.
+
+        Raises
+        ------
+        ParameterError
+            If the step is none of 0 .. N_L - 1, or low not at most high.
+        """
+        if not 0 <= step < self.steps_per_revolution:
+            limit = f'between 0 and {self.steps_per_revolution - 1}'
+            raise ParameterError('step', limit, step)
+        if not low <= high:
+            raise ParameterError('low', f'at most high = {high}', low)
+        n = self._samples_near(step, low, high)
+        height = self.height(n)
+        return np.sort(n[(low <= height) & (height <= high)])
+
+    def _place(self, n: NDArray[np.int64] | int) -> NDArray[np.int64]:
+        """Return the whole samples past the lower limit, 0 .. 2 N_s - 1."""
+        in_cycle = np.asarray(n, dtype=np.int64) % self.cycle
+        return (in_cycle + math.floor(self.phase)) % self.cycle
+
+    def _samples_near(self, step: int, low: float, high: float) -> NDArray[np.int64]:
+        """Return the samples on a step from low to high, and at most some next to these."""
+        bottom, top = (min(max(height, 0.0), self.samples_per_sweep) for height in (low, high))
+        first, last = math.floor(bottom), math.ceil(top)
+        start = step + math.floor(self.phase)
+        legs = (first - 1, last), (self.cycle - last - 1, self.cycle - first)
+        # Counted from where the nod is at sample `step`, places on this step are whole strides.
+        frames = [
+            np.arange(-((start - a) // self.stride), (b - start) // self.stride + 1)
+            for a, b in legs
+        ]
+        revolutions = self.cycle // self.stride
+        inverse = pow(self.steps_per_revolution // self.stride, -1, revolutions)
+        frame = np.unique(np.concatenate(frames) % revolutions) * inverse % revolutions
+        return step + self.steps_per_revolution * frame
+
+
+def _count(key: str, value: object) -> int:
+    """Return a whole number from 1 to MOST, NumPy's included, as Python's."""
+    limit = f'a whole number from 1 to {MOST}'
+    try:
+        count = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise ParameterError(key, limit, value) from None
+    if not 1 <= count <= MOST:
+        raise ParameterError(key, limit, value)
+    return count
