@@ -1,0 +1,139 @@
+"""What must be found, where and with what sensor; the cells that this divides the view into."""
+
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import check, parameter
+import numpy as np
+from numpy.typing import NDArray
+
+# Azimuth of step 0, whatever N_L: 3/8 of a revolution to the right of straight ahead, as on the
+# URG-04LX. The seam of a full circle lies there, in the dark part of that lidar.
+AZIMUTH_OF_STEP_0 = -0.75 * math.pi
+# The URG-04LX measures steps 44 to 725 of 1024, straight ahead being 384.
+MEASURED_FROM, MEASURED_TO = (44 - 384) * math.tau / 1024, (725 - 384) * math.tau / 1024
+# What rounding may add to a quotient: a beam on the line between two cells is the upper one's.
+ON_THE_LINE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """An object to be found in a region, by a lidar on a nod; see each field's description.
+
+    Raises
+    ------
+    ParameterError
+        For a value out of its range, or values that do not go with each other.
+    """
+
+    object_size: float = parameter(
+        0.10, 'Diameter of the smallest object to be found', unit='m', minimum=1e-6, maximum=1e3
+    )
+    distance: float = parameter(
+        2.0, 'Distance from which it must be found', unit='m', minimum=1e-3, maximum=1e6
+    )
+    pitch_min: float = parameter(
+        -0.6136, 'Lower limit of nod and region', unit='rad', minimum=-1.6, maximum=1.6
+    )
+    pitch_max: float = parameter(
+        0.6136, 'Upper limit of nod and region', unit='rad', minimum=-1.6, maximum=1.6
+    )
+    azimuth: float = parameter(
+        -MEASURED_FROM,
+        'Region to this side and that of straight ahead',
+        unit='rad',
+        minimum=1e-6,
+        maximum=math.pi,
+    )
+    full_circle: bool = parameter(False, 'The lidar measures, and the region is, all around')
+    steps_per_revolution: int = parameter(
+        1024, 'N_L: lidar steps in a revolution, dark ones counted', minimum=1, maximum=65_536
+    )
+    scan_rate: float = parameter(
+        10.0, 'Revolutions of the lidar per second', unit='Hz', minimum=0.01, maximum=1000.0
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+        if self.pitch_max <= self.pitch_min:
+            limit = f'above pitch_min = {self.pitch_min} rad'
+            raise ParameterError('pitch_max', limit, self.pitch_max)
+        if self.object_size > 2.0 * self.distance:
+            limit = f'at most twice the distance of {self.distance} m'
+            raise ParameterError('object_size', limit, self.object_size)
+
+    @property
+    def span(self) -> float:
+        """Pitch from limit to limit [rad]."""
+        return self.pitch_max - self.pitch_min
+
+    @property
+    def sample_time(self) -> float:
+        """T_s, the time between two samples [s]."""
+        return 1.0 / (self.scan_rate * self.steps_per_revolution)
+
+    @property
+    def cell(self) -> float:
+        """Side of a cell [rad]: the angle at which the object is seen."""
+        return 2.0 * math.asin(self.object_size / (2.0 * self.distance))
+
+    @property
+    def columns(self) -> int:
+        """How many cells the region is wide; the last may be narrower."""
+        return _cells_in(math.tau if self.full_circle else 2.0 * self.azimuth, self.cell)
+
+    @property
+    def rows(self) -> int:
+        """How many cells the region is high; the last may be lower."""
+        return _cells_in(self.span, self.cell)
+
+    @property
+    def cells(self) -> int:
+        """How many cells the region has."""
+        return self.columns * self.rows
+
+    def step_azimuth(self) -> NDArray[np.float64]:
+        """Return the azimuth of every step [rad], shape (N_L,)."""
+        step = np.arange(self.steps_per_revolution)
+        return AZIMUTH_OF_STEP_0 + step * (math.tau / self.steps_per_revolution)
+
+    def column_of_step(self) -> NDArray[np.int64]:
+        """Return the column that each step's beam falls in, shape (N_L,); -1 where there is none.
+
+        The region includes both its ends.
+        """
+        azimuth = self.step_azimuth()
+        if self.full_circle:
+            return _cell_of(azimuth - AZIMUTH_OF_STEP_0, self.cell, self.columns)
+        azimuth = (azimuth + math.pi) % math.tau - math.pi
+        measured = (azimuth > MEASURED_FROM - 1e-9) & (azimuth < MEASURED_TO + 1e-9)
+        inside = measured & (np.abs(azimuth) < self.azimuth + 1e-9)
+        column = _cell_of(azimuth + self.azimuth, self.cell, self.columns)
+        return np.where(inside, column, -1)
+
+    def row_of_height(
+        self, height: NDArray[np.float64], samples_per_sweep: int
+    ) -> NDArray[np.int64]:
+        """Return the row that each height above the lower limit, in samples, falls in.
+
+        What is below the first row or above the last counts as in these.
+        """
+        return _cell_of(height, self.row_height(samples_per_sweep), self.rows)
+
+    def row_height(self, samples_per_sweep: int) -> float:
+        """Return the height of a row in samples of the nod: N_s * cell / span."""
+        return samples_per_sweep * self.cell / self.span
+
+    def speed(self, samples_per_sweep: int) -> float:
+        """Return the nod's speed [rad/s]: span / (N_s T_s)."""
+        return self.span / (samples_per_sweep * self.sample_time)
+
+
+def _cells_in(extent: float, cell: float) -> int:
+    return max(1, math.ceil(extent / cell - ON_THE_LINE))
+
+
+def _cell_of(offset: NDArray[np.float64], cell: float, count: int) -> NDArray[np.int64]:
+    index = np.floor(offset / cell + ON_THE_LINE).astype(np.int64)
+    return np.clip(index, 0, count - 1)
