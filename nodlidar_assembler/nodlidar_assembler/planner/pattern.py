@@ -65,11 +65,11 @@ class Pattern:
         even_stride = self.stride % 2 == 0
         if not twice.is_integer() or (even_stride and twice % 2.0 == 1.0):
             return self.period
-        # In some classes of places modulo the stride, the leg downward meets that upward, in
-        # pairs, but for the places that are their own mirror image.
+        # A place in the nod and its mirror image on the other leg see the same steps if they are
+        # equal modulo the stride: one class or two. There all pair up but the very turns.
         meeting = self.cycle // self.stride * (2 if even_stride else 1)
-        alone = 2 if twice % 2.0 == 0.0 else 0
-        return self.period - self.steps_per_revolution // self.stride * ((meeting - alone) // 2)
+        turns = 2 if twice % 2.0 == 0.0 else 0
+        return self.period - self.steps_per_revolution // self.stride * ((meeting - turns) // 2)
 
     def step(self, n: NDArray[np.int64] | int) -> NDArray[np.int64]:
         """Return the azimuth step of each sample, 0 .. N_L - 1."""
@@ -143,9 +143,9 @@ class Pattern:
             for a, b in legs
         ]
         revolutions = self.cycle // self.stride
-        inverse = pow(self.steps_per_revolution // self.stride, -1, revolutions)
+        inverse: int = pow(self.steps_per_revolution // self.stride, -1, revolutions)
         frame = np.unique(np.concatenate(frames) % revolutions) * inverse % revolutions
-        return step + self.steps_per_revolution * frame
+        return np.asarray(step + self.steps_per_revolution * frame, dtype=np.int64)
 
 
 def _count(key: str, value: object) -> int:
