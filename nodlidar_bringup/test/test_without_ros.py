@@ -40,9 +40,10 @@ for name in sys.argv[1:]:
 
 
 def modules(package):
-    """Return the names of a package's modules."""
+    """Return the names of a package's modules, those of packages within it dotted."""
     [folder] = find_spec(package).submodule_search_locations
-    return {path.stem for path in Path(folder).glob('*.py')} - {'__init__'}
+    paths = [path.relative_to(folder) for path in Path(folder).rglob('*.py')]
+    return {'.'.join(path.with_suffix('').parts) for path in paths if path.stem != '__init__'}
 
 
 def not_importable(package, names):
