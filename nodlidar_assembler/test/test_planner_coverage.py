@@ -151,7 +151,7 @@ def test_a_divisor_leaves_cells_out_and_says_which_share():
 
 @pytest.mark.parametrize('n_l', [1, 360, 1440, 16384])
 @pytest.mark.parametrize('n_s', [1, 2, 360, 1024, 16384])
-@pytest.mark.parametrize('cell', [1e-4, 0.05, 3.0])
+@pytest.mark.parametrize('cell', [1e-3, 0.05, 3.0])
 def test_extremes_end_in_an_answer(n_l, n_s, cell):
     task = task_with_cell(cell, full_circle=True, steps_per_revolution=n_l)
     figures = Coverage(task, Pattern(n_l, n_s, 2 * n_s - 0.25)).figures()

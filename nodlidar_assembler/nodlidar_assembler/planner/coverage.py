@@ -86,8 +86,8 @@ class Coverage:
     pattern
         Of the same N_L.
     guard
-        Samples by which a hit must stay away from the next row, where the nod is at a
-        turn; with it all first hits remain hits whatever errors up to this the turns have.
+        Error of the turns, in samples: what `turn_reach` makes of it is how far a sample must
+        stay away from the next row to count as a hit.
 
     Raises
     ------
@@ -98,7 +98,7 @@ class Coverage:
     def __init__(self, task: Task, pattern: Pattern, guard: float = 0.0) -> None:
         _check(task, pattern)
         self._task = task
-        self._pattern = pattern
+        self.pattern = pattern
         self._column_of = task.column_of_step()
         self._row_of, self._rows = _rows_of_residue(task, pattern, guard)
         starts, widths = column_runs(self._column_of)
@@ -146,7 +146,7 @@ class Coverage:
     def figures(self) -> Figures:
         """Return the figures of the whole period, and the completion from sample 0."""
         share = self.never_hit_share()
-        period = self._pattern.period
+        period = self.pattern.period
         longest, crossings, sum_of_longest = 0, 0, 0
         for c in self._classes:
             gaps = _longest_gaps(c, period)
@@ -172,12 +172,12 @@ class Coverage:
 
     def _column_classes(self, starts: Integers, widths: Integers) -> Iterator[_ColumnClass]:
         """Yield the columns in classes of equal width and equal start modulo g."""
-        alike = widths * self._pattern.stride + starts % self._pattern.stride
+        alike = widths * self.pattern.stride + starts % self.pattern.stride
         order = np.argsort(alike, kind='stable')
         for columns in np.split(order, np.flatnonzero(np.diff(alike[order])) + 1):
             if len(columns):
                 key = self._crossings(int(starts[columns[0]]), int(widths[columns[0]]))
-                rows = np.arange(self._rows + 1) * self._pattern.period
+                rows = np.arange(self._rows + 1) * self.pattern.period
                 yield _ColumnClass(columns, starts[columns], key, np.searchsorted(key, rows))
 
     def _crossings(self, start: int, width: int) -> Integers:
@@ -186,7 +186,7 @@ class Coverage:
         They begin where the lidar enters the column in the row, or where the nod enters the row
         within the column.
         """
-        pattern, row_of = self._pattern, self._row_of
+        pattern, row_of = self.pattern, self._row_of
         n_l, period = pattern.steps_per_revolution, pattern.period
         entered = np.arange(0, period, n_l)
         row = row_of[(start + entered) % pattern.cycle]
@@ -202,7 +202,7 @@ class Coverage:
 
         The distance is a multiple of g.
         """
-        pattern = self._pattern
+        pattern = self.pattern
         revolutions = pattern.period // pattern.steps_per_revolution
         per_stride = pow(pattern.steps_per_revolution // pattern.stride, -1, revolutions)
         return distance // pattern.stride * per_stride % revolutions * pattern.steps_per_revolution
@@ -211,7 +211,7 @@ class Coverage:
         """Return the first hits in the columns of a class, shape (columns, rows)."""
         if len(c.key) == 0:
             return np.full((len(c.columns), self._rows), NEVER)
-        period = self._pattern.period
+        period = self.pattern.period
         since = (self._since_start(c.starts - c.starts[0]) - c.starts + start) % period
         order = np.argsort(since)
         wanted = np.arange(self._rows)[:, None] * period + since[order]
@@ -250,13 +250,11 @@ def _rows_of_residue(task: Task, pattern: Pattern, guard: float) -> tuple[Intege
     """Return the row of each residue modulo 2 N_s, and how many rows there are.
 
     With a guard, the row is -1 where the error of a turn can bring a sample into the next one.
-    Between two turns that are off by as much, it is less: by their distances' root mean square.
     """
     height = pattern.height(np.arange(pattern.cycle))
     row = task.row_of_height(height, pattern.samples_per_sweep)
     if guard > 0.0:
-        part = height / pattern.samples_per_sweep
-        reach = guard * np.sqrt(part**2 + (1.0 - part) ** 2)
+        reach = turn_reach(guard, height / pattern.samples_per_sweep)
         below = task.row_of_height(height - reach, pattern.samples_per_sweep)
         above = task.row_of_height(height + reach, pattern.samples_per_sweep)
         row = np.where(below == above, row, -1)
@@ -264,6 +262,21 @@ def _rows_of_residue(task: Task, pattern: Pattern, guard: float) -> tuple[Intege
         return row, task.rows
     hit = np.unique(row[row >= 0])
     return np.where(row >= 0, np.searchsorted(hit, row), -1), len(hit)
+
+
+def turn_reach(error: float, part: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return by how much turns that are off by an error displace samples between them.
+
+    It is the root mean square of what the turn before and the one after do.
+
+    Parameters
+    ----------
+    error
+        Standard deviation of the turns' instants, in samples.
+    part
+        Part of the sweep that lies between the samples and the turn before them, 0 .. 1.
+    """
+    return error * np.sqrt(part**2 + (1.0 - part) ** 2)
 
 
 def _pairs(

@@ -95,7 +95,7 @@ class Task:
 
     def step_azimuth(self) -> NDArray[np.float64]:
         """Return the azimuth of every step [rad], shape (N_L,)."""
-        step = np.arange(self.steps_per_revolution)
+        step = np.arange(self.steps_per_revolution, dtype=np.float64)
         return AZIMUTH_OF_STEP_0 + step * (math.tau / self.steps_per_revolution)
 
     def column_of_step(self) -> NDArray[np.int64]:
@@ -135,5 +135,5 @@ def _cells_in(extent: float, cell: float) -> int:
 
 
 def _cell_of(offset: NDArray[np.float64], cell: float, count: int) -> NDArray[np.int64]:
-    index = np.floor(offset / cell + ON_THE_LINE).astype(np.int64)
+    index: NDArray[np.int64] = np.floor(offset / cell + ON_THE_LINE).astype(np.int64)
     return np.clip(index, 0, count - 1)
