@@ -1,7 +1,7 @@
 # The two commands of the README, `make demo` and `make test`, and what they stand on.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: demo test lint bench build lock clean help
+.PHONY: demo test lint bench figures build lock clean help
 
 PYTHON ?= python3
 # Which ROS: the one that is sourced, or the wheels in .venv. Another one needs another .venv and install.
@@ -25,6 +25,9 @@ lint: .venv/ready-$(ROS)        ## ruff and mypy
 
 bench: build             ## print the measurements that the documentation quotes
 	@$(ACTIVATE) && python -m bench
+
+figures: build           ## draw the publication's figures anew, into docs/figures
+	@$(ACTIVATE) && python -m figures
 
 build: install/ready-$(ROS)  ## build the workspace into install/
 

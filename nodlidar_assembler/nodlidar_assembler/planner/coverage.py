@@ -194,25 +194,21 @@ class Coverage:
         by_column = (row * period + entered)[(row >= 0) & (not always_inside)]
         first = np.flatnonzero((row_of != np.roll(row_of, 1)) & (row_of >= 0))
         residue, offset = _pairs(first, start, width, pattern.stride, 0 if always_inside else 1)
-        by_row = row_of[residue] * period + self._since_start(residue - start - offset) + offset
+        by_row = (
+            row_of[residue] * period
+            + self.pattern.whole_revolutions(residue - start - offset)
+            + offset
+        )
         return np.sort(np.concatenate([by_column, by_row]))
-
-    def _since_start(self, distance: Integers) -> Integers:
-        """Return the samples of whole revolutions that advance the residue by a distance.
-
-        The distance is a multiple of g.
-        """
-        pattern = self.pattern
-        revolutions = pattern.period // pattern.steps_per_revolution
-        per_stride = pow(pattern.steps_per_revolution // pattern.stride, -1, revolutions)
-        return distance // pattern.stride * per_stride % revolutions * pattern.steps_per_revolution
 
     def _first_hits_of(self, c: _ColumnClass, start: int) -> Integers:
         """Return the first hits in the columns of a class, shape (columns, rows)."""
         if len(c.key) == 0:
             return np.full((len(c.columns), self._rows), NEVER)
         period = self.pattern.period
-        since = (self._since_start(c.starts - c.starts[0]) - c.starts + start) % period
+        since = (
+            self.pattern.whole_revolutions(c.starts - c.starts[0]) - c.starts + start
+        ) % period
         order = np.argsort(since)
         wanted = np.arange(self._rows)[:, None] * period + since[order]
         found = np.searchsorted(c.key, wanted)

@@ -126,6 +126,16 @@ class Pattern:
         height = self.height(n)
         return np.sort(n[(low <= height) & (height <= high)])
 
+    def whole_revolutions(self, distance: NDArray[np.int64] | int) -> NDArray[np.int64]:
+        """Return the samples of as many whole revolutions as advance the nod by a distance.
+
+        It is the least number that is not negative; the distance is a multiple of the stride.
+        """
+        revolutions = self.cycle // self.stride
+        inverse: int = pow(self.steps_per_revolution // self.stride, -1, revolutions)
+        strides = np.asarray(distance, dtype=np.int64) // self.stride
+        return strides * inverse % revolutions * self.steps_per_revolution
+
     def _place(self, n: NDArray[np.int64] | int) -> NDArray[np.int64]:
         """Return the whole samples past the lower limit, 0 .. 2 N_s - 1."""
         in_cycle = np.asarray(n, dtype=np.int64) % self.cycle
@@ -142,10 +152,8 @@ class Pattern:
             np.arange(-((start - a) // self.stride), (b - start) // self.stride + 1)
             for a, b in legs
         ]
-        revolutions = self.cycle // self.stride
-        inverse: int = pow(self.steps_per_revolution // self.stride, -1, revolutions)
-        frame = np.unique(np.concatenate(frames) % revolutions) * inverse % revolutions
-        return np.asarray(step + self.steps_per_revolution * frame, dtype=np.int64)
+        places = np.unique(np.concatenate(frames) % (self.cycle // self.stride))
+        return step + self.whole_revolutions(places * self.stride)
 
 
 def _count(key: str, value: object) -> int:

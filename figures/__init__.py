@@ -1,0 +1,1 @@
+"""The figures of the publication that the sensor comes from, computed anew."""

@@ -1,0 +1,29 @@
+"""Draws every figure into docs/figures: `python -m figures`, or some by name."""
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+
+from figures import coverage, pattern
+
+FIGURES = {'pattern': pattern.draw, 'coverage': coverage.draw}
+FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
+
+
+def main() -> None:
+    """Draw the figures that were asked for, by default all, and print what they show."""
+    parser = argparse.ArgumentParser(prog='python -m figures', description=__doc__)
+    parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(FIGURES))
+    names = parser.parse_args().names or list(FIGURES)
+    unknown = sorted(set(names) - set(FIGURES))
+    if unknown:
+        parser.error(f'unknown: {", ".join(unknown)}; there are {", ".join(FIGURES)}')
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    console = Console()
+    for name in names:
+        console.print(FIGURES[name](FOLDER, console))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,150 @@
+"""Fig. 6a-c: completion, revisit and hit frequency over N_s and the start pitch."""
+
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use('Agg')
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+import matplotlib.pyplot as plt
+from nodlidar_assembler.planner.choice import lower_bound, samples_in_band
+from nodlidar_assembler.planner.coverage import Coverage
+from nodlidar_assembler.planner.pattern import HALF_SAMPLE, Pattern
+from nodlidar_assembler.planner.task import Task
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+TASK = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
+STARTS = np.arange(91)
+PUBLISHED = 2745
+# N_s of one piece of work of a process.
+CHUNK = 50
+
+Floats = NDArray[np.float64]
+PANELS = {
+    'completion': 'Fig. 6a: time until every cell was hit [s]',
+    'revisit': 'Fig. 6b: longest time between two crossings of a cell, mean over cells [s]',
+    'frequency': 'Fig. 6c: crossings of a cell per second [Hz]',
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Maps:
+    """The three panels, each (N_s, starts), and the N_s."""
+
+    samples: NDArray[np.int64]
+    completion: Floats
+    revisit: Floats
+    frequency: Floats
+
+
+def draw(folder: Path, console: Console) -> Table:
+    """Draw the maps into coverage.png; return what was published and what is found."""
+    maps = compute(samples_in_band(TASK), console)
+    figure, axes = plt.subplots(4, 1, figsize=(11.0, 13.0), height_ratios=(2, 1.3, 1.3, 1.3))
+    _draw_completions(axes[0], maps)
+    for shown, (name, title) in zip(axes[1:], PANELS.items(), strict=True):
+        values = getattr(maps, name)
+        low, high = np.quantile(values, [0.001, 0.95])
+        norm = LogNorm(low, high)
+        edges = maps.samples[0], maps.samples[-1], STARTS[0], STARTS[-1]
+        image = shown.imshow(
+            values.T, origin='lower', aspect='auto', extent=edges, norm=norm, cmap='viridis',
+            interpolation='nearest',
+        )  # fmt: skip
+        shown.axvline(PUBLISHED, color='white', linewidth=0.8, linestyle=':')
+        shown.set(title=title, ylabel='start above limit [deg]', xlabel='N_s')
+        figure.colorbar(image, ax=shown, pad=0.01)
+    figure.tight_layout()
+    figure.savefig(folder / 'coverage.png', dpi=100)
+    plt.close(figure)
+    return _findings(maps)
+
+
+def compute(samples: NDArray[np.int64], console: Console) -> Maps:
+    """Return the maps, computed by as many processes as there are processors."""
+    chunks = [samples[i : i + CHUNK] for i in range(0, len(samples), CHUNK)]
+    with ProcessPoolExecutor() as pool:
+        results = pool.map(_rows_of_maps, chunks)
+        rows = list(track(results, 'Fig. 6', total=len(chunks), console=console))
+    return Maps(samples, *(np.concatenate(panel) for panel in zip(*rows, strict=True)))
+
+
+def _rows_of_maps(samples: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
+    """Return completion, revisit and hit frequency of some N_s, each (N_s, starts)."""
+    panels = np.array([maps_of(TASK, int(n_s)) for n_s in samples])
+    return panels[:, 0], panels[:, 1], panels[:, 2]
+
+
+def maps_of(task: Task, samples_per_sweep: int) -> Floats:
+    """Return completion, revisit and hit frequency for every start, shape (3, starts).
+
+    The phase is half a sample past a whole one, the one that is nearest to the start.
+    """
+    whole = np.minimum(STARTS * samples_per_sweep // STARTS[-1], samples_per_sweep - 1)
+    stride = Pattern(task.steps_per_revolution, samples_per_sweep).stride
+    panels = np.empty((3, len(STARTS)))
+    for rest in np.unique(whole % stride):
+        pattern = Pattern(task.steps_per_revolution, samples_per_sweep, rest + HALF_SAMPLE)
+        coverage = Coverage(task, pattern)
+        figures = coverage.figures()
+        for start in np.flatnonzero(whole % stride == rest):
+            # The pattern of this phase is that of the rest, begun some revolutions later.
+            begun = int(pattern.whole_revolutions(whole[start] - rest))
+            completion = coverage.completion_time(begun)
+            panels[:, start] = completion, figures.revisit_mean, figures.hit_frequency
+    return panels
+
+
+def _draw_completions(axes: Axes, maps: Maps) -> None:
+    least, most = maps.completion.min(axis=1), maps.completion.max(axis=1)
+    axes.fill_between(maps.samples, least, most, color='tab:orange', label='all starts', lw=0.4)
+    axes.plot(
+        maps.samples, maps.completion[:, 0], color='tab:blue', lw=0.5, label='start at limit'
+    )
+    axes.axvline(PUBLISHED, color='black', linewidth=0.8, linestyle=':', label=f'{PUBLISHED}')
+    bound = lower_bound(TASK, int(maps.samples[0]))
+    axes.axhline(bound, color='tab:green', linewidth=1.0, label='no nod is faster')
+    axes.set(yscale='log', xlabel='N_s', ylabel='completion [s]', xlim=maps.samples[[0, -1]])
+    axes.set_title('10 cm at 2 m, full circle, span π/2: completion over N_s')
+    axes.legend(loc='upper right', ncols=4)
+
+
+def _findings(maps: Maps) -> Table:
+    """Return what was published and what is found."""
+    at_limit = maps.completion[:, 0]
+    best, published = int(np.argmin(at_limit)), int(np.searchsorted(maps.samples, PUBLISHED))
+    spread = maps.completion.max(axis=1) / maps.completion.min(axis=1)
+    table = Table(title='Fig. 6: coverage over N_s and start pitch')
+    table.add_column('published')
+    table.add_column('found')
+    table.add_row(
+        f'N_s = {PUBLISHED} is in a good band, about 10 s',
+        f'{at_limit[published]:.1f} s ({maps.completion[published].min():.1f} to '
+        f'{maps.completion[published].max():.1f} over the starts); median of all N_s '
+        f'{np.median(at_limit):.1f} s, {np.mean(at_limit < at_limit[published]):.0%} are faster',
+    )
+    table.add_row(
+        '', f'best: N_s = {maps.samples[best]}, {at_limit[best]:.1f} s; no nod below '
+        f'{lower_bound(TASK, int(maps.samples[0])):.1f} s',
+    )  # fmt: skip
+    table.add_row(
+        'completion hardly depends on the start pitch',
+        f'longest / shortest over the starts: median {np.median(spread):.2f}, '
+        f'90 % below {np.quantile(spread, 0.9):.2f}, largest {spread.max():.1f}',
+    )
+    for panel, values, unit in (('6b', maps.revisit, 's'), ('6c', maps.frequency, 'Hz')):
+        change = (values.max(axis=1) / values.min(axis=1)).max() - 1.0
+        table.add_row(
+            f'Fig. {panel}: N_s = {PUBLISHED} is in a good band',
+            f'{values[published, 0]:.2f} {unit}; median of all N_s {np.median(values):.2f}; '
+            f'changes by up to {change:.1%} with the start',
+        )
+    return table
