@@ -17,8 +17,8 @@ def first_nod(
     It is tied to that scan and its rate of rotation; what the lidar's clock does later is not
     followed.
 
-    With gcd(N_s, N_L) = 1 and the half-sample phase, the samples of N_s revolutions fall on all
-    cells of the finest grid exactly once (docs/model.md, erratum 1).
+    With gcd(N_s, N_L) = 1, N_L even and the half-sample phase, the samples of N_s revolutions fall
+    on all cells of the finest grid exactly once (docs/model.md, "The pattern").
 
     Parameters
     ----------

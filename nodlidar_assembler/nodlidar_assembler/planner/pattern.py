@@ -8,7 +8,7 @@ from nodlidar_common.errors import ParameterError
 import numpy as np
 from numpy.typing import NDArray
 
-# Half a sample of phase: with it every cell of the finest grid is hit exactly once.
+# Half a sample of phase: with it, N_s coprime with an even N_L hits every finest cell just once.
 HALF_SAMPLE = 0.5
 # Steps and samples per sweep; one whole period is then counted in 64 bits.
 MOST = 2**30
@@ -60,7 +60,7 @@ class Pattern:
 
     @property
     def distinct_directions(self) -> int:
-        """How many directions the samples have, in closed form (docs/model.md, erratum 1)."""
+        """How many directions the samples have, in closed form (docs/model.md, "The pattern")."""
         twice = 2.0 * self.phase
         even_stride = self.stride % 2 == 0
         if not twice.is_integer() or (even_stride and twice % 2.0 == 1.0):
