@@ -19,8 +19,10 @@ Floats = NDArray[np.float64]
 AnyFloats = NDArray[np.floating[Any]]
 
 # So few N_s are evaluated without bounds.
-FEW = 5
-# Of so many N_s one is looked at first, to have a time to beat.
+FEW = 3
+# After so many columns the most promising N_s is evaluated, to have a better time to beat.
+EVALUATED_AFTER = (1, 4, 16, 64)
+# Of so many N_s one is looked at first, for the same reason.
 THINNING = 8
 # Rows that are watched in a column: as many as an integer has bits, without its sign.
 WATCHED_ROWS = 63
@@ -58,39 +60,12 @@ def soonest(
     N_s and completion times [s], soonest first; ties in the order given.
     """
     search = _Search(task, guard, count, start_pitch)
-    few = max(FEW, count)
-    thinned = samples[::THINNING]
-    guesses = (
-        soonest(task, thinned, guard, count, start_pitch)[0]
-        if len(thinned) > few
-        else samples[:few]
-    )
-    for n_s in guesses:
-        search.evaluate(n_s)
-    starts, widths = column_runs(task.column_of_step())
-    bound = np.zeros(len(samples))
-    for visited, column in enumerate(_spread(len(starts)), start=1):
-        open_ = np.flatnonzero(bound < search.to_beat)
-        if not math.isfinite(search.to_beat) or len(open_) <= few:
-            break
-        bound[open_] = np.maximum(
-            bound[open_],
-            column_completion(
-                task,
-                samples[open_],
-                int(starts[column]),
-                int(widths[column]),
-                math.ceil(search.to_beat * task.scan_rate) + 1,
-                guard,
-                start_pitch,
-            ),
-        )
-        if visited.bit_count() == 1:
-            search.evaluate(samples[open_[np.argmin(bound[open_])]])
-    for index in np.argsort(bound, kind='stable'):
-        if bound[index] > search.to_beat:
-            break
-        search.evaluate(samples[index])
+    thinning = 1
+    while len(samples) > thinning * max(FEW, count):
+        thinning *= THINNING
+    while thinning:
+        search.look_at(samples[::thinning])
+        thinning //= THINNING
     return search.best(samples)
 
 
@@ -119,7 +94,7 @@ def _spread(count: int) -> Integers:
 
 
 class _Search:
-    """The completion times that are known already."""
+    """The completion times that are known already, and how to know those that matter."""
 
     def __init__(self, task: Task, guard: float, count: int, start_pitch: float | None) -> None:
         self._task = task
@@ -127,25 +102,55 @@ class _Search:
         self._count = count
         self._start_pitch = start_pitch
         self._times: dict[int, float] = {}
-        self.to_beat = math.inf
+        self._to_beat = math.inf
 
-    def evaluate(self, n_s: np.int64) -> None:
-        samples_per_sweep = int(n_s)
-        if samples_per_sweep not in self._times:
-            phase = float(phase_at(self._task, np.array(n_s), self._start_pitch))
-            pattern = Pattern(self._task.steps_per_revolution, samples_per_sweep, phase)
-            coverage = Coverage(self._task, pattern, self._guard)
-            self._times[samples_per_sweep] = coverage.completion_time()
-            times = sorted(self._times.values())
-            if len(times) >= self._count:
-                self.to_beat = times[self._count - 1]
+    def look_at(self, samples: Integers) -> None:
+        """Evaluate all N_s that may be among the best."""
+        bound = self._bounds(samples)
+        for index in np.argsort(bound, kind='stable'):
+            if bound[index] > self._to_beat:
+                break
+            self._evaluate(int(samples[index]))
 
     def best(self, samples: Integers) -> tuple[Integers, Floats]:
+        """Return the best of the N_s that were evaluated, and their times [s]."""
         known = np.array([n_s for n_s in samples if int(n_s) in self._times], dtype=np.int64)
         times = np.array([self._times[int(n_s)] for n_s in known])
         order = np.argsort(times, kind='stable')[: self._count]
         order = order[np.isfinite(times[order])]
         return known[order], times[order]
+
+    def _bounds(self, samples: Integers) -> Floats:
+        """Return bounds of the completion times, above the time to beat for all but a few."""
+        starts, widths = column_runs(self._task.column_of_step())
+        bound = np.zeros(len(samples))
+        for visited, column in enumerate(_spread(len(starts)), start=1):
+            open_ = np.flatnonzero(bound < self._to_beat)
+            if not math.isfinite(self._to_beat) or len(open_) <= FEW:
+                break
+            column_bound = column_completion(
+                self._task,
+                samples[open_],
+                int(starts[column]),
+                int(widths[column]),
+                math.ceil(self._to_beat * self._task.scan_rate) + 1,
+                self._guard,
+                self._start_pitch,
+            )
+            bound[open_] = np.maximum(bound[open_], column_bound)
+            if visited in EVALUATED_AFTER:
+                self._evaluate(int(samples[open_[np.argmin(bound[open_])]]))
+        return bound
+
+    def _evaluate(self, samples_per_sweep: int) -> None:
+        if samples_per_sweep not in self._times:
+            phase = float(phase_at(self._task, np.array(samples_per_sweep), self._start_pitch))
+            pattern = Pattern(self._task.steps_per_revolution, samples_per_sweep, phase)
+            coverage = Coverage(self._task, pattern, self._guard)
+            self._times[samples_per_sweep] = coverage.completion_time()
+            times = sorted(self._times.values())
+            if len(times) >= self._count:
+                self._to_beat = times[self._count - 1]
 
 
 def column_completion(
