@@ -99,6 +99,13 @@ def test_a_sample_is_found_by_its_direction(pattern, n):
     assert np.all((pattern.step(found) == step) & (pattern.height(found) == height))
 
 
+@pytest.mark.parametrize('phase', [math.ulp(0.0), math.nextafter(1, 0), math.nextafter(16, 0)])
+def test_a_height_that_is_rounded_is_found_on_both_legs(phase):
+    pattern = Pattern(5, 8, phase)
+    for n in range(pattern.period):
+        assert n in pattern.samples_at(int(pattern.step(n)), float(pattern.height(n)))
+
+
 @given(patterns(small, small), st.data())
 def test_samples_of_any_band_are_those_of_the_enumeration(pattern, data):
     step = data.draw(st.integers(0, pattern.steps_per_revolution - 1))
