@@ -4,13 +4,14 @@ import argparse
 
 from rich.console import Console
 
-from bench import accuracy, assembly_time, live, simulation_speed
+from bench import accuracy, assembly_time, live, nod_schedules, simulation_speed
 
 MEASUREMENTS = {
     'assembly_time': assembly_time.table,
     'accuracy': accuracy.table,
     'simulation_speed': simulation_speed.table,
     'live': live.table,
+    'nod_schedules': nod_schedules.table,
 }
 
 

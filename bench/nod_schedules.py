@@ -1,0 +1,192 @@
+"""Nods at one highest speed: steady ones, and those whose sweeps differ in duration."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+import math
+
+from nodlidar_assembler.planner.choice import lower_bound
+from nodlidar_assembler.planner.pattern import HALF_SAMPLE
+from nodlidar_assembler.planner.schedule import (
+    cells_in_sweep,
+    first_hits,
+    interlaced,
+    next_duration,
+    rows_of,
+    Schedule,
+    shortest_interlaced,
+    whole_rows,
+)
+from nodlidar_assembler.planner.search import soonest
+from nodlidar_assembler.planner.task import Task
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+FULL_CIRCLE = Task(pitch_min=-math.pi / 4, pitch_max=math.pi / 4, full_circle=True)
+# The useful band of N_s; the fewest samples in a sweep are the speed limit.
+FEWEST, MOST = 1001, 8000
+HORIZON = 40.0  # s
+RUNS = 20
+ERRORS = 0.001, 0.003  # s, standard deviation of the turns' instants
+SHIFTS = np.arange(4) / 4.0
+OVERLAP = 0.3
+
+
+@dataclass(frozen=True)
+class Nod:
+    """A nod: its name, the task whose limits it goes between, and when it turns [samples]."""
+
+    name: str
+    task: Task
+    turns: NDArray[np.float64]
+
+
+def table() -> Table:
+    """Return completion, its loss under errors, and revisits of each nod."""
+    result = Table(title=f'Nods between the same limits of speed ({RUNS} runs with each error)')
+    result.add_column('nod')
+    for heading in ('complete', 'wherever it lies', '1 ms', '3 ms', 'revisit', 'seen after 1 s'):
+        result.add_column(heading, justify='right')
+    for heading, task, fewest, nods in (
+        ('2 m, all that was tried', FULL_CIRCLE, FEWEST, _tried()),
+        *((f'2 m, N_s >= {n}', FULL_CIRCLE, n, ()) for n in (FEWEST, 1220, 2000, 4001)),
+        *((f'{d:.0f} m', replace(FULL_CIRCLE, distance=d), FEWEST, ()) for d in (1.0, 3.0)),
+        ("2 m, the lidar's own window", Task(), FEWEST, ()),
+    ):
+        result.add_section()
+        result.add_row(f'[bold]{heading}; bound {lower_bound(task, fewest):.2f} s')
+        for nod in nods or _chosen(task, fewest):
+            result.add_row(nod.name, *_figures(nod))
+    return result
+
+
+def _chosen(task: Task, fewest: int) -> Iterator[Nod]:
+    """Yield the best steady nod, the interlaced ones within the band, and the one of one comb."""
+    yield _steady(task, int(_best(task, fewest)))
+    wider, at_least = _wider(task, fewest)
+    for overlap in (0.0, OVERLAP):
+        schedule = shortest_interlaced(wider, at_least, MOST, overlap)
+        yield _interlaced_nod(wider, schedule, overlap)
+    yield _interlaced_nod(wider, interlaced(wider, at_least, 1, 0.05), 0.05)
+
+
+def _tried() -> Iterator[Nod]:
+    """Yield what was tried beside; the fractional N_s and the pair are the best of a search."""
+    yield _steady(FULL_CIRCLE, 2745, 'published: steady 2745')
+    yield _steady(FULL_CIRCLE, 7253, 'best at 1 ms: steady 7253')
+    yield _steady(FULL_CIRCLE, 7897, 'best at 3 ms: steady 7897')
+    yield _steady(FULL_CIRCLE, 1225, 'badly approximable: steady 1225')
+    yield _steady(FULL_CIRCLE, 1487.3, 'not whole: steady 1487.3')
+    yield _nod('two sweeps: 1794 up, 1083 down', FULL_CIRCLE, Schedule((1794, 1083)))
+    yield _planned(1300)
+    wider, at_least = _wider(FULL_CIRCLE, FEWEST)
+    yield _steady(wider, 5461, 'whole rows, steady 5461')
+    yield _steady(wider, 5445, 'whole rows, best at 3 ms: steady 5445')
+    yield _steady(wider, 1043, 'whole rows, best wherever: steady 1043')
+    yield _interlaced_nod(wider, interlaced(wider, at_least, 4, 0.25), 0.25)
+
+
+def _wider(task: Task, fewest: int) -> tuple[Task, int]:
+    """Return the task with whole rows, and the samples in its sweep at the same speed."""
+    wider = whole_rows(task)
+    return wider, math.ceil(fewest * wider.span / task.span)
+
+
+def _best(task: Task, fewest: int) -> int:
+    odd = np.arange(fewest | 1, MOST + 1, 2)
+    return int(soonest(task, odd)[0][0])
+
+
+def _steady(task: Task, n_s: float, name: str = '') -> Nod:
+    sweeps = np.arange(math.ceil(HORIZON / task.sample_time / n_s) + 2)
+    return Nod(name or f'steady {n_s}', task, sweeps * n_s - HALF_SAMPLE)
+
+
+def _nod(name: str, task: Task, schedule: Schedule) -> Nod:
+    return Nod(name, task, schedule.turns(int(HORIZON / task.sample_time)))
+
+
+def _interlaced_nod(task: Task, schedule: Schedule, overlap: float) -> Nod:
+    combs = len(schedule.sweeps) // 2
+    up, down = schedule.sweeps[:2]
+    return _nod(f'interlaced {combs} x ({up} up, {down} down), {overlap:.0%}', task, schedule)
+
+
+def _planned(base: int) -> Nod:
+    """Return a nod whose sweeps were each chosen for the most unseen cells, 41 candidates."""
+    task = FULL_CIRCLE
+    candidates = np.linspace(max(FEWEST, 0.85 * base), 1.15 * base, 41).astype(np.int64)
+    unseen = np.ones(task.cells, dtype=np.bool_)
+    turns = [-HALF_SAMPLE]
+    while turns[-1] * task.sample_time < HORIZON:
+        up = len(turns) % 2 == 1
+        duration = next_duration(task, unseen, turns[-1], up, candidates)
+        unseen[cells_in_sweep(task, turns[-1], duration, up)] = False
+        turns.append(turns[-1] + duration)
+        if not unseen.any():
+            unseen[:] = True
+    return Nod(f'each sweep planned, {base} +- 15 %', task, np.array(turns))
+
+
+def _figures(nod: Nod) -> Iterator[str]:
+    first = first_hits(nod.task, nod.turns)
+    second = nod.task.sample_time
+    yield _seconds(first.max() * second)
+    yield _seconds(_wherever(nod)) if nod.task.full_circle else ''
+    for error in ERRORS:
+        yield _seconds(float(np.median([_with_error(nod, error, k) for k in range(RUNS)])))
+    yield _seconds(_longest_revisit(nod))
+    yield f'{np.mean(first * second < 1.0):.0%}'
+
+
+def _seconds(time: float) -> str:
+    return f'{time:.2f} s' if math.isfinite(time) else f'> {HORIZON:.0f} s'
+
+
+def _with_error(nod: Nod, error: float, seed: int) -> float:
+    """Return the completion time when the turns are off by white noise [s]."""
+    noise = np.random.default_rng([5, seed]).normal(0.0, error, len(nod.turns))
+    turns = np.maximum.accumulate(nod.turns + noise / nod.task.sample_time)
+    turns[0] = min(turns[0], 0.0)
+    turns += np.arange(len(turns)) * 1e-6  # a sweep may be of no length, yet np.interp wants one
+    return float(first_hits(nod.task, turns).max()) * nod.task.sample_time
+
+
+def _samples(nod: Nod) -> NDArray[np.int64]:
+    return np.arange(int(HORIZON / nod.task.sample_time))
+
+
+def _wherever(nod: Nod) -> float:
+    """Return the completion time for the worst of 16 shifts of the cells, whole cells only [s]."""
+    task, n = nod.task, _samples(nod)
+    sweeps = np.interp(n, nod.turns, np.arange(len(nod.turns))) % 2.0
+    row = (1.0 - np.abs(sweeps - 1.0)) * (task.span / task.cell)
+    column = n % task.steps_per_revolution * (math.tau / task.steps_per_revolution) / task.cell
+    rows, columns = math.floor(task.span / task.cell + 1e-9), math.floor(math.tau / task.cell)
+    shifted = (
+        _grid(row - r, column - c, rows - (r > 0), columns - (c > 0))
+        for r in SHIFTS
+        for c in SHIFTS
+    )
+    return max(shifted) * task.sample_time
+
+
+def _grid(row: NDArray[np.float64], column: NDArray[np.float64], rows: int, columns: int) -> float:
+    """Return the first sample by which all cells of a grid are hit."""
+    row, column = np.floor(row + 1e-9), np.floor(column)
+    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    n = np.flatnonzero(inside)
+    first = np.full(rows * columns, np.inf)
+    first[(column[n] * rows + row[n]).astype(np.int64)[::-1]] = n[::-1]
+    return float(first.max())
+
+
+def _longest_revisit(nod: Nod) -> float:
+    """Return the longest time between crossings of a cell within the horizon [s]."""
+    task, n = nod.task, _samples(nod)
+    column = task.column_of_step()[n % task.steps_per_revolution]
+    cell = np.where(column >= 0, column * task.rows + rows_of(task, nod.turns, n), -1)
+    begins = np.flatnonzero((cell != np.roll(cell, 1)) & (cell >= 0))
+    begins = begins[np.argsort(cell[begins], kind='stable')]
+    gap = np.diff(begins)[np.diff(cell[begins]) == 0]
+    return float(gap.max()) * task.sample_time
