@@ -18,5 +18,10 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Point clouds from a nodding lidar, every beam at its own pose.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['assembler = nodlidar_assembler.node:main']},
+    entry_points={
+        'console_scripts': [
+            'assembler = nodlidar_assembler.node:main',
+            'plan_scan = nodlidar_assembler.planner.plan_scan:main',
+        ]
+    },
 )

@@ -1,0 +1,101 @@
+"""`ros2 run nodlidar_assembler plan_scan`: chooses the nod that finds an object soonest."""
+
+from collections.abc import Iterable, Iterator, Sequence
+import json
+from operator import length_hint
+from pathlib import Path
+import sys
+import time
+from typing import TypeVar
+
+from nodlidar_assembler.planner.choice import evaluate, plans, samples_in_band, survey
+from nodlidar_assembler.planner.plan_options import as_option, objective_of, parse, Request
+from nodlidar_assembler.planner.plan_table import Answer, as_json, print_answer
+from nodlidar_assembler.planner.task import Task
+from nodlidar_common.errors import ParameterError
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+
+T = TypeVar('T')
+
+PATIENCE = 0.5  # s, before a progress bar appears
+WIDTH = 100  # of tables that do not go to a terminal
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Plan a scan; return the exit status."""
+    try:
+        _plan_scan(argv)
+    except (ParameterError, OSError) as error:
+        print(f'plan_scan: {_in_words(error)}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def _plan_scan(argv: Sequence[str] | None) -> None:
+    task, request = parse(argv)
+    answer = find(task, request)
+    if request.plot is not None:
+        _plot(Path(request.plot), answer, request)
+    console = Console(
+        width=None if sys.stdout.isatty() else WIDTH, markup=False, highlight=False, emoji=False
+    )
+    if request.json:
+        alternatives = request.top is not None and request.top > 1
+        console.out(json.dumps(as_json(answer, alternatives), indent=2, allow_nan=False))
+    else:
+        print_answer(answer, console)
+
+
+def find(task: Task, request: Request) -> Answer:
+    """Return the best plans for a request, or the one that it gives."""
+    objective = objective_of(request.objective)
+    start, error = request.start_pitch, request.timing_error
+    if request.samples_per_sweep is not None:
+        n_s = request.samples_per_sweep
+        plan = evaluate(task, n_s, start, error, objective.hole_after)
+        return Answer(task, objective, [plan])
+    samples = samples_in_band(task, request.speed_min, request.speed_max)
+    count = request.top or (1 if request.json else 10)
+    best = plans(task, samples, objective, start, error, count, progress)
+    if error == 0.0:
+        return Answer(task, objective, best)
+    n_s = plans(task, samples, objective, start, 0.0, 1, progress)[0].samples_per_sweep
+    nominal = evaluate(task, n_s, start, error, objective.hole_after, int(samples.min()))
+    return Answer(task, objective, best, nominal)
+
+
+def progress(items: Iterable[T]) -> Iterator[T]:
+    """Yield items, with a progress bar on stderr as soon as it takes long."""
+    console = Console(stderr=True)
+    bar = Progress(console=console, transient=True, disable=not console.is_terminal)
+    work = bar.add_task('looking at N_s', total=length_hint(items) or None)
+    began, shown = time.monotonic(), False
+    try:
+        for item in items:
+            yield item
+            bar.advance(work)
+            if not shown and time.monotonic() - began > PATIENCE:
+                bar.start()
+                shown = True
+    finally:
+        if shown:
+            bar.stop()
+
+
+def _plot(path: Path, answer: Answer, request: Request) -> None:
+    # Imported here: matplotlib takes as long as all the rest.
+    from nodlidar_assembler.planner.plan_pictures import Candidates, write_picture
+
+    samples = samples_in_band(answer.task, request.speed_min, request.speed_max)
+    figures = survey(answer.task, samples, request.start_pitch, progress)
+    completion = np.array([each.completion_time for each in figures])
+    candidates = Candidates(samples, completion)
+    write_picture(path, answer.task, answer.plans, candidates, answer.nominal)
+
+
+def _in_words(error: Exception) -> str:
+    return str(as_option(error)) if isinstance(error, ParameterError) else str(error)
