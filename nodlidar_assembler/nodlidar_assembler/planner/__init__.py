@@ -1,1 +1,1 @@
-"""From what must be found to the nod: scan pattern, coverage and the choice of N_s, without ROS."""
+"""From what must be found to the nod: scan pattern, coverage, the choice of N_s. No ROS."""
