@@ -4,7 +4,7 @@ import argparse
 
 from rich.console import Console
 
-from bench import accuracy, assembly_time, live, nod_schedules, simulation_speed
+from bench import accuracy, assembly_time, live, nod_schedules, planner_speed, simulation_speed
 
 MEASUREMENTS = {
     'assembly_time': assembly_time.table,
@@ -12,6 +12,7 @@ MEASUREMENTS = {
     'simulation_speed': simulation_speed.table,
     'live': live.table,
     'nod_schedules': nod_schedules.table,
+    'planner_speed': planner_speed.table,
 }
 
 

@@ -1,0 +1,71 @@
+"""How fast the planner is, against going through all samples, or through all N_s."""
+
+from collections.abc import Callable
+from math import pi
+from pathlib import Path
+import sys
+import time
+
+from nodlidar_assembler.planner.choice import quick_choice, samples_in_band, survey
+from nodlidar_assembler.planner.coverage import Coverage
+from nodlidar_assembler.planner.pattern import Pattern
+from nodlidar_assembler.planner.task import Task
+import numpy as np
+from rich.table import Table
+
+from figures.coverage import maps_of, STARTS
+
+# The enumeration that the tests check the planner with.
+sys.path.append(str(Path(__file__).parent.parent / 'nodlidar_assembler' / 'test'))
+from planner_enumeration import enumerate_cells
+
+TASK = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
+TASKS = {
+    '10 cm at 2 m, full circle, span pi/2': TASK,
+    "10 cm at 2 m, the lidar's own view": Task(),
+    '10 cm at 3 m, full circle, span pi/2': Task(0.10, 3.0, -pi / 4, pi / 4, full_circle=True),
+}
+# Of so many N_s of the Fig. 6 grid, one is computed.
+GRID_PART = 50
+
+
+def table() -> Table:
+    """Return times and their ratios."""
+    result = Table(title='Planner: 126 x 32 cells, N_s = 4001, unless another task is named')
+    for heading in ('what', 'time', 'against', 'time', 'ratio'):
+        result.add_column(heading, justify='right' if heading in ('time', 'ratio') else 'left')
+    pattern = Pattern(1024, 4001)
+    structure = _time(lambda: Coverage(TASK, pattern).figures(), 30)
+    enumeration = _time(lambda: enumerate_cells(TASK, pattern), 3)
+    _add(result, 'figures of the whole period', structure, 'enumeration in NumPy', enumeration)
+    for name, task in TASKS.items():
+        samples = samples_in_band(task)
+        everything = _time(lambda t=task, s=samples: survey(t, s[::35]), 1) * 35
+        for error in (0.0, 0.003):
+            choice = _time(lambda t=task, s=samples, e=error: quick_choice(t, s, e), 5)
+            what = f'choice of {len(samples)} N_s, {error * 1e3:g} ms of error: {name}'
+            _add(result, what, choice, 'figures of each', everything)
+    samples = samples_in_band(TASK)[::GRID_PART]
+    grid = _time(lambda: [maps_of(TASK, int(n_s)) for n_s in samples], 1) * GRID_PART
+    what = f'Fig. 6: {GRID_PART * len(samples)} N_s x {len(STARTS)} starts, one process'
+    _add(result, what, grid, 'enumeration of each', enumeration * len(STARTS) * 3500)
+    return result
+
+
+def _add(result: Table, what: str, took: float, other: str, other_took: float) -> None:
+    ratio = f'{other_took / took:.0f} x'
+    result.add_row(what, _in_words(took), other, _in_words(other_took), ratio)
+
+
+def _in_words(seconds: float) -> str:
+    return f'{seconds:.1f} s' if seconds >= 1.0 else f'{seconds * 1e3:.2f} ms'
+
+
+def _time(action: Callable[[], object], repeats: int) -> float:
+    """Return the median time of an action [s]."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - start)
+    return float(np.median(times))
