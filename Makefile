@@ -26,8 +26,9 @@ lint: .venv/ready-$(ROS)        ## ruff and mypy
 bench: build             ## print the measurements that the documentation quotes
 	@$(ACTIVATE) && python -m bench
 
-figures: build           ## draw the publication's figures anew, into docs/figures
+figures: build           ## draw the figures of the documentation anew, into docs/figures
 	@$(ACTIVATE) && python -m figures
+	@$(ACTIVATE) && ros2 run nodlidar_assembler plan_scan --timing-error 0.003 --top 1 --plot docs/figures/plan.png
 
 build: install/ready-$(ROS)  ## build the workspace into install/
 

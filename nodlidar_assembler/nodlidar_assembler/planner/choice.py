@@ -33,6 +33,8 @@ GUARDS = (0.5, 0.75, 1.0)
 SHORTLIST = 12
 # Runs to choose by, and others to report: what was best in the former was lucky, too.
 CHOOSING_RUNS, REPORTED_RUNS = range(40), range(1000, 1100)
+# Enough to show how a whole band fares.
+SURVEY_RUNS = range(2000, 2016)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +190,21 @@ def survey(
         Wraps the N_s while they are gone through, to show it.
     """
     return [_coverage(task, n_s, start_pitch).figures() for n_s in progress(samples.tolist())]
+
+
+def survey_under_error(
+    task: Task,
+    samples: Integers,
+    timing_error: float,
+    start_pitch: float | None = None,
+    progress: Progress = iter,
+) -> list[UnderError]:
+    """Return what a few simulated runs of each N_s take; see `survey` and `plans`."""
+    found = []
+    for n_s in progress(samples.tolist()):
+        phase = float(phase_at(task, np.array(n_s), start_pitch))
+        found.append(under_error(task, n_s, phase, timing_error, SURVEY_RUNS))
+    return found
 
 
 def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> int:

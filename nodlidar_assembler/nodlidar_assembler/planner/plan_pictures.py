@@ -15,6 +15,7 @@ from nodlidar_assembler.planner.choice import Plan
 from nodlidar_assembler.planner.hole import Hole, largest_hole
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
+from nodlidar_assembler.planner.timing_error import UnderError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,10 +29,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Candidates:
-    """The N_s that were looked at, and after what time each completes [s]; shapes (n,)."""
+    """The N_s that were looked at, and after what time each completes [s]; shapes (n,).
+
+    With a timing error, some of them and what it makes of these, too.
+    """
 
     samples_per_sweep: NDArray[np.int64]
     completion_time: Array
+    under_error: Sequence[tuple[int, UnderError]] = ()
 
 
 def write_picture(
@@ -108,6 +113,11 @@ def draw_completion(axes: Axes, candidates: Candidates, lower_bound: float) -> N
         ticks: dict[str, Any] = {'color': BOUND, 'transform': axes.get_xaxis_transform()}
         never = n_s[~complete]
         axes.plot(never, np.full(len(never), 0.985), '|', label='never complete', **ticks)
+    bars = [(n, e) for n, e in candidates.under_error if math.isfinite(e.p90)]
+    if bars:
+        low, high = ([getattr(error, key) for _, error in bars] for key in ('median', 'p90'))
+        label = 'with timing error: median to 90 %'
+        axes.vlines([n for n, _ in bars], low, high, color=BAND, alpha=0.6, label=label)
     if math.isfinite(lower_bound):
         label = f'lower bound {lower_bound:.3g} s'
         axes.axhline(lower_bound, color=BOUND, linestyle='--', label=label)
@@ -124,13 +134,13 @@ def mark_plans(axes: Axes, plans: Sequence[Plan], nominal: Plan | None = None) -
     best = plans[0]
     if best.under_error is not None:
         error = f'{best.under_error.error * 1e3:g} ms of timing error'
-        _draw_bands(axes, plans, BAND, f'{error}, median to 90 %')
+        _draw_bands(axes, plans, BAND, f'the best with {error}')
     if nominal is not None:
         _draw_bands(
             axes,
             [nominal],
             NOMINAL,
-            f'the same of N_s = {nominal.samples_per_sweep}, best without',
+            f'N_s = {nominal.samples_per_sweep}, best without',
         )
     n_s, time = best.samples_per_sweep, best.figures.completion_time
     if math.isfinite(time):

@@ -8,7 +8,13 @@ import sys
 import time
 from typing import TypeVar
 
-from nodlidar_assembler.planner.choice import evaluate, plans, samples_in_band, survey
+from nodlidar_assembler.planner.choice import (
+    evaluate,
+    plans,
+    samples_in_band,
+    survey,
+    survey_under_error,
+)
 from nodlidar_assembler.planner.plan_options import as_option, objective_of, parse, Request
 from nodlidar_assembler.planner.plan_table import Answer, as_json, print_answer
 from nodlidar_assembler.planner.task import Task
@@ -20,6 +26,7 @@ from rich.progress import Progress
 T = TypeVar('T')
 
 PATIENCE = 0.5  # s, before a progress bar appears
+SHOWN_UNDER_ERROR = 120  # N_s whose runs under a timing error are drawn
 WIDTH = 100  # of tables that do not go to a terminal
 
 
@@ -93,7 +100,13 @@ def _plot(path: Path, answer: Answer, request: Request) -> None:
     samples = samples_in_band(answer.task, request.speed_min, request.speed_max)
     figures = survey(answer.task, samples, request.start_pitch, progress)
     completion = np.array([each.completion_time for each in figures])
-    candidates = Candidates(samples, completion)
+    some = samples[:: max(1, len(samples) // SHOWN_UNDER_ERROR)]
+    errors = []
+    if request.timing_error > 0.0:
+        errors = survey_under_error(
+            answer.task, some, request.timing_error, request.start_pitch, progress
+        )
+    candidates = Candidates(samples, completion, list(zip(some.tolist(), errors, strict=False)))
     write_picture(path, answer.task, answer.plans, candidates, answer.nominal)
 
 
