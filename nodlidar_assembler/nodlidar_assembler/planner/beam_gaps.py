@@ -72,9 +72,8 @@ class BeamGaps:
         up = leg_a % 2 == 0
         high[(turns > 1) | ((turns == 1) & up)] = self._turn
         low[(turns > 1) | ((turns == 1) & ~up)] = 0.0
-        low[b < a] = high[b < a] = (
-            self._turn
-        )  # a run without samples: at the limit it adds nothing
+        # A run without samples is put at the limit, where it changes no gap.
+        low[b < a] = high[b < a] = self._turn
         # If r runs end below a height where just r have begun, there is a gap. So the ends can be
         # sorted apart from the beginnings.
         low.sort(axis=1)

@@ -139,11 +139,11 @@ def _samples(task: Task, pattern: Pattern, duration: float) -> int:
 def _edges(task: Task) -> _Edges:
     if task.full_circle:
         step = np.arange(2 * task.steps_per_revolution, dtype=np.float64)
-        azimuth = AZIMUTH_OF_STEP_0 + step * (math.tau / task.steps_per_revolution)
-        return _Edges(azimuth.astype(np.float64), 0, task.steps_per_revolution)
+        around = AZIMUTH_OF_STEP_0 + step * (math.tau / task.steps_per_revolution)
+        return _Edges(around, 0, task.steps_per_revolution)
     steps = np.flatnonzero(task.column_of_step() >= 0)  # consecutive ones
     lines = np.clip(task.step_azimuth()[steps], -task.azimuth, task.azimuth)
-    azimuth = np.concatenate([[-task.azimuth], lines, [task.azimuth]]).astype(np.float64)
+    azimuth = np.concatenate([[-task.azimuth], lines, [task.azimuth]])
     return _Edges(azimuth, int(steps[0]) - 1 if len(steps) else 0, len(azimuth) - 1)
 
 
