@@ -1,0 +1,224 @@
+"""Limits of the nod that keep a band of heights covered, however far away what is seen is.
+
+With fixed limits the height that is seen, r tan(phi), shrinks as the robot nears a wall. Here the
+limits follow the median range r of what was seen lately:
+
+    phi_max = atan((z_top - z_sensor) / r),    phi_min = atan((z_bottom - z_sensor) / r).
+
+Each scan has one vote, its median, in the median of a time window: what covers less than half of
+the view, or is there for less than half of the window, changes nothing. What the robot itself
+moves is taken off every vote at once, so the window does not lag behind a robot that drives.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameters import check, parameter
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PitchLimitsConfig:
+    """See each field's description.
+
+    Raises
+    ------
+    ParameterError
+        For a value out of its range, or values that do not go with each other.
+    """
+
+    z_top: float = parameter(
+        2.0, 'Upper end of the band of heights to be seen, above the floor', unit='m',
+        minimum=-100.0, maximum=100.0,
+    )  # fmt: skip
+    z_bottom: float = parameter(
+        0.1, 'Lower end of the band; above 0, or the floor counts as something in the way',
+        unit='m', minimum=-100.0, maximum=100.0,
+    )  # fmt: skip
+    z_sensor: float = parameter(
+        1.08, 'Height of the optical centre above the floor at pitch 0', unit='m',
+        minimum=-100.0, maximum=100.0,
+    )  # fmt: skip
+    pitch_min: float = parameter(
+        -0.6136, 'Lower limit of what the mount allows', unit='rad', minimum=-1.6, maximum=1.6
+    )
+    pitch_max: float = parameter(
+        0.6136, 'Upper limit of what the mount allows', unit='rad', minimum=-1.6, maximum=1.6
+    )
+    least_span: float = parameter(
+        0.2, 'Least distance between the limits, however far away everything is', unit='rad',
+        minimum=0.01, maximum=3.2,
+    )  # fmt: skip
+    rate: float = parameter(
+        1.0, 'Fastest change of a limit', unit='rad/s', minimum=0.01, maximum=100.0
+    )
+    window: float = parameter(
+        1.6, 'Time over which the median of the scans is taken', unit='s',
+        minimum=0.1, maximum=60.0,
+    )  # fmt: skip
+    hysteresis: float = parameter(
+        0.05, 'Share by which the range must have changed for the limits to follow',
+        minimum=0.0, maximum=0.5,
+    )  # fmt: skip
+    sector: float = parameter(
+        0.5236, 'What is seen to this side and that of straight ahead counts', unit='rad',
+        minimum=0.01, maximum=math.pi,
+    )  # fmt: skip
+    least_points: int = parameter(
+        10, 'A scan with fewer points that count has no vote', minimum=1, maximum=100_000
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def check_together(self) -> None:
+        """Raise ParameterError for values that do not go with each other."""
+        if self.z_top <= self.z_bottom:
+            raise ParameterError('z_top', f'above z_bottom = {self.z_bottom} m', self.z_top)
+        if self.pitch_max <= self.pitch_min:
+            limit = f'above pitch_min = {self.pitch_min} rad'
+            raise ParameterError('pitch_max', limit, self.pitch_max)
+        if self.least_span > self.pitch_max - self.pitch_min:
+            limit = f'at most {self.pitch_max - self.pitch_min} rad, which the mount allows'
+            raise ParameterError('least_span', limit, self.least_span)
+
+
+def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]:
+    """Return the pitch limits [rad] that see the whole band at a horizontal distance [m].
+
+    They are within the mount's, and at least the least span apart.
+    """
+    ends = config.z_bottom - config.z_sensor, config.z_top - config.z_sensor
+    low, high = (
+        min(max(math.atan2(end, max(distance, 0.0)), config.pitch_min), config.pitch_max)
+        for end in ends
+    )
+    if high - low >= config.least_span:
+        return low, high
+    low = (low + high - config.least_span) / 2.0
+    low = min(max(low, config.pitch_min), config.pitch_max - config.least_span)
+    return low, min(low + config.least_span, config.pitch_max)
+
+
+def ranges_that_count(config: PitchLimitsConfig, points: Floats) -> Floats:
+    """Return the horizontal distances [m] of the points in the sector and in the band, shape (m,).
+
+    What lies below the band or above it, as floor and ceiling, does not bound the view. Without
+    this, limits that see the floor would shorten the range, and so see yet more of the floor.
+
+    Parameters
+    ----------
+    config
+        The band and the sector.
+    points
+        x forward and y to the left of the sensor, height above the floor [m], shape (n, 3). Points
+        that are not finite do not count.
+    """
+    x, y, height = points[np.isfinite(points).all(axis=1)].T
+    ahead = np.abs(np.arctan2(y, x)) <= config.sector
+    counts = ahead & (height > config.z_bottom) & (height < config.z_top)
+    return np.asarray(np.hypot(x[counts], y[counts]))
+
+
+class PitchLimits:
+    """Follows the median range; see the module.
+
+    Until the first range, the limits are the mount's. When nothing is seen any more, they stay.
+    """
+
+    def __init__(self, config: PitchLimitsConfig) -> None:
+        self.config = config
+        self._votes: deque[tuple[int, float]] = deque()
+        self._moved = 0.0
+        self._range: float | None = None
+        self._followed: float | None = None
+        self._limits = config.pitch_min, config.pitch_max
+        self._time_ns: int | None = None
+
+    @property
+    def range(self) -> float | None:
+        """Median range at the last call of limits [m]; None if nothing has been seen yet."""
+        return self._range
+
+    def update(self, time_ns: int, ranges: Floats) -> None:
+        """Add a scan.
+
+        Parameters
+        ----------
+        time_ns
+            When it was taken [ns].
+        ranges
+            Horizontal distances [m] that count (see ranges_that_count), shape (n,). What is not
+            finite and positive is passed over.
+
+        Raises
+        ------
+        ParameterError
+            If the scan is older than one before it.
+        """
+        if self._votes and time_ns < self._votes[-1][0]:
+            raise ParameterError('time_ns', f'at least {self._votes[-1][0]} ns', time_ns)
+        seen = ranges[np.isfinite(ranges) & (ranges > 0.0)]
+        if len(seen) >= self.config.least_points:
+            self._votes.append((time_ns, float(np.median(seen)) + self._moved))
+
+    def moved(self, forward: float) -> None:
+        """Tell that the robot has moved forward since the last call [m]; backward is negative.
+
+        Raises
+        ------
+        ParameterError
+            If it is not finite.
+        """
+        if not math.isfinite(forward):
+            raise ParameterError('forward', 'finite', forward)
+        self._moved += forward
+
+    def limits(self, time_ns: int) -> tuple[float, float]:
+        """Return the lower and the upper limit [rad] at an instant [ns].
+
+        From one call to the next a limit changes by no more than the rate allows.
+
+        Raises
+        ------
+        ParameterError
+            If the instant lies before that of the last call.
+        """
+        last_ns = time_ns if self._time_ns is None else self._time_ns
+        if time_ns < last_ns:
+            raise ParameterError('time_ns', f'at least {last_ns} ns', time_ns)
+        self._time_ns = time_ns
+        self._take_median(time_ns)
+        if self._followed is not None:
+            step = self.config.rate * (time_ns - last_ns) / NS_PER_S
+            low, high = limits_at(self.config, self._followed)
+            # Both limits at one rate: on the way the span is never below that of both ends.
+            self._limits = (
+                _toward(self._limits[0], low, step),
+                _toward(self._limits[1], high, step),
+            )
+        return self._limits
+
+    def _take_median(self, time_ns: int) -> None:
+        """Follow the median of the votes in the window, if it differs enough from the last one."""
+        oldest_ns = time_ns - round(self.config.window * NS_PER_S)
+        while self._votes and self._votes[0][0] < oldest_ns:
+            self._votes.popleft()
+        if not self._votes:
+            return
+        median = float(np.median([vote for _, vote in self._votes]))
+        self._range = max(median - self._moved, 0.0)
+        known = self._followed
+        if known is None or abs(self._range - known) > self.config.hysteresis * known:
+            self._followed = self._range
+
+
+def _toward(value: float, target: float, step: float) -> float:
+    """Return the target, or what comes nearest to it in one step."""
+    return min(max(target, value - step), value + step)
