@@ -8,6 +8,7 @@ import time
 
 from nodlidar_assembler.planner.choice import quick_choice, samples_in_band, survey
 from nodlidar_assembler.planner.coverage import Coverage
+from nodlidar_assembler.planner.hole import largest_hole
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
 import numpy as np
@@ -38,6 +39,8 @@ def table() -> Table:
     structure = _time(lambda: Coverage(TASK, pattern).figures(), 30)
     enumeration = _time(lambda: enumerate_cells(TASK, pattern), 3)
     _add(result, 'figures of the whole period', structure, 'enumeration in NumPy', enumeration)
+    hole = _time(lambda: largest_hole(TASK, pattern, 10.0), 10)
+    _add(result, 'largest hole after 10 s', hole, 'enumeration in NumPy', enumeration)
     for name, task in TASKS.items():
         samples = samples_in_band(task)
         everything = _time(lambda t=task, s=samples: survey(t, s[::35]), 1) * 35

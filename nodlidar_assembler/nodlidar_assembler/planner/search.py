@@ -21,9 +21,9 @@ AnyFloats = NDArray[np.floating[Any]]
 # So few N_s are evaluated without bounds.
 FEW = 3
 # After so many columns the most promising N_s is evaluated, to have a better time to beat.
-EVALUATED_AFTER = (1, 4, 16, 64)
+EVALUATED_AFTER = (2, 8, 32)
 # Of so many N_s one is looked at first, for the same reason.
-THINNING = 8
+THINNING = 16
 # Rows that are watched in a column: as many as an integer has bits, without its sign.
 WATCHED_ROWS = 63
 # N_s whose columns are computed together: as many as fit the processor's cache.
