@@ -10,14 +10,14 @@ from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.diagnosis import Diagnosis
 from nodlidar_assembler.joint_filter import JointFilter
-from nodlidar_assembler.nod_start import first_nod
+from nodlidar_assembler.nod_clock import NodClock, NodShape
 from nodlidar_assembler.pipeline import Pipeline
 from nodlidar_assembler.pitch import PitchError
 from nodlidar_assembler.scan_filter import ScanFilter
 from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_to_message
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import run
 from nodlidar_common.node_parameters import declare
 from nodlidar_common.pose import Pose
@@ -45,7 +45,10 @@ class Assembler(Node):
             Pose.from_xyzrpy((*self.config.laser_xyz, *self.config.laser_rpy)),
             self.config.max_joint_gap,
         )
-        self._nod: NodTrajectory | None = None
+        shape = NodShape(
+            self.config.pitch_min, self.config.pitch_max, self.config.samples_per_sweep
+        )
+        self._nod_clock = NodClock(shape, self.config.steps_per_revolution)
         self._warn_if_samples_repeat()
         self._diagnosis = Diagnosis(self, self.config.scan_timeout)
         self._make_outputs()
@@ -105,8 +108,8 @@ class Assembler(Node):
 
     def _scan_arrived(self, scan: LaserScan) -> None:
         self._diagnosis.scan_arrived(self._now_ns(), len(scan.ranges))
-        if self._nod is None and self.config.command_nod:
-            self._start_nod(scan)
+        if self.config.command_nod:
+            self._follow_lidar(scan)
 
     def _joint_arrived(self, state: JointState) -> None:
         self._pipeline.add_sample(time_ns(state.header.stamp), self._joint.position(state))
@@ -140,27 +143,24 @@ class Assembler(Node):
                 f'{self.config.steps_per_revolution} share the divisor {divisor}: samples repeat'
             )
 
-    def _start_nod(self, scan: LaserScan) -> None:
+    def _follow_lidar(self, scan: LaserScan) -> None:
+        """Keep the nod tied to the lidar's revolutions; its first command goes out at once."""
+        first = self._nod_clock.nod is None
         try:
-            self._nod = first_nod(
-                geometry_from_message(scan),
-                time_ns(scan.header.stamp),
-                self.config.steps_per_revolution,
-                self.config.pitch_min,
-                self.config.pitch_max,
-                self.config.samples_per_sweep,
-            )
+            self._nod_clock.add_scan(geometry_from_message(scan), time_ns(scan.header.stamp))
         except ParameterError as error:
             self.get_logger().error(f'no nod commanded: {error}', throttle_duration_sec=5.0)
         else:
-            self._repeat_command()
+            if first:
+                self._repeat_command()
 
     def _repeat_command(self) -> None:
         """Publish the command, for as long as scans come: without them the servo shall let go."""
         now_ns = self._now_ns()
         timeout_ns = self.config.scan_timeout * NS_PER_S
-        if self._nod is not None and now_ns - self._diagnosis.last_scan_ns <= timeout_ns:
-            self._commands.publish(nod_to_message(self._nod, now_ns, self.config.frame_id))
+        nod = self._nod_clock.nod
+        if nod is not None and now_ns - self._diagnosis.last_scan_ns <= timeout_ns:
+            self._commands.publish(nod_to_message(nod, now_ns, self.config.frame_id))
 
 
 def main() -> None:

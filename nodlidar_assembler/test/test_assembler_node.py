@@ -137,7 +137,7 @@ def test_clouds_are_those_of_the_same_data_offline(log, cloud_mode, estimator):
             np.testing.assert_array_equal(got[name], points.data[name])
 
 
-def test_the_nod_is_commanded_at_the_lidar_s_rate(log):
+def test_the_nod_is_commanded_at_the_lidar_s_rate_and_in_its_phase(log):
     with bench('samples_per_sweep:=2745', 'pitch_min:=-0.2') as running:
         running.feed(log)
         running.spin_until(lambda: len(running.out[NodCommand]) >= 2)
@@ -146,7 +146,11 @@ def test_the_nod_is_commanded_at_the_lidar_s_rate(log):
     assert (nod.pitch_min, nod.pitch_max, nod.samples_per_sweep) == (-0.2, 0.6136, 2745)
     assert nod.sweep_duration == pytest.approx(2745 * BEAM_PERIOD, rel=1e-6)
     assert abs(nod.reference_time_ns - log.scans[0].stamp_ns) < BEAM_PERIOD * 1e9
-    assert all(nod_from_message(other) == nod for other in others)
+    beam_ns = BEAM_PERIOD * 1e9
+    for other in map(nod_from_message, others):
+        sample = (other.reference_time_ns - log.scans[0].stamp_ns) / beam_ns
+        assert abs((sample + 0.5 + 2745) % 5490 - 2745) < 0.1
+        assert other.sweep_duration == pytest.approx(2745 * BEAM_PERIOD, rel=1e-6)
 
 
 def test_without_commanding_there_is_no_command(log):

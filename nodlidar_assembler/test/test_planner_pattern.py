@@ -6,7 +6,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.geometry import ScanGeometry
-from nodlidar_assembler.nod_start import first_nod
+from nodlidar_assembler.nod_clock import NodClock, NodShape
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_common.errors import ParameterError
 import numpy as np
@@ -160,7 +160,9 @@ def test_half_a_sample_fills_every_cell_of_the_finest_grid_once(n_l, n_s):
 def test_the_nod_that_is_commanded_fills_every_cell_of_the_finest_grid_once():
     n_l, n_s = 64, 21
     geometry = ScanGeometry(n_l, -math.pi, 2 * math.pi / n_l, 0.1 / n_l, 0.02, 5.6)
-    nod = first_nod(geometry, 0, n_l, -0.5, 0.5, n_s)
+    clock = NodClock(NodShape(-0.5, 0.5, n_s), n_l)
+    clock.add_scan(geometry, 0)
+    nod = clock.nod
     n = np.arange(n_l * n_s)
     pitch = nod.pitch(np.rint(n * 0.1 / n_l * 1e9).astype(np.int64))
     rows = np.floor((pitch + 0.5) * n_s).astype(int)

@@ -1,0 +1,108 @@
+"""When the lidar's revolutions begin, in host time, from the stamps of its scans."""
+
+from collections import deque
+
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+
+WINDOW = 300
+"""Scans that the line is fitted to: half a minute at 10 Hz, where 0.3 ms of jitter become 0.04."""
+
+_GATE_NS = 5_000_000  # a stamp that is off by more tells nothing, or that the lidar started anew
+_STRAYS_TO_RESTART = 5
+_NOMINAL_WEIGHT = 25.0
+"""Weight of the nominal period against the stamps: their scatter (0.5 ms) over the error of that
+period (0.1 ms), squared. What the first few stamps say of the period is mostly their jitter."""
+
+
+class Revolutions:
+    """A line through the last stamps: revolution k began at `value + k * period`.
+
+    Revolutions are counted in integers and lines are fitted to differences of integer nanoseconds
+    from the newest stamp, so that nothing adds up over hours. Missing scans are counted in.
+    A stamp that is off the line is left out; when one after the other is (the lidar was switched
+    off and on, the host's clock was set), counting goes on from there on a new line.
+
+    Attributes
+    ----------
+    count
+        The revolution of the newest stamp, counted from 0 at the first one.
+    restarts
+        How many times a new line was begun. What the count has to do with the time before is
+        unknown then: the lidar began anew with another phase.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.restarts = 0
+        self._stamps: deque[tuple[int, int]] = deque(maxlen=WINDOW)  # count, stamp
+        self._strays = 0
+        self._begin_ns = 0
+        self._nominal_ns = self._period_ns = 0.0
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution [s] in host time."""
+        return self._period_ns / NS_PER_S
+
+    @property
+    def begin_ns(self) -> int:
+        """Instant [ns] of the newest revolution's first beam, by the line."""
+        return self._begin_ns
+
+    def add(self, stamp_ns: int, nominal: float) -> bool:
+        """Add the stamp of a scan.
+
+        Parameters
+        ----------
+        stamp_ns
+            Instant of the scan's first beam [ns].
+        nominal
+            Time of a revolution [s], positive, as it is known without the stamps; counts when a
+            line begins.
+
+        Returns
+        -------
+        bool
+            Whether the stamp is on the line.
+        """
+        if not self._stamps:
+            self._begin(stamp_ns, nominal)
+            return True
+        elapsed_ns = stamp_ns - self._begin_ns
+        turns = round(elapsed_ns / self._period_ns)
+        if turns < 1 or abs(elapsed_ns - turns * self._period_ns) > _GATE_NS:
+            return self._stray(stamp_ns, nominal)
+        self._strays = 0
+        self.count += turns
+        self._stamps.append((self.count, stamp_ns))
+        self._fit()
+        return True
+
+    def _stray(self, stamp_ns: int, nominal: float) -> bool:
+        self._strays += 1
+        if self._strays < _STRAYS_TO_RESTART:
+            return False
+        self.restarts += 1
+        self._begin(stamp_ns, nominal)
+        return True
+
+    def _begin(self, stamp_ns: int, nominal: float) -> None:
+        self._strays = 0
+        self._stamps.clear()
+        self._stamps.append((self.count, stamp_ns))
+        self._begin_ns = stamp_ns
+        self._nominal_ns = self._period_ns = nominal * NS_PER_S
+
+    def _fit(self) -> None:
+        """Fit the line by least squares, with the nominal period as one more observation."""
+        count, stamp_ns = self._stamps[-1]
+        turns = np.array([entry[0] - count for entry in self._stamps], dtype=np.float64)
+        offsets = np.array([entry[1] - stamp_ns for entry in self._stamps], dtype=np.float64)
+        offsets -= self._nominal_ns * turns
+        middle, mean = turns.mean(), offsets.mean()
+        centred = turns - middle
+        spread = float(centred @ centred) + _NOMINAL_WEIGHT
+        excess = float(centred @ (offsets - mean)) / spread
+        self._period_ns = self._nominal_ns + excess
+        self._begin_ns = stamp_ns + round(mean - excess * middle)

@@ -1,0 +1,127 @@
+"""The nod that is tied to the lidar, against the model's pattern and simulated clocks."""
+
+from dataclasses import replace
+import math
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodlidar_assembler.geometry import ScanGeometry
+from nodlidar_assembler.nod_clock import NodClock, NodShape, revolutions_to
+from nodlidar_common.errors import ParameterError
+import numpy as np
+import pytest
+
+STEP = 2 * math.pi / 1024
+URG = ScanGeometry(682, (44 - 384) * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
+STAMP_NS = 1_700_000_000_000_000_000
+SHAPE = NodShape(-0.6136, 0.6136, 4001)
+
+
+def first_nod(geometry=URG, shape=SHAPE):
+    clock = NodClock(shape, 1024)
+    clock.add_scan(geometry, STAMP_NS)
+    return clock.nod
+
+
+def phase(nod, time_ns):
+    """Return the samples since the nod was at its lower limit, going up, modulo 2 N_s."""
+    return float(nod.sweeps(time_ns)) * nod.samples_per_sweep % (2 * nod.samples_per_sweep)
+
+
+def apart(a, b, period):
+    return abs((a - b + period / 2) % period - period / 2)
+
+
+def test_the_reference_sensor_nods_at_pi_rad_per_second():
+    nod = first_nod(shape=replace(SHAPE, samples_per_sweep=4000))
+    assert nod.sweep_duration == pytest.approx(0.390625)
+    assert nod.speed == pytest.approx(math.pi, rel=1e-4)
+
+
+def test_beams_follow_the_model_s_pattern_with_half_a_sample_of_phase():
+    n_s, span = 4001, 1.2272
+    nod = first_nod()
+    n = np.arange(20 * 1024)
+    times_ns = STAMP_NS + np.rint(n * 0.1 / 1024 * 1e9).astype(np.int64)
+    tri = n_s - np.abs((n + 0.5) % (2 * n_s) - n_s)
+    np.testing.assert_allclose(nod.pitch(times_ns), -span / 2 + span / n_s * tri, atol=1e-8)
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    rate=st.floats(-5e-4, 5e-4), n_s=st.integers(1001, 8000), missing=st.floats(0.0, 0.5),
+    seed=st.integers(0, 1000),
+)  # fmt: skip
+def test_sample_n_has_the_phase_n_and_a_half_for_as_long_as_it_runs(rate, n_s, missing, seed):
+    rng = np.random.default_rng(seed)
+    clock = NodClock(replace(SHAPE, samples_per_sweep=n_s), 1024)
+    beam_ns = 1e8 / 1024 / (1.0 + rate)
+    for turn in range(1200):
+        if turn and rng.random() < missing:
+            continue
+        true_ns = STAMP_NS + round(turn * 1024 * beam_ns)
+        clock.add_scan(URG, true_ns + int(rng.uniform(-5e5, 5e5)))
+        off = apart(phase(clock.nod, true_ns), turn * 1024 + 0.5, 2 * n_s)
+        assert off <= (6e5 if turn < 300 else 2e5) / beam_ns
+    assert clock.nod.sweep_duration == pytest.approx(n_s * beam_ns * 1e-9, rel=1e-5)
+    assert 0.0 <= true_ns - clock.nod.reference_time_ns <= 2 * n_s * beam_ns + 1e8
+
+
+@pytest.mark.parametrize(('n_s', 'most'), [(4001, 1.0), (4000, 16.0), (2745, 1.0)])
+def test_a_restarted_lidar_lets_the_nod_go_on_at_the_nearest_sample(n_s, most):
+    clock = NodClock(replace(SHAPE, samples_per_sweep=n_s), 1024)
+    for turn in range(50):
+        clock.add_scan(URG, STAMP_NS + turn * 100_000_000)
+    before = clock.nod
+    for turn in range(60, 70):
+        clock.add_scan(URG, STAMP_NS + turn * 100_000_000 + 43_210_987)
+    now_ns = STAMP_NS + 7_000_000_000
+    assert clock.revolutions.restarts == 1
+    assert 0.0 < apart(phase(clock.nod, now_ns), phase(before, now_ns), 2 * n_s) <= most + 0.1
+    assert phase(clock.nod, clock.revolutions.begin_ns) % 1.0 == pytest.approx(0.5, abs=0.01)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    turns=st.integers(1, 60), low=st.floats(-0.8, -0.1), high=st.floats(0.1, 0.8),
+    n_s=st.integers(1001, 8000),
+)  # fmt: skip
+def test_another_shape_goes_on_at_the_same_pitch_in_the_same_direction(turns, low, high, n_s):
+    clock = NodClock(SHAPE, 1024)
+    for turn in range(turns):
+        clock.add_scan(URG, STAMP_NS + turn * 100_000_000)
+    now_ns, before = clock.revolutions.begin_ns, clock.nod
+    clock.change(NodShape(low, high, n_s))
+    after = clock.nod
+    samples = math.gcd(1024, 2 * n_s) / 2 + 1.0
+    there = min(max(float(before.pitch(now_ns)), low), high)
+    assert abs(float(after.pitch(now_ns)) - there) <= samples * after.span / n_s
+    if min(there - low, high - there) > samples * after.span / n_s:
+        assert np.sign(after.velocity(now_ns)) == np.sign(before.velocity(now_ns))
+    assert phase(after, now_ns) % 1.0 == pytest.approx(0.5, abs=0.01)
+
+
+@given(st.integers(1, 300), st.integers(1, 300), st.integers(0, 10_000))
+def test_the_revolution_to_a_place_is_the_nearest_there_is(n_s, n_l, place):
+    found = revolutions_to(place, n_s, n_l) * n_l
+    begins = {revolution * n_l % (2 * n_s) for revolution in range(2 * n_s)}
+    nearest = min(apart(place, begin, 2 * n_s) for begin in begins)
+    assert apart(place, found, 2 * n_s) == nearest
+
+
+@pytest.mark.parametrize(
+    ('key', 'shape'), [('pitch_max', (0.5, 0.5, 4001)), ('samples_per_sweep', (-0.5, 0.5, 0))]
+)
+def test_what_makes_no_nod_is_refused(key, shape):
+    with pytest.raises(ParameterError, match=key):
+        NodShape(*shape)
+
+
+def test_a_lidar_that_is_mounted_upside_down_nods_the_same():
+    overhead = replace(URG, angle_min=-URG.angle_min, angle_increment=-STEP)
+    assert first_nod(overhead) == first_nod()
+
+
+def test_a_scan_that_does_not_tell_its_beam_period_makes_no_nod():
+    with pytest.raises(ParameterError, match='time_increment'):
+        first_nod(replace(URG, time_increment=0.0))
