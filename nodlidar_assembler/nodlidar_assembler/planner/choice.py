@@ -322,13 +322,16 @@ def _soonest(
 ) -> Integers:
     """Return the N_s that complete soonest, with as much of the guard [samples] as any bears."""
     _check_columns(task)
+    # Beams that fall at random complete in about as many revolutions; a guard shall help.
+    at_random = task.rows * math.log(task.cells + 1) / task.scan_rate
     while True:
-        found, _ = soonest(task, samples, guard, count, start_pitch)
+        limit = at_random if guard > 0.0 else math.inf
+        found, _ = soonest(task, samples, guard, count, start_pitch, limit)
         if len(found):
             return found
         if guard == 0.0:
-            limit = 'so large that with some N_s every row has a beam'
-            raise ParameterError('object_size', limit, task.object_size)
+            allowed = 'so large that with some N_s every row has a beam'
+            raise ParameterError('object_size', allowed, task.object_size)
         guard = guard / 2.0 if guard > 1.0 else 0.0
 
 

@@ -39,6 +39,7 @@ def soonest(
     guard: float = 0.0,
     count: int = 1,
     start_pitch: float | None = None,
+    limit: float = math.inf,
 ) -> tuple[Integers, Floats]:
     """Return the N_s that complete soonest, and their times.
 
@@ -54,12 +55,15 @@ def soonest(
         How many to return; fewer if no more complete.
     start_pitch
         See `phase_at`.
+    limit
+        Completion must take less than this [s].
 
     Returns
     -------
     N_s and completion times [s], soonest first; ties in the order given.
     """
-    search = _Search(task, guard, count, start_pitch)
+    samples = samples[_bears(task, samples, guard)]
+    search = _Search(task, guard, count, start_pitch, limit)
     thinning = 1
     while len(samples) > thinning * max(FEW, count):
         thinning *= THINNING
@@ -67,6 +71,14 @@ def soonest(
         search.look_at(samples[::thinning])
         thinning //= THINNING
     return search.best(samples)
+
+
+def _bears(task: Task, samples: Integers, guard: float) -> NDArray[np.bool_]:
+    """Tell for which N_s the second row from below is high enough for a guard at either side."""
+    if task.rows < 3:
+        return np.ones(len(samples), dtype=np.bool_)
+    part = np.array(min(2.0 * task.cell / task.span, 0.5))  # nowhere in the row is it easier
+    return np.asarray(samples * task.row_height(1) >= 2.0 * turn_reach(guard, part))
 
 
 def phase_at(task: Task, samples: Integers, start_pitch: float | None) -> Floats:
@@ -96,13 +108,15 @@ def _spread(count: int) -> Integers:
 class _Search:
     """The completion times that are known already, and how to know those that matter."""
 
-    def __init__(self, task: Task, guard: float, count: int, start_pitch: float | None) -> None:
+    def __init__(
+        self, task: Task, guard: float, count: int, start_pitch: float | None, limit: float
+    ) -> None:
         self._task = task
         self._guard = guard
         self._count = count
         self._start_pitch = start_pitch
         self._times: dict[int, float] = {}
-        self._to_beat = math.inf
+        self._limit = self._to_beat = limit
 
     def look_at(self, samples: Integers) -> None:
         """Evaluate all N_s that may be among the best."""
@@ -117,7 +131,7 @@ class _Search:
         known = np.array([n_s for n_s in samples if int(n_s) in self._times], dtype=np.int64)
         times = np.array([self._times[int(n_s)] for n_s in known])
         order = np.argsort(times, kind='stable')[: self._count]
-        order = order[np.isfinite(times[order])]
+        order = order[times[order] < self._limit]
         return known[order], times[order]
 
     def _bounds(self, samples: Integers) -> Floats:
@@ -148,9 +162,8 @@ class _Search:
             pattern = Pattern(self._task.steps_per_revolution, samples_per_sweep, phase)
             coverage = Coverage(self._task, pattern, self._guard)
             self._times[samples_per_sweep] = coverage.completion_time()
-            times = sorted(self._times.values())
-            if len(times) >= self._count:
-                self._to_beat = times[self._count - 1]
+            times = sorted([*self._times.values(), *[self._limit] * self._count])
+            self._to_beat = times[self._count - 1]
 
 
 def column_completion(
