@@ -2,22 +2,26 @@
 
 from dataclasses import dataclass
 
+from nodlidar_assembler.ego_motion import OdometryError, Poses
 from nodlidar_assembler.geometry import Beams
-from nodlidar_assembler.points import POINT
+from nodlidar_assembler.points import MOVED_POINT, POINT
 import numpy as np
 from numpy.typing import NDArray
+
+# A float32 keeps 0.25 mm up to this coordinate [m], and ever less beyond.
+FARTHEST = 8192.0
 
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points in the frame of the nod's base, oldest first.
+    """Points in the frame of the nod's base or, as MOVED_POINT, of odometry; oldest first.
 
     Attributes
     ----------
     time_ns
         Instant of each point [ns], ascending, shape (n,).
     data
-        Array of POINT, shape (n,); the field ``time`` counts from the first point.
+        Array of POINT or MOVED_POINT, shape (n,); ``time`` counts from the first point.
     """
 
     time_ns: NDArray[np.int64]
@@ -36,8 +40,11 @@ def assemble(
     ranges: NDArray[np.float32],
     pitch: NDArray[np.float64],
     intensities: NDArray[np.float32] | None = None,
+    poses: Poses | None = None,
 ) -> Points:
-    """Return a scan's points in nodlidar_base_link; beams without a measurement are absent.
+    """Return a scan's points; beams without a measurement are absent.
+
+    They are in nodlidar_base_link or, with its `poses`, in the frame of odometry.
 
     A beam ends at ``p = direction * r + mount.position`` in the nodding frame; the nod by phi
     (positive up) about -y takes it to ``x = p_x cos(phi) - p_z sin(phi)``, ``y = p_y``,
@@ -54,6 +61,13 @@ def assemble(
         As in the LaserScan, shape (n,); without intensities the field is 0.
     pitch
         Pitch of each beam [rad], shape (n,).
+    poses
+        Of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,).
+
+    Raises
+    ------
+    OdometryError
+        If a point has a coordinate beyond FARTHEST in the frame of odometry.
     """
     valid = valid_beams(beams, ranges)
     p = beams.direction[:, valid]
@@ -61,12 +75,22 @@ def assemble(
     p += beams.mount.position[:, None]
     phi = pitch[valid]
     cos, sin = np.cos(phi), np.sin(phi)
-    data = np.zeros(len(valid), dtype=POINT)
-    data['x'] = p[0] * cos - p[2] * sin
-    data['y'] = p[1]
-    data['z'] = p[0] * sin + p[2] * cos
+    xyz = np.stack([p[0] * cos - p[2] * sin, p[1], p[0] * sin + p[2] * cos])
+    data = np.zeros(len(valid), dtype=POINT if poses is None else MOVED_POINT)
+    data['x'], data['y'], data['z'] = xyz if poses is None else _moved(xyz, poses[valid])
     if intensities is not None and len(intensities) == len(ranges):
         data['intensity'] = intensities[valid]
-    offset = beams.offset[valid]
-    data['time'] = offset - offset[:1]
+    if poses is None:
+        offset = beams.offset[valid]
+        data['time'] = offset - offset[:1]
     return Points(start_ns + beams.offset_ns[valid], data)
+
+
+def _moved(xyz: NDArray[np.float64], poses: Poses) -> NDArray[np.float64]:
+    """Return points (3, n) in the frame of odometry."""
+    moved = poses.to_parent(xyz.T).T
+    farthest = np.max(np.abs(moved), initial=0.0)
+    if farthest > FARTHEST:
+        reason = f'points beyond {FARTHEST:g} m in the frame of odometry lose millimetres'
+        raise OdometryError(reason, f'{farthest:.0f} m')
+    return moved

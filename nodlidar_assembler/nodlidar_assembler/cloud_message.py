@@ -3,16 +3,19 @@
 from array import array
 
 from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.points import POINT
+from nodlidar_assembler.points import MOVED_POINT, POINT
 from nodlidar_common.messages import time_message
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 
 _TYPES = {np.dtype(np.float32): PointField.FLOAT32, np.dtype(np.uint16): PointField.UINT16}
-_FIELDS = [
-    PointField(name=name, offset=offset, datatype=_TYPES[dtype], count=1)
-    for name, (dtype, offset, *_) in (POINT.fields or {}).items()
-]
+_FIELDS = {
+    point: [
+        PointField(name=name, offset=offset, datatype=_TYPES[dtype], count=1)
+        for name, (dtype, offset, *_) in (point.fields or {}).items()
+    ]
+    for point in (POINT, MOVED_POINT)
+}
 
 
 def cloud_message(points: Points, frame_id: str) -> PointCloud2:
@@ -20,10 +23,10 @@ def cloud_message(points: Points, frame_id: str) -> PointCloud2:
     message = PointCloud2(
         height=1,
         width=len(points.data),
-        fields=_FIELDS,
+        fields=_FIELDS[points.data.dtype],
         is_bigendian=False,
-        point_step=POINT.itemsize,
-        row_step=POINT.itemsize * len(points.data),
+        point_step=points.data.itemsize,
+        row_step=points.data.nbytes,
         is_dense=True,
     )
     message.header.stamp = time_message(points.time_ns[0])

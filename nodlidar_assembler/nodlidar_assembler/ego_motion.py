@@ -49,6 +49,9 @@ class MotionLimits:
     max_turn_rate: float = 10.0
 
 
+USUAL_MOTION = MotionLimits()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Poses:
     """Poses of a frame in its parent frame.

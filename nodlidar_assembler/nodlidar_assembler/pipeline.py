@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.assembly import assemble, Points
+from nodlidar_assembler.ego_motion import MotionLimits, Odometry, USUAL_MOTION
 from nodlidar_assembler.geometry import Beams, ScanGeometry
 from nodlidar_assembler.pitch import beam_pitch, ordered_samples
 from nodlidar_assembler.sweeps import SweepGatherer
@@ -40,12 +41,22 @@ class Pipeline:
         Pose of the lidar in the nodding frame.
     max_joint_gap
         Longest time between joint samples that is interpolated over [s].
+    motion_limits
+        What the motion of the base may be between odometry samples.
     """
 
-    def __init__(self, estimator: str, cloud_mode: str, mount: Pose, max_joint_gap: float) -> None:
+    def __init__(
+        self,
+        estimator: str,
+        cloud_mode: str,
+        mount: Pose,
+        max_joint_gap: float,
+        motion_limits: MotionLimits = USUAL_MOTION,
+    ) -> None:
         self._estimator = estimator
         self._mount = mount
         self._max_joint_gap = max_joint_gap
+        self._motion_limits = motion_limits
         self._beams: Beams | None = None
         self._turns = TurnFinder(TURN_HYSTERESIS)
         self._sweeps = SweepGatherer(LONGEST_SWEEP) if cloud_mode == 'sweep' else None
@@ -65,21 +76,33 @@ class Pipeline:
             self._sweeps.add_turn(turn_ns)
 
     def add_scan(
-        self, scan: Scan, sample_ns: NDArray[np.int64], sample_pitch: NDArray[np.float64]
+        self,
+        scan: Scan,
+        sample_ns: NDArray[np.int64],
+        sample_pitch: NDArray[np.float64],
+        odometry: Odometry | None = None,
     ) -> list[Points]:
         """Add a scan with the joint samples around it; return the clouds that are complete by now.
+
+        With the odometry of nodlidar_base_link around it, points are in the frame of odometry,
+        every beam at its own pose.
 
         Raises
         ------
         PitchError
             If the joint samples do not tell the pitch of every beam; the scan is then left out.
+        OdometryError
+            If odometry does not tell the pose at every beam; likewise.
         """
         beams = self.beams(scan.geometry)
         samples = ordered_samples(sample_ns, sample_pitch)
         pitch = beam_pitch(
             self._estimator, scan.stamp_ns, beams.offset, *samples, self._max_joint_gap
         )
-        points = assemble(beams, scan.stamp_ns, scan.ranges, pitch, scan.intensities)
+        poses = None
+        if odometry is not None:
+            poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
+        points = assemble(beams, scan.stamp_ns, scan.ranges, pitch, scan.intensities, poses)
         if self._sweeps is not None:
             return self._sweeps.add_scan(points)
         return [points] if len(points.data) else []

@@ -14,3 +14,8 @@ POINT = np.dtype(
     ],
     align=True,
 )
+
+# Points in the frame of odometry. They have no `time`, by which a consumer would move them again.
+MOVED_POINT = np.dtype(
+    [(name, POINT[name]) for name in ('x', 'y', 'z', 'intensity', 'ring')], align=True
+)

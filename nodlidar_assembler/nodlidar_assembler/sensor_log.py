@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.ego_motion import Odometry, OdometryError
 from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.pitch import PitchError
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class SensorLog:
-    """Scans and joint samples.
+    """Scans, joint samples and, if points are to be in the frame of odometry, odometry.
 
     Attributes
     ----------
@@ -21,11 +22,14 @@ class SensorLog:
         In the order of their time.
     sample_ns, sample_pitch
         Stamps [ns] and positions [rad] of the nod's joint, ascending, shape (n,).
+    odometry
+        Of nodlidar_base_link.
     """
 
     scans: Sequence[Scan]
     sample_ns: NDArray[np.int64]
     sample_pitch: NDArray[np.float64]
+    odometry: Odometry | None = None
 
     def samples_around(self, begin_ns: int, end_ns: int) -> slice:
         """Return the joint samples that bracket an interval [ns] most closely."""
@@ -46,7 +50,11 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
             pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
         samples_given = max(samples_given, around.stop)
         try:
-            clouds += pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around])
+            clouds += pipeline.add_scan(
+                scan, log.sample_ns[around], log.sample_pitch[around], log.odometry
+            )
         except PitchError as error:
             drops[str(error)] += 1
+        except OdometryError as error:
+            drops[error.reason] += 1
     return clouds, drops

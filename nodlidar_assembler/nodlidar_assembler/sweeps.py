@@ -68,6 +68,7 @@ def _joined(scans: list[Points]) -> Points | None:
         return None
     time_ns = np.concatenate([scan.time_ns for scan in scans])
     data = np.concatenate([scan.data for scan in scans])
-    data['time'] = (time_ns - time_ns[0]) / NS_PER_S
+    if 'time' in (data.dtype.names or ()):
+        data['time'] = (time_ns - time_ns[0]) / NS_PER_S
     data['ring'] = np.repeat(np.arange(len(scans)), [len(scan.data) for scan in scans])
     return Points(time_ns, data)

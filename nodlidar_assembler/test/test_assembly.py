@@ -4,9 +4,10 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.assembly import assemble
+from nodlidar_assembler.assembly import assemble, FARTHEST
+from nodlidar_assembler.ego_motion import OdometryError, Poses
 from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, revolution_time, ScanGeometry
-from nodlidar_assembler.points import POINT
+from nodlidar_assembler.points import MOVED_POINT, POINT
 from nodlidar_common.pose import Pose
 import numpy as np
 import pytest
@@ -108,3 +109,63 @@ def test_revolution_is_a_tenth_of_a_second_also_with_clustered_beams():
     clustered = ScanGeometry(227, URG.angle_min, 3 * STEP, 3 * URG.time_increment, 0.02, 5.6)
     assert revolution_time(URG) == pytest.approx(0.1)
     assert revolution_time(clustered) == pytest.approx(0.1)
+
+
+def moving(beams, position, yaw):
+    """Return poses from yaws (n,) at positions that are the same or (n, 3)."""
+    half, zero = np.asarray(yaw) / 2, np.zeros(beams)
+    orientation = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1)
+    return Poses(np.broadcast_to(np.array(position, float), (beams, 3)), orientation)
+
+
+def test_every_beam_starts_from_its_own_pose_of_the_base():
+    rng = np.random.default_rng(2)
+    ranges = rng.uniform(0.1, 5.0, 682).astype(np.float32)
+    ranges[5] = np.inf
+    phi, yaw = rng.uniform(-1.0, 1.0, 682), rng.uniform(-3.0, 3.0, 682)
+    position = rng.uniform(-4.0, 4.0, (682, 3))
+    beams = Beams(URG, REFERENCE_MOUNT)
+    still = assemble(beams, START_NS, ranges, phi)
+    moved = assemble(beams, START_NS, ranges, phi, poses=moving(682, position, yaw))
+    kept = np.delete(np.arange(682), 5)
+    np.testing.assert_array_equal(moved.time_ns, still.time_ns)
+    for got, at_pivot, k in zip(xyz(moved), xyz(still), kept, strict=True):
+        expected = axangle2mat((0.0, 0.0, 1.0), yaw[k]) @ at_pivot + position[k]
+        assert got == pytest.approx(expected, abs=2e-6)
+
+
+def test_points_that_were_moved_have_no_time_by_which_they_would_be_moved_again():
+    poses = moving(682, (0.0, 0.0, 0.0), np.zeros(682))
+    intensities = np.arange(682, dtype=np.float32)
+    ranges = np.ones(682, dtype=np.float32)
+    beams = Beams(URG, REFERENCE_MOUNT)
+    points = assemble(beams, START_NS, ranges, np.zeros(682), intensities, poses)
+    assert points.data.dtype == MOVED_POINT
+    assert MOVED_POINT.names == ('x', 'y', 'z', 'intensity', 'ring')
+    assert np.array_equal(points.data['intensity'], intensities)
+
+
+@given(st.tuples(*[st.floats(-FARTHEST + 6.0, FARTHEST - 6.0)] * 3), angle)
+def test_far_from_the_origin_of_odometry_a_cloud_keeps_millimetres(position, yaw):
+    ranges = np.linspace(0.5, 5.0, 682, dtype=np.float32)
+    phi = np.linspace(-0.6, 0.6, 682)
+    beams = Beams(URG, REFERENCE_MOUNT)
+    points = assemble(beams, START_NS, ranges, phi, poses=moving(682, position, np.full(682, yaw)))
+    near = xyz(assemble(beams, START_NS, ranges, phi))
+    expected = near @ axangle2mat((0.0, 0.0, 1.0), yaw).T + position
+    assert np.max(np.abs(xyz(points) - expected)) < 0.26e-3
+
+
+@pytest.mark.parametrize('position', [(FARTHEST, 0.0, 0.0), (0.0, -FARTHEST, 0.0)])
+def test_farther_than_a_cloud_can_tell_is_an_error(position):
+    ranges = np.ones(682, dtype=np.float32)
+    poses = moving(682, position, np.zeros(682))
+    with pytest.raises(OdometryError, match=r'beyond 8192 m .*: 819'):
+        assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682), poses=poses)
+
+
+def test_without_points_no_pose_is_too_far():
+    ranges = np.full(682, np.inf, dtype=np.float32)
+    poses = moving(682, (1e9, 0.0, 0.0), np.zeros(682))
+    beams = Beams(URG, REFERENCE_MOUNT)
+    assert len(assemble(beams, START_NS, ranges, np.zeros(682), poses=poses).data) == 0
