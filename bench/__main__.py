@@ -4,13 +4,22 @@ import argparse
 
 from rich.console import Console
 
-from bench import accuracy, assembly_time, live, nod_schedules, planner_speed, simulation_speed
+from bench import (
+    accuracy,
+    assembly_time,
+    ego_motion,
+    live,
+    nod_schedules,
+    planner_speed,
+    simulation_speed,
+)
 
 MEASUREMENTS = {
     'assembly_time': assembly_time.table,
     'accuracy': accuracy.table,
     'simulation_speed': simulation_speed.table,
     'live': live.table,
+    'ego_motion': ego_motion.table,
     'nod_schedules': nod_schedules.table,
     'planner_speed': planner_speed.table,
 }

@@ -7,6 +7,7 @@ from typing import Any
 
 from nodlidar_assembler.assembly import Points
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.ego_motion import Odometry, Poses
 from nodlidar_assembler.geometry import ScanGeometry
 from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.sensor_log import assemble_log, SensorLog
@@ -127,5 +128,32 @@ def simulated_log(simulated: Recording) -> SensorLog:
 
 def surface_rms(points: Points, world: World) -> float:
     """Return the RMS distance of points in nodlidar_base_link to the true surfaces [m]."""
-    xyz = np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
-    return float(np.sqrt(np.mean(world.surface_distance(xyz, points.time_ns) ** 2)))
+    distance = world.surface_distance(xyz_of(points), points.time_ns)
+    return float(np.sqrt(np.mean(distance**2)))
+
+
+def simulated_odometry(simulated: Recording) -> Odometry:
+    """Return the odometry of nodlidar_base_link that the simulator's wheels told."""
+    x, y, yaw = simulated.odometry_pose.T
+    zero = np.zeros_like(x)
+    orientation = np.stack([zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=1)
+    of_base = Odometry(
+        simulated.odometry_stamp_ns, Poses(np.stack([x, y, zero], axis=1), orientation)
+    )
+    return of_base.mounted(simulated.world.scene.mount)
+
+
+def moved_surface_rms(xyz: NDArray[np.float64], simulated: Recording) -> float:
+    """Return the RMS distance of points (n, 3) in the frame of odometry to the true surfaces [m].
+
+    That frame is base_link where it was at the first sample.
+    """
+    x, y, yaw = simulated.world.base.poses(simulated.odometry_stamp_ns[:1])[0]
+    in_world = Pose.from_xyzrpy((x, y, 0.0, 0.0, 0.0, yaw)).to_parent(xyz)
+    distance = simulated.world.scene.surfaces.surface_distance(in_world)
+    return float(np.sqrt(np.mean(distance**2)))
+
+
+def xyz_of(points: Points) -> NDArray[np.float64]:
+    """Return the coordinates of points [m], shape (n, 3)."""
+    return np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)

@@ -1,0 +1,92 @@
+"""What the robot's motion costs in accuracy: a robot that stands, one that drives and turns."""
+
+from dataclasses import replace
+
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.ego_motion import Odometry, USUAL_MOTION
+from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_bringup.evaluation import (
+    FAR,
+    moved_surface_rms,
+    near_beams,
+    points_of,
+    simulated_log,
+    simulated_odometry,
+    xyz_of,
+)
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.simulation import Recording, simulate
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from bench.reference import reference_nod, START_NS
+
+SPEED, TURN_RATE = 0.4, 0.5
+DURATION = 12.0  # almost a circle
+SEEDS = range(15)
+DRIFT = 0.02
+
+
+def recording(
+    speed: float, turn_rate: float, drift: float = 0.0, seed: int = 0, duration: float = DURATION
+) -> Recording:
+    """Return the reference sensor's recording from a robot that drives a circle in the room."""
+    room = load_scene('room')
+    effects = replace(room.effects, odometry_error=drift)
+    scene = replace(room, base_velocity=(speed, turn_rate), effects=effects)
+    return simulate(scene, reference_nod(), duration, seed, start_ns=START_NS)
+
+
+def beam_rms(simulated: Recording) -> float:
+    """Return the RMS distance of the points to the surfaces [m], every beam at its own pose."""
+    log = replace(near_beams(simulated_log(simulated)), odometry=simulated_odometry(simulated))
+    return moved_surface_rms(xyz_of(points_of(log, 'slerp', REFERENCE_MOUNT)), simulated)
+
+
+def scan_rms(simulated: Recording, instant: float) -> float:
+    """Return the same with one pose per scan: that at a share of its duration, 0 .. 1."""
+    points = points_of(near_beams(simulated_log(simulated)), 'slerp', REFERENCE_MOUNT)
+    moved = _at_pose_of_scan(points, simulated, simulated_odometry(simulated), instant)
+    return moved_surface_rms(moved, simulated)
+
+
+def _at_pose_of_scan(
+    points: Points, simulated: Recording, odometry: Odometry, instant: float
+) -> NDArray[np.float64]:
+    duration_ns = simulated.true_time_ns[:, -1] - simulated.scan_stamp_ns
+    posed_ns = simulated.scan_stamp_ns + np.rint(instant * duration_ns).astype(np.int64)
+    scan = np.searchsorted(simulated.scan_stamp_ns, points.time_ns, side='right') - 1
+    return odometry.at(posed_ns, USUAL_MOTION)[scan].to_parent(xyz_of(points))
+
+
+def drifting(duration: float) -> list[tuple[str, str, float]]:
+    """Return the rows of odometry whose wheels are wrong by DRIFT, all points in one cloud."""
+    robot = f'drives {duration:.0f} s, wheels {DRIFT:.0%} off'
+    runs = [beam_rms(recording(SPEED, TURN_RATE, DRIFT, seed, duration)) for seed in SEEDS]
+    return [
+        (robot, f'each beam its own, median of {len(runs)}', float(np.median(runs))),
+        (robot, 'each beam its own, worst', max(runs)),
+    ]
+
+
+def table() -> Table:
+    """Return the RMS distance to the surfaces by what is known of the motion."""
+    result = Table(
+        title=f'Ego-motion: {DURATION:.0f} s in the room, {SPEED} m/s and {TURN_RATE} rad/s, '
+        f'odometry at 50 Hz, beams up to {FAR:g} m'
+    )
+    for heading in ('robot', 'poses', 'RMS distance to the surfaces', 'to standing'):
+        result.add_column(heading, justify='left' if heading in ('robot', 'poses') else 'right')
+    standing = beam_rms(recording(0.0, 0.0))
+    driving = recording(SPEED, TURN_RATE)
+    for robot, poses, rms in (
+        ('stands', 'each beam its own', standing),
+        ('drives', 'each beam its own', beam_rms(driving)),
+        ('drives', 'one per scan, at its middle', scan_rms(driving, 0.5)),
+        ('drives', 'one per scan, at its first beam', scan_rms(driving, 0.0)),
+        *drifting(1.0),
+        *drifting(DURATION),
+    ):
+        result.add_row(robot, poses, f'{rms * 1e3:.1f} mm', f'{rms / standing:.2f} x')
+    return result
