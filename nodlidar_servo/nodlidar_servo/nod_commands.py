@@ -29,7 +29,7 @@ class NodCommands:
         self.refusal = ''
 
     def accept(self, nod: NodTrajectory, now_ns: int) -> None:
-        """Follow a nod from now on; the same one again is a sign of life and changes nothing.
+        """Follow a nod from now on, from wherever the servo is; each command is a sign of life.
 
         Raises
         ------
@@ -38,8 +38,9 @@ class NodCommands:
         """
         config = self._config
         check_nod(nod, config.pitch_lower_limit, config.pitch_upper_limit, self._dynamics)
-        if self._tracker is None or nod != self._tracker.nod:
+        if self._tracker is None:
             self._tracker = NodTracker(nod, self._dynamics)
+        self._tracker.nod = nod
         self._received_ns = now_ns
 
     def refuse(self, reason: str, now_ns: int) -> bool:

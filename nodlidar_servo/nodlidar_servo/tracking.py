@@ -6,7 +6,7 @@ measured position, so that the limit is reached at the instant of the turn. Erro
 coarse speed register included, are thus taken back within each leg and do not add up.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import Protocol
 
@@ -20,6 +20,10 @@ and time is then mostly the encoder's quantisation."""
 CATCH_UP = 2.0
 """Highest speed in terms of the nod's: enough for any leg that can be done from rest to rest, and
 no wild moves on the way to the trajectory."""
+
+RETUNING = 0.005
+"""A turn that was commanded is not taken back if the nod is tuned and it is due up to this time
+[s] later."""
 
 _ROUNDING_NS = 1000  # a turn's instant, rounded to ns, belongs to the new leg
 
@@ -124,35 +128,57 @@ def predicted_pitch(sample: Measured, nod: NodTrajectory, now_ns: int) -> float:
 
 
 class NodTracker:
-    """Follows one nod trajectory, cycle by cycle."""
+    """Follows a nod trajectory, cycle by cycle.
+
+    Another nod may take over at any time, or the same one tuned to the lidar's clock. Each step
+    goes by a measurement, so that the servo is led on from where it is: by a drive to a limit of
+    the new nod, no faster than CATCH_UP allows.
+
+    Attributes
+    ----------
+    nod
+        What is followed.
+    """
 
     def __init__(self, nod: NodTrajectory, dynamics: Dynamics) -> None:
         self.nod = nod
-        self._acceleration = dynamics.acceleration
-        self._max_speed = min(CATCH_UP * nod.speed, dynamics.max_speed)
+        self._dynamics = dynamics
         self._drive = Drive(math.nan, 0.0, False)
+        self._direction = 0.0
 
     def next_turn_ns(self, now_ns: int) -> int:
         """Return the instant [ns] at which the present leg ends."""
-        return self.nod.turn_time_ns(self._leg(now_ns) + 1)
+        nod = self.nod
+        return nod.turn_time_ns(self._leg(nod, now_ns) + 1)
 
     def step(self, now_ns: int, sample: Measured) -> Drive:
         """Return what to tell the servo now [ns], from its latest measurement."""
-        leg = self._leg(now_ns)
-        direction = 1.0 if leg % 2 == 0 else -1.0
-        goal = self.nod.pitch_max if direction > 0.0 else self.nod.pitch_min
-        remaining = (self.nod.turn_time_ns(leg + 1) - now_ns) / NS_PER_S
-        if goal == self._drive.goal and self._is_arriving(remaining):
+        nod = self.nod  # another thread may put another one there
+        leg = self._leg(nod, now_ns)
+        direction = _direction(leg)
+        goal = nod.pitch_max if direction > 0.0 else nod.pitch_min
+        remaining = (nod.turn_time_ns(leg + 1) - now_ns) / NS_PER_S
+        if direction == self._direction and self._is_arriving(remaining):
+            self._drive = replace(self._drive, goal=goal)
             return self._drive
-        distance = direction * (goal - predicted_pitch(sample, self.nod, now_ns))
+        distance = direction * (goal - predicted_pitch(sample, nod, now_ns))
         speed = arrival_speed(
-            max(distance, 0.0), remaining, direction * sample.velocity, self._acceleration
+            max(distance, 0.0), remaining, direction * sample.velocity, self._dynamics.acceleration
         )
-        self._drive = Drive(goal, min(speed, self._max_speed), speed > self._max_speed)
+        fastest = min(CATCH_UP * nod.speed, self._dynamics.max_speed)
+        self._drive = Drive(goal, min(speed, fastest), speed > fastest)
+        self._direction = direction
         return self._drive
 
     def _is_arriving(self, remaining: float) -> bool:
-        return remaining < self._drive.speed / self._acceleration + HOLD
+        return remaining < self._drive.speed / self._dynamics.acceleration + HOLD
 
-    def _leg(self, now_ns: int) -> int:
-        return math.floor(self.nod.sweeps(now_ns + _ROUNDING_NS))
+    def _leg(self, nod: NodTrajectory, now_ns: int) -> int:
+        leg = math.floor(nod.sweeps(now_ns + _ROUNDING_NS))
+        remaining = (nod.turn_time_ns(leg + 1) - now_ns) / NS_PER_S
+        turned = self._direction == _direction(leg + 1) and remaining < RETUNING
+        return leg + 1 if turned else leg
+
+
+def _direction(leg: int) -> float:
+    return 1.0 if leg % 2 == 0 else -1.0

@@ -1,16 +1,20 @@
+import contextlib
 import itertools
 
-from nodlidar_common.errors import PortError
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodlidar_common.errors import ParameterError, PortError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.dynamixel_bus import NoAnswerError
+from nodlidar_servo.models import MODELS
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import FAILURES_TO_RECONNECT, LoopFigures, Schedule, ServoLoop
 from nodlidar_sim import rx24f_table as table
 from nodlidar_sim.faults import FaultyDevice
 from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.rx24f_motor import TICK
+from nodlidar_sim.rx24f_motor import SPEED_UNIT, TICK
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
@@ -127,6 +131,45 @@ def test_the_mount_is_never_left_on_the_way_from_one_nod_to_another():
     settled = bench.motion.position(times[800:])
     assert settled.min() == pytest.approx(-0.1, abs=TICK)
     assert settled.max() == pytest.approx(0.4, abs=TICK)
+
+
+commands = st.tuples(
+    st.builds(
+        NodTrajectory,
+        pitch_min=st.floats(-1.0, 0.05),
+        pitch_max=st.floats(0.1, 1.0),
+        sweep_duration=st.floats(0.05, 0.8),
+        samples_per_sweep=st.just(4001),
+        reference_time_ns=st.integers(START_NS - 10**9, START_NS + 10**9),
+    ),
+    st.floats(0.01, 0.6),
+)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(commands, min_size=2, max_size=8))
+def test_no_sequence_of_commands_asks_for_more_than_mount_and_motor_can_do(sequence):
+    config, bench = ServoConfig(), Bench()
+    fastest = MODELS[config.model].max_speed
+    for nod, seconds in sequence:
+        with contextlib.suppress(ParameterError):
+            bench.commands.accept(nod, bench.clock())
+        end_ns = bench.clock() + round(seconds * 1e9)
+        while bench.clock() < end_ns:
+            bench.loop.cycle()
+            if (tracker := bench.commands.tracker(bench.clock())) is not None:
+                goal = (bench.emulator.table[table.GOAL] - 512) * TICK
+                followed = tracker.nod
+                assert followed.pitch_min - TICK <= goal <= followed.pitch_max + TICK
+                assert bench.emulator.table[table.MOVING_SPEED] * SPEED_UNIT <= fastest
+    bench.run(3.5 * SWEEP)
+    times = np.arange(START_NS, bench.clock(), 1_000_000)
+    position, velocity = bench.motion.position(times), bench.motion.velocity(times)
+    assert np.abs(position).max() <= config.pitch_upper_limit + TICK
+    assert np.abs(np.diff(position)).max() <= fastest * 1e-3
+    assert np.abs(velocity).max() <= fastest
+    error = np.abs(position - NOD.pitch(times))[-round(SWEEP * 1e3) :]
+    assert error.max() < NOD.speed**2 / 200.0  # what the turns make inevitable
 
 
 def test_corrupted_bytes_cost_samples_that_are_counted_but_never_make_wrong_ones():

@@ -1,4 +1,5 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+import itertools
 import math
 
 from hypothesis import given
@@ -38,19 +39,28 @@ def measure(motion, time_ns):
     return Measured(time_ns, pitch, speed)
 
 
-def follow(nod, legs, start=0.0, rate=100.0, acceleration=ACCELERATION, begin=0.3):
-    """Return the motion of a servo with coarse registers that follows a nod from rest."""
+def follow(
+    nod, legs, start=0.0, rate=100.0, acceleration=ACCELERATION, begin=0.3, tuned=lambda nod: nod
+):
+    """Return the motion of a servo with coarse registers that follows a nod from rest.
+
+    In every fifth cycle the nod is replaced by a tuned one.
+    """
     motion = ServoMotion(start, acceleration, history=1e6)
     tracker = NodTracker(nod, DYNAMICS)
 
     def steer(time_ns, sample):
         drive = tracker.step(time_ns, sample)
-        assert nod.pitch_min <= drive.goal <= nod.pitch_max
+        assert tracker.nod.pitch_min <= drive.goal <= tracker.nod.pitch_max
         speed = RX24F.speed_counts(drive.speed) * RX24F.speed_unit
         motion.set_goal(time_ns, SCALE.pitch(SCALE.tick(drive.goal)), speed)
 
     time_ns = START_NS + round(begin * nod.sweep_duration * NS_PER_S)
-    while time_ns < nod.turn_time_ns(legs):
+    for cycle in itertools.count():
+        if time_ns >= nod.turn_time_ns(legs):
+            break
+        if cycle % 5 == 0:
+            tracker.nod = tuned(nod)
         sample = measure(motion, time_ns)
         steer(time_ns, sample)
         turn_ns = tracker.next_turn_ns(time_ns)
@@ -141,6 +151,35 @@ def test_the_error_against_the_command_is_what_the_acceleration_makes_inevitable
     middle = np.abs(np.mod(nod.sweeps(times_ns), 1.0) - 0.5) < 0.1
     assert error[middle].max() < 0.010
     assert error.max() < nod.speed**2 / ACCELERATION / 2 * 2.2
+
+
+def test_a_nod_that_is_tuned_all_the_time_is_followed_as_well():
+    nod, rng = nod_of(), np.random.default_rng(1)
+
+    def tuned(nod):
+        """Return the nod counted from another turn, off as much as a clock's estimate is."""
+        off_ns = nod.turn_time_ns(2 * int(rng.integers(30))) + round(rng.normal(0.0, 50e3))
+        duration = nod.sweep_duration * (1.0 + rng.normal(0.0, 5e-6))
+        return replace(nod, sweep_duration=duration, reference_time_ns=off_ns)
+
+    turns = np.array([nod.turn_time_ns(sweep) for sweep in range(2, 60)])
+    limits = np.where(np.arange(2, 60) % 2 == 0, nod.pitch_min, nod.pitch_max)
+    motion = follow(nod, 60, tuned=tuned)
+    assert np.abs(motion.position(turns) - limits).max() < RX24F.tick_angle
+    times_ns = times_of(nod, 2, 60)
+    error = motion.position(times_ns) - from_rest_to_rest(nod, times_ns)
+    assert np.abs(error).max() < 0.006
+
+
+@pytest.mark.parametrize('later', [0.0, 1e-6, 1e-4, 4e-3])
+def test_a_turn_is_not_taken_back_when_it_is_found_to_be_due_a_little_later(later):
+    nod = nod_of()
+    tracker = NodTracker(nod, DYNAMICS)
+    turn_ns = nod.turn_time_ns(1)
+    assert tracker.step(turn_ns, Measured(turn_ns, 0.61, 0.0)).goal == nod.pitch_min
+    tracker.nod = replace(nod, reference_time_ns=nod.reference_time_ns + round(later * NS_PER_S))
+    assert tracker.step(turn_ns + 1000, Measured(turn_ns, 0.61, 0.0)).goal == nod.pitch_min
+    assert tracker.next_turn_ns(turn_ns + 1000) == tracker.nod.turn_time_ns(2)
 
 
 @pytest.mark.parametrize('real', [100.0, 150.0, 300.0])
