@@ -1,0 +1,61 @@
+"""The last seconds of odometry, sample by sample."""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+
+from nodlidar_assembler.ego_motion import Odometry, Poses
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+
+SPAN_NS = 10 * NS_PER_S  # as TF keeps
+
+
+class OdometryHistory:
+    """Keeps samples of a frame's pose; one that is not newer than the last is ignored."""
+
+    def __init__(self) -> None:
+        self._times_ns: list[int] = []
+        self._positions: list[Sequence[float]] = []
+        self._orientations: list[Sequence[float]] = []
+
+    @property
+    def oldest_ns(self) -> int | None:
+        """Time of the oldest sample [ns]; None if there is none."""
+        return self._times_ns[0] if self._times_ns else None
+
+    @property
+    def newest_ns(self) -> int | None:
+        """Time of the newest sample [ns]; None if there is none."""
+        return self._times_ns[-1] if self._times_ns else None
+
+    def add(self, time_ns: int, position: Sequence[float], orientation: Sequence[float]) -> None:
+        """Add a sample: time [ns], x y z [m], quaternion x y z w."""
+        if self._times_ns and time_ns <= self._times_ns[-1]:
+            return
+        self._times_ns.append(time_ns)
+        self._positions.append(position)
+        self._orientations.append(orientation)
+        self._forget(bisect_left(self._times_ns, time_ns - SPAN_NS))
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        self._forget(len(self._times_ns))
+
+    def around(self, begin_ns: int, end_ns: int) -> Odometry:
+        """Return the samples that bracket an interval [ns] most closely.
+
+        Raises
+        ------
+        OdometryError
+            If one of them is no pose.
+        """
+        first = max(bisect_right(self._times_ns, begin_ns) - 1, 0)
+        chosen = slice(first, bisect_left(self._times_ns, end_ns) + 1)
+        position = np.array(self._positions[chosen], dtype=np.float64).reshape(-1, 3)
+        orientation = np.array(self._orientations[chosen], dtype=np.float64).reshape(-1, 4)
+        time_ns = np.array(self._times_ns[chosen], dtype=np.int64)
+        return Odometry(time_ns, Poses(position, orientation))
+
+    def _forget(self, count: int) -> None:
+        for samples in (self._times_ns, self._positions, self._orientations):
+            del samples[:count]

@@ -1,0 +1,101 @@
+"""Odometry from TF, with the samples' own times."""
+
+from collections.abc import Callable
+
+from nodlidar_assembler.odometry_history import OdometryHistory
+from nodlidar_assembler.turns import TIME_JUMP_NS
+from nodlidar_common.stamps import time_ns
+from rclpy.clock import ClockType
+from rclpy.node import Node
+from rclpy.time import Time
+from tf2_msgs.msg import TFMessage
+from tf2_ros import Buffer, TransformException, TransformListener
+
+
+class TfOdometry(TransformListener):
+    """Notes the pose of a frame in the frame of odometry whenever TF gets to know a later one.
+
+    A buffer answers for any instant between two transforms, however far apart they are. So that
+    gaps and jumps are seen, each pose is looked up at the very time at which it becomes known.
+    When the time of a transform between the two frames goes back by more than TIME_JUMP_NS, all
+    that was known is forgotten.
+
+    Parameters
+    ----------
+    node
+        Hears /tf and /tf_static.
+    odom_frame, frame
+        Frame of odometry, and the frame whose pose in it is wanted.
+    """
+
+    def __init__(self, node: Node, odom_frame: str, frame: str) -> None:
+        self.history = OdometryHistory()
+        self.trouble = 'no transform was heard'
+        self._odom_frame, self._frame = odom_frame, frame
+        self._parents: dict[str, str] = {}
+        self._newest_ns: dict[str, int] = {}
+        self._on_sample: Callable[[], None] = lambda: None
+        self._on_time_back: Callable[[], None] = lambda: None
+        super().__init__(Buffer(node=node), node)
+
+    def register(self, on_sample: Callable[[], None], on_time_back: Callable[[], None]) -> None:
+        """Set what is called after each new sample, and when time went back."""
+        self._on_sample, self._on_time_back = on_sample, on_time_back
+
+    def callback(self, data: TFMessage) -> None:
+        """Take the transforms of a message."""
+        self._note_parents(data)
+        if self._goes_back(data):
+            self.buffer.clear()
+            self.history.clear()
+            self._newest_ns.clear()
+            self._on_time_back()
+        for transform in data.transforms:
+            newest_ns = self._newest_ns.get(transform.child_frame_id, 0)
+            stamp_ns = time_ns(transform.header.stamp)
+            self._newest_ns[transform.child_frame_id] = max(newest_ns, stamp_ns)
+        super().callback(data)
+        self._sample()
+
+    def static_callback(self, data: TFMessage) -> None:
+        """Take the transforms of a message, which hold at all times."""
+        self._note_parents(data)
+        super().static_callback(data)
+        self._sample()
+
+    def _note_parents(self, data: TFMessage) -> None:
+        for transform in data.transforms:
+            self._parents[transform.child_frame_id] = transform.header.frame_id
+
+    def _goes_back(self, data: TFMessage) -> bool:
+        between = self._above(self._frame) ^ self._above(self._odom_frame)
+        return any(
+            self._newest_ns.get(t.child_frame_id, 0) - time_ns(t.header.stamp) > TIME_JUMP_NS
+            for t in data.transforms
+            if t.child_frame_id in between
+        )
+
+    def _above(self, frame: str) -> set[str]:
+        """Return a frame and those above it."""
+        found: set[str] = set()
+        name: str | None = frame
+        while name is not None and name not in found:
+            found.add(name)
+            name = self._parents.get(name)
+        return found
+
+    def _sample(self) -> None:
+        """Note the latest pose if it is later than the last one."""
+        try:
+            latest = self.buffer.get_latest_common_time(self._odom_frame, self._frame)
+            if latest.nanoseconds <= (self.history.newest_ns or 0):
+                return
+            asked = Time(nanoseconds=latest.nanoseconds, clock_type=ClockType.ROS_TIME)
+            pose = self.buffer.lookup_transform(self._odom_frame, self._frame, asked).transform
+        except TransformException as error:
+            self.trouble = str(error)
+            return
+        p, q = pose.translation, pose.rotation
+        self.history.add(latest.nanoseconds, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+        self.trouble = ''
+        self._on_sample()

@@ -1,0 +1,120 @@
+"""Odometry as it is noted from TF messages, in any order, late, missing and going back."""
+
+from geometry_msgs.msg import TransformStamped
+from nodlidar_assembler.tf_odometry import TfOdometry
+from nodlidar_common.messages import time_message
+import pytest
+import rclpy
+from tf2_msgs.msg import TFMessage
+
+MS = 1_000_000
+START = 1_700_000_000_000 * MS
+
+
+class Bench:
+    """A listener that is given messages by hand, and what it told."""
+
+    def __init__(self, node):
+        self.tf = TfOdometry(node, 'odom', 'pivot')
+        self.samples = self.backs = 0
+        self.tf.register(self._sampled, self._went_back)
+
+    def _sampled(self):
+        self.samples += 1
+
+    def _went_back(self):
+        self.backs += 1
+
+    def hear(self, ms, x=0.0, parent='odom', child='base', z=0.0):
+        self.tf.callback(TFMessage(transforms=[transform(ms, x, parent, child, z)]))
+
+    def mount(self, z=1.0):
+        message = TFMessage(transforms=[transform(0, 0.0, 'base', 'pivot', z)])
+        self.tf.static_callback(message)
+
+    def noted(self):
+        """Return the time [ms] and x of each sample."""
+        around = self.tf.history.around(0, START * 2)
+        times_ms = (around.time_ns - START) // MS
+        return list(zip(times_ms, around.poses.position[:, 0], strict=True))
+
+
+def transform(ms, x, parent, child, z=0.0):
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id = parent
+    message.header.stamp = time_message(START + ms * MS)
+    message.transform.translation.x, message.transform.translation.z = x, z
+    return message
+
+
+@pytest.fixture(scope='module')
+def node():
+    rclpy.init()
+    made = rclpy.create_node('test_tf_odometry')
+    yield made
+    made.destroy_node()
+    rclpy.shutdown()
+
+
+@pytest.fixture
+def bench(node):
+    made = Bench(node)
+    made.mount()
+    yield made
+    made.tf.unregister()
+
+
+def test_each_sample_is_noted_at_its_own_time_with_the_fixed_mount(bench):
+    for ms, x in ((0, 0.0), (20, 0.1), (500, 0.2)):
+        bench.hear(ms, x)
+    assert bench.noted() == [(0, 0.0), (20, 0.1), (500, 0.2)]
+    assert bench.samples == 3
+    assert list(bench.tf.history.around(START, START + 1).poses.position[0]) == [0.0, 0.0, 1.0]
+
+
+def test_before_the_mount_is_known_there_is_trouble_and_no_sample(node):
+    bench = Bench(node)
+    bench.hear(0)
+    assert bench.samples == 0
+    assert 'pivot' in bench.tf.trouble
+    bench.mount()
+    assert (bench.samples, bench.tf.trouble) == (1, '')
+    bench.tf.unregister()
+
+
+def test_what_comes_late_or_twice_and_other_frames_are_no_samples(bench):
+    for ms in (0, 40, 20, 40):
+        bench.hear(ms)
+    bench.hear(60, parent='base', child='arm')
+    assert [ms for ms, _ in bench.noted()] == [0, 40]
+
+
+def test_of_two_moving_frames_the_slower_one_gives_the_times(bench):
+    bench.hear(0, 1.0, 'odom', 'foot')
+    assert bench.samples == 0
+    bench.hear(0, 0.0, 'foot', 'base')
+    bench.hear(20, 2.0, 'odom', 'foot')
+    bench.hear(40, 3.0, 'odom', 'foot')
+    bench.hear(40, 0.5, 'foot', 'base')
+    assert bench.noted() == [(0, 1.0), (40, 3.5)]
+
+
+def test_when_time_goes_back_all_is_forgotten(bench):
+    for ms in (5_000, 5_020):
+        bench.hear(ms, 5.0)
+    bench.hear(100, 1.0)
+    bench.hear(120, 2.0)
+    assert bench.backs == 1
+    assert bench.noted() == [(100, 1.0), (120, 2.0)]
+    assert bench.tf.buffer.can_transform('odom', 'pivot', time_message(START + 110 * MS))
+    assert not bench.tf.buffer.can_transform('odom', 'pivot', time_message(START + 5_010 * MS))
+
+
+def test_time_of_frames_elsewhere_may_go_back(bench):
+    bench.hear(5_000, 5.0)
+    for ms in (9_000, 1_000):
+        bench.hear(ms, parent='base', child='arm')
+        bench.hear(ms, parent='map', child='odom')
+    bench.hear(5_020, 6.0)
+    assert bench.backs == 0
+    assert bench.noted() == [(5_000, 5.0), (5_020, 6.0)]
