@@ -56,7 +56,7 @@ def _parse(argv: list[str]) -> argparse.Namespace:
 
 def _demo(scene_name: str, duration: float, output: Path, console: Console) -> None:
     scene = load_scene(scene_name)
-    if scene.base_velocity != (0.0, 0.0):
+    if scene.drives:
         raise DemoError(f"the base drives in the scene '{scene.name}', the demo's must stand")
     shutil.rmtree(output / 'bag', ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)

@@ -39,6 +39,24 @@ class Effects:
         minimum=0.0,
         maximum=1.0,
     )
+    wheel_slip: float = parameter(
+        0.0,
+        'Typical share (that of a standard deviation) by which each wheel turns too far, slipping',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    heading_drift: float = parameter(
+        0.0,
+        'Standard deviation of the rate at which the heading of the odometry drifts',
+        unit='rad/s',
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+    @property
+    def spoil_odometry(self) -> bool:
+        """Whether odometry is anything but exact."""
+        return max(self.odometry_error, self.wheel_slip, self.heading_drift) > 0.0
 
     @property
     def clock_rate(self) -> float:

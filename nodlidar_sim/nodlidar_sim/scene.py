@@ -8,9 +8,9 @@ from pathlib import Path
 
 from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
-from nodlidar_sim.base import ConstantTwist
 from nodlidar_sim.effects import Effects
 from nodlidar_sim.raycast import Surfaces, surfaces_of
+from nodlidar_sim.route import Leg, Plan, Route, STANDING, Velocity
 from nodlidar_sim.section import SceneError, Section
 from nodlidar_sim.shapes import Box, Cylinder, Plane, Shape, Sphere
 import numpy as np
@@ -37,10 +37,12 @@ class Scene:
     optical_offset
         z_off: the optical centre above the nod axis, in the nodding frame [m].
     base_start, base_velocity
-        x [m], y [m], yaw [rad] of base_link in the world at first, and its constant forward
-        speed [m/s] and turn rate [rad/s].
+        x [m], y [m], yaw [rad] of base_link in the world at first, and its forward speed [m/s] and
+        turn rate [rad/s], which are constant but for the legs.
     effects
         What goes wrong.
+    base_legs, base_repeat
+        What the base drives first, and whether again and again: see nodlidar_sim.route.Plan.
     """
 
     name: str
@@ -49,65 +51,125 @@ class Scene:
     mount: Pose
     optical_offset: float
     base_start: tuple[float, float, float]
-    base_velocity: tuple[float, float]
+    base_velocity: Velocity
     effects: Effects
+    base_legs: tuple[Leg, ...] = ()
+    base_repeat: bool = False
 
-    def route(self, start_ns: int) -> ConstantTwist:
+    @property
+    def drives(self) -> bool:
+        """Whether the base ever moves."""
+        return self._base_plan.drives
+
+    def route(self, start_ns: int) -> Route:
         """Return the motion of the base when it leaves the start at start_ns."""
-        return ConstantTwist(self.base_start, self.base_velocity, start_ns)
+        return self._base_plan.route(self.base_start, start_ns)
+
+    @property
+    def _base_plan(self) -> Plan:
+        return Plan(self.base_velocity, self.base_legs, self.base_repeat)
 
 
 def scene_names() -> list[str]:
     """Return the names of the scenes that come with this package."""
-    files = resources.files('nodlidar_sim').joinpath('scenes').iterdir()
-    return sorted(Path(f.name).stem for f in files if f.name.endswith(_SUFFIX))
+    return _shipped('scenes')
 
 
-def load_scene(name_or_path: str | Path) -> Scene:
+def route_names() -> list[str]:
+    """Return the names of the routes that come with this package."""
+    return _shipped('routes')
+
+
+def load_scene(name_or_path: str | Path, route: str | Path | None = None) -> Scene:
     """Load a scene that comes with this package, by name, or any other, by the path of its YAML.
+
+    A route, by name or path as well, takes the place of what the scene says of its base.
 
     Raises
     ------
     SceneError
-        If there is no such scene or file, or it is not as the README says.
+        If there is no such scene or route or file, or it is not as the README says.
     """
-    if str(name_or_path) in scene_names():
-        shipped = resources.files('nodlidar_sim').joinpath('scenes') / f'{name_or_path}{_SUFFIX}'
-        return parse_scene(shipped.read_text(encoding='utf-8'), str(name_or_path))
-    path = Path(name_or_path)
-    if path.suffix != _SUFFIX:
-        known = ', '.join(scene_names())
-        raise SceneError('scene', f'one of {known}, or a path that ends in {_SUFFIX}', str(path))
-    try:
-        return parse_scene(path.read_text(encoding='utf-8'), path.stem)
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError('scene', f'a readable file ({error})', str(path)) from error
+    root = _load(name_or_path, 'scene')
+    base = root.section('base', {})
+    return _scene(root, base if route is None else _load(route, 'route'))
 
 
 def parse_scene(text: str, name: str) -> Scene:
     """Return the scene of a YAML text; raises SceneError as load_scene does."""
+    root = _parse(text, name)
+    return _scene(root, root.section('base', {}))
+
+
+def _shipped(kind: str) -> list[str]:
+    files = resources.files('nodlidar_sim').joinpath(kind).iterdir()
+    return sorted(Path(f.name).stem for f in files if f.name.endswith(_SUFFIX))
+
+
+def _load(name_or_path: str | Path, kind: str) -> Section:
+    """Return the content of a shipped or other file of a kind: 'scene' or 'route'."""
+    names = _shipped(f'{kind}s')
+    if str(name_or_path) in names:
+        shipped = resources.files('nodlidar_sim').joinpath(f'{kind}s') / f'{name_or_path}{_SUFFIX}'
+        return _parse(shipped.read_text(encoding='utf-8'), str(name_or_path))
+    path = Path(name_or_path)
+    if path.suffix != _SUFFIX:
+        limit = f'one of {", ".join(names)}, or a path that ends in {_SUFFIX}'
+        raise SceneError(kind, limit, str(path))
+    try:
+        return _parse(path.read_text(encoding='utf-8'), path.stem)
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(kind, f'a readable file ({error})', str(path)) from error
+
+
+def _parse(text: str, name: str) -> Section:
     file = name + _SUFFIX
     try:
-        root = Section(yaml.load(text, _UniqueKeyLoader), file)
+        return Section(yaml.load(text, _UniqueKeyLoader), file)
     except yaml.YAMLError as error:
         raise SceneError(file, 'YAML with unique keys', str(error)) from error
+
+
+def _scene(root: Section, base: Section) -> Scene:
+    """Return the scene of a file, with the base of another one perhaps."""
     objects = _objects(root.section('objects'))
-    sensor, base = root.section('sensor', {}), root.section('base', {})
+    sensor = root.section('sensor', {})
     x, y, yaw = base.vector('start', 'x y yaw', (0.0, 0.0, 0.0))
-    speed, rate = base.vector('velocity', 'forward turn', (0.0, 0.0))
+    plan = _plan(base)
     scene = Scene(
-        name=name,
+        name=root.name,
         objects=objects,
         surfaces=surfaces_of([shape for shapes in objects.values() for shape in shapes]),
         mount=Pose.from_xyzrpy(sensor.vector('mount', _POSE, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))),
         optical_offset=sensor.number('optical_offset', 0.08),
         base_start=(x, y, yaw),
-        base_velocity=(speed, rate),
+        base_velocity=plan.velocity,
         effects=_effects(root.section('effects', {})),
+        base_legs=plan.legs,
+        base_repeat=plan.repeat,
     )
     for section in (root, sensor, base):
         section.close()
     return scene
+
+
+def _plan(section: Section) -> Plan:
+    """Return what the keys `velocity`, `legs` and `repeat` of a section say."""
+    legs = tuple(_leg(entry) for entry in section.sections('legs', []))
+    with section.locating():
+        return Plan(_velocity(section, STANDING), legs, section.truth('repeat', False))
+
+
+def _leg(section: Section) -> Leg:
+    with section.locating():
+        leg = Leg(section.number('duration'), _velocity(section))
+    section.close()
+    return leg
+
+
+def _velocity(section: Section, *default: Velocity) -> Velocity:
+    speed, rate = section.vector('velocity', 'forward turn', *default)
+    return speed, rate
 
 
 def _effects(section: Section) -> Effects:

@@ -39,12 +39,24 @@ class Section:
         self._content: dict[str, Any] = content
         self._read: set[str] = set()
 
+    @property
+    def name(self) -> str:
+        """The name of the file, without its suffix."""
+        return self._file.rpartition('.')[0]
+
     def number(self, key: str, default: float = _REQUIRED) -> float:
         """Return a finite number."""
         value = self._get(key, default)
         if not _is_number(value):
             raise self.error(key, 'a finite number', value)
         return float(value)
+
+    def truth(self, key: str, default: bool) -> bool:
+        """Return true or false."""
+        value = self._get(key, default)
+        if not isinstance(value, bool):
+            raise self.error(key, 'true or false', value)
+        return value
 
     def text(self, key: str) -> str:
         """Return a text."""
@@ -66,10 +78,10 @@ class Section:
         """Return a mapping."""
         return Section(self._get(key, default), self._file, self._join(key))
 
-    def sections(self, key: str) -> list[Section]:
-        """Return a list of mappings, at least one."""
-        value = self._get(key, _REQUIRED)
-        if not isinstance(value, list) or not value:
+    def sections(self, key: str, default: list[object] = _REQUIRED) -> list[Section]:
+        """Return a list of mappings; one that is given has at least one."""
+        value = self._get(key, default)
+        if value is not default and (not isinstance(value, list) or not value):
             raise self.error(key, 'a list with at least one entry', value)
         return [
             Section(entry, self._file, f'{self._join(key)}[{index}]')

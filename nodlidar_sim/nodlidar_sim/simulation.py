@@ -7,9 +7,9 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_sim.base import ConstantTwist, odometry_of
-from nodlidar_sim.effects import range_faults
+from nodlidar_sim.effects import Effects, range_faults
 from nodlidar_sim.motion import triangle_motion
+from nodlidar_sim.odometry import Odometer
 from nodlidar_sim.scene import Scene
 from nodlidar_sim.sensor_model import instants, SensorModel
 from nodlidar_sim.world import World
@@ -106,7 +106,8 @@ def simulate(
         nod, start_ns, end_ns, sensor.acceleration, effects.servo_jitter, int(turn_seed)
     )
     world = World(scene, motion, scene.route(start_ns))
-    odometry = odometry_of(world.base, effects.odometry_error, int(odometry_seed))
+    odometer = Odometer(world.base, effects, start_ns, int(odometry_seed))
+    exact_odometer = Odometer(world.base, Effects(), start_ns)
     beams_ns = sensor.beam_times_ns(start_ns, scans, effects.clock_rate)
     joints_ns = _ticks(start_ns, duration, sensor.joint_rate)
     samples_ns = _ticks(start_ns, duration, sensor.odometry_rate)
@@ -121,11 +122,11 @@ def simulate(
         joint_position=_rounded(motion.position(joints_ns), sensor.joint_tick),
         joint_velocity=_rounded(motion.velocity(joints_ns), sensor.speed_tick),
         odometry_stamp_ns=samples_ns,
-        odometry_pose=_poses(odometry, samples_ns),
+        odometry_pose=odometer.poses(samples_ns),
         true_time_ns=beams_ns,
         true_pitch=motion.position(beams_ns),
         true_range=true_range,
-        true_pose=_poses(odometry_of(world.base, 0.0), samples_ns),
+        true_pose=exact_odometer.poses(samples_ns),
         world=world,
     )
 
@@ -147,7 +148,3 @@ def _true_ranges(world: World, beams_ns: Times, azimuth: Array) -> Array:
 
 def _rounded(values: Array, step: float) -> Array:
     return np.rint(values / step) * step
-
-
-def _poses(base: ConstantTwist, times_ns: Times) -> Array:
-    return np.broadcast_to(base.poses(times_ns), (len(times_ns), 3))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from nodlidar_sim.base import ConstantTwist, to_parent, turn
+from nodlidar_sim.base import to_parent, turn
 from nodlidar_sim.motion import Motion
+from nodlidar_sim.odometry import Base
 from nodlidar_sim.scene import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ class World:
         Pose of base_link in the world at any instant; by default the scene's route from time 0.
     """
 
-    def __init__(self, scene: Scene, motion: Motion, base: ConstantTwist | None = None) -> None:
+    def __init__(self, scene: Scene, motion: Motion, base: Base | None = None) -> None:
         self.scene = scene
         self.motion = motion
         self.base = scene.route(0) if base is None else base

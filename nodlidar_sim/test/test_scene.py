@@ -5,12 +5,14 @@ from pathlib import Path
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.effects import Effects
-from nodlidar_sim.scene import load_scene, parse_scene, scene_names
+from nodlidar_sim.route import Leg
+from nodlidar_sim.scene import load_scene, parse_scene, route_names, scene_names
 from nodlidar_sim.section import SceneError
 from nodlidar_sim.simulation import simulate
 import numpy as np
 import pytest
 
+S = 1_000_000_000
 NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
 WALL = 'objects: {wall: {shapes: [{plane: {point: [2, 0, 0], normal: [1, 0, 0]}}]}}\n'
 
@@ -53,6 +55,57 @@ def test_an_unknown_scene_lists_the_known_ones():
         load_scene('rooom')
 
 
+def test_these_routes_are_shipped():
+    assert route_names() == ['approach', 'figure_of_eight', 'turn']
+
+
+def route(name, scene='wall'):
+    return load_scene(scene, name).route(0)
+
+
+def test_the_approach_ends_in_front_of_the_wall():
+    poses = route('approach').poses(np.array([0, 10 * S, 60 * S]))
+    np.testing.assert_allclose(poses, [[-2.5, 0, 0], [0.5, 0, 0], [1.2, 0, 0]], atol=1e-8)
+
+
+def test_the_figure_of_eight_closes_and_crosses_in_the_middle():
+    lap = 8.0 * math.pi * S
+    times = np.rint(lap * np.array([0.0, 0.25, 0.5, 0.75, 1.0, 7.0])).astype(np.int64)
+    expected = [[0, 0], [0, 1.6], [0, 0], [0, -1.6], [0, 0], [0, 0]]
+    np.testing.assert_allclose(route('figure_of_eight').poses(times)[:, :2], expected, atol=1e-7)
+
+
+def test_the_turn_stays_in_place():
+    poses = route('turn').poses(np.array([0, S, 100 * S]))
+    np.testing.assert_array_equal(poses, [[0, 0, 0], [0, 0, 0.5], [0, 0, 50.0]])
+
+
+def test_the_corridor_is_driven_there_and_back():
+    half = 30.0 + 2.0 * math.pi
+    times = np.rint(np.array([30.0, half, half + 30.0, 2.0 * half]) * S).astype(np.int64)
+    poses = load_scene('corridor').route(0).poses(times)
+    np.testing.assert_allclose(poses[:, 0], [9.0, 9.0, 0.0, 0.0], atol=1e-7)
+    np.testing.assert_allclose(poses[:, 1], 0.0, atol=1e-7)
+
+
+def test_a_route_takes_the_place_of_the_base_of_a_scene(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text('start: [1, 2, 3]')
+    scene = load_scene('corridor', path)
+    assert (scene.name, scene.base_start, scene.drives) == ('corridor', (1.0, 2.0, 3.0), False)
+
+
+def test_an_unknown_route_lists_the_known_ones(tmp_path):
+    with pytest.raises(
+        SceneError, match=r"'route' must be one of approach, figure_of_eight, turn"
+    ):
+        load_scene('wall', 'circle')
+    path = tmp_path / 'mine.yaml'
+    path.write_text('speed: 1')
+    with pytest.raises(SceneError, match=r'mine\.yaml: speed.* one of legs, repeat, start, velo'):
+        load_scene('wall', path)
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(SceneError, match=r'readable file.*No such file.*mine\.yaml'):
         load_scene(tmp_path / 'mine.yaml')
@@ -70,6 +123,7 @@ def test_what_a_scene_leaves_out_has_its_default():
     np.testing.assert_array_equal(scene.mount.rotation, np.eye(3))
     assert scene.optical_offset == 0.08
     assert (scene.base_start, scene.base_velocity) == ((0.0, 0.0, 0.0), (0.0, 0.0))
+    assert (scene.base_legs, scene.drives) == ((), False)
     assert scene.effects == Effects()
 
 
@@ -77,10 +131,13 @@ def test_all_that_a_scene_says_is_taken():
     scene = parse_scene(
         """
         sensor: {mount: [0.1, 0.2, 0.3, 0, 0, 1.5707963267948966], optical_offset: 0.05}
-        base: {start: [1, 2, 3], velocity: [0.4, -0.5]}
+        base:
+          start: [1, 2, 3]
+          velocity: [0.4, -0.5]
+          legs: [{duration: 2, velocity: [0.1, 0.2]}, {duration: 1.5, velocity: [0, 1]}]
         effects:
           {range_noise: 0.01, dropouts: 0.02, servo_jitter: 0.003, clock_drift: -40,
-           odometry_error: 0.05}
+           odometry_error: 0.05, wheel_slip: 0.06, heading_drift: 0.07}
         objects:
           thing:
             pose: [1, 0, 0, 0, 0, 1.5707963267948966]
@@ -95,7 +152,9 @@ def test_all_that_a_scene_says_is_taken():
     np.testing.assert_allclose(scene.mount.to_parent(np.eye(3)[:1]), [[0.1, 1.2, 0.3]])
     assert (scene.optical_offset, scene.base_start) == (0.05, (1.0, 2.0, 3.0))
     assert scene.base_velocity == (0.4, -0.5)
-    assert scene.effects == Effects(0.01, 0.02, 0.003, -40.0, 0.05)
+    assert scene.base_legs == (Leg(2.0, (0.1, 0.2)), Leg(1.5, (0.0, 1.0)))
+    assert (scene.base_repeat, scene.drives) == (False, True)
+    assert scene.effects == Effects(0.01, 0.02, 0.003, -40.0, 0.05, 0.06, 0.07)
     sphere, box, cylinder, plane = scene.objects['thing']
     np.testing.assert_allclose(sphere.center, [1.0, 1.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(box.center, [1.0, 2.0, 0.0], atol=1e-12)
@@ -122,6 +181,22 @@ def with_shape(shape):
         (WALL + 'sensor: {optical_offset: x}', 'm.yaml: sensor.optical_offset', 'a fin', 'x'),
         (WALL + 'base: {start: [0, 0, .nan]}', 'm.yaml: base.start', '3 finite', math.nan),
         (WALL + 'base: {velocity: [1, yes]}', 'm.yaml: base.velocity', 'of 2 finite', [1, True]),
+        (WALL + 'base: {legs: []}', 'm.yaml: base.legs', 'at least one entry', []),
+        (
+            WALL + 'base: {legs: [{duration: 0, velocity: [1, 0]}]}',
+            'm.yaml: base.legs[0].duration',
+            'above 0 s',
+            0.0,
+        ),
+        (WALL + 'base: {legs: [{duration: 1}]}', 'm.yaml: base.legs[0].velocity', 'given', None),
+        (
+            WALL + 'base: {legs: [{duration: 1, velocity: [0, 0], turn: 1}]}',
+            'm.yaml: base.legs[0].turn',
+            'one of duration, velocity',
+            'turn',
+        ),
+        (WALL + 'base: {repeat: 1}', 'm.yaml: base.repeat', 'true or false', 1),
+        (WALL + 'base: {repeat: true}', 'm.yaml: base.legs', 'given if they are to repeat', []),
         (WALL + 'effects: {fog: 1}', 'm.yaml: effects.fog', 'one of clock_drift, dro', 'fog'),
         (WALL + 'effects: {dropouts: 2}', 'm.yaml: effects.dropouts', 'between 0.0 and 1.0', 2.0),
         (WALL + 'effects: {dropouts: no}', 'm.yaml: effects.dropouts', 'a finite number', False),
@@ -173,5 +248,5 @@ def test_a_scene_error_is_an_error_of_nodlidar():
 
 def test_every_effect_and_scene_is_in_the_readme():
     readme = (Path(__file__).parents[1] / 'README.md').read_text(encoding='utf-8')
-    for name in [*(field.name for field in fields(Effects)), *scene_names()]:
+    for name in [*(field.name for field in fields(Effects)), *scene_names(), *route_names()]:
         assert f'`{name}`' in readme

@@ -80,6 +80,28 @@ def test_odometry_comes_at_50_hz_in_odom():
     np.testing.assert_array_equal(recording.odometry_pose[:, 1:], 0.0)
 
 
+def test_a_driven_beam_is_cast_from_the_true_pose_of_its_instant():
+    """In a figure of eight before one wall: by the circles' equations, beam by beam."""
+    wall = 'objects: {w: {shapes: [{plane: {point: [3, 0, 0], normal: [1, 0, 0]}}]}}'
+    eight = load_scene('wall', 'figure_of_eight')
+    scene = dataclasses.replace(
+        parse_scene(wall, 'w'), base_legs=eight.base_legs, base_repeat=eight.base_repeat
+    )
+    recording = record(scene, 26.0)
+    seconds = (recording.true_time_ns - START_NS) / S
+    lap = np.mod(seconds, 8.0 * math.pi)
+    left = lap < 4.0 * math.pi
+    yaw = 0.5 * np.where(left, lap, 8.0 * math.pi - lap)
+    x = 0.8 * np.where(left, np.sin(yaw), -np.sin(yaw))
+    phi, theta = recording.true_pitch, recording.azimuth
+    ahead = np.cos(theta) * np.cos(phi) * np.cos(yaw) - np.sin(theta) * np.sin(yaw)
+    centre = x - 0.08 * np.sin(phi) * np.cos(yaw)
+    hits = ahead > 0.01
+    expected = (3.0 - centre[hits]) / ahead[hits]
+    np.testing.assert_allclose(recording.true_range[hits], expected, rtol=1e-6)
+    assert np.isinf(recording.true_range[ahead < 0.0]).all()
+
+
 def arrays(recording):
     return {
         f.name: getattr(recording, f.name)

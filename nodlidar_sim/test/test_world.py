@@ -1,8 +1,8 @@
 import math
 
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_sim.base import ConstantTwist
 from nodlidar_sim.motion import PiecewiseMotion, triangle_motion
+from nodlidar_sim.route import Plan
 from nodlidar_sim.scene import load_scene, parse_scene
 from nodlidar_sim.world import World
 import numpy as np
@@ -12,6 +12,7 @@ S = 1_000_000_000
 NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
 WALL = 'objects: {wall: {shapes: [{plane: {point: [2, 0, 0], normal: [1, 0, 0]}}]}}\n'
 MOUNTED = WALL + 'sensor: {mount: [0.1, -0.2, 0.9, 0.02, 0.1, 0.3]}\n'
+BASE_START, BASE_VELOCITY = (0.3, 0.2, -0.4), (0.5, 0.7)
 
 
 def still(pitch):
@@ -55,7 +56,7 @@ def scalar_ray(world, time_ns, azimuth):
         return rotation
 
     elapsed = time_ns / S
-    (x, y, yaw), (speed, rate) = world.base.start, world.base.velocity
+    (x, y, yaw), (speed, rate) = BASE_START, BASE_VELOCITY
     radius = speed / rate
     heading = yaw + rate * elapsed
     x += radius * (math.sin(heading) - math.sin(yaw))
@@ -72,7 +73,7 @@ def scalar_ray(world, time_ns, azimuth):
 
 def moving_world(scene):
     end_ns = 3 * S
-    base = ConstantTwist((0.3, 0.2, -0.4), (0.5, 0.7), start_ns=0)
+    base = Plan(BASE_VELOCITY).route(BASE_START, 0)
     return World(scene, triangle_motion(NOD, 0, end_ns), base)
 
 

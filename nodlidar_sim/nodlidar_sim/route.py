@@ -1,0 +1,148 @@
+"""Routes: how a base drives, or a person walks, in closed form at any instant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_sim.base import compose, displacement, motion_of, relative
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+Velocity = tuple[float, float]  # forward speed [m/s] and turn rate [rad/s]
+
+STANDING: Velocity = (0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A part of a route: for a duration [s], a velocity (forward speed m/s, turn rate rad/s).
+
+    Raises
+    ------
+    ParameterError
+        If the duration is shorter than a nanosecond.
+    """
+
+    duration: float
+    velocity: Velocity
+
+    def __post_init__(self) -> None:
+        if not self.duration_ns > 0:
+            raise ParameterError('duration', 'above 0 s', self.duration)
+
+    @property
+    def duration_ns(self) -> int:
+        """The duration [ns]."""
+        return round(self.duration * NS_PER_S)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A route that has yet to begin, anywhere, at any time.
+
+    Attributes
+    ----------
+    velocity
+        After the legs, for ever [m/s, rad/s]; without legs, all along.
+    legs
+        What is driven first.
+    repeat
+        Drive the legs again and again, each time from where they ended; needs legs and leaves no
+        time for a velocity.
+
+    Raises
+    ------
+    ParameterError
+        If a plan with `repeat` has no legs, or a velocity.
+    """
+
+    velocity: Velocity = STANDING
+    legs: tuple[Leg, ...] = ()
+    repeat: bool = False
+
+    def __post_init__(self) -> None:
+        if self.repeat and not self.legs:
+            raise ParameterError('legs', 'given if they are to repeat', [])
+        if self.repeat and self.velocity != STANDING:
+            raise ParameterError('velocity', '0 0 if the legs repeat', list(self.velocity))
+
+    @property
+    def drives(self) -> bool:
+        """Whether it leads anywhere, or turns."""
+        return any(velocity != STANDING for velocity in self._velocities)
+
+    @property
+    def _velocities(self) -> list[Velocity]:
+        return [*(leg.velocity for leg in self.legs), self.velocity]
+
+    def route(self, start: Sequence[float], start_ns: int) -> Route:
+        """Return the route from a pose (x [m], y [m], yaw [rad]) at a time [ns]."""
+        durations_ns = [leg.duration_ns for leg in self.legs]
+        starts_ns = start_ns + np.cumsum([0, *durations_ns], dtype=np.int64)
+        twists = np.array([(speed, 0.0, rate) for speed, rate in self._velocities])
+        poses = [np.array([start], dtype=np.float64)]
+        for twist, duration_ns in zip(twists, durations_ns, strict=False):
+            poses.append(compose(poses[-1], displacement(twist[None] * (duration_ns / NS_PER_S))))
+        return Route(starts_ns, np.concatenate(poses), twists, self.repeat)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Route:
+    """Pieces of a constant twist in the plane; before the first one it stands.
+
+    Attributes
+    ----------
+    starts_ns
+        When each piece begins [ns], ascending, shape (k,).
+    starts
+        x [m], y [m], yaw [rad] where it begins, shape (k, 3).
+    twists
+        Speed ahead and to the left [m/s] and turn rate [rad/s] on it, shape (k, 3).
+    repeat
+        Begin again with the first piece when and where the last one would begin, which else has
+        no end.
+    """
+
+    starts_ns: Times
+    starts: Array
+    twists: Array
+    repeat: bool = False
+    _lap: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        lap = relative(self.starts[:1], self.starts[-1:])
+        object.__setattr__(self, '_lap', lap)
+
+    @property
+    def stands(self) -> bool:
+        """Whether it never leaves its start."""
+        return not self.twists.any()
+
+    def poses(self, times_ns: Times) -> Array:
+        """Return x, y, yaw at each time [ns], shape (n, 3), or (1, 3) if it stands for ever."""
+        if self.stands:
+            return self.starts[:1]
+        elapsed_ns = np.maximum(np.asarray(times_ns, dtype=np.int64) - self.starts_ns[0], 0)
+        if not self.repeat:
+            return self._poses_after(elapsed_ns)
+        laps, elapsed_ns = np.divmod(elapsed_ns, self.starts_ns[-1] - self.starts_ns[0])
+        in_lap = relative(self.starts[:1], self._poses_after(elapsed_ns))
+        return compose(compose(self.starts[:1], self._after_laps(laps)), in_lap)
+
+    def _poses_after(self, elapsed_ns: Times) -> Array:
+        """Return the poses after times [ns] since the start, not negative, without repeating."""
+        begun_ns = self.starts_ns - self.starts_ns[0]
+        piece = np.searchsorted(begun_ns, elapsed_ns, side='right') - 1
+        elapsed = (elapsed_ns - begun_ns[piece]) / NS_PER_S
+        return compose(self.starts[piece], displacement(self.twists[piece] * elapsed[:, None]))
+
+    def _after_laps(self, laps: Times) -> Array:
+        """Return where whole laps lead, seen from the start: as far along the twist of one."""
+        moved = displacement(motion_of(self._lap) * laps[:, None])
+        moved[:, 2] = self._lap[0, 2] * laps
+        return moved
