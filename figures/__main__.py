@@ -5,9 +5,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from figures import coverage, pattern
+from figures import coverage, pattern, repeats
 
-FIGURES = {'pattern': pattern.draw, 'coverage': coverage.draw}
+FIGURES = {'pattern': pattern.draw, 'coverage': coverage.draw, 'repeats': repeats.draw}
 FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 
 
