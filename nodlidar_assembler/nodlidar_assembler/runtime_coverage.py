@@ -1,0 +1,215 @@
+"""What the beams of the last seconds have covered, kept up scan by scan."""
+
+from collections import deque
+from dataclasses import dataclass
+import math
+
+from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, ON_THE_LINE, Task
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Times = NDArray[np.int64]
+
+# Cells of the finest grid that are kept, four bytes each.
+MAX_FINEST_CELLS = 2**26
+
+
+@dataclass(frozen=True, slots=True)
+class Covered:
+    """What a window of time has covered.
+
+    Attributes
+    ----------
+    beams
+        Beams in the region.
+    seen
+        Share of the task's cells that a beam lies in.
+    hole
+        Side [rad] of the largest square of whole cells that no beam lies in.
+    repeats
+        Share of the beams that lie in a cell of the finest grid (azimuth step x rows of
+        span / N_s) with another beam in it, but for one beam in each.
+    least_repeats
+        Share of the beams that no nod could have kept from being repeats: more than there are
+        cells of the finest grid.
+    """
+
+    beams: int
+    seen: float
+    hole: float
+    repeats: float
+    least_repeats: float
+
+
+class RuntimeCoverage:
+    """Cells that the beams of a sliding window lie in.
+
+    A scan costs its own beams and those that leave the window, whatever the window's length.
+
+    Parameters
+    ----------
+    task
+        Region, lidar and cells.
+    samples_per_sweep
+        N_s, which the finest grid has rows for.
+    window
+        Its length [s].
+
+    Raises
+    ------
+    ParameterError
+        If the window is not positive and finite, or the finest grid would be too large.
+    """
+
+    def __init__(self, task: Task, samples_per_sweep: int, window: float) -> None:
+        most = MAX_FINEST_CELLS // task.steps_per_revolution
+        if not 1 <= samples_per_sweep <= most:
+            raise ParameterError('samples_per_sweep', f'between 1 and {most}', samples_per_sweep)
+        if not 0.0 < window < math.inf:
+            raise ParameterError('window', 'above 0 s and finite', window)
+        self.task = task
+        self._samples_per_sweep = samples_per_sweep
+        self._window_ns = round(window * NS_PER_S)
+        self._column_of_step = task.column_of_step()
+        self._cells = _Tally(task.cells)
+        self._finest = _Tally(task.steps_per_revolution * samples_per_sweep)
+        self._attainable = int((self._column_of_step >= 0).sum()) * samples_per_sweep
+        # Times [ns], cells and finest cells of the beams in the window, shape (3, n) per scan.
+        self._scans: deque[Integers] = deque()
+        self._beams = 0
+        self._last_ns: int | None = None
+
+    def add(self, times_ns: Times, azimuth: Floats, pitch: Floats) -> None:
+        """Add the beams of a scan, whether they measured something or not; drop what is too old.
+
+        Those outside the region do not count. The window ends with the last beam.
+
+        Parameters
+        ----------
+        times_ns
+            When each beam was sent [ns], ascending, shape (n,).
+        azimuth, pitch
+            Where it went [rad], shape (n,).
+
+        Raises
+        ------
+        ParameterError
+            If the shapes differ, or the times do not ascend from the scan before on.
+        """
+        if not times_ns.shape == azimuth.shape == pitch.shape:
+            shapes = azimuth.shape, pitch.shape
+            raise ParameterError('times_ns', f'of the shapes {shapes}', times_ns.shape)
+        if len(times_ns) == 0:
+            return
+        self._check_order(times_ns)
+        beams = self._located(times_ns, azimuth, pitch)
+        self._cells.add(beams[1])
+        self._finest.add(beams[2])
+        self._scans.append(beams)
+        self._beams += beams.shape[1]
+        self._last_ns = int(times_ns[-1])
+        self._forget(self._last_ns - self._window_ns)
+
+    def covered(self) -> Covered:
+        """Return what the window has covered by now."""
+        unseen = self._cells.counts.reshape(self.task.columns, self.task.rows) == 0
+        hole = min(largest_square(unseen, self.task.full_circle) * self.task.cell, self._widest())
+        beams = max(self._beams, 1)
+        return Covered(
+            beams=self._beams,
+            seen=self._cells.occupied / self.task.cells,
+            hole=hole,
+            repeats=(self._beams - self._finest.occupied) / beams,
+            least_repeats=max(self._beams - self._attainable, 0) / beams,
+        )
+
+    def _widest(self) -> float:
+        """Return the side of the widest square in the region [rad]; outer cells may be smaller."""
+        wide = math.tau if self.task.full_circle else 2.0 * self.task.azimuth
+        return min(wide, self.task.span)
+
+    def _check_order(self, times_ns: Times) -> None:
+        before = self._last_ns if self._last_ns is not None else int(times_ns[0])
+        steps = np.diff(times_ns, prepend=before)
+        if steps.min() < 0:
+            late = int(np.argmin(steps))
+            raise ParameterError('times_ns', 'ascending, from scan to scan', int(times_ns[late]))
+
+    def _located(self, times_ns: Times, azimuth: Floats, pitch: Floats) -> Integers:
+        """Return time [ns], cell and finest cell of the beams in the region, shape (3, n)."""
+        task, n_s = self.task, self._samples_per_sweep
+        steps = task.steps_per_revolution
+        step = np.rint((azimuth - AZIMUTH_OF_STEP_0) * (steps / math.tau)).astype(np.int64) % steps
+        column = self._column_of_step[step]
+        height = (pitch - task.pitch_min) / task.span * n_s
+        slack = ON_THE_LINE * n_s
+        inside = (column >= 0) & (height >= -slack) & (height <= n_s + slack)
+        step, column, height = step[inside], column[inside], height[inside]
+        row = task.row_of_height(height, n_s)
+        finest_row = np.clip(np.floor(height + ON_THE_LINE).astype(np.int64), 0, n_s - 1)
+        return np.stack([times_ns[inside], column * task.rows + row, step * n_s + finest_row])
+
+    def _forget(self, before_ns: int) -> None:
+        """Drop the beams up to an instant [ns]."""
+        while self._scans:
+            scan = self._scans[0]
+            old = int(np.searchsorted(scan[0], before_ns, side='right'))
+            self._cells.remove(scan[1, :old])
+            self._finest.remove(scan[2, :old])
+            self._beams -= old
+            if old < scan.shape[1]:
+                self._scans[0] = scan[:, old:]
+                return
+            self._scans.popleft()
+
+
+class _Tally:
+    """Counts the beams in every cell, and the cells that have any."""
+
+    def __init__(self, cells: int) -> None:
+        self.counts = np.zeros(cells, dtype=np.int32)
+        self.occupied = 0
+
+    def add(self, cells: Integers) -> None:
+        cells, counts = np.unique(cells, return_counts=True)
+        self.occupied += int(np.count_nonzero(self.counts[cells] == 0))
+        self.counts[cells] += counts.astype(np.int32)
+
+    def remove(self, cells: Integers) -> None:
+        cells, counts = np.unique(cells, return_counts=True)
+        self.counts[cells] -= counts.astype(np.int32)
+        self.occupied -= int(np.count_nonzero(self.counts[cells] == 0))
+
+
+def largest_square(free: NDArray[np.bool_], around: bool = False) -> int:
+    """Return the side of the largest square of cells that are all free.
+
+    Parameters
+    ----------
+    free
+        Which cells are, shape (columns, rows).
+    around
+        Whether the first column is next to the last one.
+    """
+    most = min(free.shape)
+    if around:
+        free = np.concatenate([free, free[: most - 1]])
+    # How many taken cells there are before each corner: a square's number takes four of them.
+    taken = np.zeros((free.shape[0] + 1, free.shape[1] + 1), dtype=np.int64)
+    taken[1:, 1:] = np.cumsum(np.cumsum(~free, axis=0), axis=1)
+    least = 0
+    while least < most:
+        side = (least + most + 1) // 2
+        within = (
+            taken[side:, side:] - taken[:-side, side:] - taken[side:, :-side]
+            + taken[:-side, :-side]
+        )  # fmt: skip
+        if (within == 0).any():
+            least = side
+        else:
+            most = side - 1
+    return least
