@@ -50,7 +50,7 @@ ARGUMENTS = [
     DeclareLaunchArgument(
         'scene',
         default_value='room',
-        description='scene (hardware:=sim): room, corner, corridor, wall or a YAML file',
+        description='scene (hardware:=sim): room, corner, corridor, crossing, wall or a YAML file',
     ),
     DeclareLaunchArgument(
         'rviz',

@@ -66,9 +66,9 @@ def make_devices(
     Parameters
     ----------
     scene
-        What the lidar sees, how the base moves and what goes wrong.
+        What the lidar sees, what moves and what goes wrong.
     start_ns
-        Host time at which both are switched on and the base leaves its start [ns].
+        Host time at which both are switched on and all that moves leaves its start [ns].
     seed
         Of what goes wrong and of the phase of the lidar's rotation.
     latency_timer
@@ -77,7 +77,7 @@ def make_devices(
         Whether the lidar powers up in SCIP 1.1.
     """
     motion = ServoMotion(jitter=scene.effects.servo_jitter, seed=seed)
-    world = World(scene, motion, scene.route(start_ns))
+    world = World(scene, motion, start_ns=start_ns)
     lidar = UrgEmulator(
         imperfect(world.ranges, scene.effects, seed),
         start_ns=start_ns,

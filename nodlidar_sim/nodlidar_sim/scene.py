@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from importlib import resources
 from pathlib import Path
 
 from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
 from nodlidar_sim.effects import Effects
+from nodlidar_sim.moving import Mover
 from nodlidar_sim.raycast import Surfaces, surfaces_of
 from nodlidar_sim.route import Leg, Plan, Route, STANDING, Velocity
 from nodlidar_sim.section import SceneError, Section
@@ -29,7 +30,7 @@ class Scene:
     name
         Of the file, without its suffix.
     objects
-        The shapes of every named object, in the world.
+        The shapes of every named object that stands still, in the world.
     surfaces
         All of them, for rays and distances.
     mount
@@ -43,6 +44,8 @@ class Scene:
         What goes wrong.
     base_legs, base_repeat
         What the base drives first, and whether again and again: see nodlidar_sim.route.Plan.
+    movers
+        Every named object that moves.
     """
 
     name: str
@@ -55,6 +58,7 @@ class Scene:
     effects: Effects
     base_legs: tuple[Leg, ...] = ()
     base_repeat: bool = False
+    movers: dict[str, Mover] = field(default_factory=dict)
 
     @property
     def drives(self) -> bool:
@@ -132,7 +136,9 @@ def _parse(text: str, name: str) -> Section:
 
 def _scene(root: Section, base: Section) -> Scene:
     """Return the scene of a file, with the base of another one perhaps."""
-    objects = _objects(root.section('objects'))
+    section = root.section('objects')
+    found = {name: _object(section.section(name)) for name in section.names()}
+    objects = {name: thing for name, thing in found.items() if not isinstance(thing, Mover)}
     sensor = root.section('sensor', {})
     x, y, yaw = base.vector('start', 'x y yaw', (0.0, 0.0, 0.0))
     plan = _plan(base)
@@ -147,6 +153,7 @@ def _scene(root: Section, base: Section) -> Scene:
         effects=_effects(root.section('effects', {})),
         base_legs=plan.legs,
         base_repeat=plan.repeat,
+        movers={name: thing for name, thing in found.items() if isinstance(thing, Mover)},
     )
     for section in (root, sensor, base):
         section.close()
@@ -181,13 +188,20 @@ def _effects(section: Section) -> Effects:
     return effects
 
 
-def _objects(section: Section) -> dict[str, tuple[Shape, ...]]:
-    return {name: _object(section.section(name)) for name in section.names()}
+def _object(section: Section) -> tuple[Shape, ...] | Mover:
+    """Return the shapes of an object in the world, or one that moves from its pose."""
+    x, y, z, roll, pitch, yaw = section.vector('pose', _POSE, (0.0,) * 6)
+    if not section.has('motion'):
+        return _shapes(section, Pose.from_xyzrpy((x, y, z, roll, pitch, yaw)))
+    motion = section.section('motion')
+    plan = _plan(motion)
+    motion.close()
+    shapes = _shapes(section, Pose.from_xyzrpy((0.0, 0.0, z, roll, pitch, 0.0)))
+    return Mover(shapes, (x, y, yaw), plan)
 
 
-def _object(section: Section) -> tuple[Shape, ...]:
-    pose = Pose.from_xyzrpy(section.vector('pose', _POSE, (0.0,) * 6))
-    shapes = tuple(_shape(entry, pose) for entry in section.sections('shapes'))
+def _shapes(section: Section, parent: Pose) -> tuple[Shape, ...]:
+    shapes = tuple(_shape(entry, parent) for entry in section.sections('shapes'))
     section.close()
     return shapes
 

@@ -88,6 +88,11 @@ class Section:
             for index, entry in enumerate(value)
         ]
 
+    def has(self, key: str) -> bool:
+        """Tell whether the file has a key here, which then counts as known."""
+        self._read.add(key)
+        return key in self._content
+
     def names(self) -> list[str]:
         """Return the keys that the file has here, all of which then count as known."""
         self._read.update(self._content)

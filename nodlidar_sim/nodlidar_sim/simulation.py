@@ -86,7 +86,7 @@ def simulate(
     seed
         Of everything that goes wrong.
     start_ns
-        When the first scan is at step 0 and the base at the start of its route [ns].
+        When the first scan is at step 0 and all that moves at its start [ns].
     sensor
         The devices; a URG-04LX-UG01 on an RX-24F by default.
 
@@ -105,7 +105,7 @@ def simulate(
     motion = triangle_motion(
         nod, start_ns, end_ns, sensor.acceleration, effects.servo_jitter, int(turn_seed)
     )
-    world = World(scene, motion, scene.route(start_ns))
+    world = World(scene, motion, start_ns=start_ns)
     odometer = Odometer(world.base, effects, start_ns, int(odometry_seed))
     exact_odometer = Odometer(world.base, Effects(), start_ns)
     beams_ns = sensor.beam_times_ns(start_ns, scans, effects.clock_rate)

@@ -23,13 +23,18 @@ class World:
     motion
         Pitch at any instant, positive up.
     base
-        Pose of base_link in the world at any instant; by default the scene's route from time 0.
+        Pose of base_link in the world at any instant; by default the scene's route from start_ns.
+    start_ns
+        When what moves in the scene leaves its start [ns].
     """
 
-    def __init__(self, scene: Scene, motion: Motion, base: Base | None = None) -> None:
+    def __init__(
+        self, scene: Scene, motion: Motion, base: Base | None = None, start_ns: int = 0
+    ) -> None:
         self.scene = scene
         self.motion = motion
-        self.base = scene.route(0) if base is None else base
+        self.base = scene.route(start_ns) if base is None else base
+        self._moving = [mover.moving(start_ns) for mover in scene.movers.values()]
 
     def ranges(self, times_ns: Times, azimuth: Array) -> Array:
         """Return the true range [m] of beams, inf where there is nothing.
@@ -41,7 +46,11 @@ class World:
         azimuth
             Its angle in the scan plane [rad], shape (n,).
         """
-        return self.scene.surfaces.distances(*self.rays(times_ns, azimuth))
+        rays = self.rays(times_ns, azimuth)
+        nearest = self.scene.surfaces.distances(*rays)
+        for moving in self._moving:
+            np.minimum(nearest, moving.distances(*rays, times_ns), out=nearest)
+        return nearest
 
     def rays(self, times_ns: Times, azimuth: Array) -> tuple[Array, Array]:
         """Return the origin and the direction of each beam in the world, shape (n, 3) each.
@@ -73,4 +82,8 @@ class World:
             When the frame is meant [ns], shape (m,) or (1,).
         """
         in_base = self.scene.mount.to_parent(points)
-        return self.scene.surfaces.surface_distance(to_parent(in_base, self.base.poses(times_ns)))
+        in_world = to_parent(in_base, self.base.poses(times_ns))
+        nearest = self.scene.surfaces.surface_distance(in_world)
+        for moving in self._moving:
+            np.minimum(nearest, moving.surface_distance(in_world, times_ns), out=nearest)
+        return nearest

@@ -91,7 +91,7 @@ def test_scip_1_1(start, tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (['--lidar-link', 'l', '--scene', 'nowhere'], 'corner, corridor, room, wall'),
+        (['--lidar-link', 'l', '--scene', 'nowhere'], 'corner, corridor, crossing, room, wall'),
         (['--lidar-link', '/dev/null'], 'no symbolic link'),
         ([], 'nothing to emulate'),
         (['--lidar-link', 'l', '--seed', 'x'], '--seed'),

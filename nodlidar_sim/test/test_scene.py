@@ -18,10 +18,10 @@ WALL = 'objects: {wall: {shapes: [{plane: {point: [2, 0, 0], normal: [1, 0, 0]}}
 
 
 def test_these_scenes_are_shipped():
-    assert scene_names() == ['corner', 'corridor', 'room', 'wall']
+    assert scene_names() == ['corner', 'corridor', 'crossing', 'room', 'wall']
 
 
-@pytest.mark.parametrize('name', ['corner', 'corridor', 'room', 'wall'])
+@pytest.mark.parametrize('name', ['corner', 'corridor', 'crossing', 'room', 'wall'])
 def test_a_shipped_scene_is_seen_by_the_sensor(name):
     scene = load_scene(name)
     assert scene.name == name
@@ -51,7 +51,9 @@ def test_everything_in_the_room_is_seen():
 
 
 def test_an_unknown_scene_lists_the_known_ones():
-    with pytest.raises(SceneError, match=r'one of corner, corridor, room, wall, or .*rooom'):
+    with pytest.raises(
+        SceneError, match=r'one of corner, corridor, crossing, room, wall, or .*rooom'
+    ):
         load_scene('rooom')
 
 
@@ -164,6 +166,15 @@ def test_all_that_a_scene_says_is_taken():
     np.testing.assert_allclose(plane.normal, [0.0, 1.0, 0.0], atol=1e-12)
 
 
+def test_an_object_that_moves_is_apart_from_those_that_stand():
+    scene = load_scene('crossing')
+    assert (set(scene.objects), set(scene.movers)) == ({'wall', 'floor'}, {'person'})
+    person = scene.movers['person'].plan.route(scene.movers['person'].start, 0)
+    poses = person.poses(np.array([0, 2 * S, 4 * S, 5 * S, 7 * S, 10 * S]))
+    np.testing.assert_allclose(poses[:, 0], 1.5, atol=1e-9)
+    np.testing.assert_allclose(poses[:, 1], [-2.4, 0.0, 2.4, 2.4, 0.0, -2.4], atol=1e-9)
+
+
 def with_shape(shape):
     return f'objects: {{it: {{shapes: [{shape}]}}}}'
 
@@ -181,6 +192,12 @@ def with_shape(shape):
         (WALL + 'sensor: {optical_offset: x}', 'm.yaml: sensor.optical_offset', 'a fin', 'x'),
         (WALL + 'base: {start: [0, 0, .nan]}', 'm.yaml: base.start', '3 finite', math.nan),
         (WALL + 'base: {velocity: [1, yes]}', 'm.yaml: base.velocity', 'of 2 finite', [1, True]),
+        (
+            WALL.replace('shapes', 'motion: {speed: 1}, shapes'),
+            'm.yaml: objects.wall.motion.speed',
+            'one of legs, repeat, velocity',
+            'speed',
+        ),
         (WALL + 'base: {legs: []}', 'm.yaml: base.legs', 'at least one entry', []),
         (
             WALL + 'base: {legs: [{duration: 0, velocity: [1, 0]}]}',

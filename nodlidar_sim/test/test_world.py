@@ -113,6 +113,73 @@ def test_points_by_the_model_lie_on_the_surfaces():
     assert world.surface_distance(points, times[:1]).max() > 0.1
 
 
+PERSON = """
+  person:
+    pose: [1.0, -0.5, 0.1, 0.2, 0.1, 1.2]
+    motion: {legs: [{duration: 0.7, velocity: [1.2, 0.0]}], velocity: [0.8, 0.9]}
+    shapes:
+      - cylinder: {pose: [0.1, 0.0, 0.9, 0.0, 0.0, 0.0], radius: 0.2, length: 1.8}
+      - box: {pose: [0.0, 0.3, 1.2, 0.0, 0.0, 0.5], size: [0.2, 0.2, 0.8]}
+"""
+
+
+def frozen(x, y, yaw):
+    """Return the person as an object that stands where it is at one instant."""
+    text = PERSON.replace('[1.0, -0.5, 0.1, 0.2, 0.1, 1.2]', f'[{x}, {y}, 0.1, 0.2, 0.1, {yaw}]')
+    return ''.join(line for line in text.splitlines(True) if 'motion' not in line)
+
+
+def test_each_beam_meets_who_walks_where_that_is_at_its_instant():
+    """Beam by beam, against scenes in which the person stands; both drive and nod."""
+    objects = WALL.replace('{wall: {', '\n  wall: {').removesuffix('}\n') + PERSON
+    base, motion = Plan(BASE_VELOCITY).route(BASE_START, S), triangle_motion(NOD, 0, 5 * S)
+    world = World(parse_scene(objects, 'w'), motion, base, start_ns=S)
+    times = np.linspace(S, 3 * S, 120).astype(np.int64)
+    azimuth = np.tile(np.linspace(-0.6, 0.6, 8), 15)
+    ranges = world.ranges(times, azimuth)
+    person = world.scene.movers['person']
+    walked = person.plan.route(person.start, S).poses(times)
+    stood = WALL.replace('{wall: {', '\n  wall: {').removesuffix('}\n')
+    expected = [
+        World(parse_scene(stood + frozen(*map(float, pose)), 'w'), motion, base).ranges(
+            times[[i]], azimuth[[i]]
+        )[0]
+        for i, pose in enumerate(walked)
+    ]
+    np.testing.assert_allclose(ranges, expected, atol=1e-9)
+    alone = World(parse_scene(WALL, 'w'), motion, base).ranges(times, azimuth)
+    assert 20 < (ranges < alone - 0.05).sum() < 100
+    np.testing.assert_array_less(ends_apart(world, times, azimuth, ranges), 1e-9)
+
+
+def ends_apart(world, times, azimuth, ranges):
+    """Return how far the beams' ends are from the surfaces, as they are at the beams' times."""
+    phi = world.motion.position(times)
+    level = ranges * np.cos(azimuth)
+    x, z = level * np.cos(phi) - 0.08 * np.sin(phi), level * np.sin(phi) + 0.08 * np.cos(phi)
+    hit = np.isfinite(ranges)
+    points = np.stack([x, ranges * np.sin(azimuth), z], axis=1)
+    return world.surface_distance(points[hit], times[hit])
+
+
+def test_who_crosses_is_seen_at_walking_pace():
+    """A column of 0.2 m radius crosses 1.5 m ahead at 1.2 m/s: its edges by trigonometry."""
+    column = """
+  column:
+    pose: [1.5, -1.2, 0, 0, 0, 1.5707963267948966]
+    motion: {velocity: [1.2, 0]}
+    shapes: [{cylinder: {pose: [0, 0, 1, 0, 0, 0], radius: 0.2, length: 2}}]
+"""
+    world = World(parse_scene('objects:' + column, 'c'), still(0.0))
+    times = np.arange(0, 2 * S, S // 1000)
+    hit = np.isfinite(world.ranges(times, np.zeros(len(times))))
+    assert (times[hit][0] / S, times[hit][-1] / S) == pytest.approx(
+        (1.0 / 1.2, 1.4 / 1.2), abs=1e-3
+    )
+    middle = world.ranges(np.array([S]), np.zeros(1))
+    assert middle[0] == pytest.approx(1.3)
+
+
 def test_without_a_base_of_its_own_a_world_takes_the_route_of_the_scene():
     scene = load_scene('corridor')
     world = World(scene, still(0.0))
