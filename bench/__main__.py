@@ -10,6 +10,7 @@ from bench import (
     ego_motion,
     live,
     nod_schedules,
+    phase_lock,
     planner_speed,
     simulation_speed,
 )
@@ -21,6 +22,7 @@ MEASUREMENTS = {
     'live': live.table,
     'ego_motion': ego_motion.table,
     'nod_schedules': nod_schedules.table,
+    'phase_lock': phase_lock.table,
     'planner_speed': planner_speed.table,
 }
 

@@ -12,6 +12,7 @@ from typing import Protocol
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_servo.phase import PhaseLead
 
 HOLD = 0.02
 """A speed is kept from this time [s] before braking on: the quotient of what remains of distance
@@ -108,10 +109,15 @@ def check_nod(nod: NodTrajectory, lower: float, upper: float, dynamics: Dynamics
         longest = nod.span / dynamics.min_speed
         limit = f'at most {longest:.4g} s, for the lowest speed of the servo'
         raise ParameterError('sweep_duration', limit, nod.sweep_duration)
-    speed = arrival_speed(nod.span, nod.sweep_duration, 0.0, dynamics.acceleration)
+    speed = cruising_speed(nod, dynamics.acceleration)
     if speed > dynamics.max_speed:
         limit = f'at least {shortest_sweep(nod.span, dynamics):.4g} s, the fastest of the servo'
         raise ParameterError('sweep_duration', limit, nod.sweep_duration)
+
+
+def cruising_speed(nod: NodTrajectory, acceleration: float) -> float:
+    """Return the speed [rad/s] that makes a leg from rest to rest; infinite if none does."""
+    return arrival_speed(nod.span, nod.sweep_duration, 0.0, acceleration)
 
 
 def shortest_sweep(span: float, dynamics: Dynamics) -> float:
@@ -138,22 +144,28 @@ class NodTracker:
     ----------
     nod
         What is followed.
+    phase
+        How late the servo is, and by how much it is led for it.
     """
 
     def __init__(self, nod: NodTrajectory, dynamics: Dynamics) -> None:
         self.nod = nod
+        self.phase = PhaseLead()
         self._dynamics = dynamics
         self._drive = Drive(math.nan, 0.0, False)
         self._direction = 0.0
+        self._measured_ns = 0
 
     def next_turn_ns(self, now_ns: int) -> int:
         """Return the instant [ns] at which the present leg ends."""
-        nod = self.nod
+        nod = self._led(self.nod)
         return nod.turn_time_ns(self._leg(nod, now_ns) + 1)
 
     def step(self, now_ns: int, sample: Measured) -> Drive:
         """Return what to tell the servo now [ns], from its latest measurement."""
-        nod = self.nod  # another thread may put another one there
+        commanded = self.nod  # another thread may put another one there
+        self._measure_phase(commanded, sample)
+        nod = self._led(commanded)
         leg = self._leg(nod, now_ns)
         direction = _direction(leg)
         goal = nod.pitch_max if direction > 0.0 else nod.pitch_min
@@ -169,6 +181,14 @@ class NodTracker:
         self._drive = Drive(goal, min(speed, fastest), speed > fastest)
         self._direction = direction
         return self._drive
+
+    def _measure_phase(self, nod: NodTrajectory, sample: Measured) -> None:
+        if sample.stamp_ns != self._measured_ns:
+            self.phase.add(nod, sample, cruising_speed(nod, self._dynamics.acceleration))
+        self._measured_ns = sample.stamp_ns
+
+    def _led(self, nod: NodTrajectory) -> NodTrajectory:
+        return replace(nod, reference_time_ns=nod.reference_time_ns - self.phase.lead_ns)
 
     def _is_arriving(self, remaining: float) -> bool:
         return remaining < self._drive.speed / self._dynamics.acceleration + HOLD

@@ -99,6 +99,21 @@ def test_a_latency_timer_of_16_ms_gives_62_samples_per_second_with_right_stamps(
     assert bench.turn_errors(3, 50).max() < 2 * TICK
 
 
+def test_turns_that_the_adapter_delays_are_led_so_that_the_phase_is_right():
+    bench = Bench(latency_timer=0.016)
+    bench.run(20.0)
+    begin_ns = bench.clock()
+    bench.run(20.0)
+    times = np.arange(begin_ns, bench.clock(), 100_000)
+    position = bench.motion.position(times)
+    crossings = times[:-1][np.diff(np.sign(position)) != 0]
+    due = (np.round(NOD.sweeps(crossings) - 0.5) + 0.5) * SWEEP * 1e9 + START_NS
+    late = (crossings - due) * 1e-9
+    assert abs(late.mean()) < 0.001
+    assert np.sqrt(np.mean(late**2)) < 0.003
+    assert 0 < bench.commands.tracker(bench.clock()).phase.lead_ns < 16_000_000
+
+
 def test_torque_is_off_without_commands_and_comes_with_them():
     bench = Bench()
     assert bench.run(0.5, nod=None)

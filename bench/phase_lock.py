@@ -1,0 +1,179 @@
+"""How well the nod keeps its phase to the lidar: the servo with all its faults, for two minutes.
+
+In virtual time: the servo at byte level, read 62 times a second, with its tick, its speed register
+and an adapter that keeps replies, late in turning, weaker and slower than it is told; scans whose
+stamps jitter, from a lidar whose clock is off. Turn-arounds are taken from the true motion.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import math
+
+from nodlidar_assembler.geometry import ScanGeometry
+from nodlidar_assembler.nod_clock import NodClock, NodShape
+from nodlidar_assembler.turns import TurnFinder
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.servo import Servo
+from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
+from nodlidar_sim.rx24f import Rx24fEmulator
+from nodlidar_sim.rx24f_motor import TICK
+from nodlidar_sim.servo_motion import ServoMotion
+from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+import numpy as np
+from rich.table import Table
+
+from bench.reference import SAMPLES_PER_SWEEP, SPAN, START_NS
+
+DURATION = 120.0
+SETTLING = 2.0  # from rest to the nod
+LIDAR_PPM = 200.0
+TRUE_BEAM_NS = 1e8 / 1024 / (1.0 + LIDAR_PPM * 1e-6)
+STAMP_JITTER = 0.001  # width of the scatter [s]
+LATENCY_TIMER = 0.016
+STEP = 2.0 * math.pi / 1024
+URG = ScanGeometry(682, -340 * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
+NOMINAL_SPEED = SPAN / (SAMPLES_PER_SWEEP * 0.1 / 1024)
+
+
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """Of a servo: lateness of its turns [s], acceleration [rad/s^2], speed against commanded."""
+
+    jitter: float = 0.0
+    acceleration: float = 200.0
+    speed: float = 1.0
+
+
+IDEAL = Faults()
+LOADED = Faults(jitter=0.001, acceleration=150.0, speed=0.98)
+
+
+class LoadedMotion(ServoMotion):
+    """A servo that its load makes slower than it is told."""
+
+    def __init__(self, faults: Faults, seed: int) -> None:
+        super().__init__(0.2, faults.acceleration, faults.jitter, seed, history=1e6)
+        self._share = faults.speed
+
+    def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
+        """Go to a goal [rad] at the share of a speed [rad/s] that the load leaves."""
+        super().set_goal(now_ns, goal, speed_limit * self._share)
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What a run came to.
+
+    Attributes
+    ----------
+    samples_per_sweep
+        N_s as measured: the slope of a line through the turn-arounds, in beams of the lidar.
+    phase_errors
+        RMS in the first and in the last minute [s].
+    phase_offset
+        Mean of the last minute [s].
+    """
+
+    samples_per_sweep: float
+    phase_errors: tuple[float, float]
+    phase_offset: float
+
+
+def kept(turns_ns: np.ndarray) -> Kept:
+    """Return what turn-arounds [ns] make of the nod that was wanted."""
+    beams = (turns_ns - START_NS) / TRUE_BEAM_NS
+    number = np.arange(len(beams))
+    first = round((beams[0] + 0.5) / SAMPLES_PER_SWEEP)
+    error = beams + 0.5 - (first + number) * SAMPLES_PER_SWEEP
+    error = error * TRUE_BEAM_NS / NS_PER_S
+    minutes = [(turns_ns - turns_ns[0]) < 60e9, (turns_ns[-1] - turns_ns) < 60e9]
+    first_rms, last_rms = (math.sqrt(float(np.mean(error[minute] ** 2))) for minute in minutes)
+    slope = float(np.polyfit(number, beams, 1)[0])
+    return Kept(slope, (first_rms, last_rms), float(error[minutes[1]].mean()))
+
+
+class Rig:
+    """An emulated servo and its loop in virtual time."""
+
+    def __init__(self, faults: Faults, seed: int) -> None:
+        self.motion = LoadedMotion(faults, seed)
+        self.clock = VirtualClock(START_NS)
+        emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=LATENCY_TIMER)
+        port = VirtualPort(emulator, self.clock)
+        self.commands = NodCommands(ServoConfig())
+        self.servo = Servo(port, ServoConfig(), self.clock)
+        self.loop = ServoLoop(
+            self.servo, self.commands, 100.0, LoopFigures(), self.clock, self._sleep
+        )
+
+    def _sleep(self, duration_ns: int) -> None:
+        self.clock.advance_to(self.clock() + duration_ns)
+
+    def run(self, cycle: Callable[[], None]) -> Kept:
+        """Repeat a cycle for the time of the measurement and return what came of it."""
+        end_ns = START_NS + round((SETTLING + DURATION) * NS_PER_S)
+        while self.clock() < end_ns:
+            cycle()
+        return kept(self._turns())
+
+    def _turns(self) -> np.ndarray:
+        finder = TurnFinder(0.02)
+        times = np.arange(START_NS, self.clock(), NS_PER_S // 1000)
+        found = map(finder.add, times.tolist(), self.motion.position(times).tolist())
+        turns = np.array([turn for turn in found if turn is not None])
+        return turns[turns > START_NS + round(SETTLING * NS_PER_S)]
+
+
+def locked(faults: Faults, seed: int = 1) -> Kept:
+    """Return what the servo node and the assembler's nod make of it together."""
+    rig, rng = Rig(faults, seed), np.random.default_rng(seed)
+    nod = NodClock(NodShape(-SPAN / 2, SPAN / 2, SAMPLES_PER_SWEEP), 1024)
+    revolution = 0
+
+    def cycle() -> None:
+        nonlocal revolution
+        due_ns = START_NS + round(revolution * 1024 * TRUE_BEAM_NS)
+        if rig.clock() >= due_ns:
+            jitter = rng.uniform(-0.5, 0.5) * STAMP_JITTER
+            nod.add_scan(URG, due_ns + round(jitter * NS_PER_S))
+            revolution += 1
+            if revolution % 2 and nod.nod is not None:
+                rig.commands.accept(nod.nod, rig.clock())
+        rig.loop.cycle()
+
+    return rig.run(cycle)
+
+
+def speed_command_only(faults: Faults, seed: int = 1) -> Kept:
+    """Return what the nominal speed makes of it, turned about where the limit is measured."""
+    rig, goal = Rig(faults, seed), SPAN / 2
+
+    def cycle() -> None:
+        nonlocal goal
+        sample = rig.servo.sample()
+        if (goal - sample.pitch) * math.copysign(1.0, goal) <= 1.5 * TICK:
+            goal = -goal
+        rig.servo.drive(goal, NOMINAL_SPEED)
+
+    return rig.run(cycle)
+
+
+def table() -> Table:
+    """Return measured N_s and phase errors, locked and with speed commands only."""
+    result = Table(
+        title=f'Phase of the nod to the lidar, {DURATION:.0f} s at N_s = {SAMPLES_PER_SWEEP}, '
+        f'62 Hz, lidar {LIDAR_PPM:.0f} ppm off'
+    )
+    for heading in ('nod', 'servo'):
+        result.add_column(heading)
+    for heading in ('measured N_s', 'phase error RMS, first minute', 'last minute', 'mean'):
+        result.add_column(heading, justify='right')
+    for name, run in (('phase locked', locked), ('speed commands only', speed_command_only)):
+        for servo, faults in (('ideal', IDEAL), ('late, loaded', LOADED)):
+            found = run(faults)
+            first, last = (f'{error * 1e3:.2f} ms' for error in found.phase_errors)
+            mean = f'{found.phase_offset * 1e3:+.2f} ms'
+            result.add_row(name, servo, f'{found.samples_per_sweep:.3f}', first, last, mean)
+    return result

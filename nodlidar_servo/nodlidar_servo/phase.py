@@ -1,0 +1,88 @@
+"""How late the servo is against the nod, and by how much the nod is led for it.
+
+A servo turns late: the command waits for the adapter to hand over a reply, then the motor takes
+its time. A leg that begins late and ends on time is late in the middle; led by that, it begins as
+late as it ends early, and its phase is the commanded one.
+"""
+
+import math
+from typing import Protocol
+
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+
+MIDDLE = 0.25
+"""The phase is measured in this part of the leg on either side of its middle, where the servo is
+neither speeding up nor braking."""
+
+LOCKED = 0.02
+"""A servo that is later or earlier than this [s] is on its way to the nod: no phase to correct."""
+
+_GAIN = 0.02  # weight of a sample: errors are led out in about 50, which are 4 legs at 62 Hz
+_SETTLED = 50  # samples in phase after which the lateness is that of the servo
+_SMOOTHING = 0.05  # weight of a sample in the error that is told
+_LONGEST_LEAD = 0.02
+
+
+class Pitched(Protocol):
+    """A measured pitch [rad] at a time [ns]."""
+
+    @property
+    def stamp_ns(self) -> int: ...  # noqa: D102
+    @property
+    def pitch(self) -> float: ...  # noqa: D102
+
+
+def lateness(nod: NodTrajectory, sample: Pitched, cruise: float) -> float | None:
+    """Return how late the servo is [s], None where the leg does not tell: outside of its middle.
+
+    Parameters
+    ----------
+    nod
+        What is commanded.
+    sample
+        What is measured.
+    cruise
+        Speed in mid-leg [rad/s] of a servo that is in phase: somewhat above the nod's, since it
+        has to come from rest and back to it.
+    """
+    sweeps = float(nod.sweeps(sample.stamp_ns))
+    leg = math.floor(sweeps)
+    since_middle = (sweeps - leg - 0.5) * nod.sweep_duration
+    if abs(since_middle) > MIDDLE * nod.sweep_duration:
+        return None
+    direction = 1.0 if leg % 2 == 0 else -1.0
+    way = direction * (sample.pitch - (nod.pitch_min + nod.pitch_max) / 2.0)
+    return since_middle - way / cruise
+
+
+class PhaseLead:
+    """Leads the nod by as much as the servo is late on average.
+
+    Attributes
+    ----------
+    error
+        Lateness [s], its mean over about two legs; NaN while the servo is not on the nod.
+    lead_ns
+        How much earlier than commanded the servo is to be [ns].
+    """
+
+    def __init__(self) -> None:
+        self.error = math.nan
+        self.lead_ns = 0
+        self._lead = 0.0
+        self._in_phase = 0
+
+    def add(self, nod: NodTrajectory, sample: Pitched, cruise: float) -> None:
+        """Take a measurement of a servo that follows a nod; parameters as of :func:`lateness`."""
+        late = lateness(nod, sample, cruise)
+        if late is None:
+            return
+        if abs(late) > LOCKED:
+            self.error, self._in_phase = math.nan, 0
+            return
+        self._in_phase += 1
+        known = math.isfinite(self.error)
+        self.error = self.error + _SMOOTHING * (late - self.error) if known else late
+        if self._in_phase > _SETTLED:
+            self._lead = min(max(self._lead + _GAIN * late, -_LONGEST_LEAD), _LONGEST_LEAD)
+            self.lead_ns = round(self._lead * NS_PER_S)

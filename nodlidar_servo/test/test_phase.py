@@ -1,0 +1,64 @@
+from dataclasses import dataclass
+
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_servo.phase import lateness, LOCKED, PhaseLead
+import numpy as np
+import pytest
+
+NOD = NodTrajectory(-0.6, 0.4, 0.4, 4001, 1_800_000_000_000_000_000)
+
+
+@dataclass
+class Measured:
+    stamp_ns: int
+    pitch: float
+
+
+def measured(sweeps, late=0.0):
+    """Return a sample of a servo that runs on the triangle wave, but late [s]."""
+    stamp_ns = NOD.reference_time_ns + round(sweeps * NOD.sweep_duration * 1e9)
+    return Measured(stamp_ns, float(NOD.pitch(stamp_ns - round(late * 1e9))))
+
+
+def fed(late, samples):
+    """Return the lead after samples all over the nod from a servo that takes no lead."""
+    lead = PhaseLead()
+    for sweeps in np.arange(samples) * 0.0413:
+        lead.add(NOD, measured(sweeps, late), NOD.speed)
+    return lead
+
+
+@given(st.integers(0, 1000), st.floats(-0.24, 0.24), st.floats(-0.09, 0.09))
+def test_lateness_is_told_on_both_legs(leg, place, late):
+    found = lateness(NOD, measured(leg + 0.5 + place, late), NOD.speed)
+    assert found == pytest.approx(late, abs=1e-6)
+
+
+@given(st.integers(0, 1000), st.floats(-0.24, 0.24), st.floats(1.0, 1.3))
+def test_a_servo_that_cruises_faster_than_the_nod_is_not_late(leg, place, ratio):
+    sample = measured(leg + 0.5)
+    sample.stamp_ns += round(place * NOD.sweep_duration * 1e9)
+    direction = 1.0 if leg % 2 == 0 else -1.0
+    sample.pitch += direction * place * NOD.span * ratio
+    assert lateness(NOD, sample, NOD.speed * ratio) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize('sweeps', [0.0, 0.2, 0.8, 1.1, 1.99])
+def test_at_the_turns_nothing_is_told(sweeps):
+    assert lateness(NOD, measured(sweeps), NOD.speed) is None
+
+
+def test_the_nod_is_led_by_what_it_stays_late_but_only_so_far():
+    assert fed(0.004, 50).lead_ns == 0
+    assert 0 < fed(0.004, 200).lead_ns < fed(0.004, 300).lead_ns
+    assert fed(0.004, 10_000).lead_ns == 20_000_000
+    assert fed(-0.004, 10_000).lead_ns == -20_000_000
+    assert fed(0.004, 200).error == pytest.approx(0.004)
+
+
+def test_a_servo_that_is_not_on_the_nod_yet_leads_nothing_and_has_no_phase():
+    lead = fed(1.5 * LOCKED, 1000)
+    assert lead.lead_ns == 0
+    assert np.isnan(lead.error)
