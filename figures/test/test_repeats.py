@@ -7,7 +7,15 @@ from nodlidar_assembler.planner.timing_error import turn_instants
 import numpy as np
 import pytest
 
-from figures.repeats import AT_RANDOM, error_where, ERRORS, N_L, PUBLISHED, share_of_repeats
+from figures.repeats import (
+    _by_speed,
+    AT_RANDOM,
+    error_where,
+    ERRORS,
+    N_L,
+    PUBLISHED,
+    share_of_repeats,
+)
 
 
 def held(samples_per_sweep, error, seed=1, phase=0.5):
@@ -44,3 +52,13 @@ def test_error_spoils_an_odd_n_s_and_helps_an_even_one():
 
 def test_the_error_is_found_where_a_line_crosses_the_ratio():
     assert error_where(ERRORS / 100.0, 0.0234) == pytest.approx(2.34)
+
+
+def test_the_speed_register_cannot_tell_most_pairs_apart():
+    """The step is 0.111 rpm; N_s goes with the inverse of the speed (docs/model.md)."""
+    at_4000 = 1.2272 / (4000 * 0.1 / 1024)
+    steps = [[round(at_4000 * 4000 / n_s / 0.011624) for n_s in pair] for pair in PUBLISHED]
+    assert [odd - even for even, odd in steps] == [-1, 0, 0, 0, 0]
+    for pair, (even, odd) in zip(PUBLISHED, steps, strict=True):
+        turns = [_by_speed(n_s, 0.0, 1) for n_s in pair]
+        assert (turns[0][:9] == turns[1][:9]).all() == (even == odd)
