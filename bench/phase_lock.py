@@ -126,8 +126,8 @@ class Rig:
         return turns[turns > START_NS + round(SETTLING * NS_PER_S)]
 
 
-def locked(faults: Faults, seed: int = 1) -> Kept:
-    """Return what the servo node and the assembler's nod make of it together."""
+def locked(faults: Faults, seed: int = 1, scans: float = math.inf) -> Kept:
+    """Return what the servo node and the nod make of it that so many scans have tied."""
     rig, rng = Rig(faults, seed), np.random.default_rng(seed)
     nod = NodClock(NodShape(-SPAN / 2, SPAN / 2, SAMPLES_PER_SWEEP), 1024)
     revolution = 0
@@ -136,14 +136,20 @@ def locked(faults: Faults, seed: int = 1) -> Kept:
         nonlocal revolution
         due_ns = START_NS + round(revolution * 1024 * TRUE_BEAM_NS)
         if rig.clock() >= due_ns:
-            jitter = rng.uniform(-0.5, 0.5) * STAMP_JITTER
-            nod.add_scan(URG, due_ns + round(jitter * NS_PER_S))
+            if revolution < scans:
+                jitter = rng.uniform(-0.5, 0.5) * STAMP_JITTER
+                nod.add_scan(URG, due_ns + round(jitter * NS_PER_S))
             revolution += 1
             if revolution % 2 and nod.nod is not None:
                 rig.commands.accept(nod.nod, rig.clock())
         rig.loop.cycle()
 
     return rig.run(cycle)
+
+
+def tied_at_the_start(faults: Faults) -> Kept:
+    """Return what a nod makes of it that was tied to the lidar by its first scan only."""
+    return locked(faults, scans=1)
 
 
 def speed_command_only(faults: Faults, seed: int = 1) -> Kept:
@@ -160,6 +166,13 @@ def speed_command_only(faults: Faults, seed: int = 1) -> Kept:
     return rig.run(cycle)
 
 
+NODS: dict[str, Callable[[Faults], Kept]] = {
+    'phase locked': locked,
+    'tied at the start only': tied_at_the_start,
+    'speed commands only': speed_command_only,
+}
+
+
 def table() -> Table:
     """Return measured N_s and phase errors, locked and with speed commands only."""
     result = Table(
@@ -170,7 +183,7 @@ def table() -> Table:
         result.add_column(heading)
     for heading in ('measured N_s', 'phase error RMS, first minute', 'last minute', 'mean'):
         result.add_column(heading, justify='right')
-    for name, run in (('phase locked', locked), ('speed commands only', speed_command_only)):
+    for name, run in NODS.items():
         for servo, faults in (('ideal', IDEAL), ('late, loaded', LOADED)):
             found = run(faults)
             first, last = (f'{error * 1e3:.2f} ms' for error in found.phase_errors)
