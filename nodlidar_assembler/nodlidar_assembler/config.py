@@ -7,6 +7,8 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
 CLOUD_MODES = ('scan', 'sweep')
+EGO_MOTION_MODES = ('off', 'beam')
+FALLBACKS = ('drop', 'uncompensated')
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +43,47 @@ class AssemblerConfig:
     )
     deadline: float = parameter(
         0.3,
-        'Longest time that a scan waits for the joint samples that bracket it',
+        'Longest time that a scan waits for the joint samples that bracket it, and then for the '
+        'odometry',
         unit='s',
         minimum=0.001,
         maximum=10.0,
+    )
+    ego_motion: str = parameter(
+        'off',
+        'beam: every beam starts from where odometry, by TF, says that the robot was at its '
+        'instant; clouds are in odom_frame and have no field time',
+        choices=EGO_MOTION_MODES,
+    )
+    odom_frame: str = parameter(
+        'odom', 'Frame of odometry, in which TF tells the pose of frame_id'
+    )
+    without_odometry: str = parameter(
+        'drop',
+        'What becomes of a scan whose motion odometry does not tell: drop, or uncompensated (its '
+        'cloud is in frame_id, as with ego_motion off; not with clouds per sweep)',
+        choices=FALLBACKS,
+    )
+    max_odometry_gap: float = parameter(
+        0.2,
+        'Longest time between odometry samples that is interpolated over',
+        unit='s',
+        minimum=0.001,
+        maximum=10.0,
+    )
+    max_robot_speed: float = parameter(
+        5.0,
+        'Odometry that moves faster between two samples jumps, and is not used',
+        unit='m/s',
+        minimum=0.01,
+        maximum=100.0,
+    )
+    max_robot_turn_rate: float = parameter(
+        10.0,
+        'Odometry that turns faster between two samples jumps, and is not used',
+        unit='rad/s',
+        minimum=0.01,
+        maximum=100.0,
     )
     command_nod: bool = parameter(True, 'Command the nod; otherwise only assemble')
     pitch_min: float = parameter(
@@ -84,3 +123,13 @@ class AssemblerConfig:
         for key in ('laser_xyz', 'laser_rpy'):
             if len(getattr(self, key)) != 3:
                 raise ParameterError(key, 'three numbers', getattr(self, key))
+        if self.ego_motion != 'off':
+            self._check_ego_motion()
+
+    def _check_ego_motion(self) -> None:
+        if self.odom_frame in ('', self.frame_id):
+            limit = f"a frame other than frame_id = '{self.frame_id}'"
+            raise ParameterError('odom_frame', limit, self.odom_frame)
+        if self.cloud_mode == 'sweep' and self.without_odometry != 'drop':
+            limit = 'drop with clouds per sweep, whose points are in one frame'
+            raise ParameterError('without_odometry', limit, self.without_odometry)

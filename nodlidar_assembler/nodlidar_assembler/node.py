@@ -9,12 +9,15 @@ from nodlidar_assembler.bracket_filter import BracketFilter
 from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.diagnosis import Diagnosis
+from nodlidar_assembler.ego_motion import MotionLimits, Odometry, OdometryError
 from nodlidar_assembler.joint_filter import JointFilter
 from nodlidar_assembler.nod_clock import NodClock, NodShape
+from nodlidar_assembler.odometry_filter import OdometryFilter
 from nodlidar_assembler.pipeline import Pipeline
 from nodlidar_assembler.pitch import PitchError
 from nodlidar_assembler.scan_filter import ScanFilter
 from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
+from nodlidar_assembler.tf_odometry import TfOdometry
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NS_PER_S
@@ -44,6 +47,11 @@ class Assembler(Node):
             self.config.cloud_mode,
             Pose.from_xyzrpy((*self.config.laser_xyz, *self.config.laser_rpy)),
             self.config.max_joint_gap,
+            MotionLimits(
+                self.config.max_odometry_gap,
+                self.config.max_robot_speed,
+                self.config.max_robot_turn_rate,
+            ),
         )
         shape = NodShape(
             self.config.pitch_min, self.config.pitch_max, self.config.samples_per_sweep
@@ -93,13 +101,33 @@ class Assembler(Node):
         bracket = BracketFilter(
             scans,
             Cache(self._joint, HISTORY),
-            lambda scan: self._pipeline.beams(geometry_from_message(scan)).duration_ns,
+            self._duration_ns,
             self.config.deadline,
             self._now_ns,
             lambda scan, reason: self._drop(reason),
         )
-        bracket.registerCallback(self._assemble)
         self.create_timer(self.config.deadline / 2.0, bracket.release)
+        if self.config.ego_motion == 'off':
+            bracket.registerCallback(self._assemble)
+        else:
+            self._add_odometry(bracket)
+
+    def _add_odometry(self, bracket: BracketFilter) -> None:
+        self._tf = TfOdometry(self, self.config.odom_frame, self.config.frame_id)
+        with_odometry = OdometryFilter(
+            bracket,
+            self._tf.history,
+            self._duration_ns,
+            self.config.deadline,
+            self._now_ns,
+            self._odometry_missing,
+        )
+        self._tf.register(with_odometry.release, with_odometry.forget)
+        with_odometry.registerCallback(self._assemble)
+        self.create_timer(self.config.deadline / 2.0, with_odometry.release)
+
+    def _duration_ns(self, scan: LaserScan) -> int:
+        return self._pipeline.beams(geometry_from_message(scan)).duration_ns
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
@@ -114,19 +142,35 @@ class Assembler(Node):
     def _joint_arrived(self, state: JointState) -> None:
         self._pipeline.add_sample(time_ns(state.header.stamp), self._joint.position(state))
 
-    def _assemble(self, scan: LaserScan, states: list[JointState]) -> None:
+    def _assemble(
+        self, scan: LaserScan, states: list[JointState], odometry: Odometry | None = None
+    ) -> None:
         stamps = np.array([time_ns(state.header.stamp) for state in states], dtype=np.int64)
         pitch = np.array([self._joint.position(state) for state in states])
         try:
-            clouds = self._pipeline.add_scan(scan_from_message(scan), stamps, pitch)
+            clouds = self._pipeline.add_scan(scan_from_message(scan), stamps, pitch, odometry)
         except PitchError as error:
             self._drop(str(error))
             return
+        except OdometryError as error:
+            self._odometry_missing(scan, states, error.reason)
+            return
+        frame_id = self.config.frame_id if odometry is None else self.config.odom_frame
         for cloud in clouds:
-            self._publish(cloud)
+            self._publish(cloud, frame_id)
 
-    def _publish(self, cloud: Points) -> None:
-        self._clouds.publish(cloud_message(cloud, self.config.frame_id))
+    def _odometry_missing(self, scan: LaserScan, states: list[JointState], reason: str) -> None:
+        if self._tf.trouble:
+            self.get_logger().warning(f'TF: {self._tf.trouble}', throttle_duration_sec=5.0)
+        if self.config.without_odometry == 'drop':
+            self._drop(reason)
+            return
+        self._diagnosis.counts[f'uncompensated: {reason}'] += 1
+        self.get_logger().warning(f'motion not compensated: {reason}', throttle_duration_sec=5.0)
+        self._assemble(scan, states)
+
+    def _publish(self, cloud: Points, frame_id: str) -> None:
+        self._clouds.publish(cloud_message(cloud, frame_id))
         self._diagnosis.cloud_published(self._now_ns(), cloud)
 
     def _drop(self, reason: str) -> None:

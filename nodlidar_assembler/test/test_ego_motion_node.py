@@ -1,0 +1,259 @@
+"""The assembler node with odometry from TF, on real DDS, against the same data offline."""
+
+from contextlib import contextmanager
+from dataclasses import replace
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TransformStamped
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.ego_motion import Odometry, Poses
+from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.node import Assembler
+from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.sensor_log import assemble_log, SensorLog
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.messages import time_message
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.parameters import check
+from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import time_ns
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.simulation import simulate
+import numpy as np
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+from sensor_msgs_py import point_cloud2
+from tf2_msgs.msg import TFMessage
+
+START_NS = 1_700_000_000_000_000_000
+BEAM_PERIOD = 0.1 / 1024
+SCAN_NS = 66_600_000  # a scan comes after its last beam
+LONGEST = 30.0
+MOUNT = Pose.from_xyzrpy((0.1, 0.0, 1.0, 0.0, 0.0, 0.0))
+
+
+@pytest.fixture(scope='module')
+def log():
+    """Return what the sensor tells of a robot that drives a curve, and its odometry."""
+    scene = replace(load_scene('room'), base_velocity=(0.4, 0.5), mount=MOUNT)
+    nod = NodTrajectory(-0.6136, 0.6136, 4001 * BEAM_PERIOD, 4001, START_NS)
+    told = simulate(scene, nod, 2.0, start_ns=START_NS)
+    geometry = ScanGeometry(
+        682, np.float32(told.azimuth[0]), np.float32(2 * np.pi / 1024), np.float32(BEAM_PERIOD),
+        np.float32(0.02), np.float32(5.6),
+    )  # fmt: skip
+    scans = [
+        Scan(int(stamp_ns), geometry, ranges.astype(np.float32))
+        for stamp_ns, ranges in zip(told.scan_stamp_ns, told.ranges, strict=True)
+    ]
+    x, y, yaw = told.odometry_pose.T
+    zero = np.zeros_like(x)
+    orientation = np.stack([zero, zero, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
+    base = Odometry(told.odometry_stamp_ns, Poses(np.stack([x, y, zero], axis=1), orientation))
+    return SensorLog(scans, told.joint_stamp_ns, told.joint_position, base)
+
+
+class Bench:
+    """An assembler node that compensates the motion, a feeder and what came out."""
+
+    def __init__(self, parameters):
+        parameters = ('ego_motion:=beam', 'command_nod:=false', *parameters)
+        rclpy.init(args=['--ros-args', *(f for p in parameters for f in ('-p', p))])
+        self.node, self.feeder = Assembler(), rclpy.create_node('feeder')
+        self.executor = SingleThreadedExecutor()
+        for node in (self.node, self.feeder):
+            self.executor.add_node(node)
+        self.clouds, self.diagnostics = [], []
+        self.feeder.create_subscription(PointCloud2, 'points', self.clouds.append, 50)
+        self.feeder.create_subscription(
+            DiagnosticArray, '/diagnostics', self.diagnostics.append, 50
+        )
+        static = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._scans = self.feeder.create_publisher(LaserScan, 'scan', 10)
+        self._states = self.feeder.create_publisher(JointState, 'joint_states', 50)
+        self._tf = self.feeder.create_publisher(TFMessage, '/tf', 100)
+        self._tf_static = self.feeder.create_publisher(TFMessage, '/tf_static', static)
+        inputs = (self._scans, self._states, self._tf, self._tf_static)
+        self.spin_until(lambda: all(p.get_subscription_count() for p in inputs))
+        cloud = next(p for p in self.node.publishers if p.topic_name == '/points')
+        self.spin_until(cloud.get_subscription_count)
+
+    def spin_until(self, condition):
+        deadline = time.monotonic() + LONGEST
+        while not condition():
+            assert time.monotonic() < deadline
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def feed(self, log, odometry_delay_ns=0):
+        """Publish a log in the order of its time, letting the node keep up."""
+        mount = transform('base_link', 'nodlidar_base_link', 0, MOUNT.position, (0, 0, 0, 1))
+        self._tf_static.publish(TFMessage(transforms=[mount]))
+        messages = [
+            (scan.stamp_ns + SCAN_NS, self._scans, scan_message(scan)) for scan in log.scans
+        ]
+        for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True):
+            messages.append((stamp_ns, self._states, state_message(stamp_ns, pitch)))
+        base = log.odometry
+        for stamp_ns, p, q in zip(
+            base.time_ns, base.poses.position, base.poses.orientation, strict=True
+        ):
+            message = TFMessage(transforms=[transform('odom', 'base_link', stamp_ns, p, q)])
+            messages.append((stamp_ns + odometry_delay_ns, self._tf, message))
+        for _, publisher, message in sorted(messages, key=lambda entry: entry[0]):
+            publisher.publish(message)
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def reported(self, key):
+        """Return the last value of a key in the diagnostics, 0 if there is none."""
+        found = [
+            value.value
+            for array in self.diagnostics
+            for status in array.status
+            for value in status.values
+            if value.key == key
+        ]
+        return int(found[-1]) if found else 0
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.feeder.destroy_node()
+        rclpy.shutdown()
+
+
+@contextmanager
+def bench(*parameters):
+    made = Bench(parameters)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+def transform(parent, child, stamp_ns, position, orientation):
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id = parent
+    message.header.stamp = time_message(int(stamp_ns))
+    p, q = message.transform.translation, message.transform.rotation
+    p.x, p.y, p.z = map(float, position)
+    q.x, q.y, q.z, q.w = map(float, orientation)
+    return message
+
+
+def scan_message(scan):
+    geometry = scan.geometry
+    message = LaserScan(
+        angle_min=float(geometry.angle_min),
+        angle_increment=float(geometry.angle_increment),
+        time_increment=float(geometry.time_increment),
+        range_min=float(geometry.range_min),
+        range_max=float(geometry.range_max),
+        ranges=scan.ranges,
+    )
+    message.header.stamp = time_message(scan.stamp_ns)
+    return message
+
+
+def state_message(stamp_ns, pitch):
+    message = JointState(name=['nod_joint'], position=[float(pitch)])
+    message.header.stamp = time_message(int(stamp_ns))
+    return message
+
+
+def offline(log, cloud_mode='scan'):
+    """Return the clouds that the same data give without ROS."""
+    moved = replace(log, odometry=log.odometry.mounted(MOUNT))
+    clouds, drops = assemble_log(moved, Pipeline('slerp', cloud_mode, REFERENCE_MOUNT, 0.1))
+    assert not drops
+    return clouds
+
+
+def part_of(odometry, kept, shift=0.0):
+    poses = Poses(odometry.poses.position[kept] + shift, odometry.poses.orientation[kept])
+    return Odometry(odometry.time_ns[kept], poses)
+
+
+def assert_same(clouds, expected):
+    for cloud, points in zip(clouds, expected, strict=True):
+        assert cloud.header.frame_id == 'odom'
+        assert time_ns(cloud.header.stamp) == points.time_ns[0]
+        got = point_cloud2.read_points(cloud)
+        assert got.dtype.names == ('x', 'y', 'z', 'intensity', 'ring')
+        for name in got.dtype.names:
+            np.testing.assert_allclose(got[name], points.data[name], atol=2e-6)
+
+
+@pytest.mark.parametrize(('cloud_mode', 'delay_ns'), [('scan', 150_000_000), ('sweep', 0)])
+def test_clouds_are_those_of_the_same_data_offline_also_when_tf_is_late(log, cloud_mode, delay_ns):
+    expected = offline(log, cloud_mode)
+    with bench(f'cloud_mode:={cloud_mode}', 'deadline:=10.0') as running:
+        running.feed(log, delay_ns)
+        running.spin_until(lambda: len(running.clouds) >= len(expected))
+        assert_same(running.clouds, expected)
+
+
+def test_without_tf_every_scan_is_dropped_and_counted(log):
+    silent = replace(log, odometry=part_of(log.odometry, slice(0)))
+    reason = 'dropped: no odometry after it before the deadline'
+    with bench('deadline:=0.05') as running:
+        running.feed(silent)
+        running.spin_until(lambda: running.reported(reason) == len(log.scans))
+        assert not running.clouds
+
+
+def test_without_tf_scans_are_uncompensated_in_their_own_frame_if_so_told(log):
+    silent = replace(log, odometry=part_of(log.odometry, slice(0)))
+    expected, _ = assemble_log(
+        replace(log, odometry=None), Pipeline('slerp', 'scan', REFERENCE_MOUNT, 0.1)
+    )
+    key = 'uncompensated: no odometry after it before the deadline'
+    with bench('deadline:=0.05', 'without_odometry:=uncompensated') as running:
+        running.feed(silent)
+        running.spin_until(lambda: running.reported(key) == len(log.scans))
+        running.spin_until(lambda: len(running.clouds) == len(expected))
+        for cloud, points in zip(running.clouds, expected, strict=True):
+            assert cloud.header.frame_id == 'nodlidar_base_link'
+            got = point_cloud2.read_points(cloud)
+            for name in points.data.dtype.names:
+                np.testing.assert_array_equal(got[name], points.data[name])
+
+
+def test_scans_in_a_jump_or_a_gap_are_dropped_and_the_others_are_whole(log):
+    base = log.odometry
+    seconds = (base.time_ns - START_NS) / 1e9
+    jumped = (seconds > 0.53)[:, None] * np.array([0.5, 0.0, 0.0])  # within the scan at 0.5 s
+    kept = ~((seconds > 1.1) & (seconds < 1.35))
+    broken = replace(log, odometry=part_of(base, kept, jumped[kept]))
+    stamps = np.array([scan.stamp_ns - START_NS for scan in log.scans]) / 1e9
+    in_gap = int(np.sum((stamps + SCAN_NS / 1e9 > 1.1) & (stamps < 1.36)))
+    with bench('deadline:=10.0') as running:
+        running.feed(broken)
+        running.spin_until(
+            lambda: (
+                running.reported('dropped: odometry jumps: it moves faster than 5.0 m/s') == 1
+                and running.reported('dropped: odometry more than 0.2 s apart') == in_gap
+            )
+        )
+        assert len(running.clouds) == len(log.scans) - 1 - in_gap
+        got = {time_ns(cloud.header.stamp): cloud for cloud in running.clouds}
+    before = [c for c in offline(log) if c.time_ns[0] in got and c.time_ns[0] < START_NS + 0.5e9]
+    assert_same([got[int(c.time_ns[0])] for c in before], before)
+    assert len(before) >= 4
+
+
+@pytest.mark.parametrize(
+    ('key', 'changes'),
+    [
+        ('odom_frame', {'odom_frame': 'nodlidar_base_link'}),
+        ('odom_frame', {'odom_frame': ''}),
+        ('without_odometry', {'cloud_mode': 'sweep', 'without_odometry': 'uncompensated'}),
+        ('ego_motion', {'ego_motion': 'scan'}),
+    ],
+)
+def test_parameters_that_do_not_go_with_each_other(key, changes):
+    with pytest.raises(ParameterError, match=f"'{key}' must be"):
+        check(AssemblerConfig(**({'ego_motion': 'beam'} | changes)))
