@@ -1,7 +1,7 @@
 """What each estimator costs in accuracy, in the room, encoder steps and turn-arounds included."""
 
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pitch import beam_pitch, ESTIMATORS
+from nodlidar_assembler.pitch_estimator import ESTIMATORS, PitchEstimator
 from nodlidar_bringup.evaluation import (
     FAR,
     MAX_JOINT_GAP,
@@ -41,16 +41,11 @@ def table() -> Table:
 def pitch_rms(simulated: Recording, estimator: str) -> float:
     """Return the RMS error of the beams' pitch [rad]."""
     offset = np.arange(len(simulated.azimuth)) * simulated.sensor.time_increment
-    errors = [
-        beam_pitch(
-            estimator,
-            int(stamp_ns),
-            offset,
-            simulated.joint_stamp_ns,
-            simulated.joint_position,
-            MAX_JOINT_GAP,
-        )
-        - true
-        for stamp_ns, true in zip(simulated.scan_stamp_ns, simulated.true_pitch, strict=True)
-    ]
+    told = PitchEstimator(estimator, MAX_JOINT_GAP)
+    log = simulated_log(simulated)
+    errors = []
+    for times_ns, true in zip(simulated.true_time_ns, simulated.true_pitch, strict=True):
+        around = log.samples_around(times_ns[0] - told.margin_ns, times_ns[-1] + told.margin_ns)
+        samples = log.sample_ns[around], log.sample_pitch[around]
+        errors.append(told.pitch(int(times_ns[0]), offset, *samples) - true)
     return float(np.sqrt(np.mean(np.square(errors))))

@@ -4,7 +4,7 @@ import timeit
 
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.pipeline import Pipeline
-from nodlidar_assembler.pitch import ESTIMATORS
+from nodlidar_assembler.pitch_estimator import ESTIMATORS
 from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log
 import numpy as np
 from rich.table import Table
@@ -35,7 +35,9 @@ def scan_times(estimator: str) -> tuple[list[float], int]:
     times = []
     for scan in log.scans[1:-1]:
         duration_ns = pipeline.beams(scan.geometry).duration_ns
-        around = log.samples_around(scan.stamp_ns, scan.stamp_ns + duration_ns)
+        margin_ns = pipeline.estimator.margin_ns
+        end_ns = scan.stamp_ns + duration_ns
+        around = log.samples_around(scan.stamp_ns - margin_ns, end_ns + margin_ns)
         given = scan, log.sample_ns[around], log.sample_pitch[around]
         seconds = timeit.timeit(lambda given=given: pipeline.add_scan(*given), number=REPEATS)
         times.append(seconds / REPEATS * 1e6)

@@ -33,6 +33,9 @@ class BracketFilter(SimpleFilter):
         The clock by which it waits [ns].
     on_drop
         Called with a scan that is dropped and the reason.
+    margin_ns
+        How long before and after a scan joint states are wanted beyond those that bracket it [ns].
+        A scan waits for them, too, but at the deadline, or with a short history, does without.
     """
 
     TIME_WENT_BACK = 'joint states went back in time'
@@ -47,6 +50,7 @@ class BracketFilter(SimpleFilter):
         deadline: float,
         now_ns: Callable[[], int],
         on_drop: Callable[[LaserScan, str], None],
+        margin_ns: int = 0,
     ) -> None:
         super().__init__()
         self._history = history
@@ -54,6 +58,7 @@ class BracketFilter(SimpleFilter):
         self._deadline_ns = round(deadline * NS_PER_S)
         self._now_ns = now_ns
         self._on_drop = on_drop
+        self._margin_ns = margin_ns
         self._waiting: deque[tuple[int, LaserScan]] = deque()
         scan_filter.registerCallback(self._add_scan)
         self._newest_ns = 0
@@ -81,20 +86,33 @@ class BracketFilter(SimpleFilter):
 
     def _settled(self, arrival_ns: int, scan: LaserScan) -> bool:
         start_ns = time_ns(scan.header.stamp)
-        end = _time(start_ns + self._duration_ns(scan))
-        after = self._history.getElemAfterTime(end)
-        if after is None:
-            if self._now_ns() - arrival_ns <= self._deadline_ns:
-                return False
+        end_ns = start_ns + self._duration_ns(scan)
+        last = self._after(end_ns + self._margin_ns)
+        if last is None and self._now_ns() - arrival_ns <= self._deadline_ns:
+            return False
+        last, first = last or self._after(end_ns), self._before(start_ns)
+        if last is None:
             self._on_drop(scan, self.LATE)
-            return True
-        before = self._history.getElemBeforeTime(_time(start_ns))
-        if before is None:
+        elif first is None:
             self._on_drop(scan, self.NO_HISTORY)
-            return True
-        first, last = Time.from_msg(before.header.stamp), Time.from_msg(after.header.stamp)
-        self.signalMessage(scan, self._history.getInterval(first, last))
+        else:
+            first = self._before(start_ns - self._margin_ns) or first
+            self.signalMessage(scan, self._states(start_ns, end_ns, first, last))
         return True
+
+    def _states(self, start_ns: int, end_ns: int, first: Time, last: Time) -> list[JointState]:
+        """Return the joint states from one to another, and those within the margin."""
+        first = min(first, _time(start_ns - self._margin_ns))
+        last = max(last, _time(end_ns + self._margin_ns))
+        return list(self._history.getInterval(first, last))
+
+    def _before(self, nanoseconds: int) -> Time | None:
+        state = self._history.getElemBeforeTime(_time(nanoseconds))
+        return None if state is None else Time.from_msg(state.header.stamp)
+
+    def _after(self, nanoseconds: int) -> Time | None:
+        state = self._history.getElemAfterTime(_time(nanoseconds))
+        return None if state is None else Time.from_msg(state.header.stamp)
 
 
 def _time(nanoseconds: int) -> Time:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.pitch import ESTIMATORS
+from nodlidar_assembler.pitch_estimator import ESTIMATORS, JOINT_STEP, LEG_MARGIN
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
@@ -22,8 +22,24 @@ class AssemblerConfig:
     estimator: str = parameter(
         'slerp',
         'How the pitch of a beam is told from joint samples: nearest (one per scan, fast), ends '
-        '(two per scan) or slerp (every beam between its neighbouring samples)',
+        '(two per scan), slerp (every beam between its neighbouring samples) or trajectory (legs '
+        'of constant speed fitted to the samples around the scan, slerp where that fails)',
         choices=ESTIMATORS,
+    )
+    leg_margin: float = parameter(
+        LEG_MARGIN,
+        'How long before and after a scan joint samples are fitted by trajectory; clouds come '
+        'later by as much, or by the deadline where that is less',
+        unit='s',
+        minimum=0.0,
+        maximum=2.0,
+    )
+    joint_step: float = parameter(
+        JOINT_STEP,
+        "Step of the joint's encoder: a sample farther from the fitted trajectory refutes it",
+        unit='rad',
+        minimum=1e-6,
+        maximum=0.1,
     )
     cloud_mode: str = parameter(
         'scan', 'One cloud per scan, or per sweep (cut at the turn-around)', choices=CLOUD_MODES

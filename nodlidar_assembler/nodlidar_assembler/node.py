@@ -52,6 +52,8 @@ class Assembler(Node):
                 self.config.max_robot_speed,
                 self.config.max_robot_turn_rate,
             ),
+            self.config.joint_step,
+            self.config.leg_margin,
         )
         shape = NodShape(
             self.config.pitch_min, self.config.pitch_max, self.config.samples_per_sweep
@@ -105,6 +107,7 @@ class Assembler(Node):
             self.config.deadline,
             self._now_ns,
             lambda scan, reason: self._drop(reason),
+            self._pipeline.estimator.margin_ns,
         )
         self.create_timer(self.config.deadline / 2.0, bracket.release)
         if self.config.ego_motion == 'off':
@@ -156,6 +159,8 @@ class Assembler(Node):
             self._odometry_missing(scan, states, error.reason)
             return
         frame_id = self.config.frame_id if odometry is None else self.config.odom_frame
+        for reason, count in self._pipeline.estimator.fallbacks.items():
+            self._diagnosis.counts[f'slerp instead of trajectory: {reason}'] = count
         for cloud in clouds:
             self._publish(cloud, frame_id)
 

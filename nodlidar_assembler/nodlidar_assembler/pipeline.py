@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.assembly import assemble, Points
 from nodlidar_assembler.ego_motion import MotionLimits, Odometry, USUAL_MOTION
 from nodlidar_assembler.geometry import Beams, ScanGeometry
-from nodlidar_assembler.pitch import beam_pitch, ordered_samples
+from nodlidar_assembler.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
 from nodlidar_assembler.sweeps import SweepGatherer
 from nodlidar_assembler.turns import TurnFinder
 from nodlidar_common.pose import Pose
@@ -34,7 +34,7 @@ class Pipeline:
     Parameters
     ----------
     estimator
-        One of pitch.ESTIMATORS.
+        One of pitch_estimator.ESTIMATORS.
     cloud_mode
         'scan' or 'sweep'.
     mount
@@ -43,6 +43,13 @@ class Pipeline:
         Longest time between joint samples that is interpolated over [s].
     motion_limits
         What the motion of the base may be between odometry samples.
+    joint_step, leg_margin
+        Of the estimator 'trajectory', see PitchEstimator.
+
+    Attributes
+    ----------
+    estimator
+        Tells how long around a scan joint samples are wanted, and counts the scans that fell back.
     """
 
     def __init__(
@@ -52,10 +59,11 @@ class Pipeline:
         mount: Pose,
         max_joint_gap: float,
         motion_limits: MotionLimits = USUAL_MOTION,
+        joint_step: float = JOINT_STEP,
+        leg_margin: float = LEG_MARGIN,
     ) -> None:
-        self._estimator = estimator
+        self.estimator = PitchEstimator(estimator, max_joint_gap, joint_step, leg_margin)
         self._mount = mount
-        self._max_joint_gap = max_joint_gap
         self._motion_limits = motion_limits
         self._beams: Beams | None = None
         self._turns = TurnFinder(TURN_HYSTERESIS)
@@ -95,10 +103,7 @@ class Pipeline:
             If odometry does not tell the pose at every beam; likewise.
         """
         beams = self.beams(scan.geometry)
-        samples = ordered_samples(sample_ns, sample_pitch)
-        pitch = beam_pitch(
-            self._estimator, scan.stamp_ns, beams.offset, *samples, self._max_joint_gap
-        )
+        pitch = self.estimator.pitch(scan.stamp_ns, beams.offset, sample_ns, sample_pitch)
         poses = None
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)

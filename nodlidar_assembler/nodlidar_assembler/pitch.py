@@ -10,8 +10,6 @@ from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 
-ESTIMATORS = ('nearest', 'ends', 'slerp')
-
 
 class PitchError(NodlidarError):
     """Joint samples from which the pitch of a scan's beams cannot be told."""

@@ -45,7 +45,8 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
     samples_given = 0
     for scan in log.scans:
         end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
-        around = log.samples_around(scan.stamp_ns, end_ns)
+        margin_ns = pipeline.estimator.margin_ns
+        around = log.samples_around(scan.stamp_ns - margin_ns, end_ns + margin_ns)
         for k in range(samples_given, around.stop):
             pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
         samples_given = max(samples_given, around.stop)

@@ -16,7 +16,7 @@ DURATION = 66 * MS
 class Bench:
     """A bracketing filter between hand-fed inputs and lists of what came out."""
 
-    def __init__(self, history=100, deadline=0.3):
+    def __init__(self, history=100, deadline=0.3, margin=0):
         self.now = START
         self.scans, self.states = SimpleFilter(), SimpleFilter()
         self.released, self.dropped = [], []
@@ -27,6 +27,7 @@ class Bench:
             deadline,
             lambda: self.now,
             lambda scan, reason: self.dropped.append((ms_of(scan), reason)),
+            margin * MS,
         )
         self.filter.registerCallback(
             lambda scan, states: self.released.append((ms_of(scan), [ms_of(s) for s in states]))
@@ -111,3 +112,38 @@ def test_when_time_goes_back_no_old_joint_state_brackets_a_new_scan():
     bench.scan(45)
     assert bench.dropped == [(10_180, BracketFilter.TIME_WENT_BACK)]
     assert bench.released == [(45, list(range(40, 130, 10)))]
+
+
+def test_with_a_margin_a_scan_waits_for_it_and_brings_the_states_of_it():
+    bench = Bench(margin=50)
+    for ms in range(0, 200, 20):
+        bench.joint(ms)
+    bench.scan(75)
+    assert bench.released == []
+    bench.joint(200)
+    assert bench.released == [(75, list(range(20, 201, 20)))]
+
+
+def test_where_the_margin_is_missing_a_scan_leaves_at_the_deadline_with_its_bracket():
+    bench = Bench(margin=50, deadline=0.3)
+    for ms in range(40, 161, 20):
+        bench.joint(ms)
+    bench.scan(75)
+    bench.now += 301 * MS
+    bench.filter.release()
+    assert bench.dropped == []
+    assert bench.released == [(75, list(range(40, 161, 20)))]
+
+
+def test_a_margin_does_not_replace_the_bracket():
+    bench = Bench(margin=50, deadline=0.3)
+    for ms in range(80, 141, 20):
+        bench.joint(ms)
+    bench.scan(75)
+    bench.joint(160)
+    bench.joint(200)
+    bench.scan(145)
+    bench.now += 301 * MS
+    bench.filter.release()
+    assert bench.released == []
+    assert bench.dropped == [(75, BracketFilter.NO_HISTORY), (145, BracketFilter.LATE)]

@@ -9,7 +9,7 @@ import time
 
 from nodlidar_assembler.bag import read_bag
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pitch import ESTIMATORS
+from nodlidar_assembler.pitch_estimator import ESTIMATORS
 from nodlidar_bringup.evaluation import near_beams, points_of, read_delivery, surface_rms
 from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_bringup.pictures import write_picture, write_ply

@@ -1,0 +1,80 @@
+"""The estimator that was chosen: which joint samples it needs, and the pitch of a scan's beams."""
+
+from collections import Counter
+
+from nodlidar_assembler.leg_model import leg_pitch, LegModelError
+from nodlidar_assembler.pitch import beam_pitch, ordered_samples
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+ESTIMATORS = ('nearest', 'ends', 'slerp', 'trajectory')
+JOINT_STEP = 0.00511  # of the RX-24F's encoder, 300 degrees / 1024 [rad]
+LEG_MARGIN = 0.2  # half a leg of the reference nod [s]
+
+
+class PitchEstimator:
+    """Tells the pitch of each beam of a scan.
+
+    Parameters
+    ----------
+    name
+        One of ESTIMATORS. ``trajectory`` is leg_model.leg_pitch, and ``slerp`` where that does not
+        hold; for the others see pitch.beam_pitch.
+    max_joint_gap
+        Longest time between joint samples that is interpolated over [s].
+    joint_step, leg_margin
+        Of ``trajectory``: the joint's encoder step [rad], and how long before and after a scan
+        joint samples are fitted [s].
+
+    Attributes
+    ----------
+    margin_ns
+        How long before and after a scan joint samples are wanted [ns]; fewer will do.
+    fallbacks
+        Scans that were told by ``slerp`` instead of ``trajectory``, counted by reason.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        max_joint_gap: float,
+        joint_step: float = JOINT_STEP,
+        leg_margin: float = LEG_MARGIN,
+    ) -> None:
+        self._name = name
+        self._max_joint_gap = max_joint_gap
+        self._joint_step = joint_step
+        self.margin_ns = round(leg_margin * NS_PER_S) if name == 'trajectory' else 0
+        self.fallbacks: Counter[str] = Counter()
+
+    def pitch(
+        self,
+        start_ns: int,
+        offset: NDArray[np.float64],
+        sample_ns: NDArray[np.int64],
+        sample_pitch: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """Return the pitch of each beam [rad], shape (n,).
+
+        Parameters
+        ----------
+        start_ns, offset
+            Instant of the first beam [ns], time of each beam after it [s], ascending, shape (n,).
+        sample_ns, sample_pitch
+            Joint samples around the scan [ns], [rad], shape (m,), in any order.
+
+        Raises
+        ------
+        PitchError
+            If the samples do not bracket the beams, or leave too long a gap between them.
+        """
+        samples = ordered_samples(sample_ns, sample_pitch)
+        if self._name != 'trajectory':
+            return beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
+        between = beam_pitch('slerp', start_ns, offset, *samples, self._max_joint_gap)
+        try:
+            return leg_pitch(start_ns, offset, *samples, self._joint_step)
+        except LegModelError as error:
+            self.fallbacks[str(error)] += 1
+            return between

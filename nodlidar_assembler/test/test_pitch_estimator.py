@@ -1,0 +1,68 @@
+"""The chosen estimator on simulated data: what it asks for, its errors, and its fallback."""
+
+from nodlidar_assembler.leg_model import OTHER_MOTION, TOO_FEW
+from nodlidar_assembler.pitch import beam_pitch, PitchError
+from nodlidar_assembler.pitch_estimator import PitchEstimator
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_sim.motion import triangle_motion
+import numpy as np
+import pytest
+
+START_NS = 1_700_000_000_000_000_000
+OFFSET = np.arange(682) * 97.65625e-6
+STEP = 0.00511
+MAX_GAP = 0.1
+NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
+SAMPLE_NS = START_NS + np.rint(np.arange(620) / 62.0 * 1e9).astype(np.int64)
+SCANS_NS = START_NS + np.arange(5, 90) * 100_000_000
+
+
+def errors_of(estimator, jitter):
+    """Return the errors of all beams [rad] of scans over ten seconds of the reference nod."""
+    motion = triangle_motion(NOD, START_NS, START_NS + 10_000_000_000, jitter=jitter, seed=1)
+    samples = np.rint(motion.position(SAMPLE_NS) / STEP) * STEP
+    errors = []
+    for scan_ns in SCANS_NS:
+        beams_ns = scan_ns + np.rint(OFFSET * 1e9).astype(np.int64)
+        wanted = (beams_ns[0] - estimator.margin_ns, beams_ns[-1] + estimator.margin_ns)
+        first, last = np.searchsorted(SAMPLE_NS, wanted)
+        around = slice(first - 1, last + 1)
+        pitch = estimator.pitch(int(scan_ns), OFFSET, SAMPLE_NS[around], samples[around])
+        errors.append(pitch - motion.position(beams_ns))
+    return np.array(errors)
+
+
+# With more jitter, more legs have a speed of whole encoder steps per sample: all of their samples
+# are rounded alike, and no fit can know by how much.
+@pytest.mark.parametrize(('jitter', 'most'), [(0.0, 0.5e-3), (0.003, 0.8e-3), (0.008, 0.9e-3)])
+def test_trajectory_beats_the_encoder_where_slerp_does_not(jitter, most):
+    trajectory = PitchEstimator('trajectory', MAX_GAP)
+    assert np.sqrt(np.mean(errors_of(trajectory, jitter) ** 2)) < most
+    assert not trajectory.fallbacks
+    assert np.sqrt(np.mean(errors_of(PitchEstimator('slerp', MAX_GAP), jitter) ** 2)) > 1.7e-3
+
+
+def test_only_trajectory_asks_for_more_than_the_bracket():
+    assert PitchEstimator('trajectory', MAX_GAP, leg_margin=0.15).margin_ns == 150_000_000
+    for name in ('nearest', 'ends', 'slerp'):
+        assert PitchEstimator(name, MAX_GAP, leg_margin=0.15).margin_ns == 0
+
+
+def test_what_the_model_does_not_explain_is_slerp_and_counted():
+    estimator = PitchEstimator('trajectory', MAX_GAP)
+    sample_ns = START_NS + np.arange(-12, 18) * 16_000_000
+    swinging = 0.5 * np.sin((sample_ns - START_NS) / 1e9 * 12.0)
+    for count, given in enumerate([(sample_ns, swinging), (sample_ns[::-1], swinging[::-1])], 1):
+        expected = beam_pitch('slerp', START_NS, OFFSET, sample_ns, swinging, MAX_GAP)
+        np.testing.assert_array_equal(estimator.pitch(START_NS, OFFSET, *given), expected)
+        assert estimator.fallbacks == {OTHER_MOTION: count}
+    estimator.pitch(START_NS, OFFSET, START_NS + np.arange(5) * 20_000_000, np.zeros(5))
+    assert estimator.fallbacks == {OTHER_MOTION: 2, TOO_FEW: 1}
+
+
+def test_samples_that_do_not_bracket_the_scan_are_refused_and_no_fallback():
+    estimator = PitchEstimator('trajectory', MAX_GAP)
+    sample_ns = START_NS + np.arange(1, 30) * 16_000_000
+    with pytest.raises(PitchError, match='before the first beam'):
+        estimator.pitch(START_NS, OFFSET, sample_ns, np.zeros(29))
+    assert not estimator.fallbacks
