@@ -3,6 +3,7 @@
 from nodlidar_assembler.leg_model import OTHER_MOTION, TOO_FEW
 from nodlidar_assembler.pitch import beam_pitch, PitchError
 from nodlidar_assembler.pitch_estimator import PitchEstimator
+from nodlidar_assembler.sensor_log import SensorLog
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.motion import triangle_motion
 import numpy as np
@@ -66,3 +67,9 @@ def test_samples_that_do_not_bracket_the_scan_are_refused_and_no_fallback():
     with pytest.raises(PitchError, match='before the first beam'):
         estimator.pitch(START_NS, OFFSET, sample_ns, np.zeros(29))
     assert not estimator.fallbacks
+
+
+def test_a_log_gives_what_it_has_where_the_margin_goes_beyond_it():
+    log = SensorLog([], SAMPLE_NS[:10], np.zeros(10))
+    assert log.samples_around(int(SAMPLE_NS[4]), int(SAMPLE_NS[6])) == slice(4, 7)
+    assert log.samples_around(int(SAMPLE_NS[4]) - 10**9, int(SAMPLE_NS[6]) + 10**9) == slice(0, 10)
