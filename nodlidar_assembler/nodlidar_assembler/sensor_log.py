@@ -32,7 +32,7 @@ class SensorLog:
     odometry: Odometry | None = None
 
     def samples_around(self, begin_ns: int, end_ns: int) -> slice:
-        """Return the joint samples that bracket an interval [ns] most closely, or what there is."""
+        """Return the joint samples that closely bracket an interval [ns], or those that are."""
         first = int(np.searchsorted(self.sample_ns, begin_ns, side='right')) - 1
         last = int(np.searchsorted(self.sample_ns, end_ns, side='left'))
         return slice(max(first, 0), min(last + 1, len(self.sample_ns)))
