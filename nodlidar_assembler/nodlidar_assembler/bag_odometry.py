@@ -1,0 +1,83 @@
+"""Reads odometry from the TF of a bag, without ROS."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+import math
+from pathlib import Path
+from typing import Any
+
+from nodlidar_assembler.bag import BagError
+from nodlidar_assembler.ego_motion import LENGTH_TOLERANCE, Odometry, Poses
+from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import time_ns
+import numpy as np
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import get_typestore, Stores
+from transforms3d.quaternions import quat2mat
+
+TF = 'tf2_msgs/msg/TFMessage'
+
+
+@dataclass(slots=True)
+class _Transforms:
+    """The transforms of a bag: fixed ones by child, moving ones by (parent, child), by time."""
+
+    fixed: dict[str, tuple[str, Pose]] = field(default_factory=dict)
+    moving: dict[tuple[str, str], dict[int, Any]] = field(
+        default_factory=lambda: defaultdict(dict)
+    )
+
+
+def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
+    """Return a frame's odometry: the transforms from odom_frame to what the frame is fixed to.
+
+    Of equal stamps the last one counts.
+
+    Raises
+    ------
+    BagError
+        If there are none (several moving ones in a row are not added up), or a fixed one is none.
+    OdometryError
+        If they are no poses.
+    """
+    transforms = _read(path)
+    mount, carrier = Pose.from_xyzrpy((0.0,) * 6), frame
+    while carrier in transforms.fixed:
+        parent, pose = transforms.fixed.pop(carrier)
+        mount, carrier = pose @ mount, parent
+    samples = sorted(transforms.moving[odom_frame, carrier].items())
+    if not samples:
+        raise BagError(f"'{path}' has no transforms from '{odom_frame}' to '{carrier}'")
+    poses = Poses(
+        np.array([_xyz(transform.translation) for _, transform in samples]),
+        np.array([(*_xyz(t.rotation), t.rotation.w) for _, t in samples]),
+    )
+    return Odometry(np.array([stamp for stamp, _ in samples], np.int64), poses).mounted(mount)
+
+
+def _read(path: Path) -> _Transforms:
+    found = _Transforms()
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        wanted = [connection for connection in reader.connections if connection.msgtype == TF]
+        for connection, _, raw in reader.messages(connections=wanted):
+            message: Any = reader.deserialize(raw, TF)
+            for entry in message.transforms:
+                parent, child = entry.header.frame_id, entry.child_frame_id
+                if connection.topic.endswith('tf_static'):
+                    found.fixed[child] = parent, _pose(entry.transform)
+                else:
+                    stamp_ns = time_ns(entry.header.stamp)
+                    found.moving[parent, child][stamp_ns] = entry.transform
+    return found
+
+
+def _pose(transform: Any) -> Pose:
+    q = transform.rotation
+    length = math.hypot(q.w, *_xyz(q))
+    if not abs(length - 1.0) <= LENGTH_TOLERANCE:
+        raise BagError(f'a fixed transform has a quaternion of the length {length}')
+    return Pose(np.array(_xyz(transform.translation)), quat2mat([q.w, *_xyz(q)]))
+
+
+def _xyz(vector: Any) -> tuple[float, float, float]:
+    return vector.x, vector.y, vector.z
