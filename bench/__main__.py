@@ -11,6 +11,7 @@ from bench import (
     live,
     nod_schedules,
     phase_lock,
+    pitch_compensation,
     planner_speed,
     simulation_speed,
 )
@@ -23,6 +24,7 @@ MEASUREMENTS = {
     'ego_motion': ego_motion.table,
     'nod_schedules': nod_schedules.table,
     'phase_lock': phase_lock.table,
+    'pitch_compensation': pitch_compensation.table,
     'planner_speed': planner_speed.table,
 }
 
