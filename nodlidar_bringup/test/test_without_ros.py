@@ -18,7 +18,9 @@ WITH_ROS = {
         'diagnosis',
         'joint_filter',
         'node',
+        'odometry_filter',
         'scan_filter',
+        'tf_odometry',
     },
 }
 ROS = [
