@@ -17,11 +17,13 @@ from rich.table import Table
 from bench.reference import simulated_room
 
 DURATION = 40.0
+TURN_ERRORS = (0.0, 0.003, 0.008)
 
 
 def table() -> Table:
     """Return the errors of pitch and of the points' places, by estimator."""
-    simulated = simulated_room(DURATION)
+    recordings = [simulated_room(DURATION, error) for error in TURN_ERRORS]
+    simulated = recordings[0]
     near = near_beams(simulated_log(simulated))
     result = Table(
         title=f'Accuracy in the room, {DURATION:.0f} s at N_s = 4001, span 1.2272 rad, '
@@ -29,12 +31,13 @@ def table() -> Table:
     )
     result.add_column('estimator')
     result.add_column('RMS pitch error', justify='right')
+    for error in TURN_ERRORS[1:]:
+        result.add_column(f'with turns {error * 1e3:.0f} ms off', justify='right')
     result.add_column(f'RMS distance to the surfaces, beams up to {FAR:g} m', justify='right')
     for estimator in ESTIMATORS:
         rms = surface_rms(points_of(near, estimator, REFERENCE_MOUNT), simulated.world)
-        result.add_row(
-            estimator, f'{pitch_rms(simulated, estimator) * 1e3:.1f} mrad', f'{rms * 1e3:.1f} mm'
-        )
+        errors = [f'{pitch_rms(r, estimator) * 1e3:.2f} mrad' for r in recordings]
+        result.add_row(estimator, *errors, f'{rms * 1e3:.1f} mm')
     return result
 
 

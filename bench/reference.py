@@ -1,5 +1,7 @@
 """The set-up that measurements share: the reference sensor, nodding at pi rad/s in the room."""
 
+from dataclasses import replace
+
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import Recording, simulate
@@ -21,6 +23,12 @@ def reference_nod() -> NodTrajectory:
     )
 
 
-def simulated_room(duration: float) -> Recording:
-    """Return the reference sensor's recording of the room, without any effects."""
-    return simulate(load_scene('room'), reference_nod(), duration, start_ns=START_NS)
+def simulated_room(duration: float, servo_jitter: float = 0.0) -> Recording:
+    """Return the reference sensor's recording of the room.
+
+    It has no effects but, if asked for, errors of the instants at which the servo turns around:
+    white, of a standard deviation [s].
+    """
+    room = load_scene('room')
+    room = replace(room, effects=replace(room.effects, servo_jitter=servo_jitter))
+    return simulate(room, reference_nod(), duration, start_ns=START_NS)
