@@ -71,8 +71,22 @@ class Diagnosis:
             'command age [s]': f'{self._commands.age(now_ns):.2f}',
             'refused commands': str(self._commands.refused),
         }
+        figures |= self._phase(now_ns)
         failures = sorted(counted.failures.items())
         return figures | {f'failed: {reason}': str(count) for reason, count in failures}
+
+    def _phase(self, now_ns: int) -> dict[str, str]:
+        tracker = self._commands.tracker(now_ns)
+        if tracker is None:
+            return {}
+        nod, phase = tracker.nod, tracker.phase
+        return {
+            'samples per sweep, commanded': str(nod.samples_per_sweep),
+            'samples per sweep, measured': (
+                f'{nod.samples_per_sweep * phase.drift.measured_ratio:.2f}'
+            ),
+            'phase error [ms]': f'{phase.error * 1e3:.2f}',
+        }
 
     def _rate(self, now_ns: int) -> float:
         """Return the samples per second since the last report."""

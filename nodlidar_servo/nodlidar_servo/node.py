@@ -10,12 +10,13 @@ from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import DeviceNode, run
 from nodlidar_common.serial_port import close_port, open_port
-from nodlidar_msgs.msg import NodCommand
+from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
 from nodlidar_servo.dynamixel_bus import REPLY_TIMEOUT
 from nodlidar_servo.latency import reduce_latency
 from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.nod_status import status_message
 from nodlidar_servo.servo import Sample, Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from rclpy.qos import QoSProfile
@@ -23,9 +24,11 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 import serial
 
+STATUS_PERIOD = 0.2  # s
+
 
 class ServoNode(DeviceNode):
-    """Follows `nod_command` and publishes `joint_states`."""
+    """Follows `nod_command`, publishes `joint_states` and tells how well it follows."""
 
     def __init__(self) -> None:
         super().__init__('servo', ServoConfig)
@@ -41,6 +44,10 @@ class ServoNode(DeviceNode):
         self._joint_states = self.create_lifecycle_publisher(
             JointState, 'joint_states', QoSProfile(depth=50), qos_overriding_options=overriding
         )
+        self._status = self.create_lifecycle_publisher(
+            NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=overriding
+        )
+        self.create_timer(STATUS_PERIOD, self._tell_status)
         self._command_topic = self.create_subscription(
             NodCommand,
             'nod_command',
@@ -56,6 +63,11 @@ class ServoNode(DeviceNode):
         except ParameterError as error:
             if self._commands.refuse(str(error), now_ns):
                 self.get_logger().error(f'nod command refused: {error}')
+
+    def _tell_status(self) -> None:
+        if self._servo is not None:
+            now_ns = time.time_ns()
+            self._status.publish(status_message(self._commands.tracker(now_ns), now_ns))
 
     def connect(self) -> None:
         """Open the port and set the servo up."""

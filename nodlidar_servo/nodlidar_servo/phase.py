@@ -5,10 +5,12 @@ its time. A leg that begins late and ends on time is late in the middle; led by 
 late as it ends early, and its phase is the commanded one.
 """
 
+from collections import deque
 import math
 from typing import Protocol
 
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+import numpy as np
 
 MIDDLE = 0.25
 """The phase is measured in this part of the leg on either side of its middle, where the servo is
@@ -21,6 +23,7 @@ _GAIN = 0.02  # weight of a sample: errors are led out in about 50, which are 4 
 _SETTLED = 50  # samples in phase after which the lateness is that of the servo
 _SMOOTHING = 0.05  # weight of a sample in the error that is told
 _LONGEST_LEAD = 0.02
+_DRIFT_SAMPLES, _FEWEST_DRIFT_SAMPLES = 1000, 100  # half a minute; 3 s
 
 
 class Pitched(Protocol):
@@ -55,6 +58,30 @@ def lateness(nod: NodTrajectory, sample: Pitched, cruise: float) -> float | None
     return since_middle - way / cruise
 
 
+class PhaseDrift:
+    """Tells how many samples a sweep really has, from how the lateness changes over time."""
+
+    def __init__(self) -> None:
+        self._late: deque[tuple[int, float]] = deque(maxlen=_DRIFT_SAMPLES)
+
+    def add(self, time_ns: int, late: float) -> None:
+        """Add how late [s] the servo was at a time [ns]."""
+        self._late.append((time_ns, late))
+
+    def clear(self) -> None:
+        """Forget all: the servo is not on the nod."""
+        self._late.clear()
+
+    @property
+    def measured_ratio(self) -> float:
+        """Measured N_s over the commanded one; NaN before 100 samples tell it."""
+        samples = list(self._late)
+        if len(samples) < _FEWEST_DRIFT_SAMPLES:
+            return math.nan
+        times = np.array([(time_ns - samples[0][0]) / NS_PER_S for time_ns, _ in samples])
+        return 1.0 + float(np.polyfit(times, [late for _, late in samples], 1)[0])
+
+
 class PhaseLead:
     """Leads the nod by as much as the servo is late on average.
 
@@ -64,11 +91,14 @@ class PhaseLead:
         Lateness [s], its mean over about two legs; NaN while the servo is not on the nod.
     lead_ns
         How much earlier than commanded the servo is to be [ns].
+    drift
+        How the lateness changes while the servo is on the nod.
     """
 
     def __init__(self) -> None:
         self.error = math.nan
         self.lead_ns = 0
+        self.drift = PhaseDrift()
         self._lead = 0.0
         self._in_phase = 0
 
@@ -79,8 +109,10 @@ class PhaseLead:
             return
         if abs(late) > LOCKED:
             self.error, self._in_phase = math.nan, 0
+            self.drift.clear()
             return
         self._in_phase += 1
+        self.drift.add(sample.stamp_ns, late)
         known = math.isfinite(self.error)
         self.error = self.error + _SMOOTHING * (late - self.error) if known else late
         if self._in_phase > _SETTLED:

@@ -146,13 +146,15 @@ class NodTracker:
         What is followed.
     phase
         How late the servo is, and by how much it is led for it.
+    drive
+        What the servo was told last.
     """
 
     def __init__(self, nod: NodTrajectory, dynamics: Dynamics) -> None:
         self.nod = nod
         self.phase = PhaseLead()
         self._dynamics = dynamics
-        self._drive = Drive(math.nan, 0.0, False)
+        self.drive = Drive(math.nan, 0.0, False)
         self._direction = 0.0
         self._measured_ns = 0
 
@@ -171,16 +173,16 @@ class NodTracker:
         goal = nod.pitch_max if direction > 0.0 else nod.pitch_min
         remaining = (nod.turn_time_ns(leg + 1) - now_ns) / NS_PER_S
         if direction == self._direction and self._is_arriving(remaining):
-            self._drive = replace(self._drive, goal=goal)
-            return self._drive
+            self.drive = replace(self.drive, goal=goal)
+            return self.drive
         distance = direction * (goal - predicted_pitch(sample, nod, now_ns))
         speed = arrival_speed(
             max(distance, 0.0), remaining, direction * sample.velocity, self._dynamics.acceleration
         )
         fastest = min(CATCH_UP * nod.speed, self._dynamics.max_speed)
-        self._drive = Drive(goal, min(speed, fastest), speed > fastest)
+        self.drive = Drive(goal, min(speed, fastest), speed > fastest)
         self._direction = direction
-        return self._drive
+        return self.drive
 
     def _measure_phase(self, nod: NodTrajectory, sample: Measured) -> None:
         if sample.stamp_ns != self._measured_ns:
@@ -191,7 +193,7 @@ class NodTracker:
         return replace(nod, reference_time_ns=nod.reference_time_ns - self.phase.lead_ns)
 
     def _is_arriving(self, remaining: float) -> bool:
-        return remaining < self._drive.speed / self._dynamics.acceleration + HOLD
+        return remaining < self.drive.speed / self._dynamics.acceleration + HOLD
 
     def _leg(self, nod: NodTrajectory, now_ns: int) -> int:
         leg = math.floor(nod.sweeps(now_ns + _ROUNDING_NS))

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_servo.phase import lateness, LOCKED, PhaseLead
+from nodlidar_servo.phase import lateness, LOCKED, PhaseDrift, PhaseLead
 import numpy as np
 import pytest
 
@@ -62,3 +62,22 @@ def test_a_servo_that_is_not_on_the_nod_yet_leads_nothing_and_has_no_phase():
     lead = fed(1.5 * LOCKED, 1000)
     assert lead.lead_ns == 0
     assert np.isnan(lead.error)
+
+
+@given(st.floats(-2e-3, 2e-3), st.integers(0, 1000))
+def test_samples_per_sweep_are_measured_by_how_the_lateness_grows(rate, seed):
+    drift, noise = PhaseDrift(), np.random.default_rng(seed).normal(0.0, 0.002, 1500)
+    for index in range(1500):
+        seconds = index / 35.0
+        drift.add(NOD.reference_time_ns + round(seconds * 1e9), rate * seconds + noise[index])
+    assert 4001 * drift.measured_ratio == pytest.approx(4001 * (1.0 + rate), abs=0.15)
+
+
+def test_samples_per_sweep_are_unknown_at_first_and_after_the_nod_was_left():
+    lead = fed(0.001, 100)
+    assert np.isnan(lead.drift.measured_ratio)
+    for sweeps in np.arange(400) * 0.0413:
+        lead.add(NOD, measured(sweeps, 0.001), NOD.speed)
+    assert lead.drift.measured_ratio == pytest.approx(1.0, abs=1e-6)
+    lead.add(NOD, measured(0.5, 0.05), NOD.speed)
+    assert np.isnan(lead.drift.measured_ratio)

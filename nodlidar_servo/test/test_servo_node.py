@@ -1,6 +1,7 @@
 """The node as users run it: its own process, real DDS, an emulated servo on a pseudo-terminal."""
 
 from contextlib import contextmanager
+import math
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.stamps import time_ns
-from nodlidar_msgs.msg import NodCommand
+from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_sim import rx24f_table as table
 from nodlidar_sim.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.rx24f import Rx24fEmulator
@@ -50,9 +51,10 @@ class Commander:
         self.node = rclpy.create_node('commander', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
-        self.joint_states, self.status = [], None
+        self.joint_states, self.status, self.nod_status = [], None, []
         self.nod = None
         self.node.create_subscription(JointState, 'joint_states', self.joint_states.append, 50)
+        self.node.create_subscription(NodStatus, 'servo/status', self.nod_status.append, 10)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self._commands = self.node.create_publisher(NodCommand, 'nod_command', 10)
         self.node.create_timer(0.1, self._command)
@@ -178,6 +180,26 @@ def test_it_nods_and_tells_the_truth(commander, emulator, motion, ports):
     assert commander.status.level == DiagnosticStatus.OK
     assert commander.status.hardware_id == ports['servo']
     assert commander.values()['voltage [V]'] == '12.0'
+
+
+def test_it_tells_how_well_it_follows(commander, ports):
+    with active(commander, ports):
+        commander.spin_until(lambda: commander.nod_status, 'no status')
+        assert not commander.nod_status[-1].following
+        assert math.isnan(commander.nod_status[-1].phase_error)
+        commander.nod = nod_from_now()
+        commander.spin_until(
+            lambda: commander.nod_status[-1].measured_samples_per_sweep > 0.0, 'no measured N_s'
+        )
+        commander.spin_until(lambda: 'phase error [ms]' in commander.values(), 'no diagnostics')
+    status, nod = commander.nod_status[-1], commander.nod
+    assert status.following
+    assert status.samples_per_sweep == 4001
+    assert (status.pitch_min, status.pitch_max) == (nod.pitch_min, nod.pitch_max)
+    assert status.speed == pytest.approx(nod.speed)
+    assert status.measured_samples_per_sweep == pytest.approx(4001, rel=0.005)
+    assert abs(status.phase_error) < 0.01
+    assert commander.values()['samples per sweep, commanded'] == '4001'
 
 
 def test_torque_goes_off_on_deactivation(commander, emulator, ports):
