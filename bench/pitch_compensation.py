@@ -37,7 +37,8 @@ def table() -> Table:
         result.add_column(name, justify='right')
     for name, start, end in DRIVES:
         fixed, steered = (
-            _figures(drive(load_scene(name), start, end, compensate)) for compensate in (False, True)
+            _figures(drive(load_scene(name), start, end, compensate))
+            for compensate in (False, True)
         )
         result.add_row(name, 'fixed', *_words(fixed))
         result.add_row('', 'compensated', *_words(steered))
