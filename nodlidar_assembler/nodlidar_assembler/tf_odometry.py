@@ -88,6 +88,8 @@ class TfOdometry(TransformListener):
         """Note the latest pose if it is later than the last one."""
         try:
             latest = self.buffer.get_latest_common_time(self._odom_frame, self._frame)
+            if not latest.nanoseconds:
+                self.trouble = f"'{self._frame}' is fixed in '{self._odom_frame}'"
             if latest.nanoseconds <= (self.history.newest_ns or 0):
                 return
             asked = Time(nanoseconds=latest.nanoseconds, clock_type=ClockType.ROS_TIME)

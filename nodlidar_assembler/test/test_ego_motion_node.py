@@ -245,6 +245,21 @@ def test_scans_in_a_jump_or_a_gap_are_dropped_and_the_others_are_whole(log):
     assert len(before) >= 4
 
 
+def test_when_all_time_goes_back_the_clouds_are_those_of_the_earlier_time(log):
+    shift_ns = 100_000_000_000
+    base = log.odometry
+    scans = [replace(scan, stamp_ns=scan.stamp_ns - shift_ns) for scan in log.scans]
+    earlier = SensorLog(
+        scans, log.sample_ns - shift_ns, log.sample_pitch,
+        Odometry(base.time_ns - shift_ns, base.poses),
+    )  # fmt: skip
+    with bench('deadline:=10.0') as running:
+        for k, part in enumerate((log, earlier), start=1):
+            running.feed(part)
+            running.spin_until(lambda k=k: len(running.clouds) == k * len(log.scans))
+        assert_same(running.clouds, [*offline(log), *offline(earlier)])
+
+
 @pytest.mark.parametrize(
     ('key', 'changes'),
     [

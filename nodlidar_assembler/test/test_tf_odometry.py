@@ -118,3 +118,9 @@ def test_time_of_frames_elsewhere_may_go_back(bench):
     bench.hear(5_020, 6.0)
     assert bench.backs == 0
     assert bench.noted() == [(5_000, 5.0), (5_020, 6.0)]
+
+
+def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):
+    bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
+    assert bench.samples == 0
+    assert bench.tf.trouble == "'pivot' is fixed in 'odom'"
