@@ -85,6 +85,7 @@ def table() -> Table:
         ('drives', 'each beam its own', beam_rms(driving)),
         ('drives', 'one per scan, at its middle', scan_rms(driving, 0.5)),
         ('drives', 'one per scan, at its first beam', scan_rms(driving, 0.0)),
+        ('drives', 'one per scan, a quarter on: the best', scan_rms(driving, 0.25)),
         *drifting(1.0),
         *drifting(DURATION),
     ):
