@@ -8,6 +8,7 @@ from bench import (
     accuracy,
     assembly_time,
     ego_motion,
+    limit_changes,
     live,
     nod_schedules,
     phase_lock,
@@ -24,6 +25,7 @@ MEASUREMENTS = {
     'ego_motion': ego_motion.table,
     'nod_schedules': nod_schedules.table,
     'phase_lock': phase_lock.table,
+    'limit_changes': limit_changes.table,
     'pitch_compensation': pitch_compensation.table,
     'planner_speed': planner_speed.table,
 }

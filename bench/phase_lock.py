@@ -126,25 +126,40 @@ class Rig:
         return turns[turns > START_NS + round(SETTLING * NS_PER_S)]
 
 
+class Tied:
+    """Scans of the lidar, the nod that so many of them tie, and the servo that follows it."""
+
+    def __init__(self, rig: Rig, seed: int, scans: float = math.inf) -> None:
+        self.nod = NodClock(NodShape(-SPAN / 2, SPAN / 2, SAMPLES_PER_SWEEP), 1024)
+        self._rig, self._scans = rig, scans
+        self._rng = np.random.default_rng(seed)
+        self._revolution = 0
+
+    def cycle(self) -> None:
+        """Do one cycle of the servo, after the scan and the command that are due."""
+        due_ns = START_NS + round(self._revolution * 1024 * TRUE_BEAM_NS)
+        if self._rig.clock() >= due_ns:
+            self._scan(due_ns)
+        self._rig.loop.cycle()
+
+    def _scan(self, due_ns: int) -> None:
+        if self._revolution < self._scans:
+            jitter = self._rng.uniform(-0.5, 0.5) * STAMP_JITTER
+            self.nod.add_scan(URG, due_ns + round(jitter * NS_PER_S))
+        self._revolution += 1
+        if self._revolution % 2:
+            self.command()
+
+    def command(self) -> None:
+        """Give the present command to the servo."""
+        if self.nod.nod is not None:
+            self._rig.commands.accept(self.nod.nod, self._rig.clock())
+
+
 def locked(faults: Faults, seed: int = 1, scans: float = math.inf) -> Kept:
     """Return what the servo node and the nod make of it that so many scans have tied."""
-    rig, rng = Rig(faults, seed), np.random.default_rng(seed)
-    nod = NodClock(NodShape(-SPAN / 2, SPAN / 2, SAMPLES_PER_SWEEP), 1024)
-    revolution = 0
-
-    def cycle() -> None:
-        nonlocal revolution
-        due_ns = START_NS + round(revolution * 1024 * TRUE_BEAM_NS)
-        if rig.clock() >= due_ns:
-            if revolution < scans:
-                jitter = rng.uniform(-0.5, 0.5) * STAMP_JITTER
-                nod.add_scan(URG, due_ns + round(jitter * NS_PER_S))
-            revolution += 1
-            if revolution % 2 and nod.nod is not None:
-                rig.commands.accept(nod.nod, rig.clock())
-        rig.loop.cycle()
-
-    return rig.run(cycle)
+    rig = Rig(faults, seed)
+    return rig.run(Tied(rig, seed, scans).cycle)
 
 
 def tied_at_the_start(faults: Faults) -> Kept:
