@@ -53,6 +53,19 @@ ARGUMENTS = [
         description='scene (hardware:=sim): room, corner, corridor, crossing, wall or a YAML file',
     ),
     DeclareLaunchArgument(
+        'route',
+        default_value='',
+        description="what the base drives in place of the scene's own route (hardware:=sim): "
+        'approach, figure_of_eight, turn or a YAML file',
+    ),
+    DeclareLaunchArgument(
+        'base',
+        default_value='route',
+        choices=['route', 'odometry', 'cmd_vel'],
+        description='the base (hardware:=sim); route: drives it and tells nobody; odometry: '
+        'publishes odom and its transform; cmd_vel: publishes, and drives as that topic says',
+    ),
+    DeclareLaunchArgument(
         'rviz',
         default_value='false',
         choices=['true', 'false'],
@@ -125,6 +138,8 @@ def generate_launch_description():
     emulators = Node(
         package='nodlidar_sim',
         executable='emulate',
+        name='base',
+        namespace=NAMESPACE,
         arguments=[
             '--lidar-link',
             link('lidar'),
@@ -132,6 +147,9 @@ def generate_launch_description():
             link('servo'),
             '--scene',
             LaunchConfiguration('scene'),
+            ['--route=', LaunchConfiguration('route')],
+            '--base',
+            LaunchConfiguration('base'),
         ],
         output='screen',
         condition=IfCondition(IN_SIM),

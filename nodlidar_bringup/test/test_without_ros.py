@@ -11,7 +11,7 @@ WITH_ROS = {
     'nodlidar_common': {'messages', 'node', 'node_parameters'},
     'nodlidar_driver': {'messages', 'node'},
     'nodlidar_servo': {'nod_status', 'node'},
-    'nodlidar_sim': set(),
+    'nodlidar_sim': {'base_node'},
     'nodlidar_assembler': {
         'bracket_filter',
         'cloud_message',

@@ -2,17 +2,20 @@
 
 import argparse
 from collections.abc import Sequence
+import math
 from pathlib import Path
 import signal
 import sys
 import time
 
 from nodlidar_common.errors import NodlidarError
+from nodlidar_sim.commanded import CommandedBase
 from nodlidar_sim.device import Device
 from nodlidar_sim.effects import imperfect
+from nodlidar_sim.odometry import Base, Odometer
 from nodlidar_sim.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.scene import load_scene, Scene, scene_names
+from nodlidar_sim.scene import load_scene, route_names, Scene, scene_names
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.urg import UrgEmulator
 from nodlidar_sim.world import World
@@ -46,6 +49,18 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         '--scene', default='room', help=f'{", ".join(scene_names())} or the path of a YAML file'
     )
+    parser.add_argument(
+        '--route', help=f"in place of the scene's: {', '.join(route_names())} or a YAML file"
+    )
+    parser.add_argument(
+        '--base', choices=['route', 'odometry', 'cmd_vel'], default='route',
+        help='route: drives it and tells nobody (default); odometry: also publishes, as a node, '
+        'odom and its transform; cmd_vel: drives as that topic says, and publishes',
+    )  # fmt: skip
+    parser.add_argument(
+        '--cmd-vel-timeout', type=float, default=0.5, metavar='S',
+        help='how long a cmd_vel holds [s] (default 0.5)',
+    )  # fmt: skip
     parser.add_argument('--seed', type=int, default=0, help='of all that is random (default 0)')
     parser.add_argument(
         '--latency-timer', type=float, default=0.0, metavar='MS',
@@ -55,11 +70,18 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     options = parser.parse_args(without_ros_args(arguments))
     if options.lidar_link is None and options.servo_link is None:
         parser.error('nothing to emulate: give --lidar-link, --servo-link or both')
+    if not 0.0 < options.cmd_vel_timeout < math.inf:
+        parser.error(f'--cmd-vel-timeout must be above 0 s, but is {options.cmd_vel_timeout}')
     return options
 
 
 def make_devices(
-    scene: Scene, start_ns: int, seed: int, latency_timer: float = 0.0, scip11: bool = False
+    scene: Scene,
+    start_ns: int,
+    seed: int,
+    latency_timer: float = 0.0,
+    scip11: bool = False,
+    base: Base | None = None,
 ) -> dict[str, Device]:
     """Return the two devices, 'lidar' and 'servo', in a scene.
 
@@ -75,9 +97,11 @@ def make_devices(
         Of the servo's USB adapter [s].
     scip11
         Whether the lidar powers up in SCIP 1.1.
+    base
+        Where the base is, if not on the scene's route.
     """
     motion = ServoMotion(jitter=scene.effects.servo_jitter, seed=seed)
-    world = World(scene, motion, start_ns=start_ns)
+    world = World(scene, motion, base, start_ns)
     lidar = UrgEmulator(
         imperfect(world.ranges, scene.effects, seed),
         start_ns=start_ns,
@@ -89,14 +113,13 @@ def make_devices(
     return {'lidar': lidar, 'servo': servo}
 
 
-def run(options: argparse.Namespace) -> None:
-    """Run the devices that have a link until SIGINT or SIGTERM."""
+def run(options: argparse.Namespace) -> int:
+    """Run the devices that have a link until SIGINT or SIGTERM; return the exit status."""
+    scene = load_scene(options.scene, options.route or None)
+    start_ns = time.time_ns()
+    base = make_base(options, scene, start_ns)
     devices = make_devices(
-        load_scene(options.scene),
-        time.time_ns(),
-        options.seed,
-        options.latency_timer / 1e3,
-        options.scip11,
+        scene, start_ns, options.seed, options.latency_timer / 1e3, options.scip11, base
     )
     links = {'lidar': options.lidar_link, 'servo': options.servo_link}
     links = {name: link for name, link in links.items() if link is not None}
@@ -105,17 +128,43 @@ def run(options: argparse.Namespace) -> None:
             signal.signal(number, lambda *_: terminals.stop(_GRACE))
         for name in links:
             print(f'{name} ready at {terminals[name]}', flush=True)
-        terminals.wait()
+        if options.base == 'route':
+            terminals.wait()
+            return 0
+        return run_node(base, Odometer(base, scene.effects, start_ns, options.seed), terminals)
+
+
+def make_base(options: argparse.Namespace, scene: Scene, start_ns: int) -> Base:
+    """Return the base that the options ask for."""
+    if options.base == 'cmd_vel':
+        return CommandedBase(scene.base_start, start_ns, options.cmd_vel_timeout)
+    return scene.route(start_ns)
+
+
+def run_node(base: Base, odometer: Odometer, terminals: PseudoTerminals) -> int:
+    """Run the base's node until a signal, and the devices until their hosts have ended, too."""
+    # Imported here: without odometry, the devices are emulated where there is no ROS.
+    from nodlidar_common.node import run as run_until_signal
+    from nodlidar_sim.base_node import BaseNode
+
+    commanded = base if isinstance(base, CommandedBase) else None
+    status = run_until_signal(
+        lambda: BaseNode(odometer, terminals.clock, terminals.running, commanded), sys.argv
+    )
+    if not terminals.running():  # by an early signal, or an error that is raised with their exit
+        return 0
+    terminals.stop(_GRACE)
+    terminals.wait()
+    return status
 
 
 def main() -> int:
     """Run as a program; return the exit status."""
     try:
-        run(parse(sys.argv[1:]))
+        return run(parse(sys.argv[1:]))
     except NodlidarError as error:
         print(f'emulate: {error}', file=sys.stderr)
         return 2
-    return 0
 
 
 if __name__ == '__main__':

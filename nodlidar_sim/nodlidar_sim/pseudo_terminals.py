@@ -117,6 +117,10 @@ class PseudoTerminals:
         self._stop_by = time.monotonic() + grace
         self._wake_up()
 
+    def running(self) -> bool:
+        """Tell whether the thread has not ended."""
+        return self._thread.is_alive()
+
     def wait(self) -> None:
         """Wait until the thread ends: after `stop`, or by an error, which the exit raises."""
         self._thread.join()

@@ -5,7 +5,10 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
 from nodlidar_common import scip
 from nodlidar_common.serial_port import open_port
 from nodlidar_sim.emulate import make_devices, parse, without_ros_args
@@ -13,6 +16,7 @@ from nodlidar_sim.scene import load_scene
 from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 import pytest
+import rclpy
 
 LONGEST = 30.0  # s; then a process is killed, so that no read waits for ever
 PING = bytes.fromhex('FFFF010201FB')
@@ -74,6 +78,49 @@ def test_one_device_alone(start, tmp_path):
     assert os.listdir(tmp_path) == ['servo']
 
 
+@pytest.fixture
+def listener():
+    rclpy.init()
+    node = rclpy.create_node('listener')
+    yield node
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def heard(node, kind, topic, condition):
+    """Return the first message of a topic for which a condition holds."""
+    found = []
+    node.create_subscription(kind, topic, lambda m: found.append(m) if condition(m) else None, 50)
+    deadline = time.monotonic() + LONGEST
+    while not found:
+        assert time.monotonic() < deadline
+        rclpy.spin_once(node, timeout_sec=0.1)
+    return found[0]
+
+
+def test_the_base_tells_its_odometry_on_the_way(start, tmp_path, listener):
+    process = start(
+        '--servo-link', tmp_path / 'servo', '--scene=wall', '--route=approach', '--base=odometry',
+        '--ros-args', '-r', '__ns:=/robot',
+    )  # fmt: skip
+    message = heard(listener, Odometry, '/robot/odom', lambda m: m.pose.pose.position.x > 0.1)
+    assert message.twist.twist.linear.x == pytest.approx(0.3)
+    assert message.pose.pose.position.y == 0.0
+    process.send_signal(signal.SIGINT)
+    assert process.wait(10) == 0
+    assert os.listdir(tmp_path) == []
+
+
+def test_the_base_is_driven_by_cmd_vel(start, tmp_path, listener):
+    start('--servo-link', tmp_path / 'servo', '--scene=corridor', '--base=cmd_vel')
+    command = Twist()
+    command.angular.z = 0.7
+    publisher = listener.create_publisher(Twist, 'cmd_vel', 10)
+    listener.create_timer(0.05, lambda: publisher.publish(command))
+    message = heard(listener, Odometry, 'odom', lambda m: m.pose.pose.orientation.z > 0.1)
+    assert message.pose.pose.position.x == 0.0
+
+
 def test_a_servo_at_another_bit_rate_is_silent(start, tmp_path):
     start('--servo-link', tmp_path / 'servo').stdout.readline()
     with open_port(str(tmp_path / 'servo'), 57600, 0.2) as port:
@@ -94,6 +141,9 @@ def test_scip_1_1(start, tmp_path):
         (['--lidar-link', 'l', '--scene', 'nowhere'], 'corner, corridor, crossing, room, wall'),
         (['--lidar-link', '/dev/null'], 'no symbolic link'),
         ([], 'nothing to emulate'),
+        (['--lidar-link', 'l', '--route', 'nowhere'], 'approach, figure_of_eight, turn'),
+        (['--lidar-link', 'l', '--base', 'fly'], '--base'),
+        (['--lidar-link', 'l', '--cmd-vel-timeout', '0'], 'above 0 s, but is 0.0'),
         (['--lidar-link', 'l', '--seed', 'x'], '--seed'),
     ],
 )
