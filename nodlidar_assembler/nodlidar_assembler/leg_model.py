@@ -28,7 +28,9 @@ ITERATIONS = 8  # of Gauss-Newton, which takes three or four unless the motion i
 DAMPING = 1e-3  # keeps it from moving what the samples do not tell
 TURN_DEPTH = 4.0  # way back that makes a turn-around [encoder steps]
 SAMPLES_PER_UNKNOWN = 2  # with fewer, a fit says nothing about whether the motion is a nod's
-ENDS = 8  # samples that may be left out at the ends of the window, where a turn may just begin
+ROOT_12 = math.sqrt(12.0)  # a step over the standard deviation of its rounding
+SPREAD = 1.2  # of the residuals over that of rounding, which chance does not exceed by more
+LEAVE_OUT = 4  # one in so many of the samples beyond the scan at the end of a bad fit, at a time
 
 
 class LegModelError(NodlidarError):
@@ -62,7 +64,8 @@ def leg_pitch(
         some time after the last: the longer, the better, and half a leg is enough.
     joint_step
         The joint's encoder step [rad]. A sample may lie that far from the fitted motion: half of
-        it is rounding, the other half what the fit and the stamps err.
+        it is rounding, the other half what the fit and the stamps err. All together may spread by
+        SPREAD times what rounding does.
 
     Raises
     ------
@@ -82,20 +85,27 @@ def leg_pitch(
 
 
 def _fit_where_it_holds(time: Array, pitch: Array, offset: Array, joint_step: float) -> Array:
-    """Return the fit to the samples, less those at the ends that belong to turns not seen yet."""
+    """Return the fit to as many of the samples around the scan as are of such a motion.
+
+    At the ends, a turn may just begin, or a servo may have changed its speed.
+    """
     first, last = 0, len(time)
-    for _ in range(ENDS + 1):
+    before = int(np.searchsorted(time, offset[0], side='right')) - 1
+    after = int(np.searchsorted(time, offset[-1])) + 1
+    while first <= before and last >= after:
         unknowns, residual = _fit(time[first:last], pitch[first:last], joint_step)
-        worst = int(np.argmax(residual))
-        if residual[worst] <= joint_step:
+        if _is_rounding(residual, len(unknowns), joint_step):
             return unknowns
-        if worst < len(residual) / 2:
-            first += 1
+        if np.argmax(residual) < len(residual) / 2:
+            first += max((before - first) // LEAVE_OUT, 1)
         else:
-            last -= 1
-        if time[first] > offset[0] or time[last - 1] < offset[-1]:
-            break
+            last -= max((last - after) // LEAVE_OUT, 1)
     raise LegModelError(OTHER_MOTION)
+
+
+def _is_rounding(residual: Array, unknowns: int, joint_step: float) -> bool:
+    spread = math.sqrt(np.sum(residual**2) / (len(residual) - unknowns))
+    return bool(np.max(residual) <= joint_step and spread <= SPREAD * joint_step / ROOT_12)
 
 
 def _fit(time: Array, pitch: Array, joint_step: float) -> tuple[Array, Array]:
@@ -105,7 +115,7 @@ def _fit(time: Array, pitch: Array, joint_step: float) -> tuple[Array, Array]:
     if len(time) < SAMPLES_PER_UNKNOWN * unknowns:
         raise LegModelError(TOO_FEW)
     x = _corners(time, pitch, turns)
-    rounding = joint_step / math.sqrt(12.0)
+    rounding = joint_step / ROOT_12
     prior = np.zeros((1, unknowns))
     prior[0, 2] = 1.0 / ACCELERATION_SPREAD
     for _ in range(ITERATIONS):

@@ -92,7 +92,7 @@ def test_a_joint_at_rest_is_where_its_samples_are(pitch):
 
 
 def sine(times_ns):
-    return 0.6 * np.sin((times_ns - START_NS) / 1e9 * 8.0)
+    return 0.6 * np.sin((times_ns - START_NS) / 1e9 * 15.0)
 
 
 def jump(times_ns):
