@@ -199,20 +199,21 @@ def test_clouds_are_those_of_the_same_data_offline_also_when_tf_is_late(log, clo
 def test_without_tf_every_scan_is_dropped_and_counted(log):
     silent = replace(log, odometry=part_of(log.odometry, slice(0)))
     reason = 'dropped: no odometry after it before the deadline'
-    with bench('deadline:=0.05') as running:
+    with bench('deadline:=2.0') as running:  # joint states are to come in time
         running.feed(silent)
         running.spin_until(lambda: running.reported(reason) == len(log.scans))
         assert not running.clouds
 
 
-def test_without_tf_scans_are_uncompensated_in_their_own_frame_if_so_told(log):
-    silent = replace(log, odometry=part_of(log.odometry, slice(0)))
+def test_without_odometry_scans_are_uncompensated_in_their_own_frame_if_so_told(log):
+    late = log.odometry.time_ns > log.scans[-1].stamp_ns + SCAN_NS
+    begins_after = replace(log, odometry=part_of(log.odometry, late))
     expected, _ = assemble_log(
         replace(log, odometry=None), Pipeline('slerp', 'scan', REFERENCE_MOUNT, 0.1)
     )
-    key = 'uncompensated: no odometry after it before the deadline'
-    with bench('deadline:=0.05', 'without_odometry:=uncompensated') as running:
-        running.feed(silent)
+    key = 'uncompensated: no odometry before it'
+    with bench('deadline:=10.0', 'without_odometry:=uncompensated') as running:
+        running.feed(begins_after)
         running.spin_until(lambda: running.reported(key) == len(log.scans))
         running.spin_until(lambda: len(running.clouds) == len(expected))
         for cloud, points in zip(running.clouds, expected, strict=True):
@@ -238,7 +239,7 @@ def test_scans_in_a_jump_or_a_gap_are_dropped_and_the_others_are_whole(log):
                 and running.reported('dropped: odometry more than 0.2 s apart') == in_gap
             )
         )
-        assert len(running.clouds) == len(log.scans) - 1 - in_gap
+        running.spin_until(lambda: len(running.clouds) == len(log.scans) - 1 - in_gap)
         got = {time_ns(cloud.header.stamp): cloud for cloud in running.clouds}
     before = [c for c in offline(log) if c.time_ns[0] in got and c.time_ns[0] < START_NS + 0.5e9]
     assert_same([got[int(c.time_ns[0])] for c in before], before)
