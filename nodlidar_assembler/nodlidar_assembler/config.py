@@ -130,12 +130,55 @@ class AssemblerConfig:
         minimum=0.1,
         maximum=60.0,
     )
+    adapt_limits: bool = parameter(
+        False,
+        'Let the limits of the nod follow the median range ahead, so that a band of heights stays '
+        'covered; never beyond pitch_min and pitch_max',
+        live=True,
+    )
+    band_bottom: float = parameter(
+        0.1,
+        'Lower end of the band of heights, above the floor; what is lower does not count',
+        unit='m',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+    band_top: float = parameter(
+        2.0, 'Upper end of the band of heights', unit='m', minimum=-100.0, maximum=100.0
+    )
+    sensor_height: float = parameter(
+        1.08,
+        'Height of the optical centre above the floor at pitch 0',
+        unit='m',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+    limits_rate: float = parameter(
+        1.0, 'Fastest change of an adapted limit', unit='rad/s', minimum=0.01, maximum=100.0
+    )
+    max_nod_speed: float = parameter(
+        6.0,
+        'Speed that the servo holds: with adapted limits N_s rises where it would be exceeded',
+        unit='rad/s',
+        minimum=0.01,
+        maximum=100.0,
+    )
+    coverage_window: float = parameter(
+        10.0,
+        'Time over which coverage is told in /diagnostics',
+        unit='s',
+        minimum=0.1,
+        maximum=600.0,
+    )
 
     def check_together(self) -> None:
         """Raise ParameterError for values that do not go with each other."""
         if self.pitch_max <= self.pitch_min:
             limit = f'above pitch_min = {self.pitch_min} rad'
             raise ParameterError('pitch_max', limit, self.pitch_max)
+        if self.band_top <= self.band_bottom:
+            limit = f'above band_bottom = {self.band_bottom} m'
+            raise ParameterError('band_top', limit, self.band_top)
         for key in ('laser_xyz', 'laser_rpy'):
             if len(getattr(self, key)) != 3:
                 raise ParameterError(key, 'three numbers', getattr(self, key))

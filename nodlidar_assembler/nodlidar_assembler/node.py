@@ -17,6 +17,7 @@ from nodlidar_assembler.pipeline import Pipeline
 from nodlidar_assembler.pitch import PitchError
 from nodlidar_assembler.scan_filter import ScanFilter
 from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
+from nodlidar_assembler.surroundings import Surroundings
 from nodlidar_assembler.tf_odometry import TfOdometry
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_to_message
@@ -41,7 +42,7 @@ class Assembler(Node):
 
     def __init__(self) -> None:
         super().__init__('assembler')
-        self.config = declare(self, AssemblerConfig)
+        self.config = declare(self, AssemblerConfig, self._reconfigure)
         self._pipeline = Pipeline(
             self.config.estimator,
             self.config.cloud_mode,
@@ -55,12 +56,10 @@ class Assembler(Node):
             self.config.joint_step,
             self.config.leg_margin,
         )
-        shape = NodShape(
-            self.config.pitch_min, self.config.pitch_max, self.config.samples_per_sweep
-        )
-        self._nod_clock = NodClock(shape, self.config.steps_per_revolution)
+        self._nod_clock = NodClock(self._configured_shape(), self.config.steps_per_revolution)
         self._warn_if_samples_repeat()
-        self._diagnosis = Diagnosis(self, self.config.scan_timeout)
+        self._surroundings = Surroundings(self.config)
+        self._diagnosis = Diagnosis(self, self.config.scan_timeout, self._surroundings.covered)
         self._make_outputs()
         self._make_inputs()
 
@@ -150,14 +149,20 @@ class Assembler(Node):
     ) -> None:
         stamps = np.array([time_ns(state.header.stamp) for state in states], dtype=np.int64)
         pitch = np.array([self._joint.position(state) for state in states])
+        told = scan_from_message(scan)
         try:
-            clouds = self._pipeline.add_scan(scan_from_message(scan), stamps, pitch, odometry)
+            clouds = self._pipeline.add_scan(told, stamps, pitch, odometry)
         except PitchError as error:
             self._drop(str(error))
             return
         except OdometryError as error:
             self._odometry_missing(scan, states, error.reason)
             return
+        self._surroundings.add_scan(
+            told, self._pipeline.beams(told.geometry), self._pipeline.pitch, self._pipeline.poses
+        )
+        if self.config.command_nod:
+            self._adapt()
         frame_id = self.config.frame_id if odometry is None else self.config.odom_frame
         for reason, count in self._pipeline.estimator.fallbacks.items():
             self._diagnosis.counts[f'slerp instead of trajectory: {reason}'] = count
@@ -210,6 +215,24 @@ class Assembler(Node):
         nod = self._nod_clock.nod
         if nod is not None and now_ns - self._diagnosis.last_scan_ns <= timeout_ns:
             self._commands.publish(nod_to_message(nod, now_ns, self.config.frame_id))
+
+    def _adapt(self) -> None:
+        """Take the limits and N_s that go with the surroundings, or those that are configured."""
+        shape = self._configured_shape()
+        if self.config.adapt_limits:
+            shape = self._surroundings.shape() or shape
+        if shape != self._nod_clock.shape:
+            self._nod_clock.change(shape)
+            self._repeat_command()
+
+    def _configured_shape(self) -> NodShape:
+        config = self.config
+        return NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep)
+
+    def _reconfigure(self, config: AssemblerConfig) -> None:
+        if config.adapt_limits and not self.config.adapt_limits:
+            self._surroundings.restart()  # so that the limits set out from the present ones
+        self.config = config
 
 
 def main() -> None:

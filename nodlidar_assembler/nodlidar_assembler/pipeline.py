@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.assembly import assemble, Points
-from nodlidar_assembler.ego_motion import MotionLimits, Odometry, USUAL_MOTION
+from nodlidar_assembler.ego_motion import MotionLimits, Odometry, Poses, USUAL_MOTION
 from nodlidar_assembler.geometry import Beams, ScanGeometry
 from nodlidar_assembler.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
 from nodlidar_assembler.sweeps import SweepGatherer
@@ -50,6 +50,8 @@ class Pipeline:
     ----------
     estimator
         Tells how long around a scan joint samples are wanted, and counts the scans that fell back.
+    pitch, poses
+        Of the last scan's beams: pitch [rad] and, with odometry, poses.
     """
 
     def __init__(
@@ -65,6 +67,8 @@ class Pipeline:
         self.estimator = PitchEstimator(estimator, max_joint_gap, joint_step, leg_margin)
         self._mount = mount
         self._motion_limits = motion_limits
+        self.pitch: NDArray[np.float64] = np.zeros(0)
+        self.poses: Poses | None = None
         self._beams: Beams | None = None
         self._turns = TurnFinder(TURN_HYSTERESIS)
         self._sweeps = SweepGatherer(LONGEST_SWEEP) if cloud_mode == 'sweep' else None
@@ -108,6 +112,7 @@ class Pipeline:
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
         points = assemble(beams, scan.stamp_ns, scan.ranges, pitch, scan.intensities, poses)
+        self.pitch, self.poses = pitch, poses
         if self._sweeps is not None:
             return self._sweeps.add_scan(points)
         return [points] if len(points.data) else []

@@ -53,7 +53,7 @@ class PitchLimitsConfig:
     )
     least_span: float = parameter(
         0.2, 'Least distance between the limits, however far away everything is', unit='rad',
-        minimum=0.01, maximum=3.2,
+        minimum=1e-6, maximum=3.2,
     )  # fmt: skip
     rate: float = parameter(
         1.0, 'Fastest change of a limit', unit='rad/s', minimum=0.01, maximum=100.0

@@ -1,0 +1,70 @@
+"""The assembler node adapts the nod to what its scans show, while told to."""
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nodlidar_assembler.pitch_limits import limits_at, PitchLimitsConfig
+from nodlidar_common.messages import nod_from_message
+from nodlidar_msgs.msg import NodCommand
+import pytest
+from rclpy.parameter import Parameter
+from test_assembler_node import bench, log
+
+__all__ = ['log']
+
+FIXED = (-0.6136, 0.6136)
+
+
+def limits_of(command):
+    nod = nod_from_message(command)
+    return nod.pitch_min, nod.pitch_max
+
+
+def test_limits_follow_the_wall_from_one_command_to_the_next(log):
+    """The wall is 2 m ahead; half of the sector is 30 degrees, so the median is at 15."""
+    with bench('adapt_limits:=true', 'limits_rate:=0.5') as running:
+        running.feed(log)
+        commands = running.out[NodCommand]
+        expected = pytest.approx(limits_at(PitchLimitsConfig(), 2.0 / 0.9659), abs=0.02)
+        running.spin_until(lambda: commands and limits_of(commands[-1]) == expected)
+    assert limits_of(commands[0]) == FIXED
+    assert all(-0.6136 <= low < high <= 0.6136 for low, high in map(limits_of, commands))
+    assert {command.samples_per_sweep for command in commands} == {4001}
+
+
+def test_it_can_be_turned_on_and_off_while_the_node_runs(log):
+    half = len(log.scans) // 2
+    with bench() as running:
+        running.feed(part(log, slice(None, half)))
+        commands = running.out[NodCommand]
+        running.spin_until(lambda: len(commands) >= 3)
+        assert {limits_of(command) for command in commands} == {FIXED}
+        running.node.set_parameters([Parameter('adapt_limits', value=True)])
+        running.feed(part(log, slice(half, -4)))
+        running.spin_until(lambda: limits_of(commands[-1]) != FIXED)
+        running.node.set_parameters([Parameter('adapt_limits', value=False)])
+        running.feed(part(log, slice(-4, None)))
+        running.spin_until(lambda: limits_of(commands[-1]) == FIXED)
+
+
+def part(log, chosen):
+    """Return some scans, and the joint samples from the first of them on till after the last."""
+    scans = log.scans[chosen]
+    first, last = scans[0].stamp_ns - 40_000_000, scans[-1].stamp_ns + 99_000_000
+    within = (log.sample_ns >= first) & (log.sample_ns <= last)
+    return type(log)(scans, log.sample_ns[within], log.sample_pitch[within])
+
+
+def test_coverage_is_told_in_the_diagnostics(log):
+    """In 3 s the nod sees five cells out of six, and leaves holes of a cell or two."""
+
+    def told(running):
+        statuses = [s for array in running.out[DiagnosticArray] for s in array.status]
+        values = [{v.key: v.value for v in s.values} for s in statuses if 'coverage' in s.name]
+        return [v for v in values if int(v['beams']) >= 25 * 681]
+
+    with bench() as running:
+        running.feed(log)
+        running.spin_until(lambda: told(running))
+        values = told(running)[-1]
+    assert float(values['share of cells seen']) == pytest.approx(5 / 6, abs=0.1)
+    assert float(values['largest hole [rad]']) < 0.16
+    assert float(values['share of repeats']) < 0.05
