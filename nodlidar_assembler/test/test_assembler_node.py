@@ -61,7 +61,7 @@ class Bench:
         self._states = self.feeder.create_publisher(JointState, 'joint_states', 50)
         inputs = (self._scans, self._states)
         self.spin_until(lambda: all(p.get_subscription_count() for p in inputs))
-        topics = [p for p in self.node.publishers if p.topic in ('/points', '/nod_command')]
+        topics = [p for p in self.node.publishers if p.topic_name in ('/points', '/nod_command')]
         self.spin_until(lambda: all(p.get_subscription_count() for p in topics))
 
     def spin_until(self, condition):
@@ -158,7 +158,7 @@ def test_the_nod_is_commanded_at_the_lidar_s_rate_and_in_its_phase(log):
 def test_without_commanding_there_is_no_command(log):
     with bench('command_nod:=false') as running:
         assert 'nod_command' not in dict(running.node.get_topic_names_and_types())
-        assert all(p.topic != '/nod_command' for p in running.node.publishers)
+        assert all(p.topic_name != '/nod_command' for p in running.node.publishers)
 
 
 def test_scans_without_joint_states_are_dropped_counted_and_diagnosed(log):
