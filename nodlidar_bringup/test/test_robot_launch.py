@@ -132,13 +132,14 @@ def test_every_node_reports_ok(launched):
     observer, _, _ = launched
 
     def levels():
-        return {
-            status.name.split(':')[0]: status.level
+        last = {
+            status.name: status.level
             for array in observer.messages['/diagnostics']
             for status in array.status
         }
+        return {(name.split(':')[0], level) for name, level in last.items()}
 
-    expected = {'driver': b'\x00', 'servo': b'\x00', 'assembler': b'\x00'}
+    expected = {('driver', b'\x00'), ('servo', b'\x00'), ('assembler', b'\x00')}
     observer.spin_until(lambda: levels() == expected, 'diagnostics of three nodes that are OK')
 
 
