@@ -7,6 +7,7 @@ from rich.console import Console
 from bench import (
     accuracy,
     assembly_time,
+    coverage_feedback,
     ego_motion,
     limit_changes,
     live,
@@ -23,6 +24,7 @@ MEASUREMENTS = {
     'simulation_speed': simulation_speed.table,
     'live': live.table,
     'ego_motion': ego_motion.table,
+    'coverage_feedback': coverage_feedback.table,
     'nod_schedules': nod_schedules.table,
     'phase_lock': phase_lock.table,
     'limit_changes': limit_changes.table,

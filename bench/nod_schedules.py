@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_assembler.planner.choice import lower_bound
+from nodlidar_assembler.planner.feedback import Feedback, SPREAD
 from nodlidar_assembler.planner.pattern import HALF_SAMPLE
 from nodlidar_assembler.planner.schedule import (
-    cells_in_sweep,
     first_hits,
     interlaced,
-    next_duration,
     rows_of,
     Schedule,
     shortest_interlaced,
@@ -113,19 +112,16 @@ def _interlaced_nod(task: Task, schedule: Schedule, overlap: float) -> Nod:
 
 
 def _planned(base: int) -> Nod:
-    """Return a nod whose sweeps were each chosen for the most unseen cells, 41 candidates."""
-    task = FULL_CIRCLE
-    candidates = np.linspace(max(FEWEST, 0.85 * base), 1.15 * base, 41).astype(np.int64)
-    unseen = np.ones(task.cells, dtype=np.bool_)
+    """Return a nod whose sweeps were each chosen for the most unseen cells, beforehand."""
+    feedback = Feedback(FULL_CIRCLE, base, timing_error=0.0)
     turns = [-HALF_SAMPLE]
-    while turns[-1] * task.sample_time < HORIZON:
-        up = len(turns) % 2 == 1
-        duration = next_duration(task, unseen, turns[-1], up, candidates)
-        unseen[cells_in_sweep(task, turns[-1], duration, up)] = False
-        turns.append(turns[-1] + duration)
-        if not unseen.any():
-            unseen[:] = True
-    return Nod(f'each sweep planned, {base} +- 15 %', task, np.array(turns))
+    while turns[-1] * FULL_CIRCLE.sample_time < HORIZON:
+        going_up = len(turns) % 2 == 1
+        turns.append(turns[-1] + feedback.next_duration(turns[-1], going_up))
+        feedback.saw(turns[-2], turns[-1], going_up)
+        if not feedback.unseen.any():
+            feedback.unseen[:] = True
+    return Nod(f'each sweep planned, {base} +- {SPREAD:.0%}', FULL_CIRCLE, np.array(turns))
 
 
 def _figures(nod: Nod) -> Iterator[str]:

@@ -5,10 +5,8 @@ from hypothesis import strategies as st
 from nodlidar_assembler.planner.coverage import Coverage, NEVER
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.schedule import (
-    cells_in_sweep,
     first_hits,
     interlaced,
-    next_duration,
     Schedule,
     shortest_interlaced,
     whole_rows,
@@ -75,17 +73,6 @@ def test_a_schedule_of_equal_sweeps_is_the_steady_nod():
     np.testing.assert_array_equal(first, steady)
 
 
-def test_the_cells_of_the_sweeps_are_those_of_the_nod():
-    task = Task()
-    turns = Schedule((1500, 1101), phase=0.25).turns(12_000)
-    hit = np.flatnonzero(np.isfinite(first_hits(task, turns).ravel()))
-    sweeps = [
-        cells_in_sweep(task, turn, duration, going_up=k % 2 == 0)
-        for k, (turn, duration) in enumerate(zip(turns[:-1], np.diff(turns), strict=True))
-    ]
-    np.testing.assert_array_equal(np.unique(np.concatenate(sweeps)), hit)
-
-
 @settings(max_examples=60, deadline=None)
 @given(
     fewest=st.integers(1, 300),
@@ -136,18 +123,6 @@ def test_overlap_takes_up_errors_of_the_turns_where_the_steady_nod_loses_much(er
     schedule = interlaced(task, FAST, combs=4, overlap=0.25)
     assert completion(task, schedule, error) <= 1.02 * completion(task, schedule)
     assert completion(REFERENCE, Schedule((1077, 1077)), error) > 2.0 * 6.0
-
-
-def test_the_next_duration_sees_most_of_what_is_unseen():
-    unseen = np.ones(REFERENCE.cells, dtype=bool)
-    unseen[cells_in_sweep(REFERENCE, -0.5, 2000, going_up=True)] = False
-    candidates = np.linspace(1700, 2300, 41).astype(np.int64)
-    chosen = next_duration(REFERENCE, unseen, 1999.5, False, candidates)
-    worth = {
-        d: unseen[cells_in_sweep(REFERENCE, 1999.5, d, going_up=False)].sum()
-        for d in candidates.tolist()
-    }
-    assert worth[chosen] == max(worth.values()) > min(worth.values())
 
 
 def test_whole_rows_are_as_many_and_as_high_as_a_cell():

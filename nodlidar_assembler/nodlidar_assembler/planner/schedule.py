@@ -154,49 +154,6 @@ def first_hits(task: Task, turns: Floats) -> Floats:
     return first[:-1].reshape(task.columns, task.rows)
 
 
-def cells_in_sweep(task: Task, turn: float, duration: float, going_up: bool) -> Integers:
-    """Return the cells that one sweep hits, each once, as column * rows + row; ascending.
-
-    Parameters
-    ----------
-    task
-        Region and lidar.
-    turn, duration
-        When the sweep begins and how long it takes, in samples.
-    going_up
-        Whether it begins at the lower limit.
-    """
-    samples = np.arange(math.ceil(turn), math.ceil(turn + duration))
-    turns = turn + duration * np.arange(0.0 if going_up else -1.0, 2.0, dtype=np.float64)
-    column = task.column_of_step()[samples % task.steps_per_revolution]
-    cell = _cells(task, column, rows_of(task, turns, samples))
-    hit = np.zeros(task.cells + 1, dtype=np.bool_)
-    hit[cell] = True
-    return np.flatnonzero(hit[:-1])
-
-
-def next_duration(
-    task: Task, unseen: NDArray[np.bool_], turn: float, going_up: bool, candidates: Integers
-) -> int:
-    """Return the duration of the next sweep that sees most of what is yet unseen, in samples.
-
-    Parameters
-    ----------
-    task
-        Region and lidar.
-    unseen
-        Whether each cell is unseen, shape (columns * rows,), or how much it would be worth to see.
-    turn
-        The instant at which the sweep begins, in samples.
-    going_up
-        Whether it begins at the lower limit.
-    candidates
-        Durations to choose from, in samples; of equally good ones the first is chosen.
-    """
-    seen = [unseen[cells_in_sweep(task, turn, d, going_up)].sum() for d in candidates.tolist()]
-    return int(candidates[int(np.argmax(seen))])
-
-
 def _cells(task: Task, column: Integers, row: Integers) -> Integers:
     """Return each sample's cell; one past the last where the lidar measures none."""
     return np.where(column >= 0, column * task.rows + row, task.cells)
