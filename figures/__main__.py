@@ -5,9 +5,14 @@ from pathlib import Path
 
 from rich.console import Console
 
-from figures import coverage, pattern, repeats
+from figures import corner, coverage, pattern, repeats
 
-FIGURES = {'pattern': pattern.draw, 'coverage': coverage.draw, 'repeats': repeats.draw}
+FIGURES = {
+    'pattern': pattern.draw,
+    'coverage': coverage.draw,
+    'corner': corner.draw,
+    'repeats': repeats.draw,
+}
 FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 
 

@@ -1,0 +1,70 @@
+"""Fig. 8: a corner at pi rad/s, with one pitch for each scan and with one for each beam."""
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use('Agg')
+from matplotlib.axes import Axes
+import matplotlib.pyplot as plt
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.pitch_estimator import ESTIMATORS
+from nodlidar_bringup.evaluation import FAR, near_beams, points_of, simulated_log, surface_rms
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.simulation import simulate
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from bench.accuracy import pitch_rms
+from bench.reference import reference_nod, START_NS
+
+DURATION = 10.0
+# Half the thickness of the slice that is drawn [m]: the corner's edge lies straight ahead.
+SLICE = 0.12
+SHOWN = 'nearest', 'slerp'
+
+
+def draw(folder: Path, console: Console) -> Table:
+    """Draw the corner in profile into corner.png; return what each estimator makes of it."""
+    simulated = simulate(load_scene('corner'), reference_nod(), DURATION, start_ns=START_NS)
+    near = near_beams(simulated_log(simulated))
+    table = Table(title=f'Fig. 8: a corner at pi rad/s, {DURATION:.0f} s, beams up to {FAR:g} m')
+    for heading in ('estimator', 'RMS pitch error', 'RMS distance to the surfaces'):
+        table.add_column(heading, justify='left' if heading == 'estimator' else 'right')
+    figure, axes = plt.subplots(1, len(SHOWN), figsize=(8.0, 5.0), sharex=True, sharey=True)
+    for estimator in ESTIMATORS:
+        points = points_of(near, estimator, REFERENCE_MOUNT)
+        rms, error = surface_rms(points, simulated.world), pitch_rms(simulated, estimator)
+        table.add_row(
+            estimator,
+            f'{error * 1e3:.1f} mrad',
+            f'{rms * 1e3:.1f} mm',
+        )
+        if estimator in SHOWN:
+            _draw_profile(
+                axes[SHOWN.index(estimator)], points, f'{estimator}: {rms * 1e3:.1f} mm RMS'
+            )
+    axes[0].legend(loc='upper left', markerscale=4)
+    figure.tight_layout()
+    figure.savefig(folder / 'corner.png', dpi=110)
+    plt.close(figure)
+    return table
+
+
+def _going_up(points: Points) -> np.ndarray:
+    return reference_nod().velocity(points.time_ns) > 0.0
+
+
+def _in_slice(points: Points) -> np.ndarray:
+    return (np.abs(points.data['y']) < SLICE) & (points.data['x'] > 0.0)
+
+
+def _draw_profile(axes: Axes, points: Points, title: str) -> None:
+    """Draw a slice through the corner from the side, one colour for each direction of the nod."""
+    up, shown = _going_up(points), _in_slice(points)
+    for label, leg, colour in (('upward', up, 'tab:blue'), ('downward', ~up, 'tab:orange')):
+        part = points.data[shown & leg]
+        axes.plot(part['x'], part['z'], '.', color=colour, markersize=2, label=label)
+    axes.set(title=title, xlabel='x [m]', ylabel='z [m]', aspect='equal')
