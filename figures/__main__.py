@@ -5,12 +5,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from figures import corner, coverage, pattern, repeats
+from figures import corner, coverage, pattern, repeats, repeats_by_height
 
 FIGURES = {
     'pattern': pattern.draw,
     'coverage': coverage.draw,
     'corner': corner.draw,
+    'repeats_by_height': repeats_by_height.draw,
     'repeats': repeats.draw,
 }
 FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
