@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from figures import corner, coverage, pattern, repeats, repeats_by_height
+from figures import compensation, corner, coverage, pattern, repeats, repeats_by_height
 
 FIGURES = {
     'pattern': pattern.draw,
@@ -13,6 +13,7 @@ FIGURES = {
     'corner': corner.draw,
     'repeats_by_height': repeats_by_height.draw,
     'repeats': repeats.draw,
+    'compensation': compensation.draw,
 }
 FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 
