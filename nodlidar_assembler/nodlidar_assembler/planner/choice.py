@@ -267,19 +267,20 @@ def plans(
     if timing_error > 0.0 and not objective.only_completion:
         raise ParameterError('timing_error', '0 s unless completion alone counts', timing_error)
     fewest = int(samples.min())
+    chosen: Iterable[int]
     if timing_error > 0.0:
         chosen = _robust(task, samples, start_pitch, timing_error, progress)[:count]
     elif objective.only_completion:
         chosen = _soonest(task, samples, 0.0, start_pitch, count).tolist()
     else:
-        chosen = samples.tolist()
-    found = [
-        evaluate(task, n_s, start_pitch, timing_error, objective.hole_after, fewest)
-        for n_s in (progress(chosen) if timing_error > 0.0 or len(chosen) > count else chosen)
-    ]
+        chosen = progress(samples.tolist())
     if timing_error == 0.0:
-        found.sort(key=lambda plan: _rank(plan, objective))
-    return found[:count]
+        ranks = {n_s: _rank(task, n_s, objective, start_pitch) for n_s in chosen}
+        chosen = sorted(ranks, key=lambda n_s: ranks[n_s])[:count]
+    return [
+        evaluate(task, n_s, start_pitch, timing_error, objective.hole_after, fewest)
+        for n_s in (progress(chosen) if timing_error > 0.0 else chosen)
+    ]
 
 
 def evaluate(
@@ -364,12 +365,18 @@ def _robust(
     return sorted(shortlist, key=lambda n_s: score[n_s])
 
 
-def _rank(plan: Plan, objective: Objective) -> tuple[float, float, float]:
-    figures = plan.figures
-    terms = (
-        (objective.completion, figures.completion_time),
-        (objective.revisit, figures.revisit_max),
-        (objective.hole, plan.hole),
-    )
-    score = sum(weight * value for weight, value in terms if weight > 0.0)
+def _rank(
+    task: Task, samples_per_sweep: int, objective: Objective, start_pitch: float | None
+) -> tuple[float, float, float]:
+    """Return what N_s are ordered by, least first; the hole is looked for only if it counts."""
+    coverage = _coverage(task, samples_per_sweep, start_pitch)
+    figures = coverage.figures()
+    score = 0.0
+    if objective.completion > 0.0:
+        score += objective.completion * figures.completion_time
+    if objective.revisit > 0.0:
+        score += objective.revisit * figures.revisit_max
+    if objective.hole > 0.0:
+        hole = largest_hole(task, coverage.pattern, objective.hole_after)
+        score += objective.hole * hole.side
     return score, figures.revisit_max, -figures.hit_frequency
