@@ -1,17 +1,16 @@
 """Sweeps chosen for what is unseen against the planned nod, under errors of the turns."""
 
-from math import pi
 import time
 
 from nodlidar_assembler.planner.choice import lower_bound
 from nodlidar_assembler.planner.feedback import Feedback, SPREAD
 from nodlidar_assembler.planner.pattern import HALF_SAMPLE
-from nodlidar_assembler.planner.task import Task
 from nodlidar_assembler.planner.timing_error import completion_run
 import numpy as np
 from rich.table import Table
 
-TASK = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
+from bench.reference import FULL_CIRCLE
+
 SEEDS = range(50)
 
 
@@ -27,7 +26,9 @@ def table() -> Table:
             runs = [_feedback_run(n_s, error, seed) for seed in SEEDS]
             chosen = float(np.median([completion for completion, _ in runs]))
             steady = float(
-                np.median([completion_run(TASK, planned, HALF_SAMPLE, error, s) for s in SEEDS])
+                np.median(
+                    [completion_run(FULL_CIRCLE, planned, HALF_SAMPLE, error, s) for s in SEEDS]
+                )
             )
             result.add_row(
                 f'{n_s}',
@@ -35,7 +36,7 @@ def table() -> Table:
                 f'{steady:.1f} s',
                 f'{chosen:.1f} s',
                 f'{chosen / steady:.2f}',
-                f'{lower_bound(TASK, round(n_s * (1.0 - SPREAD))):.1f} s',
+                f'{lower_bound(FULL_CIRCLE, round(n_s * (1.0 - SPREAD))):.1f} s',
                 f'{np.median([seconds for _, seconds in runs]) * 1e3:.0f} ms',
             )
     return result
@@ -43,14 +44,14 @@ def table() -> Table:
 
 def _feedback_run(n_s: int, error: float, seed: int) -> tuple[float, float]:
     """Return the completion time of a run [s], and the median time that a choice takes [s]."""
-    feedback, noise = Feedback(TASK, n_s, error), np.random.default_rng(seed)
+    feedback, noise = Feedback(FULL_CIRCLE, n_s, error), np.random.default_rng(seed)
     turn, going_up, last, took = -HALF_SAMPLE, True, 0, []
     while feedback.unseen.any():
         start = time.perf_counter()
         duration = feedback.next_duration(turn, going_up)
         took.append(time.perf_counter() - start)
-        following = turn + duration + noise.normal(0.0, error / TASK.sample_time)
+        following = turn + duration + noise.normal(0.0, error / FULL_CIRCLE.sample_time)
         new = feedback.saw(turn, following, going_up)
         last = int(new[-1]) if len(new) else last
         turn, going_up = following, not going_up
-    return last * TASK.sample_time, float(np.median(took))
+    return last * FULL_CIRCLE.sample_time, float(np.median(took))

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-FULL_CIRCLE = Task(pitch_min=-math.pi / 4, pitch_max=math.pi / 4, full_circle=True)
+from bench.reference import FULL_CIRCLE
+
 # The useful band of N_s; the fewest samples in a sweep are the speed limit.
 FEWEST, MOST = 1001, 8000
 HORIZON = 40.0  # s

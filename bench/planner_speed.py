@@ -14,15 +14,15 @@ from nodlidar_assembler.planner.task import Task
 import numpy as np
 from rich.table import Table
 
+from bench.reference import FULL_CIRCLE
 from figures.coverage import maps_of, STARTS
 
 # The enumeration that the tests check the planner with.
 sys.path.append(str(Path(__file__).parent.parent / 'nodlidar_assembler' / 'test'))
 from planner_enumeration import enumerate_cells
 
-TASK = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
 TASKS = {
-    '10 cm at 2 m, full circle, span pi/2': TASK,
+    '10 cm at 2 m, full circle, span pi/2': FULL_CIRCLE,
     "10 cm at 2 m, the lidar's own view": Task(),
     '10 cm at 3 m, full circle, span pi/2': Task(0.10, 3.0, -pi / 4, pi / 4, full_circle=True),
 }
@@ -36,10 +36,10 @@ def table() -> Table:
     for heading in ('what', 'time', 'against', 'time', 'ratio'):
         result.add_column(heading, justify='right' if heading in ('time', 'ratio') else 'left')
     pattern = Pattern(1024, 4001)
-    structure = _time(lambda: Coverage(TASK, pattern).figures(), 30)
-    enumeration = _time(lambda: enumerate_cells(TASK, pattern), 3)
+    structure = _time(lambda: Coverage(FULL_CIRCLE, pattern).figures(), 30)
+    enumeration = _time(lambda: enumerate_cells(FULL_CIRCLE, pattern), 3)
     _add(result, 'figures of the whole period', structure, 'enumeration in NumPy', enumeration)
-    hole = _time(lambda: largest_hole(TASK, pattern, 10.0), 10)
+    hole = _time(lambda: largest_hole(FULL_CIRCLE, pattern, 10.0), 10)
     _add(result, 'largest hole after 10 s', hole, 'enumeration in NumPy', enumeration)
     for name, task in TASKS.items():
         samples = samples_in_band(task)
@@ -48,8 +48,8 @@ def table() -> Table:
             choice = _time(lambda t=task, s=samples, e=error: quick_choice(t, s, e), 5)
             what = f'choice of {len(samples)} N_s, {error * 1e3:g} ms of error: {name}'
             _add(result, what, choice, 'figures of each', everything)
-    samples = samples_in_band(TASK)[::GRID_PART]
-    grid = _time(lambda: [maps_of(TASK, int(n_s)) for n_s in samples], 1) * GRID_PART
+    samples = samples_in_band(FULL_CIRCLE)[::GRID_PART]
+    grid = _time(lambda: [maps_of(FULL_CIRCLE, int(n_s)) for n_s in samples], 1) * GRID_PART
     what = f'Fig. 6: {GRID_PART * len(samples)} N_s x {len(STARTS)} starts, one process'
     _add(result, what, grid, 'enumeration of each', enumeration * len(STARTS) * 3500)
     return result

@@ -1,7 +1,9 @@
 """The set-up that measurements share: the reference sensor, nodding at pi rad/s in the room."""
 
 from dataclasses import replace
+from math import pi
 
+from nodlidar_assembler.planner.task import Task
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import Recording, simulate
@@ -10,6 +12,8 @@ START_NS = 1_700_000_000_000_000_000
 SPAN = 1.2272
 SAMPLES_PER_SWEEP = 4001
 BEAM_PERIOD = 0.1 / 1024
+# What the publication plans for: 10 cm at 2 m, all around, 126 x 32 cells.
+FULL_CIRCLE = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
 
 
 def reference_nod() -> NodTrajectory:

@@ -2,7 +2,6 @@
 
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from math import pi
 from pathlib import Path
 
 import matplotlib
@@ -21,7 +20,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-TASK = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
+from bench.reference import FULL_CIRCLE
+
 STARTS = np.arange(91)
 PUBLISHED = 2745
 # N_s of one piece of work of a process.
@@ -47,7 +47,7 @@ class Maps:
 
 def draw(folder: Path, console: Console) -> Table:
     """Draw the maps into coverage.png; return what was published and what is found."""
-    maps = compute(samples_in_band(TASK), console)
+    maps = compute(samples_in_band(FULL_CIRCLE), console)
     figure, axes = plt.subplots(4, 1, figsize=(11.0, 13.0), height_ratios=(2, 1.3, 1.3, 1.3))
     _draw_completions(axes[0], maps)
     for shown, (name, title) in zip(axes[1:], PANELS.items(), strict=True):
@@ -79,7 +79,7 @@ def compute(samples: NDArray[np.int64], console: Console) -> Maps:
 
 def _rows_of_maps(samples: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
     """Return completion, revisit and hit frequency of some N_s, each (N_s, starts)."""
-    panels = np.array([maps_of(TASK, int(n_s)) for n_s in samples])
+    panels = np.array([maps_of(FULL_CIRCLE, int(n_s)) for n_s in samples])
     return panels[:, 0], panels[:, 1], panels[:, 2]
 
 
@@ -110,7 +110,7 @@ def _draw_completions(axes: Axes, maps: Maps) -> None:
         maps.samples, maps.completion[:, 0], color='tab:blue', lw=0.5, label='start at limit'
     )
     axes.axvline(PUBLISHED, color='black', linewidth=0.8, linestyle=':', label=f'{PUBLISHED}')
-    bound = lower_bound(TASK, int(maps.samples[0]))
+    bound = lower_bound(FULL_CIRCLE, int(maps.samples[0]))
     axes.axhline(bound, color='tab:green', linewidth=1.0, label='no nod is faster')
     axes.set(yscale='log', xlabel='N_s', ylabel='completion [s]', xlim=maps.samples[[0, -1]])
     axes.set_title('10 cm at 2 m, full circle, span π/2: completion over N_s')
@@ -133,7 +133,7 @@ def _findings(maps: Maps) -> Table:
     )
     table.add_row(
         '', f'best: N_s = {maps.samples[best]}, {at_limit[best]:.1f} s; no nod below '
-        f'{lower_bound(TASK, int(maps.samples[0])):.1f} s',
+        f'{lower_bound(FULL_CIRCLE, int(maps.samples[0])):.1f} s',
     )  # fmt: skip
     table.add_row(
         'completion hardly depends on the start pitch',
