@@ -158,9 +158,10 @@ class Assembler(Node):
         except OdometryError as error:
             self._odometry_missing(scan, states, error.reason)
             return
-        self._surroundings.add_scan(
-            told, self._pipeline.beams(told.geometry), self._pipeline.pitch, self._pipeline.poses
-        )
+        seen = told, self._pipeline.beams(told.geometry), self._pipeline.pitch
+        self._surroundings.add_scan(*seen)
+        if self.config.adapt_limits:
+            self._surroundings.follow(*seen, self._pipeline.poses)
         if self.config.command_nod:
             self._adapt()
         frame_id = self.config.frame_id if odometry is None else self.config.odom_frame

@@ -3,7 +3,7 @@
 from nodlidar_assembler.assembly import assemble
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ego_motion import Poses, rotated
-from nodlidar_assembler.geometry import Beams
+from nodlidar_assembler.geometry import Beams, revolution_time
 from nodlidar_assembler.nod_adaptation import NodAdaptation
 from nodlidar_assembler.nod_clock import NodShape
 from nodlidar_assembler.pipeline import Scan
@@ -64,10 +64,8 @@ class Surroundings:
         self._last_ns = 0
         self._position: NDArray[np.float64] | None = None
 
-    def add_scan(
-        self, scan: Scan, beams: Beams, pitch: NDArray[np.float64], poses: Poses | None
-    ) -> None:
-        """Add a scan, the pitch of its beams [rad] and, with odometry, the poses at them."""
+    def add_scan(self, scan: Scan, beams: Beams, pitch: NDArray[np.float64]) -> None:
+        """Add a scan, and the pitch of its beams [rad], to what was covered."""
         if self._stamp_ns is not None and scan.stamp_ns <= self._stamp_ns:
             self.restart()
         geometry = beams.geometry
@@ -77,8 +75,14 @@ class Surroundings:
         # Stamps that are estimated anew may let a scan begin just before the last one's end.
         times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
         self._stamp_ns, self._last_ns = scan.stamp_ns, int(times_ns[-1])
-        self._beam_period = geometry.time_increment
+        # Not the time between beams, which are fewer than steps where the lidar thins them.
+        self._beam_period = revolution_time(geometry) / self._config.steps_per_revolution
         self._coverage.add(times_ns, azimuth, pitch)
+
+    def follow(
+        self, scan: Scan, beams: Beams, pitch: NDArray[np.float64], poses: Poses | None
+    ) -> None:
+        """Let the limits follow a scan that was added; with odometry, the poses at its beams."""
         if poses is not None:
             self._move(poses)
         points = assemble(beams, scan.stamp_ns, scan.ranges, pitch).data

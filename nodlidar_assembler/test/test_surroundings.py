@@ -39,11 +39,16 @@ def poses_at(x):
     return Poses(np.tile(x * ahead, (682, 1)), np.tile(turned_left, (682, 1)))
 
 
+def add(surroundings, scan, pitch, poses=None):
+    surroundings.add_scan(scan, BEAMS, pitch)
+    surroundings.follow(scan, BEAMS, pitch, poses)
+
+
 def test_a_wall_gives_the_limits_of_its_median_range():
     surroundings = Surroundings(AssemblerConfig())
     assert surroundings.shape() is None
     for scan, pitch in told(3.0):
-        surroundings.add_scan(scan, BEAMS, pitch, None)
+        add(surroundings, scan, pitch)
         shape = surroundings.shape()
     expected = limits_at(PitchLimitsConfig(), 2.0 / math.cos(math.radians(15.0)))
     assert (shape.pitch_min, shape.pitch_max) == pytest.approx(expected, abs=0.02)
@@ -60,7 +65,7 @@ def test_odometry_in_any_direction_of_the_odom_frame_predicts_the_range():
     for odometry in (True, False):
         surroundings = Surroundings(AssemblerConfig())
         for k, (scan, pitch) in enumerate(scans):
-            surroundings.add_scan(scan, BEAMS, pitch, poses_at(0.05 * k) if odometry else None)
+            add(surroundings, scan, pitch, poses_at(0.05 * k) if odometry else None)
             shape = surroundings.shape()
         limits.append(shape.pitch_max)
     expected = limits_at(PitchLimitsConfig(), (3.5 - 1.45) / math.cos(math.radians(15.0)))[1]
@@ -71,7 +76,7 @@ def test_odometry_in_any_direction_of_the_odom_frame_predicts_the_range():
 def test_when_time_goes_back_everything_starts_anew():
     surroundings = Surroundings(AssemblerConfig())
     for scan, pitch in told(2.0) + told(1.0):
-        surroundings.add_scan(scan, BEAMS, pitch, None)
+        add(surroundings, scan, pitch)
         assert surroundings.shape() is not None
     assert surroundings.covered().beams == 10 * 681
 
@@ -79,7 +84,27 @@ def test_when_time_goes_back_everything_starts_anew():
 def test_a_scan_that_begins_just_before_the_last_ones_end_is_kept():
     surroundings = Surroundings(AssemblerConfig())
     [(scan, pitch)] = told(0.1)
-    surroundings.add_scan(scan, BEAMS, pitch, None)
+    add(surroundings, scan, pitch)
     closely = replace(scan, stamp_ns=scan.stamp_ns + BEAMS.duration_ns - 1000)
-    surroundings.add_scan(closely, BEAMS, pitch, None)
+    add(surroundings, closely, pitch)
     assert surroundings.covered().beams == 2 * 681
+
+
+def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
+    """N_s counts steps, however few of them are beams."""
+    [(scan, pitch)] = told(0.1)
+    shapes = []
+    for thinning in (1, 2):
+        geometry = replace(
+            GEOMETRY,
+            beams=GEOMETRY.beams // thinning,
+            angle_increment=GEOMETRY.angle_increment * thinning,
+            time_increment=GEOMETRY.time_increment * thinning,
+        )
+        thinned = Scan(scan.stamp_ns, geometry, scan.ranges[::thinning])
+        # At 0.5 rad/s the span takes more than the planned N_s.
+        surroundings = Surroundings(AssemblerConfig(max_nod_speed=0.5))
+        surroundings.add_scan(thinned, Beams(geometry, REFERENCE_MOUNT), pitch[::thinning])
+        shapes.append(surroundings.shape())
+    assert shapes[0].samples_per_sweep > 4001
+    assert shapes[1].samples_per_sweep == shapes[0].samples_per_sweep
