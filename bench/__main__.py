@@ -1,7 +1,5 @@
 """Prints every measurement: `python -m bench`, or some: `python -m bench accuracy`."""
 
-import argparse
-
 from rich.console import Console
 
 from bench import (
@@ -17,6 +15,7 @@ from bench import (
     planner_speed,
     simulation_speed,
 )
+from bench.names import names_from_command_line
 
 MEASUREMENTS = {
     'assembly_time': assembly_time.table,
@@ -35,12 +34,7 @@ MEASUREMENTS = {
 
 def main() -> None:
     """Print the tables that were asked for, by default all."""
-    parser = argparse.ArgumentParser(prog='python -m bench', description=__doc__)
-    parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(MEASUREMENTS))
-    names = parser.parse_args().names or list(MEASUREMENTS)
-    unknown = sorted(set(names) - set(MEASUREMENTS))
-    if unknown:
-        parser.error(f'unknown: {", ".join(unknown)}; there are {", ".join(MEASUREMENTS)}')
+    names = names_from_command_line('python -m bench', str(__doc__), MEASUREMENTS)
     console = Console()
     for name in names:
         with console.status(name):

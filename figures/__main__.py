@@ -1,10 +1,10 @@
 """Draws every figure into docs/figures: `python -m figures`, or some by name."""
 
-import argparse
 from pathlib import Path
 
 from rich.console import Console
 
+from bench.names import names_from_command_line
 from figures import compensation, corner, coverage, pattern, repeats, repeats_by_height
 
 FIGURES = {
@@ -20,12 +20,7 @@ FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 
 def main() -> None:
     """Draw the figures that were asked for, by default all, and print what they show."""
-    parser = argparse.ArgumentParser(prog='python -m figures', description=__doc__)
-    parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(FIGURES))
-    names = parser.parse_args().names or list(FIGURES)
-    unknown = sorted(set(names) - set(FIGURES))
-    if unknown:
-        parser.error(f'unknown: {", ".join(unknown)}; there are {", ".join(FIGURES)}')
+    names = names_from_command_line('python -m figures', str(__doc__), FIGURES)
     FOLDER.mkdir(parents=True, exist_ok=True)
     console = Console()
     for name in names:
