@@ -5,11 +5,12 @@ from dataclasses import replace
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from log_messages import scan_message, state_message
 from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.node import Assembler
 from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.sensor_log import assemble_log, SensorLog
-from nodlidar_common.messages import nod_from_message, time_message
+from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
@@ -97,26 +98,6 @@ def bench(*parameters):
         yield made
     finally:
         made.close()
-
-
-def scan_message(scan):
-    geometry = scan.geometry
-    message = LaserScan(
-        angle_min=float(geometry.angle_min),
-        angle_increment=float(geometry.angle_increment),
-        time_increment=float(geometry.time_increment),
-        range_min=float(geometry.range_min),
-        range_max=float(geometry.range_max),
-        ranges=scan.ranges,
-    )
-    message.header.stamp = time_message(scan.stamp_ns)
-    return message
-
-
-def state_message(stamp_ns, pitch):
-    message = JointState(name=['wheel', 'nod_joint'], position=[9.0, float(pitch)])
-    message.header.stamp = time_message(int(stamp_ns))
-    return message
 
 
 @pytest.mark.parametrize('estimator', ['nearest', 'ends', 'slerp', 'trajectory'])

@@ -6,6 +6,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
+from log_messages import scan_message, state_message
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ego_motion import Odometry, Poses
 from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
@@ -141,26 +142,6 @@ def transform(parent, child, stamp_ns, position, orientation):
     p, q = message.transform.translation, message.transform.rotation
     p.x, p.y, p.z = map(float, position)
     q.x, q.y, q.z, q.w = map(float, orientation)
-    return message
-
-
-def scan_message(scan):
-    geometry = scan.geometry
-    message = LaserScan(
-        angle_min=float(geometry.angle_min),
-        angle_increment=float(geometry.angle_increment),
-        time_increment=float(geometry.time_increment),
-        range_min=float(geometry.range_min),
-        range_max=float(geometry.range_max),
-        ranges=scan.ranges,
-    )
-    message.header.stamp = time_message(scan.stamp_ns)
-    return message
-
-
-def state_message(stamp_ns, pitch):
-    message = JointState(name=['nod_joint'], position=[float(pitch)])
-    message.header.stamp = time_message(int(stamp_ns))
     return message
 
 
