@@ -14,7 +14,7 @@ FARTHEST = 8192.0
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points in the frame of the nod's base or, as MOVED_POINT, of odometry; oldest first.
+    """Points in the frame of the nod's base or in that of odometry; oldest first.
 
     Attributes
     ----------
@@ -41,6 +41,7 @@ def assemble(
     pitch: NDArray[np.float64],
     intensities: NDArray[np.float32] | None = None,
     poses: Poses | None = None,
+    moved_point: np.dtype[np.void] = MOVED_POINT,
 ) -> Points:
     """Return a scan's points; beams without a measurement are absent.
 
@@ -63,6 +64,8 @@ def assemble(
         Pitch of each beam [rad], shape (n,).
     poses
         Of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,).
+    moved_point
+        What points in the frame of odometry are: MOVED_POINT, or POINT if they shall have times.
 
     Raises
     ------
@@ -76,11 +79,11 @@ def assemble(
     phi = pitch[valid]
     cos, sin = np.cos(phi), np.sin(phi)
     xyz = np.stack([p[0] * cos - p[2] * sin, p[1], p[0] * sin + p[2] * cos])
-    data = np.zeros(len(valid), dtype=POINT if poses is None else MOVED_POINT)
+    data = np.zeros(len(valid), dtype=POINT if poses is None else moved_point)
     data['x'], data['y'], data['z'] = xyz if poses is None else _moved(xyz, poses[valid])
     if intensities is not None and len(intensities) == len(ranges):
         data['intensity'] = intensities[valid]
-    if poses is None:
+    if data.dtype == POINT:
         offset = beams.offset[valid]
         data['time'] = offset - offset[:1]
     return Points(start_ns + beams.offset_ns[valid], data)

@@ -68,8 +68,13 @@ class AssemblerConfig:
     ego_motion: str = parameter(
         'off',
         'beam: every beam starts from where odometry, by TF, says that the robot was at its '
-        'instant; clouds are in odom_frame and have no field time',
+        'instant; clouds are in odom_frame',
         choices=EGO_MOTION_MODES,
+    )
+    time_in_compensated_clouds: bool = parameter(
+        False,
+        'Whether clouds in odom_frame have the field time all the same; a program that knows it '
+        'may compensate the motion once more',
     )
     odom_frame: str = parameter(
         'odom', 'Frame of odometry, in which TF tells the pose of frame_id'

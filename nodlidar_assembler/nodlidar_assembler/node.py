@@ -15,6 +15,7 @@ from nodlidar_assembler.nod_clock import NodClock, NodShape
 from nodlidar_assembler.odometry_filter import OdometryFilter
 from nodlidar_assembler.pipeline import Pipeline
 from nodlidar_assembler.pitch import PitchError
+from nodlidar_assembler.points import MOVED_POINT, POINT
 from nodlidar_assembler.scan_filter import ScanFilter
 from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
 from nodlidar_assembler.surroundings import Surroundings
@@ -55,6 +56,7 @@ class Assembler(Node):
             ),
             self.config.joint_step,
             self.config.leg_margin,
+            POINT if self.config.time_in_compensated_clouds else MOVED_POINT,
         )
         self._nod_clock = NodClock(self._configured_shape(), self.config.steps_per_revolution)
         self._warn_if_samples_repeat()

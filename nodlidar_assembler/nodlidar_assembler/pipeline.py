@@ -6,6 +6,7 @@ from nodlidar_assembler.assembly import assemble, Points
 from nodlidar_assembler.ego_motion import MotionLimits, Odometry, Poses, USUAL_MOTION
 from nodlidar_assembler.geometry import Beams, ScanGeometry
 from nodlidar_assembler.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
+from nodlidar_assembler.points import MOVED_POINT
 from nodlidar_assembler.sweeps import SweepGatherer
 from nodlidar_assembler.turns import TurnFinder
 from nodlidar_common.pose import Pose
@@ -45,6 +46,8 @@ class Pipeline:
         What the motion of the base may be between odometry samples.
     joint_step, leg_margin
         Of the estimator 'trajectory', see PitchEstimator.
+    moved_point
+        What points in the frame of odometry are: MOVED_POINT, or POINT if they shall have times.
 
     Attributes
     ----------
@@ -63,10 +66,12 @@ class Pipeline:
         motion_limits: MotionLimits = USUAL_MOTION,
         joint_step: float = JOINT_STEP,
         leg_margin: float = LEG_MARGIN,
+        moved_point: np.dtype[np.void] = MOVED_POINT,
     ) -> None:
         self.estimator = PitchEstimator(estimator, max_joint_gap, joint_step, leg_margin)
         self._mount = mount
         self._motion_limits = motion_limits
+        self._moved_point = moved_point
         self.pitch: NDArray[np.float64] = np.zeros(0)
         self.poses: Poses | None = None
         self._beams: Beams | None = None
@@ -111,7 +116,9 @@ class Pipeline:
         poses = None
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
-        points = assemble(beams, scan.stamp_ns, scan.ranges, pitch, scan.intensities, poses)
+        points = assemble(
+            beams, scan.stamp_ns, scan.ranges, pitch, scan.intensities, poses, self._moved_point
+        )
         self.pitch, self.poses = pitch, poses
         if self._sweeps is not None:
             return self._sweeps.add_scan(points)

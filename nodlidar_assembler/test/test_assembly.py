@@ -145,6 +145,18 @@ def test_points_that_were_moved_have_no_time_by_which_they_would_be_moved_again(
     assert np.array_equal(points.data['intensity'], intensities)
 
 
+def test_points_that_were_moved_have_the_times_of_the_others_if_so_asked():
+    poses = moving(682, (1.0, 2.0, 3.0), np.linspace(0.0, 0.1, 682))
+    ranges = np.ones(682, dtype=np.float32)
+    ranges[:7] = np.inf
+    given = Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682)
+    bare, timed = assemble(*given, poses=poses), assemble(*given, poses=poses, moved_point=POINT)
+    assert timed.data.dtype == POINT
+    for name in MOVED_POINT.names:
+        np.testing.assert_array_equal(timed.data[name], bare.data[name])
+    np.testing.assert_array_equal(timed.data['time'], assemble(*given).data['time'])
+
+
 @given(st.tuples(*[st.floats(-FARTHEST + 6.0, FARTHEST - 6.0)] * 3), angle)
 def test_far_from_the_origin_of_odometry_a_cloud_keeps_millimetres(position, yaw):
     ranges = np.linspace(0.5, 5.0, 682, dtype=np.float32)

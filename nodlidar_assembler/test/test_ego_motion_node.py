@@ -177,6 +177,21 @@ def test_clouds_are_those_of_the_same_data_offline_also_when_tf_is_late(log, clo
         assert_same(running.clouds, expected)
 
 
+@pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])
+def test_clouds_have_times_if_so_told(log, cloud_mode):
+    expected = offline(log, cloud_mode)
+    parameters = f'cloud_mode:={cloud_mode}', 'time_in_compensated_clouds:=true', 'deadline:=10.0'
+    with bench(*parameters) as running:
+        running.feed(log)
+        running.spin_until(lambda: len(running.clouds) >= len(expected))
+        for cloud, points in zip(running.clouds, expected, strict=True):
+            assert cloud.header.frame_id == 'odom'
+            got = point_cloud2.read_points(cloud)
+            since = (points.time_ns - points.time_ns[0]) / 1e9
+            np.testing.assert_allclose(got['time'], since, atol=1e-7)
+            np.testing.assert_allclose(got['x'], points.data['x'], atol=2e-6)
+
+
 def test_without_tf_every_scan_is_dropped_and_counted(log):
     silent = replace(log, odometry=part_of(log.odometry, slice(0)))
     reason = 'dropped: no odometry after it before the deadline'
