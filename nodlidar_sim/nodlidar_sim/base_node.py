@@ -11,6 +11,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.base import motion_of, relative
 from nodlidar_sim.commanded import CommandedBase
 from nodlidar_sim.odometry import Odometer
+from nodlidar_sim.odometry_uncertainty import OdometryUncertainty
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
@@ -21,6 +22,8 @@ Array = NDArray[np.float64]
 
 ODOM, BASE = 'odom', 'base_link'
 PERIOD = 0.02  # s, between two samples of the odometry
+# Variance of what wheels do not measure: height, roll and pitch [m², rad² or per s²].
+UNKNOWN = 1e6
 
 
 class BaseNode(Node):
@@ -30,6 +33,8 @@ class BaseNode(Node):
     ----------
     odometer
         Asked every PERIOD for the pose at that instant.
+    uncertainty
+        Told of its motion, and asked for what the covariances of the messages are to be.
     clock
         The host time [ns] of the simulation.
     is_running
@@ -41,13 +46,15 @@ class BaseNode(Node):
     def __init__(
         self,
         odometer: Odometer,
+        uncertainty: OdometryUncertainty,
         clock: Callable[[], int],
         is_running: Callable[[], bool] = lambda: True,
         commanded: CommandedBase | None = None,
     ) -> None:
         super().__init__('base')
         self.failed = False
-        self._odometer, self._host_time, self._is_running = odometer, clock, is_running
+        self._odometer, self._uncertainty = odometer, uncertainty
+        self._host_time, self._is_running = clock, is_running
         self._last_ns = clock()
         self._last_pose = odometer.poses(np.array([self._last_ns]))
         overridable = QoSOverridingOptions.with_default_policies()
@@ -70,9 +77,13 @@ class BaseNode(Node):
             return
         pose = self._odometer.poses(np.array([now_ns]))
         motion = motion_of(relative(self._last_pose, pose))[0]
-        velocity = motion / ((now_ns - self._last_ns) / NS_PER_S)
+        elapsed = (now_ns - self._last_ns) / NS_PER_S
+        velocity = motion / elapsed
+        self._uncertainty.add(self._last_pose[0, 2], motion, elapsed)
         self._last_ns, self._last_pose = now_ns, pose
         message = odometry_message(now_ns, pose[0], velocity)
+        message.pose.covariance = covariance(self._uncertainty.of_pose)
+        message.twist.covariance = covariance(self._uncertainty.of_velocity(velocity))
         self._publisher.publish(message)
         self._broadcaster.sendTransform(transform_of(message))
 
@@ -93,6 +104,13 @@ def odometry_message(stamp_ns: int, pose: Array, velocity: Array) -> Odometry:
     place.orientation = Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
     twist.linear.x, twist.linear.y, twist.angular.z = map(float, velocity)
     return message
+
+
+def covariance(planar: Array) -> list[float]:
+    """Return that of x, y, z and turns about them, (36,), from that of x, y and yaw, (3, 3)."""
+    whole = UNKNOWN * np.eye(6)
+    whole[np.ix_([0, 1, 5], [0, 1, 5])] = planar
+    return [float(value) for value in whole.ravel()]
 
 
 def transform_of(message: Odometry) -> TransformStamped:

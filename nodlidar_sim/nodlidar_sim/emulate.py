@@ -13,6 +13,7 @@ from nodlidar_sim.commanded import CommandedBase
 from nodlidar_sim.device import Device
 from nodlidar_sim.effects import imperfect
 from nodlidar_sim.odometry import Base, Odometer
+from nodlidar_sim.odometry_uncertainty import OdometryUncertainty
 from nodlidar_sim.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.rx24f import Rx24fEmulator
 from nodlidar_sim.scene import load_scene, route_names, Scene, scene_names
@@ -131,7 +132,8 @@ def run(options: argparse.Namespace) -> int:
         if options.base == 'route':
             terminals.wait()
             return 0
-        return run_node(base, Odometer(base, scene.effects, start_ns, options.seed), terminals)
+        odometer = Odometer(base, scene.effects, start_ns, options.seed)
+        return run_node(base, odometer, OdometryUncertainty(scene.effects), terminals)
 
 
 def make_base(options: argparse.Namespace, scene: Scene, start_ns: int) -> Base:
@@ -141,7 +143,9 @@ def make_base(options: argparse.Namespace, scene: Scene, start_ns: int) -> Base:
     return scene.route(start_ns)
 
 
-def run_node(base: Base, odometer: Odometer, terminals: PseudoTerminals) -> int:
+def run_node(
+    base: Base, odometer: Odometer, uncertainty: OdometryUncertainty, terminals: PseudoTerminals
+) -> int:
     """Run the base's node until a signal, and the devices until their hosts have ended, too."""
     # Imported here: without odometry, the devices are emulated where there is no ROS.
     from nodlidar_common.node import run as run_until_signal
@@ -149,7 +153,8 @@ def run_node(base: Base, odometer: Odometer, terminals: PseudoTerminals) -> int:
 
     commanded = base if isinstance(base, CommandedBase) else None
     status = run_until_signal(
-        lambda: BaseNode(odometer, terminals.clock, terminals.running, commanded), sys.argv
+        lambda: BaseNode(odometer, uncertainty, terminals.clock, terminals.running, commanded),
+        sys.argv,
     )
     if not terminals.running():  # by an early signal, or an error that is raised with their exit
         return 0

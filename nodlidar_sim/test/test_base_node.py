@@ -10,8 +10,10 @@ from nodlidar_sim.base_node import BaseNode
 from nodlidar_sim.commanded import CommandedBase
 from nodlidar_sim.effects import Effects
 from nodlidar_sim.odometry import Odometer
+from nodlidar_sim.odometry_uncertainty import OdometryUncertainty
 from nodlidar_sim.route import Plan
 from nodlidar_sim.virtual_port import VirtualClock
+import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -20,16 +22,17 @@ from tf2_msgs.msg import TFMessage
 S = 1_000_000_000
 START_NS = 1_700_000_000 * S
 LONGEST = 30.0
+EXACT = Effects()
 
 
 class Bench:
     """A base's node, someone who listens to it and drives it."""
 
-    def __init__(self, base, commanded=None):
+    def __init__(self, base, commanded=None, effects=EXACT):
         rclpy.init()
         self.clock, self.running = VirtualClock(START_NS), True
-        odometer = Odometer(base, Effects(), START_NS)
-        self.node = BaseNode(odometer, self.clock, lambda: self.running, commanded)
+        odometer, uncertainty = Odometer(base, effects, START_NS), OdometryUncertainty(effects)
+        self.node = BaseNode(odometer, uncertainty, self.clock, lambda: self.running, commanded)
         self.other = rclpy.create_node('other')
         self.executor = SingleThreadedExecutor()
         for node in (self.node, self.other):
@@ -92,6 +95,27 @@ def test_odometry_and_transform_tell_the_route_from_its_start(bench):
     assert stamped.transform.translation.x == place.position.x
     assert stamped.transform.translation.y == place.position.y
     assert stamped.transform.rotation == place.orientation
+
+
+def test_covariances_grow_with_the_way_and_tell_what_wheels_do_not_know(bench):
+    """Straight on: 2 % of each wheel's way, 2 % sqrt 2 / 0.4 m of heading each metre."""
+    effects = Effects(odometry_error=0.02)
+    running = bench(Plan((0.5, 0.0)).route((3.0, -1.0, 0.7), START_NS), None, effects)
+    for seconds in (2.0, 4.0):
+        odometry, _ = running.at(seconds)
+        way = 0.5 * seconds
+        pose = np.reshape(odometry.pose.covariance, (6, 6))
+        along, heading = way * 0.02 / math.sqrt(2), way * 0.02 * math.sqrt(2) / 0.4
+        # The wheels that they are made of are known as they counted, by 2 % off themselves.
+        assert np.sqrt(np.diag(pose)[[0, 5]]) == pytest.approx([along, heading], rel=0.1)
+        assert np.diag(pose)[1] > np.diag(pose)[0]
+        assert np.all(np.diag(pose)[2:5] == 1e6)
+        twist = np.reshape(odometry.twist.covariance, (6, 6))
+        assert np.sqrt(twist[0, 0]) == pytest.approx(0.5 * 0.02 / math.sqrt(2), rel=0.1)
+        assert twist[1, 1] == 0.0
+        for covariance in (pose, twist):
+            np.testing.assert_allclose(covariance, covariance.T, rtol=1e-12, atol=1e-15)
+            assert np.all(np.linalg.eigvalsh(covariance) > -1e-9)
 
 
 def test_cmd_vel_drives_the_base_until_its_timeout(bench):
