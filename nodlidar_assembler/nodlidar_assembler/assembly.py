@@ -2,14 +2,12 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.ego_motion import OdometryError, Poses
+from nodlidar_assembler.ego_motion import Poses
 from nodlidar_assembler.geometry import Beams
+from nodlidar_assembler.origins import OF_ODOMETRY, Origin, origin_near
 from nodlidar_assembler.points import MOVED_POINT, POINT
 import numpy as np
 from numpy.typing import NDArray
-
-# A float32 keeps 0.25 mm up to this coordinate [m], and ever less beyond.
-FARTHEST = 8192.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,10 +20,22 @@ class Points:
         Instant of each point [ns], ascending, shape (n,).
     data
         Array of POINT or MOVED_POINT, shape (n,); ``time`` counts from the first point.
+    origin
+        What the coordinates count from in the frame of odometry [m], see origins.
     """
 
     time_ns: NDArray[np.int64]
     data: NDArray[np.void]
+    origin: Origin = OF_ODOMETRY
+
+    def counted_from(self, origin: Origin) -> 'Points':
+        """Return the same points with coordinates that count from another origin."""
+        if origin == self.origin:
+            return self
+        data = self.data.copy()
+        for axis, was, now in zip('xyz', self.origin, origin, strict=True):
+            data[axis] += was - now
+        return Points(self.time_ns, data, origin)
 
 
 def valid_beams(beams: Beams, ranges: NDArray[np.float32]) -> NDArray[np.intp]:
@@ -45,7 +55,8 @@ def assemble(
 ) -> Points:
     """Return a scan's points; beams without a measurement are absent.
 
-    They are in nodlidar_base_link or, with its `poses`, in the frame of odometry.
+    They are in nodlidar_base_link or, with its `poses`, in the frame of odometry, counted from an
+    origin near the first of them.
 
     A beam ends at ``p = direction * r + mount.position`` in the nodding frame; the nod by phi
     (positive up) about -y takes it to ``x = p_x cos(phi) - p_z sin(phi)``, ``y = p_y``,
@@ -70,7 +81,7 @@ def assemble(
     Raises
     ------
     OdometryError
-        If a point has a coordinate beyond FARTHEST in the frame of odometry.
+        If the poses are too far out to be told in millimetres.
     """
     valid = valid_beams(beams, ranges)
     p = beams.direction[:, valid]
@@ -80,20 +91,16 @@ def assemble(
     cos, sin = np.cos(phi), np.sin(phi)
     xyz = np.stack([p[0] * cos - p[2] * sin, p[1], p[0] * sin + p[2] * cos])
     data = np.zeros(len(valid), dtype=POINT if poses is None else moved_point)
-    data['x'], data['y'], data['z'] = xyz if poses is None else _moved(xyz, poses[valid])
+    origin = OF_ODOMETRY if poses is None else origin_near(poses.position[0])
+    data['x'], data['y'], data['z'] = xyz if poses is None else _moved(xyz, poses.taken(valid), origin)
     if intensities is not None and len(intensities) == len(ranges):
         data['intensity'] = intensities[valid]
     if data.dtype == POINT:
         offset = beams.offset[valid]
         data['time'] = offset - offset[:1]
-    return Points(start_ns + beams.offset_ns[valid], data)
+    return Points(start_ns + beams.offset_ns[valid], data, origin)
 
 
-def _moved(xyz: NDArray[np.float64], poses: Poses) -> NDArray[np.float64]:
-    """Return points (3, n) in the frame of odometry."""
-    moved = poses.to_parent(xyz.T).T
-    farthest = np.max(np.abs(moved), initial=0.0)
-    if farthest > FARTHEST:
-        reason = f'points beyond {FARTHEST:g} m in the frame of odometry lose millimetres'
-        raise OdometryError(reason, f'{farthest:.0f} m')
-    return moved
+def _moved(xyz: NDArray[np.float64], poses: Poses, origin: Origin) -> NDArray[np.float64]:
+    """Return points (3, n) in the frame of odometry, counted from an origin."""
+    return Poses(poses.position - origin, poses.orientation).to_parent(xyz.T).T

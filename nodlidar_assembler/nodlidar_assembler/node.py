@@ -6,6 +6,7 @@ import sys
 from message_filters import Cache, Subscriber
 from nodlidar_assembler.assembly import Points
 from nodlidar_assembler.bracket_filter import BracketFilter
+from nodlidar_assembler.cloud_frames import CloudFrames
 from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.diagnosis import Diagnosis
@@ -117,6 +118,7 @@ class Assembler(Node):
             self._add_odometry(bracket)
 
     def _add_odometry(self, bracket: BracketFilter) -> None:
+        self._frames = CloudFrames(self, self.config.odom_frame)
         self._tf = TfOdometry(self, self.config.odom_frame, self.config.frame_id)
         with_odometry = OdometryFilter(
             bracket,
@@ -166,10 +168,10 @@ class Assembler(Node):
             self._surroundings.follow(*seen, self._pipeline.poses)
         if self.config.command_nod:
             self._adapt()
-        frame_id = self.config.frame_id if odometry is None else self.config.odom_frame
         for reason, count in self._pipeline.estimator.fallbacks.items():
             self._diagnosis.counts[f'slerp instead of trajectory: {reason}'] = count
         for cloud in clouds:
+            frame_id = self.config.frame_id if odometry is None else self._frames.frame(cloud)
             self._publish(cloud, frame_id)
 
     def _odometry_missing(self, scan: LaserScan, states: list[JointState], reason: str) -> None:

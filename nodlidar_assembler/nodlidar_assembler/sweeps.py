@@ -56,19 +56,20 @@ class SweepGatherer:
         before, after = [], []
         for scan in self._scans:
             cut = int(np.searchsorted(scan.time_ns, end_ns, side='left'))
-            before.append(Points(scan.time_ns[:cut], scan.data[:cut]))
-            after.append(Points(scan.time_ns[cut:], scan.data[cut:]))
+            before.append(Points(scan.time_ns[:cut], scan.data[:cut], scan.origin))
+            after.append(Points(scan.time_ns[cut:], scan.data[cut:], scan.origin))
         self._scans = [scan for scan in after if len(scan.data)]
         return _joined([scan for scan in before if len(scan.data)])
 
 
 def _joined(scans: list[Points]) -> Points | None:
-    """Join scans into one cloud whose times count from its first point."""
+    """Join scans into one cloud whose times count from its first point, in the first's frame."""
     if not scans:
         return None
+    origin = scans[0].origin
     time_ns = np.concatenate([scan.time_ns for scan in scans])
-    data = np.concatenate([scan.data for scan in scans])
+    data = np.concatenate([scan.counted_from(origin).data for scan in scans])
     if 'time' in (data.dtype.names or ()):
         data['time'] = (time_ns - time_ns[0]) / NS_PER_S
     data['ring'] = np.repeat(np.arange(len(scans)), [len(scan.data) for scan in scans])
-    return Points(time_ns, data)
+    return Points(time_ns, data, origin)

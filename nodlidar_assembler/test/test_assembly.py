@@ -4,8 +4,8 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.assembly import assemble, FARTHEST
-from nodlidar_assembler.ego_motion import OdometryError, Poses
+from nodlidar_assembler.assembly import assemble
+from nodlidar_assembler.ego_motion import Poses
 from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, revolution_time, ScanGeometry
 from nodlidar_assembler.points import MOVED_POINT, POINT
 from nodlidar_common.pose import Pose
@@ -155,29 +155,3 @@ def test_points_that_were_moved_have_the_times_of_the_others_if_so_asked():
     for name in MOVED_POINT.names:
         np.testing.assert_array_equal(timed.data[name], bare.data[name])
     np.testing.assert_array_equal(timed.data['time'], assemble(*given).data['time'])
-
-
-@given(st.tuples(*[st.floats(-FARTHEST + 6.0, FARTHEST - 6.0)] * 3), angle)
-def test_far_from_the_origin_of_odometry_a_cloud_keeps_millimetres(position, yaw):
-    ranges = np.linspace(0.5, 5.0, 682, dtype=np.float32)
-    phi = np.linspace(-0.6, 0.6, 682)
-    beams = Beams(URG, REFERENCE_MOUNT)
-    points = assemble(beams, START_NS, ranges, phi, poses=moving(682, position, np.full(682, yaw)))
-    near = xyz(assemble(beams, START_NS, ranges, phi))
-    expected = near @ axangle2mat((0.0, 0.0, 1.0), yaw).T + position
-    assert np.max(np.abs(xyz(points) - expected)) < 0.26e-3
-
-
-@pytest.mark.parametrize('position', [(FARTHEST, 0.0, 0.0), (0.0, -FARTHEST, 0.0)])
-def test_farther_than_a_cloud_can_tell_is_an_error(position):
-    ranges = np.ones(682, dtype=np.float32)
-    poses = moving(682, position, np.zeros(682))
-    with pytest.raises(OdometryError, match=r'beyond 8192 m .*: 819'):
-        assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682), poses=poses)
-
-
-def test_without_points_no_pose_is_too_far():
-    ranges = np.full(682, np.inf, dtype=np.float32)
-    poses = moving(682, (1e9, 0.0, 0.0), np.zeros(682))
-    beams = Beams(URG, REFERENCE_MOUNT)
-    assert len(assemble(beams, START_NS, ranges, np.zeros(682), poses=poses).data) == 0

@@ -26,9 +26,11 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
 from tf2_msgs.msg import TFMessage
+from tf2_ros import Buffer, TransformListener
 
 START_NS = 1_700_000_000_000_000_000
 BEAM_PERIOD = 0.1 / 1024
@@ -190,6 +192,27 @@ def test_clouds_have_times_if_so_told(log, cloud_mode):
             since = (points.time_ns - points.time_ns[0]) / 1e9
             np.testing.assert_allclose(got['time'], since, atol=1e-7)
             np.testing.assert_allclose(got['x'], points.data['x'], atol=2e-6)
+
+
+def test_a_million_metres_out_tf_takes_clouds_to_where_they_are_in_the_frame_of_odometry(log):
+    out = 1e6
+    near, far = offline(log), replace(log, odometry=part_of(log.odometry, slice(None), out))
+    with bench('deadline:=10.0') as running:
+        running.feed(far)
+        running.spin_until(lambda: len(running.clouds) >= len(near))
+        heard = Buffer()
+        listening = TransformListener(heard, running.feeder)  # a late one, too, is told
+        frame = 'odom_999424_999424_999424'
+        running.spin_until(lambda: heard.can_transform('odom', frame, Time()))
+        shift = heard.lookup_transform('odom', frame, Time()).transform
+        listening.unregister()
+    assert shift.rotation.w == 1.0
+    for cloud, points in zip(running.clouds, near, strict=True):
+        assert cloud.header.frame_id == frame
+        got = point_cloud2.read_points(cloud)
+        for axis in 'xyz':
+            there = got[axis].astype(float) + getattr(shift.translation, axis) - out
+            np.testing.assert_allclose(there, points.data[axis], rtol=0, atol=0.05e-3)
 
 
 def test_without_tf_every_scan_is_dropped_and_counted(log):

@@ -97,8 +97,10 @@ def points_of(log: SensorLog, estimator: str, mount: Pose) -> Points:
     clouds, drops = assemble_log(log, Pipeline(estimator, 'scan', mount, MAX_JOINT_GAP))
     if not clouds:
         raise EvaluationError(f'the log gives no points; scans dropped: {dict(drops)}')
+    origin = clouds[0].origin
     times = np.concatenate([cloud.time_ns for cloud in clouds])
-    return Points(times, np.concatenate([cloud.data for cloud in clouds]))
+    data = np.concatenate([cloud.counted_from(origin).data for cloud in clouds])
+    return Points(times, data, origin)
 
 
 def near_beams(log: SensorLog) -> SensorLog:
