@@ -23,14 +23,17 @@ def nod_from_message(message: NodCommand) -> NodTrajectory:
     )
 
 
-def nod_to_message(nod: NodTrajectory, issued_ns: int, frame_id: str) -> NodCommand:
-    """Return the nod command of a trajectory."""
+def nod_to_message(
+    nod: NodTrajectory, issued_ns: int, frame_id: str, start_ns: int = 0
+) -> NodCommand:
+    """Return the nod command of a trajectory that counts from an instant on [ns]."""
     message = NodCommand(
         pitch_min=nod.pitch_min,
         pitch_max=nod.pitch_max,
         sweep_duration=nod.sweep_duration,
         samples_per_sweep=nod.samples_per_sweep,
         reference_time=time_message(nod.reference_time_ns),
+        start_time=time_message(start_ns),
     )
     message.header.stamp = time_message(issued_ns)
     message.header.frame_id = frame_id

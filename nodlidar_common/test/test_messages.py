@@ -29,12 +29,16 @@ def test_a_time():
     st.integers(1, 2**32 - 1),
     stamps_ns,
     stamps_ns,
+    stamps_ns,
 )
-def test_trajectories_come_back(pitch_min, pitch_max, duration, samples, reference_ns, issued_ns):
+def test_trajectories_come_back(
+    pitch_min, pitch_max, duration, samples, reference_ns, issued_ns, start_ns
+):
     trajectory = NodTrajectory(pitch_min, pitch_max, duration, samples, reference_ns)
-    message = nod_to_message(trajectory, issued_ns, 'nodlidar_base_link')
+    message = nod_to_message(trajectory, issued_ns, 'nodlidar_base_link', start_ns)
     assert nod_from_message(message) == trajectory
     assert time_ns(message.header.stamp) == issued_ns
+    assert time_ns(message.start_time) == start_ns
     assert message.header.frame_id == 'nodlidar_base_link'
 
 

@@ -2,10 +2,14 @@
 
 import math
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.tracking import check_nod, Dynamics, NodTracker
+
+FARTHEST_START = 60.0
+"""A command may be given so long before it counts [s]: what is for later is a mistake."""
 
 
 class NodCommands:
@@ -24,23 +28,39 @@ class NodCommands:
         self._config = config
         self._dynamics = Dynamics(config.acceleration, model.speed_unit, model.max_speed)
         self._tracker: NodTracker | None = None
+        self._upcoming: tuple[int, NodTrajectory] | None = None
         self._received_ns: int | None = None
         self.refused = 0
         self.refusal = ''
 
-    def accept(self, nod: NodTrajectory, now_ns: int) -> None:
-        """Follow a nod from now on, from wherever the servo is; each command is a sign of life.
+    def accept(self, nod: NodTrajectory, now_ns: int, start_ns: int = 0) -> None:
+        """Follow a nod, from wherever the servo is; each command is a sign of life.
+
+        Parameters
+        ----------
+        nod
+            The command.
+        now_ns
+            The present time [ns].
+        start_ns
+            Until when [ns] the command before it counts, if there is one.
 
         Raises
         ------
         ParameterError
-            If the mount or the servo cannot do it; the former command then stays.
+            If the mount or the servo cannot do it, or it is for later than FARTHEST_START; the
+            former command then stays.
         """
         config = self._config
         check_nod(nod, config.pitch_lower_limit, config.pitch_upper_limit, self._dynamics)
+        if start_ns - now_ns > FARTHEST_START * NS_PER_S:
+            ahead = f'at most {FARTHEST_START:g} s from now'
+            raise ParameterError('start_time', ahead, (start_ns - now_ns) / NS_PER_S)
+        if self.tracker(now_ns) is None:
+            start_ns = 0
         if self._tracker is None:
             self._tracker = NodTracker(nod, self._dynamics)
-        self._tracker.nod = nod
+        self._upcoming = (start_ns, nod)
         self._received_ns = now_ns
 
     def refuse(self, reason: str, now_ns: int) -> bool:
@@ -61,4 +81,11 @@ class NodCommands:
     def tracker(self, now_ns: int) -> NodTracker | None:
         """Return what follows the present command; None if there is none or they have stopped."""
         # A clock that was set back makes the age negative, which must not keep the torque on.
-        return self._tracker if abs(self.age(now_ns)) <= self._config.command_timeout else None
+        if abs(self.age(now_ns)) > self._config.command_timeout:
+            return None
+        if self._tracker is None or self._upcoming is None:
+            return None
+        start_ns, nod = self._upcoming
+        if now_ns >= start_ns - self._tracker.phase.lead_ns:
+            self._tracker.nod = nod
+        return self._tracker

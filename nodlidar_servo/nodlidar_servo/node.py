@@ -10,6 +10,7 @@ from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import DeviceNode, run
 from nodlidar_common.serial_port import close_port, open_port
+from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
@@ -59,7 +60,8 @@ class ServoNode(DeviceNode):
     def _on_command(self, message: NodCommand) -> None:
         now_ns = time.time_ns()
         try:
-            self._commands.accept(nod_from_message(message), now_ns)
+            start_ns = time_ns(message.start_time)
+            self._commands.accept(nod_from_message(message), now_ns, start_ns)
         except ParameterError as error:
             if self._commands.refuse(str(error), now_ns):
                 self.get_logger().error(f'nod command refused: {error}')

@@ -41,6 +41,47 @@ def test_another_command_takes_over():
     assert commands.tracker(1).nod == OTHER
 
 
+def test_a_command_for_later_leaves_the_former_one_until_then():
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    commands.accept(OTHER, 1, start_ns=SECOND // 2)
+    assert commands.tracker(SECOND // 2 - 1).nod == NOD
+    assert commands.tracker(SECOND // 2).nod == OTHER
+
+
+def test_the_lead_of_the_servo_counts_for_the_start_too():
+    """A servo that is led turns before the commanded turn, at which the next command begins."""
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    commands.accept(OTHER, 1, start_ns=SECOND // 2)
+    commands.tracker(1).phase.lead_ns = 1000
+    assert commands.tracker(SECOND // 2 - 1001).nod == NOD
+    assert commands.tracker(SECOND // 2 - 1000).nod == OTHER
+
+
+def test_a_command_at_once_replaces_one_for_later():
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    commands.accept(OTHER, 1, start_ns=SECOND // 2)
+    commands.accept(NOD, 2)
+    assert commands.tracker(SECOND // 2).nod == NOD
+
+
+def test_with_no_command_before_it_one_for_later_counts_at_once():
+    commands = NodCommands(ServoConfig(command_timeout=0.5))
+    commands.accept(NOD, 0, start_ns=SECOND)
+    assert commands.tracker(0).nod == NOD
+    commands.accept(OTHER, 2 * SECOND, start_ns=3 * SECOND)  # NOD has timed out
+    assert commands.tracker(2 * SECOND).nod == OTHER
+
+
+def test_a_command_for_much_later_is_refused():
+    commands = NodCommands(ServoConfig())
+    with pytest.raises(ParameterError, match="'start_time' must be at most 60 s from now"):
+        commands.accept(NOD, SECOND, start_ns=62 * SECOND)
+    assert commands.tracker(SECOND) is None
+
+
 def test_a_refused_command_keeps_the_former_one_alive_and_is_counted():
     commands = NodCommands(ServoConfig())
     commands.accept(NOD, 0)
