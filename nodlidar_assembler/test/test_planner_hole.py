@@ -4,59 +4,13 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.planner.hole import largest_hole
+from nodlidar_assembler.planner.hole import exceeds, largest_hole, largest_side, least_side
 from nodlidar_assembler.planner.pattern import Pattern
-from nodlidar_assembler.planner.task import MEASURED_FROM, MEASURED_TO, Task
+from nodlidar_assembler.planner.task import MEASURED_FROM, Task
 from nodlidar_common.errors import ParameterError
 import numpy as np
+from planner_enumeration import beams, region, unrolled, widest_by_corners
 import pytest
-
-
-def beams(task, pattern, samples):
-    """Return azimuth and pitch of every beam in the region, one by one."""
-    n = np.arange(samples, dtype=np.int64)
-    wave = (n + pattern.phase) % (2 * pattern.samples_per_sweep)
-    height = pattern.samples_per_sweep - np.abs(wave - pattern.samples_per_sweep)
-    pitch = task.pitch_min + height * (task.span / pattern.samples_per_sweep)
-    step = n % pattern.steps_per_revolution
-    azimuth = -0.75 * math.pi + step * (math.tau / pattern.steps_per_revolution)
-    if task.full_circle:
-        return azimuth, pitch
-    seen = (azimuth > MEASURED_FROM - 1e-9) & (azimuth < MEASURED_TO + 1e-9)
-    seen &= np.abs(azimuth) < task.azimuth + 1e-9
-    return azimuth[seen], pitch[seen]
-
-
-def region(task):
-    """Return left, right edge of the region; a full circle is unrolled from step 0 on."""
-    if task.full_circle:
-        return -0.75 * math.pi, 1.25 * math.pi
-    return -task.azimuth, task.azimuth
-
-
-def unrolled(task, azimuth, pitch):
-    """Return the beams with, in a full circle, those of the next turn around as well."""
-    if not task.full_circle:
-        return azimuth, pitch
-    return np.concatenate([azimuth, azimuth + math.tau]), np.concatenate([pitch, pitch])
-
-
-def widest_by_corners(task, pattern, samples):
-    """Grow a square from each corner on a beam's azimuth and a beam's pitch, or the region's."""
-    azimuth, pitch = unrolled(task, *beams(task, pattern, samples))
-    left, right = region(task)
-    widest = 0.0
-    y = np.unique(np.append(pitch, task.pitch_min))[:, None]
-    corners = np.unique(np.append(azimuth, left))
-    for x in corners[corners < right]:
-        room = math.tau if task.full_circle else right - x
-        side = np.minimum(room, task.pitch_max - y[:, 0])
-        if len(azimuth):
-            above = (azimuth > x + 1e-9) & (pitch > y + 1e-9)
-            reach = np.maximum(azimuth - x, pitch - y)
-            side = np.minimum(side, np.where(above, reach, np.inf).min(axis=1))
-        widest = max(widest, side.max())
-    return widest
 
 
 def widest_by_windows(task, pattern, samples):
@@ -138,6 +92,18 @@ def test_equals_the_largest_of_all_windows_of_the_reference_sensor(
     hole = largest_hole(task, pattern, duration)
     assert hole.side == pytest.approx(widest_by_windows(task, pattern, samples), abs=1e-8)
     assert_empty(task, pattern, samples, hole)
+
+
+@settings(max_examples=200, deadline=None)
+@given(cases(), st.floats(0.0, 1.5))
+def test_exceeding_a_side_is_having_a_larger_hole(case, part):
+    task, pattern, samples = case
+    duration = samples * task.sample_time
+    hole = largest_hole(task, pattern, duration).side
+    for side in (part * hole, hole - 1e-9, hole + 1e-11, hole + 1e-9):
+        assert exceeds(task, pattern, duration, side) == (hole > side)
+    assert least_side(task) <= hole + 1e-11
+    assert hole <= largest_side(task)
 
 
 @settings(max_examples=100, deadline=None)

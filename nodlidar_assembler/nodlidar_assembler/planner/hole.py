@@ -9,6 +9,7 @@ edge's best window; and a left edge that cannot beat the widest square so far ne
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 import math
 
 from nodlidar_assembler.planner.beam_gaps import BeamGaps, Floats, Integers
@@ -23,7 +24,7 @@ Gaps = Callable[[Integers, Integers], tuple[Floats, Floats]]
 MAX_WORK = 500_000_000
 MAX_WINDOW = 4_000_000
 _BLOCK = 1 << 17  # elements gone through at once
-_PILOTS = 32  # left edges, evenly spread, that first tell about how wide the widest is
+_PILOTS = 16  # left edges, evenly spread, that first tell about how wide the widest is
 _ROUNDING = 1e-12  # [rad]; a square that is wider by less is as wide
 
 
@@ -51,6 +52,9 @@ class _Square:
     side: float
     left: int
     bottom: float
+
+
+_NO_SQUARE = _Square(0.0, 0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,43 +103,78 @@ def largest_hole(task: Task, pattern: Pattern, duration: float) -> Hole:
     ParameterError
         If the N_L differ, the duration is negative, or the search would take too long.
     """
-    if pattern.steps_per_revolution != task.steps_per_revolution:
-        limit = f'{task.steps_per_revolution} as in the task'
-        raise ParameterError('steps_per_revolution', limit, pattern.steps_per_revolution)
-    beams = BeamGaps(pattern, _samples(task, pattern, duration))
     edges = _edges(task)
-    row = task.span / pattern.samples_per_sweep
-    largest = min(task.span, math.tau if task.full_circle else 2.0 * task.azimuth)
-    square = _widest_without_lines(edges, largest)
-    most = min(MAX_WINDOW, MAX_WORK // edges.starts)
-    if square.side < largest:
-        if beams.runs > most:
-            limit = f'at most {(most - 1) / task.scan_rate:.6g} s with these N_L and N_s'
-            raise ParameterError('duration', limit, duration)
-        square = _widest(edges, beams.between_runs, beams.runs, row, largest, square)
-    if square.side < min(row, largest):
-        # All runs in a window are closer than a row; so are its samples, and no square is wider.
-        if beams.work_between_samples > most:
-            limit = f'so short that there are holes of span / N_s = {row:.3g} rad'
-            raise ParameterError('duration', limit, duration)
-        work = beams.work_between_samples
-        square = _widest(edges, beams.between_samples, work, row, min(row, largest), square)
+    square = _widest_square(task, pattern, duration, edges, _NO_SQUARE, largest_side(task))
     azimuth = float(edges.azimuth[square.left]) + square.side / 2.0
     return Hole(
         side=square.side,
         azimuth=(azimuth + math.pi) % math.tau - math.pi,
-        pitch=task.pitch_min + square.bottom * row + square.side / 2.0,
+        pitch=task.pitch_min
+        + square.bottom * (task.span / pattern.samples_per_sweep)
+        + square.side / 2.0,
     )
+
+
+def exceeds(task: Task, pattern: Pattern, duration: float, side: float) -> bool:
+    """Tell whether the largest hole is wider than a side [rad], in a fraction of its time.
+
+    A side that is less by rounding (1e-12 rad) is as wide; see `largest_hole` for the rest.
+    """
+    limit = min(largest_side(task), side + 4.0 * _ROUNDING)  # any such square will do
+    known = _Square(side, 0, 0.0)
+    return _widest_square(task, pattern, duration, _edges(task), known, limit).side > side
+
+
+def largest_side(task: Task) -> float:
+    """Return the side of the hole while there are no beams [rad]."""
+    return min(task.span, math.tau if task.full_circle else 2.0 * task.azimuth)
+
+
+def least_side(task: Task) -> float:
+    """Return the side of the hole that is between two steps of azimuth for ever [rad]."""
+    return _widest_without_lines(_edges(task), largest_side(task)).side
+
+
+def _widest_square(
+    task: Task, pattern: Pattern, duration: float, edges: _Edges, square: _Square, limit: float
+) -> _Square:
+    """Return the widest square, or one of the limit, if it is wider than the one known."""
+    if pattern.steps_per_revolution != task.steps_per_revolution:
+        wanted = f'{task.steps_per_revolution} as in the task'
+        raise ParameterError('steps_per_revolution', wanted, pattern.steps_per_revolution)
+    beams = BeamGaps(pattern, _samples(task, pattern, duration))
+    row = task.span / pattern.samples_per_sweep
+    square = max(square, _widest_without_lines(edges, limit), key=lambda each: each.side)
+    most = min(MAX_WINDOW, MAX_WORK // edges.starts)
+    if square.side < limit:
+        if beams.runs > most:
+            allowed = f'at most {(most - 1) / task.scan_rate:.6g} s with these N_L and N_s'
+            raise ParameterError('duration', allowed, duration)
+        square = _widest(edges, beams.between_runs, beams.runs, row, limit, square)
+    if square.side < min(row, limit):
+        # All runs in a window are closer than a row; so are its samples, and no square is wider.
+        work = beams.work_between_samples
+        if work > most:
+            allowed = f'so short that there are holes of span / N_s = {row:.3g} rad'
+            raise ParameterError('duration', allowed, duration)
+        square = _widest(edges, beams.between_samples, work, row, min(row, limit), square)
+    return square
+
+
+def samples_taken(task: Task, duration: float) -> int:
+    """Return how many samples are taken in a time [s]."""
+    return math.ceil(duration / task.sample_time * (1.0 - 1e-12))  # n T_s has rounding
 
 
 def _samples(task: Task, pattern: Pattern, duration: float) -> int:
     """Return how many samples are taken in a time, at most a period of them."""
     if not duration >= 0.0:
         raise ParameterError('duration', 'at least 0 s', duration)
-    samples = duration / task.sample_time * (1.0 - 1e-12)  # n T_s has rounding: it is n samples
-    return pattern.period if samples >= pattern.period else math.ceil(samples)
+    period = pattern.period
+    return period if duration >= period * task.sample_time else samples_taken(task, duration)
 
 
+@lru_cache(maxsize=4)
 def _edges(task: Task) -> _Edges:
     if task.full_circle:
         step = np.arange(2 * task.steps_per_revolution, dtype=np.float64)
@@ -166,6 +205,8 @@ def _widest(
         Height of one sample [rad]; what no square can exceed [rad]; the widest so far.
     """
     for left in _blocks(edges.starts, max(1, _BLOCK // work)):
+        if square.side >= limit - _ROUNDING:
+            break
         square = _wider(edges, gaps, row, limit, square, left)
     return square
 

@@ -99,7 +99,7 @@ def phase_at(task: Task, samples: Integers, start_pitch: float | None) -> Floats
     return np.asarray(samples * ((start_pitch - task.pitch_min) / task.span))
 
 
-def _spread(count: int) -> Integers:
+def spread(count: int) -> Integers:
     """Return 0 .. count - 1 in an order of which every beginning is spread evenly."""
     golden = (math.sqrt(5.0) - 1.0) / 2.0
     return np.argsort(np.argsort(np.arange(count) * golden % 1.0))
@@ -138,7 +138,7 @@ class _Search:
         """Return bounds of the completion times, above the time to beat for all but a few."""
         starts, widths = column_runs(self._task.column_of_step())
         bound = np.zeros(len(samples))
-        for visited, column in enumerate(_spread(len(starts)), start=1):
+        for visited, column in enumerate(spread(len(starts)), start=1):
             open_ = np.flatnonzero(bound < self._to_beat)
             if not math.isfinite(self._to_beat) or len(open_) <= FEW:
                 break
