@@ -1,7 +1,7 @@
 # The two commands of the README, `make demo` and `make test`, and what they stand on.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: demo test lint bench figures build lock clean help
+.PHONY: demo test lint bench compare figures build lock clean help
 
 PYTHON ?= python3
 # Which ROS: the one that is sourced, or the wheels in .venv. Another one needs another .venv and install.
@@ -23,8 +23,11 @@ test: build lint         ## run every test
 lint: .venv/ready-$(ROS)        ## ruff and mypy
 	@$(ACTIVATE) && python -m ruff check . && python -m mypy
 
-bench: build             ## print the measurements that the documentation quotes
-	@$(ACTIVATE) && python -m bench
+bench: build             ## measure what the documentation quotes, into bench/results and docs/tradeoffs.md
+	@$(ACTIVATE) && python -m bench --record
+
+compare: build           ## say what got slower than bench/results
+	@$(ACTIVATE) && python -m bench --compare
 
 figures: build           ## draw the figures of the documentation anew, into docs/figures
 	@$(ACTIVATE) && python -m figures

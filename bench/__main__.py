@@ -1,5 +1,9 @@
 """Prints every measurement: `python -m bench`, or some: `python -m bench accuracy`."""
 
+import argparse
+import sys
+from types import ModuleType
+
 from rich.console import Console
 
 from bench import (
@@ -7,6 +11,7 @@ from bench import (
     assembly_time,
     coverage_feedback,
     ego_motion,
+    hot_paths,
     limit_changes,
     live,
     nod_schedules,
@@ -15,31 +20,70 @@ from bench import (
     planner_speed,
     simulation_speed,
 )
-from bench.names import names_from_command_line
+from bench.names import parsed
+from bench.page import fill_pages
+from bench.report import commit, record, recorded, recording, Row, table
 
 MEASUREMENTS = {
-    'assembly_time': assembly_time.table,
-    'accuracy': accuracy.table,
-    'simulation_speed': simulation_speed.table,
-    'live': live.table,
-    'ego_motion': ego_motion.table,
-    'coverage_feedback': coverage_feedback.table,
-    'nod_schedules': nod_schedules.table,
-    'phase_lock': phase_lock.table,
-    'limit_changes': limit_changes.table,
-    'pitch_compensation': pitch_compensation.table,
-    'planner_speed': planner_speed.table,
+    'hot_paths': hot_paths,
+    'assembly_time': assembly_time,
+    'accuracy': accuracy,
+    'simulation_speed': simulation_speed,
+    'live': live,
+    'ego_motion': ego_motion,
+    'coverage_feedback': coverage_feedback,
+    'nod_schedules': nod_schedules,
+    'phase_lock': phase_lock,
+    'limit_changes': limit_changes,
+    'pitch_compensation': pitch_compensation,
+    'planner_speed': planner_speed,
 }
 
 
 def main() -> None:
-    """Print the tables that were asked for, by default all."""
-    names = names_from_command_line('python -m bench', str(__doc__), MEASUREMENTS)
+    """Print what was asked for, by default all; record it if asked to."""
+    parser = argparse.ArgumentParser(prog='python -m bench', description=__doc__)
+    parser.add_argument(
+        '--record',
+        action='store_true',
+        help='write results into bench/results and the pages that show them',
+    )
+    parser.add_argument(
+        '--compare',
+        action='store_true',
+        help='tell what got slower than was recorded; the exit status is 1 if anything did',
+    )
+    arguments = parsed(parser, MEASUREMENTS)
     console = Console()
-    for name in names:
+    if arguments.compare:
+        sys.exit(_compare(console))
+    measured_at = commit()
+    for name in arguments.names:
         with console.status(name):
-            result = MEASUREMENTS[name]()
-        console.print(result)
+            title, rows = _measured(MEASUREMENTS[name])
+        console.print(table(title, rows))
+        if arguments.record:
+            record(name, recording(rows, title, measured_at))
+    if arguments.record:
+        fill_pages()
+
+
+def _compare(console: Console) -> int:
+    """Print what got slower than was recorded; return 1 if anything did."""
+    before = recorded('hot_paths')
+    with console.status('hot_paths'):
+        rows = hot_paths.comparison(hot_paths.results(), before['rows'])
+    console.print(table(f'Against {before["commit"]} of {before["date"]}', rows))
+    return int(any(row[hot_paths.VERDICT] for row in rows))
+
+
+def _measured(measurement: ModuleType) -> tuple[str, list[Row]]:
+    if hasattr(measurement, 'results'):
+        return measurement.TITLE, measurement.results()
+    shown = measurement.table()
+    columns = [column.cells for column in shown.columns]
+    names = [str(column.header) for column in shown.columns]
+    return str(shown.title), [dict(zip(names, r, strict=True)) for r in zip(*columns, strict=True)]
 
 
 if __name__ == '__main__':

@@ -12,33 +12,37 @@ from nodlidar_bringup.evaluation import (
 )
 from nodlidar_sim.simulation import Recording
 import numpy as np
-from rich.table import Table
 
 from bench.reference import simulated_room
+from bench.report import Row
 
 DURATION = 40.0
 TURN_ERRORS = (0.0, 0.003, 0.008)
+TITLE = (
+    f'Accuracy in the room, {DURATION:.0f} s at N_s = 4001, span 1.2272 rad, joint states at 62 Hz'
+)
 
 
-def table() -> Table:
+def results() -> list[Row]:
     """Return the errors of pitch and of the points' places, by estimator."""
-    recordings = [simulated_room(DURATION, error) for error in TURN_ERRORS]
-    simulated = recordings[0]
-    near = near_beams(simulated_log(simulated))
-    result = Table(
-        title=f'Accuracy in the room, {DURATION:.0f} s at N_s = 4001, span 1.2272 rad, '
-        'joint states at 62 Hz'
-    )
-    result.add_column('estimator')
-    result.add_column('RMS pitch error', justify='right')
-    for error in TURN_ERRORS[1:]:
-        result.add_column(f'with turns {error * 1e3:.0f} ms off', justify='right')
-    result.add_column(f'RMS distance to the surfaces, beams up to {FAR:g} m', justify='right')
-    for estimator in ESTIMATORS:
-        rms = surface_rms(points_of(near, estimator, REFERENCE_MOUNT), simulated.world)
-        errors = [f'{pitch_rms(r, estimator) * 1e3:.2f} mrad' for r in recordings]
-        result.add_row(estimator, *errors, f'{rms * 1e3:.1f} mm')
-    return result
+    recordings = {error: simulated_room(DURATION, error) for error in TURN_ERRORS}
+    exact = recordings[0.0]
+    near = near_beams(simulated_log(exact))
+    return [
+        {
+            'estimator': estimator,
+            **{
+                f'RMS pitch error, turns {error * 1e3:.0f} ms off [mrad]': pitch_rms(r, estimator)
+                * 1e3
+                for error, r in recordings.items()
+            },
+            f'RMS distance to the surfaces, beams up to {FAR:g} m [mm]': surface_rms(
+                points_of(near, estimator, REFERENCE_MOUNT), exact.world
+            )
+            * 1e3,
+        }
+        for estimator in ESTIMATORS
+    ]
 
 
 def pitch_rms(simulated: Recording, estimator: str) -> float:

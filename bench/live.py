@@ -9,26 +9,31 @@ from nodlidar_bringup.launched import keep_apart, launched_sensor
 import numpy as np
 import psutil
 from rich.console import Console
-from rich.table import Table
 import yaml
+
+from bench.report import Row
 
 DURATION = 20.0
 RATES = (62.0, 100.0)
+TITLE = f'The launched sensor in the room, {DURATION:.0f} s'
 NODES = ('driver', 'servo', 'assembler', 'robot_state_publisher')
 
 
-def table() -> Table:
+def results() -> list[Row]:
     """Return latency and load by the rate of the joint states."""
-    result = Table(title=f'The launched sensor in the room, {DURATION:.0f} s')
-    for heading in ('joint states', 'latency p50', 'latency p99', 'CPU of the nodes'):
-        result.add_column(heading, justify='right')
+    rows = []
     for rate in RATES:
         latency, load = measure(rate)
         median, high = np.percentile(latency, [50, 99]) * 1e3
-        result.add_row(
-            f'{rate:.0f} Hz', f'{median:.1f} ms', f'{high:.1f} ms', f'{load:.0%} of a core'
+        rows.append(
+            {
+                'joint states [Hz]': rate,
+                'latency p50 [ms]': median,
+                'latency p99 [ms]': high,
+                'CPU of the nodes [% of a core]': load * 100.0,
+            }
         )
-    return result
+    return rows
 
 
 def measure(feedback_rate: float) -> tuple[np.ndarray, float]:

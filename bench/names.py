@@ -4,12 +4,12 @@ import argparse
 from collections.abc import Collection
 
 
-def names_from_command_line(prog: str, description: str, offered: Collection[str]) -> list[str]:
-    """Return the names that were given, by default all; end the program if one is unknown."""
-    parser = argparse.ArgumentParser(prog=prog, description=description)
+def parsed(parser: argparse.ArgumentParser, offered: Collection[str]) -> argparse.Namespace:
+    """Return a command line whose `names` are by default all; end if one is unknown."""
     parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(offered))
-    names = parser.parse_args().names or list(offered)
-    unknown = sorted(set(names) - set(offered))
+    arguments = parser.parse_args()
+    unknown = sorted(set(arguments.names) - set(offered))
     if unknown:
         parser.error(f'unknown: {", ".join(unknown)}; there are {", ".join(offered)}')
-    return names
+    arguments.names = arguments.names or list(offered)
+    return arguments

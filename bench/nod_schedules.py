@@ -19,9 +19,9 @@ from nodlidar_assembler.planner.search import soonest
 from nodlidar_assembler.planner.task import Task
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
 
 from bench.reference import FULL_CIRCLE
+from bench.report import Row
 
 # The useful band of N_s; the fewest samples in a sweep are the speed limit.
 FEWEST, MOST = 1001, 8000
@@ -30,6 +30,7 @@ RUNS = 20
 ERRORS = 0.001, 0.003  # s, standard deviation of the turns' instants
 SHIFTS = np.arange(4) / 4.0
 OVERLAP = 0.3
+TITLE = f'Nods between the same limits of speed ({RUNS} runs with each error)'
 
 
 @dataclass(frozen=True)
@@ -41,23 +42,19 @@ class Nod:
     turns: NDArray[np.float64]
 
 
-def table() -> Table:
+def results() -> list[Row]:
     """Return completion, its loss under errors, and revisits of each nod."""
-    result = Table(title=f'Nods between the same limits of speed ({RUNS} runs with each error)')
-    result.add_column('nod')
-    for heading in ('complete', 'wherever it lies', '1 ms', '3 ms', 'revisit', 'seen after 1 s'):
-        result.add_column(heading, justify='right')
-    for heading, task, fewest, nods in (
+    cases = (
         ('2 m, all that was tried', FULL_CIRCLE, FEWEST, _tried()),
         *((f'2 m, N_s >= {n}', FULL_CIRCLE, n, ()) for n in (FEWEST, 1220, 2000, 4001)),
         *((f'{d:.0f} m', replace(FULL_CIRCLE, distance=d), FEWEST, ()) for d in (1.0, 3.0)),
         ("2 m, the lidar's own window", Task(), FEWEST, ()),
-    ):
-        result.add_section()
-        result.add_row(f'[bold]{heading}; bound {lower_bound(task, fewest):.2f} s')
-        for nod in nods or _chosen(task, fewest):
-            result.add_row(nod.name, *_figures(nod))
-    return result
+    )
+    return [
+        {'task': name, 'bound [s]': lower_bound(task, fewest), 'nod': nod.name, **_figures(nod)}
+        for name, task, fewest, nods in cases
+        for nod in nods or _chosen(task, fewest)
+    ]
 
 
 def _chosen(task: Task, fewest: int) -> Iterator[Nod]:
@@ -125,19 +122,21 @@ def _planned(base: int) -> Nod:
     return Nod(f'each sweep planned, {base} +- {SPREAD:.0%}', FULL_CIRCLE, np.array(turns))
 
 
-def _figures(nod: Nod) -> Iterator[str]:
+def _figures(nod: Nod) -> Row:
     first = first_hits(nod.task, nod.turns)
     second = nod.task.sample_time
-    yield _seconds(first.max() * second)
-    yield _seconds(_wherever(nod)) if nod.task.full_circle else ''
-    for error in ERRORS:
-        yield _seconds(float(np.median([_with_error(nod, error, k) for k in range(RUNS)])))
-    yield _seconds(_longest_revisit(nod))
-    yield f'{np.mean(first * second < 1.0):.0%}'
-
-
-def _seconds(time: float) -> str:
-    return f'{time:.2f} s' if math.isfinite(time) else f'> {HORIZON:.0f} s'
+    return {
+        'complete [s]': first.max() * second,
+        'wherever it lies [s]': _wherever(nod) if nod.task.full_circle else None,
+        **{
+            f'{error * 1e3:g} ms [s]': float(
+                np.median([_with_error(nod, error, k) for k in range(RUNS)])
+            )
+            for error in ERRORS
+        },
+        'revisit [s]': _longest_revisit(nod),
+        'seen after 1 s [%]': float(np.mean(first * second < 1.0)) * 100.0,
+    }
 
 
 def _with_error(nod: Nod, error: float, seed: int) -> float:

@@ -22,9 +22,9 @@ from nodlidar_sim.rx24f_motor import TICK
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
-from rich.table import Table
 
 from bench.reference import SAMPLES_PER_SWEEP, SPAN, START_NS
+from bench.report import Row
 
 DURATION = 120.0
 SETTLING = 2.0  # from rest to the nod
@@ -188,20 +188,28 @@ NODS: dict[str, Callable[[Faults], Kept]] = {
 }
 
 
-def table() -> Table:
+TITLE = (
+    f'Phase of the nod to the lidar, {DURATION:.0f} s at N_s = {SAMPLES_PER_SWEEP}, '
+    f'62 Hz, lidar {LIDAR_PPM:.0f} ppm off'
+)
+
+
+def results() -> list[Row]:
     """Return measured N_s and phase errors, locked and with speed commands only."""
-    result = Table(
-        title=f'Phase of the nod to the lidar, {DURATION:.0f} s at N_s = {SAMPLES_PER_SWEEP}, '
-        f'62 Hz, lidar {LIDAR_PPM:.0f} ppm off'
-    )
-    for heading in ('nod', 'servo'):
-        result.add_column(heading)
-    for heading in ('measured N_s', 'phase error RMS, first minute', 'last minute', 'mean'):
-        result.add_column(heading, justify='right')
-    for name, run in NODS.items():
-        for servo, faults in (('ideal', IDEAL), ('late, loaded', LOADED)):
-            found = run(faults)
-            first, last = (f'{error * 1e3:.2f} ms' for error in found.phase_errors)
-            mean = f'{found.phase_offset * 1e3:+.2f} ms'
-            result.add_row(name, servo, f'{found.samples_per_sweep:.3f}', first, last, mean)
-    return result
+    return [
+        _row(name, servo, run(faults))
+        for name, run in NODS.items()
+        for servo, faults in (('ideal', IDEAL), ('late, loaded', LOADED))
+    ]
+
+
+def _row(nod: str, servo: str, found: Kept) -> Row:
+    first, last = found.phase_errors
+    return {
+        'nod': nod,
+        'servo': servo,
+        f'measured N_s, less {SAMPLES_PER_SWEEP}': found.samples_per_sweep - SAMPLES_PER_SWEEP,
+        'phase error RMS, first minute [ms]': first * 1e3,
+        'last minute [ms]': last * 1e3,
+        'mean [ms]': found.phase_offset * 1e3,
+    }

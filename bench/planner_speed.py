@@ -12,9 +12,9 @@ from nodlidar_assembler.planner.hole import largest_hole
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
 import numpy as np
-from rich.table import Table
 
 from bench.reference import FULL_CIRCLE
+from bench.report import Row
 from figures.coverage import maps_of, STARTS
 
 # The enumeration that the tests check the planner with.
@@ -28,40 +28,41 @@ TASKS = {
 }
 # Of so many N_s of the Fig. 6 grid, one is computed.
 GRID_PART = 50
+TITLE = 'Planner: 126 x 32 cells, N_s = 4001, unless another task is named'
 
 
-def table() -> Table:
+def results() -> list[Row]:
     """Return times and their ratios."""
-    result = Table(title='Planner: 126 x 32 cells, N_s = 4001, unless another task is named')
-    for heading in ('what', 'time', 'against', 'time', 'ratio'):
-        result.add_column(heading, justify='right' if heading in ('time', 'ratio') else 'left')
     pattern = Pattern(1024, 4001)
     structure = _time(lambda: Coverage(FULL_CIRCLE, pattern).figures(), 30)
     enumeration = _time(lambda: enumerate_cells(FULL_CIRCLE, pattern), 3)
-    _add(result, 'figures of the whole period', structure, 'enumeration in NumPy', enumeration)
     hole = _time(lambda: largest_hole(FULL_CIRCLE, pattern, 10.0), 10)
-    _add(result, 'largest hole after 10 s', hole, 'enumeration in NumPy', enumeration)
+    rows = [
+        _row('figures of the whole period', structure, 'enumeration in NumPy', enumeration),
+        _row('largest hole after 10 s', hole, 'enumeration in NumPy', enumeration),
+    ]
     for name, task in TASKS.items():
         samples = samples_in_band(task)
         everything = _time(lambda t=task, s=samples: survey(t, s[::35]), 1) * 35
         for error in (0.0, 0.003):
             choice = _time(lambda t=task, s=samples, e=error: quick_choice(t, s, e), 5)
             what = f'choice of {len(samples)} N_s, {error * 1e3:g} ms of error: {name}'
-            _add(result, what, choice, 'figures of each', everything)
+            rows.append(_row(what, choice, 'figures of each', everything))
     samples = samples_in_band(FULL_CIRCLE)[::GRID_PART]
     grid = _time(lambda: [maps_of(FULL_CIRCLE, int(n_s)) for n_s in samples], 1) * GRID_PART
     what = f'Fig. 6: {GRID_PART * len(samples)} N_s x {len(STARTS)} starts, one process'
-    _add(result, what, grid, 'enumeration of each', enumeration * len(STARTS) * 3500)
-    return result
+    rows.append(_row(what, grid, 'enumeration of each', enumeration * len(STARTS) * 3500))
+    return rows
 
 
-def _add(result: Table, what: str, took: float, other: str, other_took: float) -> None:
-    ratio = f'{other_took / took:.0f} x'
-    result.add_row(what, _in_words(took), other, _in_words(other_took), ratio)
-
-
-def _in_words(seconds: float) -> str:
-    return f'{seconds:.1f} s' if seconds >= 1.0 else f'{seconds * 1e3:.2f} ms'
+def _row(what: str, took: float, other: str, other_took: float) -> Row:
+    return {
+        'what': what,
+        'time [ms]': took * 1e3,
+        'against': other,
+        'its time [ms]': other_took * 1e3,
+        'ratio': other_took / took,
+    }
 
 
 def _time(action: Callable[[], object], repeats: int) -> float:

@@ -1,10 +1,11 @@
 """Draws every figure into docs/figures: `python -m figures`, or some by name."""
 
+import argparse
 from pathlib import Path
 
 from rich.console import Console
 
-from bench.names import names_from_command_line
+from bench.names import parsed
 from figures import compensation, corner, coverage, pattern, repeats, repeats_by_height
 
 FIGURES = {
@@ -20,7 +21,8 @@ FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 
 def main() -> None:
     """Draw the figures that were asked for, by default all, and print what they show."""
-    names = names_from_command_line('python -m figures', str(__doc__), FIGURES)
+    parser = argparse.ArgumentParser(prog='python -m figures', description=__doc__)
+    names = parsed(parser, FIGURES).names
     FOLDER.mkdir(parents=True, exist_ok=True)
     console = Console()
     for name in names:

@@ -1,0 +1,171 @@
+"""What is computed over and over, timed against a yardstick: a time that machines can share.
+
+The yardstick is a fixed piece of NumPy, timed right before and after each piece of ours, so that
+what else the machine does hits both; times are of the processor, and the lower quartile counts.
+`python -m bench --compare` compares with what was recorded.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import product
+import time
+
+from nodlidar_assembler.cloud_message import cloud_message
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.ego_motion import Odometry
+from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.pipeline import Pipeline
+from nodlidar_assembler.pitch_estimator import ESTIMATORS
+from nodlidar_assembler.planner.choice import quick_choice, samples_in_band
+from nodlidar_assembler.planner.feedback import Feedback
+from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.surroundings import Surroundings
+from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.scip import decode, encode
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.simulation import simulate
+import numpy as np
+
+from bench.reference import FULL_CIRCLE, reference_nod, simulated_room, START_NS
+from bench.report import Row
+
+Action = Callable[[], object]
+
+TITLE = 'What is computed over and over, and how often the yardstick fits into it'
+ROUNDS = 60
+LEAST_TIME = 2e-3  # that an action is repeated for in each round [s]
+SLOWER = 1.25  # that much more than recorded is no noise
+WHAT, TIME, IN_YARDSTICKS, SIZE = 'what', 'time [us]', 'yardsticks', 'numbers in the result'
+VERDICT = f'slower if above {SLOWER}'
+
+
+def results(rounds: int = ROUNDS) -> list[Row]:
+    """Return the times of all actions, and sizes of their results, which no machine changes."""
+    paths = hot_paths()
+    times = interleaved(paths, rounds)
+    return [
+        {
+            WHAT: name,
+            TIME: own * 1e6,
+            IN_YARDSTICKS: own / yardstick,
+            SIZE: int(np.size(action())),
+        }
+        for (name, action), (own, yardstick) in zip(paths.items(), times, strict=True)
+    ]
+
+
+def comparison(rows: list[Row], before: list[Row]) -> list[Row]:
+    """Return the ratio of each time to that of the same name before, both in yardsticks."""
+    known = {row[WHAT]: row[IN_YARDSTICKS] for row in before}
+    return [
+        {
+            WHAT: row[WHAT],
+            'recorded [yardsticks]': known[row[WHAT]],
+            'now [yardsticks]': row[IN_YARDSTICKS],
+            'ratio': (ratio := row[IN_YARDSTICKS] / known[row[WHAT]]),
+            VERDICT: 'slower' if ratio > SLOWER else '',
+        }
+        for row in rows
+        if row[WHAT] in known
+    ]
+
+
+def interleaved(actions: dict[str, Action], rounds: int) -> list[tuple[float, float]]:
+    """Return the time of each action, and that of the yardstick beside it [s]: lower quartiles.
+
+    Rounds go through all actions, so that a disturbance hits a round of each and not one action.
+    """
+    repeats = {name: _repeats(action) for name, action in actions.items()}
+    of_yardstick = _repeats(yardstick)
+    times = np.empty((rounds, len(actions), 2))
+    for k, (i, (name, action)) in product(range(rounds), enumerate(actions.items())):
+        before = _time(yardstick, of_yardstick)
+        own = _time(action, repeats[name])
+        times[k, i] = own, (before + _time(yardstick, of_yardstick)) / 2.0
+    return [(float(own), float(beside)) for own, beside in np.quantile(times, 0.25, axis=0)]
+
+
+def yardstick() -> float:
+    """Do a fixed piece of work like that of a scan: arrays of 682, calls and arithmetic."""
+    x = np.arange(682.0)
+    for _ in range(20):
+        x = np.sqrt(x * x + 1.0)
+    return float(x.sum())
+
+
+def _repeats(action: Action) -> int:
+    action()
+    return max(round(LEAST_TIME / _time(action, 1)), 1)
+
+
+def _time(action: Action, repeats: int) -> float:
+    begin = time.thread_time()
+    for _ in range(repeats):
+        action()
+    return (time.thread_time() - begin) / repeats
+
+
+def hot_paths() -> dict[str, Action]:
+    """Return by name what is timed."""
+    return {
+        **{f'scan to points, {name}': _scan_action(name, False) for name in ESTIMATORS},
+        'scan to points, slerp, per-beam odometry': _scan_action('slerp', True),
+        **_message_and_coverage(),
+        'decoding the 682 ranges of a scan': _decoding(),
+        'simulated second of the room': _simulation,
+        'choice of N_s': lambda: quick_choice(FULL_CIRCLE, samples_in_band(Task())[::50], 0.0),
+        'choice of the next sweep': _next_sweep(),
+    }
+
+
+def _scan_action(estimator: str, moving: bool) -> Action:
+    scene = load_scene('room')
+    scene = replace(scene, base_velocity=(0.4, 0.5) if moving else (0.0, 0.0))
+    simulated = simulate(scene, reference_nod(), 3.0, start_ns=START_NS)
+    log, odometry = simulated_log(simulated), simulated_odometry(simulated)
+    pipeline = Pipeline(estimator, 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    scan = log.scans[10]
+    margin_ns = pipeline.estimator.margin_ns
+    end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
+    around = log.samples_around(scan.stamp_ns - margin_ns, end_ns + margin_ns)
+    samples = log.sample_ns[around], log.sample_pitch[around]
+    near = np.abs(odometry.time_ns - scan.stamp_ns) < NS_PER_S // 5
+    given = Odometry(odometry.time_ns[near], odometry.poses[near]) if moving else None
+    return lambda: pipeline.add_scan(scan, *samples, given)[0].data
+
+
+def _message_and_coverage() -> dict[str, Action]:
+    simulated = simulated_room(12.0)
+    log = simulated_log(simulated)
+    pipeline = Pipeline('slerp', 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    scan = log.scans[10]
+    points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)[0]
+    beams = pipeline.beams(scan.geometry)
+    surroundings, scans = Surroundings(AssemblerConfig()), iter(range(10**9))
+
+    def cover() -> None:
+        k = next(scans)
+        later = replace(scan, stamp_ns=START_NS + k * NS_PER_S // 10)
+        surroundings.add_scan(later, beams, simulated.true_pitch[k % len(log.scans)])
+
+    for _ in range(100):  # that the window is full
+        cover()
+    return {
+        'points to message': lambda: cloud_message(points, 'frame').data,
+        'coverage of a scan': cover,
+    }
+
+
+def _decoding() -> Action:
+    data = encode(np.arange(682) * 8, 3)
+    return lambda: decode(data, 3)
+
+
+def _simulation() -> np.ndarray:
+    return simulate(load_scene('room'), reference_nod(), 1.0, start_ns=START_NS).ranges
+
+
+def _next_sweep() -> Action:
+    feedback = Feedback(FULL_CIRCLE, 2500, 0.003)
+    return lambda: feedback.next_duration(-0.5, True)

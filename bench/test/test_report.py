@@ -1,0 +1,65 @@
+"""What is recorded, and pages that show it."""
+
+import json
+import math
+import platform
+
+import numpy as np
+import pytest
+
+from bench import page, report
+from bench.__main__ import MEASUREMENTS
+
+ROWS = [
+    {'what': 'a', 'time [ms]': 1.23456789, 'count': np.int64(4001)},
+    {'what': 'b', 'time [ms]': math.inf, 'RMS [mm]': np.float64(1234.5)},
+]
+RECORDED = sorted(path.stem for path in report.RESULTS.glob('*.json'))
+
+
+def test_rows_become_markdown_with_a_heading_for_every_key():
+    assert report.markdown(ROWS).splitlines() == [
+        '| what | time [ms] | count | RMS [mm] |',
+        '| --- | --- | --- | --- |',
+        '| a | 1.23 | 4001 |  |',
+        '| b | inf |  | 1234 |',
+    ]
+
+
+def test_a_recording_is_read_back_with_six_digits_and_what_it_was_made_with(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, 'RESULTS', tmp_path)
+    report.record('some', report.recording(ROWS, 'Some', 'abc'))
+    read = report.recorded('some')
+    assert read['rows'] == [
+        {'what': 'a', 'time [ms]': 1.23457, 'count': 4001},
+        {'what': 'b', 'time [ms]': 'inf', 'RMS [mm]': 1234.5},
+    ]
+    assert (read['title'], read['commit']) == ('Some', 'abc')
+    assert read['versions']['numpy'] == np.__version__
+    assert platform.node() not in json.dumps(read)
+
+
+def test_a_page_takes_up_what_is_recorded_between_its_marks(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, 'RESULTS', tmp_path)
+    report.record('some', report.recording(ROWS[:1], 'Some', 'abc'))
+    text = 'Before.\n\n<!-- bench: some -->\nold\n<!-- end -->\n\nAfter.\n'
+    filled = page.filled(text)
+    assert filled.startswith('Before.\n\n<!-- bench: some -->\n| what |')
+    assert filled.endswith('| a | 1.23 | 4001 |\n<!-- end -->\n\nAfter.\n')
+    assert page.filled(filled) == filled
+
+
+@pytest.mark.parametrize('path', page.PAGES, ids=lambda path: path.name)
+def test_pages_show_what_is_recorded(path):
+    """`make bench` fills them; a number that was edited by hand is found here."""
+    assert '<!-- bench: ' in path.read_text()
+    assert page.filled(path.read_text()) == path.read_text()
+
+
+@pytest.mark.parametrize('name', RECORDED)
+def test_what_is_recorded_is_of_a_measurement_and_tells_where_it_comes_from(name):
+    found = report.recorded(name)
+    assert name in MEASUREMENTS
+    assert found['rows']
+    assert all(found[key] for key in ('title', 'commit', 'date', 'versions'))
+    assert found['machine']['cores'] >= 1
