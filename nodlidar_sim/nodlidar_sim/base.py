@@ -5,6 +5,7 @@ A single row (1, 3) goes with any number of others. Yaws are added up and never 
 
 from __future__ import annotations
 
+from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,6 +27,12 @@ def to_parent(points: Array, poses: Array) -> Array:
 def to_child(points: Array, poses: Array) -> Array:
     """Return points (n, 3) of the parent frame in the frames of poses."""
     return turn(points - _offset(poses), -poses[:, 2])
+
+
+def to_space(pose: Array) -> Pose:
+    """Return one pose (3,) of the plane as a pose in space."""
+    x, y, yaw = pose
+    return Pose.from_xyzrpy((x, y, 0.0, 0.0, 0.0, yaw))
 
 
 def compose(poses: Array, children: Array) -> Array:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.base import to_child, turn
+from nodlidar_sim.bundles import bundled, Bundles, MIDDLE, RAYS
 from nodlidar_sim.raycast import Surfaces, surfaces_of
 from nodlidar_sim.route import Plan, Route
 from nodlidar_sim.shapes import Shape
@@ -47,10 +49,27 @@ class MovingSurfaces:
 
     def distances(self, origins: Array, directions: Array, times_ns: Times) -> Array:
         """Return how far each ray gets, as Surfaces does, each at its time [ns], shape (n,)."""
-        poses = self.route.poses(times_ns)
-        own_directions = turn(directions, -poses[:, 2])
-        return self.surfaces.distances(to_child(origins, poses), own_directions)
+        bundles, times = Bundles(origins.T, directions.T), bundled(times_ns)
+        nearest = np.full(times.shape, np.inf)
+        which = np.flatnonzero(bundles.in_view(*self._ball(times)))
+        if len(which):
+            starts, ways = bundles.rays(which)
+            poses = self.route.poses(times[which].ravel())
+            own = to_child(starts.T, poses), turn(ways.T, -poses[:, 2])
+            nearest[which] = self.surfaces.distances(*own).reshape(-1, RAYS)
+        return nearest.ravel()[: len(origins)]
 
     def surface_distance(self, points: Array, times_ns: Times) -> Array:
         """Return how far points (m, 3) are from them [m] at times [ns] of shape (m,) or (1,)."""
         return self.surfaces.surface_distance(to_child(points, self.route.poses(times_ns)))
+
+    def _ball(self, times: Times) -> tuple[Array, Array]:
+        """Return the ball that they do not leave in each bundle of times, for Bundles.in_view.
+
+        Its centre is above the origin of their frame, so turning does not move them out of it.
+        """
+        middle = times[:, MIDDLE]
+        apart = np.abs(times - middle[:, None]).max(axis=-1) / NS_PER_S
+        x, y, _ = self.route.poses(middle).T
+        height, radius = self.surfaces.upright_ball
+        return np.stack([x, y, np.full_like(x, height)]), radius + self.route.top_speed * apart

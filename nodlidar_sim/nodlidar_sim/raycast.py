@@ -2,13 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 
+from nodlidar_sim.bundles import Bundles, RAYS
 from nodlidar_sim.shapes import Plane, Shape, Solid
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-_SLACK = 1e-9  # of the bounding spheres [m2], since squared distances are subtracted
 
 
 class Surfaces:
@@ -19,12 +18,14 @@ class Surfaces:
     planes
         Surfaces without an end, which any ray may meet.
     solids
-        Surfaces that lie within a sphere: only the rays that pass through it are tried.
+        Surfaces that lie within a sphere: only bundles of rays that have it in view are tried.
     """
 
     def __init__(self, planes: Iterable[Plane], solids: Iterable[Solid]) -> None:
         self._planes, self._solids = tuple(planes), tuple(solids)
         self._shapes: tuple[Shape, ...] = (*self._planes, *self._solids)
+        self._centers = np.array([solid.center for solid in self._solids]).T[..., None]
+        self._radii = np.array([[solid.bounding_radius] for solid in self._solids])
 
     def distances(self, origins: Array, directions: Array) -> Array:
         """Return how far each ray gets.
@@ -42,11 +43,8 @@ class Surfaces:
         nearest = np.full(len(origins), np.inf)
         for plane in self._planes:
             np.minimum(nearest, plane.intersect(starts, ways), out=nearest)
-        for solid in self._solids:
-            rays = _in_view(solid, starts, ways)
-            if len(rays):
-                hits = solid.intersect(starts[:, rays], ways[:, rays])
-                nearest[rays] = np.minimum(nearest[rays], hits)
+        if self._solids:
+            np.minimum(nearest, self._solid_distances(starts, ways), out=nearest)
         return nearest
 
     def surface_distance(self, points: Array) -> Array:
@@ -60,18 +58,26 @@ class Surfaces:
             np.minimum(nearest, shape.distance(rows), out=nearest)
         return nearest
 
+    @property
+    def upright_ball(self) -> tuple[float, float]:
+        """Height and radius [m] of a ball around the z axis that holds all; inf with planes."""
+        if self._planes:
+            return 0.0, np.inf
+        centers, radii = self._centers[..., 0], self._radii[:, 0]
+        height = float(centers[2].mean())
+        apart = np.linalg.norm(centers - [[0.0], [0.0], [height]], axis=0)
+        return height, float((apart + radii).max())
 
-def _in_view(solid: Solid, starts: Array, ways: Array) -> NDArray[np.intp]:
-    """Return which rays (3, n) pass through the bounding sphere of a solid.
-
-    With the sphere's centre at m from the start of a ray, the ray's line passes the centre at the
-    squared distance m.m - (m.d)^2, beside the point m.d along it.
-    """
-    x, y, z = solid.center[:, None] - starts
-    radius = solid.bounding_radius
-    along = x * ways[0] + y * ways[1] + z * ways[2]
-    squared = x * x + y * y + z * z - along * along
-    return np.flatnonzero((squared <= radius**2 + _SLACK) & (along >= -radius))
+    def _solid_distances(self, starts: Array, ways: Array) -> Array:
+        bundles = Bundles(starts, ways)
+        nearest = np.full((len(bundles), RAYS), np.inf)
+        in_view = bundles.in_view(self._centers, self._radii)
+        for solid, seen in zip(self._solids, in_view, strict=True):
+            which = np.flatnonzero(seen)
+            if len(which):
+                hits = solid.intersect(*bundles.rays(which)).reshape(-1, RAYS)
+                nearest[which] = np.minimum(nearest[which], hits)
+        return nearest.ravel()[: starts.shape[1]]
 
 
 def _rows(vectors: Array) -> Array:

@@ -123,6 +123,11 @@ class Route:
         """Whether it never leaves its start."""
         return not self.twists.any()
 
+    @property
+    def top_speed(self) -> float:
+        """The greatest speed on it [m/s]."""
+        return float(np.hypot(*self.twists[:, :2].T).max())
+
     def poses(self, times_ns: Times) -> Array:
         """Return x, y, yaw at each time [ns], shape (n, 3), or (1, 3) if it stands for ever."""
         if self.stands:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nodlidar_sim.base import to_parent, turn
+from nodlidar_sim.base import to_parent, to_space, turn
 from nodlidar_sim.motion import Motion
 from nodlidar_sim.odometry import Base
 from nodlidar_sim.scene import Scene
@@ -59,13 +59,15 @@ class World:
         turning (0, 0, z_off) and (cos azimuth, sin azimuth, 0) up by the pitch.
         """
         pitch = self.motion.position(times_ns)
-        poses = self.base.poses(times_ns)
         up, level = np.sin(pitch), np.cos(pitch)
         ahead, zero = np.cos(azimuth), np.zeros_like(pitch)
         arm = self.scene.optical_offset
         origins = np.stack([-arm * up, zero, arm * level]).T
         directions = np.stack([ahead * level, np.sin(azimuth), ahead * up]).T
-        mount = self.scene.mount
+        mount, poses = self.scene.mount, self.base.poses(times_ns)
+        if len(poses) == 1:  # it stands: the mount is at one place
+            mount = to_space(poses[0]) @ mount
+            return mount.to_parent(origins), mount.directions_to_parent(directions)
         return (
             to_parent(mount.to_parent(origins), poses),
             turn(mount.directions_to_parent(directions), poses[:, 2]),

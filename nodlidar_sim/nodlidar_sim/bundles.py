@@ -1,0 +1,98 @@
+"""Rays in bundles, so that what none of them can meet is found out once for all."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.intp]
+Rows = Array | tuple[Array, Array, Array]
+_Kind = TypeVar('_Kind', bound=np.generic)
+
+RAYS = 31  # in a bundle: 682 beams are 22 of them
+MIDDLE = RAYS // 2
+_SLACK = 1e-6  # of the cosines, far above their rounding
+
+
+def bundled(values: NDArray[_Kind]) -> NDArray[_Kind]:
+    """Return values (..., n) in bundles, shape (..., b, RAYS); the last one fills up the rest."""
+    missing = -values.shape[-1] % RAYS
+    if missing:
+        last = np.repeat(values[..., -1:], missing, axis=-1)
+        values = np.concatenate([values, last], axis=-1)
+    return values.reshape(*values.shape[:-1], -1, RAYS)
+
+
+class Bundles:
+    """Rays in bundles of those that follow each other, as the beams of a lidar do.
+
+    All rays of a bundle begin in a ball and point into a cone about the one in the middle,
+    whatever rays they are: if they differ much, there is just more in view of them.
+
+    Parameters
+    ----------
+    starts, ways
+        Origins and directions of rays as rows, shape (3, n) each [m]; the directions have the
+        length 1.
+
+    Attributes
+    ----------
+    starts, ways
+        The same, shape (3, b, RAYS).
+    """
+
+    def __init__(self, starts: Array, ways: Array) -> None:
+        self.starts, self.ways = bundled(starts), bundled(ways)
+        self._center, self._axis = self.starts[..., MIDDLE], self.ways[..., MIDDLE]
+        apart = _squared(self.starts - self._center[..., None])
+        self._radius = np.sqrt(apart.max(axis=-1))
+        self._cosine = _dot(self.ways, self._axis[..., None]).min(axis=-1) - _SLACK
+        self._sine = np.sqrt(1.0 - np.clip(self._cosine, 0.0, 1.0) ** 2)
+
+    def __len__(self) -> int:
+        return int(self.starts.shape[1])
+
+    def rays(self, bundles: Numbers) -> tuple[Array, Array]:
+        """Return the origins and directions in some bundles, shape (3, RAYS * k) each."""
+        starts, ways = self.starts.take(bundles, axis=1), self.ways.take(bundles, axis=1)
+        return starts.reshape(3, -1), ways.reshape(3, -1)
+
+    def in_view(self, centers: Array, radii: Array) -> NDArray[np.bool_]:
+        """Return which balls [m] a ray of which bundles could meet.
+
+        Parameters
+        ----------
+        centers, radii
+            Shape (3, s, 1) and (s, 1); or (3, b) and (b,) for a ball that each bundle has for
+            itself.
+
+        Returns
+        -------
+        Shape (s, b), or (b,).
+
+        Notes
+        -----
+        A ray that begins within rho of a point o and meets a ball of radius r has a parallel one
+        from o that meets a ball of radius R = r + rho; that one's direction is at most
+        asin(R / |m|) from m, the way from o to the ball's centre. The cone of half-angle h about
+        the axis a has such directions if the angle from a to m is at most h + asin(R / |m|), which
+        is a.m >= cos h sqrt(m.m - R^2) - R sin h. Where h is beyond a right angle, 1 in the place
+        of sin h lets more through, and all where the angles would add up to more than pi.
+        """
+        x, y, z = self._center
+        ways = centers[0] - x, centers[1] - y, centers[2] - z
+        reach = radii + self._radius
+        tangent = _squared(ways) - reach * reach
+        grazing = self._cosine * np.sqrt(np.maximum(tangent, 0.0)) - self._sine * reach
+        return np.asarray((_dot(ways, self._axis) >= grazing) | (tangent <= 0.0))
+
+
+def _dot(a: Rows, b: Rows) -> Array:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _squared(rows: Rows) -> Array:
+    return _dot(rows, rows)
