@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.pitch_estimator import ESTIMATORS, JOINT_STEP, LEG_MARGIN
+from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
@@ -168,6 +169,28 @@ class AssemblerConfig:
         minimum=0.01,
         maximum=100.0,
     )
+    timing_error: float = parameter(
+        0.003,
+        "How far off the servo's turns are, as a standard deviation: with adapted limits the N_s "
+        'about samples_per_sweep is taken that sees all cells soonest in spite of it',
+        unit='s',
+        minimum=0.0,
+        maximum=0.1,
+    )
+    object_diameter: float = parameter(
+        0.1,
+        'Smallest object to be seen: as wide as it looks are the cells that coverage counts',
+        unit='m',
+        minimum=0.02,
+        maximum=10.0,
+    )
+    object_distance: float = parameter(
+        2.0,
+        'Distance up to which the smallest object is to be seen',
+        unit='m',
+        minimum=0.05,
+        maximum=10.0,
+    )
     coverage_window: float = parameter(
         10.0,
         'Time over which coverage is told in /diagnostics',
@@ -175,6 +198,17 @@ class AssemblerConfig:
         minimum=0.1,
         maximum=600.0,
     )
+
+    @property
+    def task(self) -> Task:
+        """The smallest object, at the greatest distance, between the limits, as cells."""
+        return Task(
+            object_size=self.object_diameter,
+            distance=self.object_distance,
+            pitch_min=self.pitch_min,
+            pitch_max=self.pitch_max,
+            steps_per_revolution=self.steps_per_revolution,
+        )
 
     def check_together(self) -> None:
         """Raise ParameterError for values that do not go with each other."""
@@ -184,6 +218,9 @@ class AssemblerConfig:
         if self.band_top <= self.band_bottom:
             limit = f'above band_bottom = {self.band_bottom} m'
             raise ParameterError('band_top', limit, self.band_top)
+        if self.object_diameter > 2.0 * self.object_distance:
+            limit = f'at most twice object_distance = {self.object_distance} m'
+            raise ParameterError('object_diameter', limit, self.object_diameter)
         for key in ('laser_xyz', 'laser_rpy'):
             if len(getattr(self, key)) != 3:
                 raise ParameterError(key, 'three numbers', getattr(self, key))

@@ -1,40 +1,59 @@
-"""The nod that goes with what is seen: limits from the median range, and an N_s the servo holds.
+"""The nod that goes with what is seen: limits from the median range, and the N_s to cover them.
 
-A band of heights that is kept over distance has N_s rows in a traverse, wherever it is seen from:
-as long as N_s stays, so does the distance between rows on what is seen. So the planned N_s is
-left only for a span that the servo cannot traverse in its time.
+For the limits that are being made for, the planner chooses the N_s about the planned one with
+which the cells of the smallest object are seen soonest by a servo that turns inexactly. The choice
+stays until limits or cells have become others, or the servo cannot hold it: it does not hunt.
 """
 
+from dataclasses import replace
 import math
 
 from nodlidar_assembler.nod_clock import NodShape
-from nodlidar_assembler.pitch_limits import PitchLimits
+from nodlidar_assembler.pitch_limits import limits_at, PitchLimits
+from nodlidar_assembler.planner.choice import quick_choice
+from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
+import numpy as np
+from numpy.typing import NDArray
 
-# An N_s stays until the span is less by this share than what it is needed for, lest it hunt.
+# N_s is chosen from between the planned one divided and multiplied by this.
+BAND = 1.25
+# How many are compared, and what they may add up to: the command waits. Under a timing error
+# neighbours complete alike, so more would hardly find better ones.
+CHOICES, SAMPLES = 32, 256_000
+# A choice stays until span or cell differ by more than this share from what it was made for, or
+# the servo could do with an N_s that is less by as much, lest it hunt.
 MARGIN = 0.1
 
 
-def samples_needed(span: float, planned: int, fastest: float, beam_period: float, n_l: int) -> int:
-    """Return the least N_s from the planned one on that is coprime and no faster than allowed.
+def choices(planned: int, fewest: int, steps_per_revolution: int) -> NDArray[np.int64]:
+    """Return N_s to choose from, the nearest to the planned one first, shape (n,).
+
+    All are coprime with N_L; none is below the fewest, from which on they are where that is beyond
+    the planned one.
 
     Parameters
     ----------
-    span
-        Pitch from limit to limit [rad].
     planned
         N_s that is wanted.
-    fastest
-        Speed that the servo holds [rad/s].
-    beam_period
-        T_s [s].
-    n_l
-        Steps in a revolution of the lidar, dark ones counted.
+    fewest
+        N_s at which the servo is as fast as it can be.
+    steps_per_revolution
+        N_L, dark steps counted.
     """
-    n_s = max(planned, math.ceil(span / (fastest * beam_period)))
-    while math.gcd(n_s, n_l) > 1:
-        n_s += 1
-    return n_s
+    usual = max(planned, fewest)
+    count = min(max(SAMPLES // usual, 2), CHOICES)
+    spread = np.linspace(max(planned / BAND, fewest), usual * BAND, count)
+    taken = [usual, *np.ceil(spread).astype(np.int64).tolist()]
+    coprime = {coprime_from(n_s, steps_per_revolution) for n_s in taken}
+    return np.array(sorted(coprime, key=lambda n_s: abs(n_s - usual)), dtype=np.int64)
+
+
+def coprime_from(samples_per_sweep: int, steps_per_revolution: int) -> int:
+    """Return the least number from an N_s on that has no divisor in common with N_L."""
+    while math.gcd(samples_per_sweep, steps_per_revolution) > 1:
+        samples_per_sweep += 1
+    return samples_per_sweep
 
 
 class NodAdaptation:
@@ -44,31 +63,35 @@ class NodAdaptation:
     ----------
     limits
         Told of scans and of motion by whoever has them.
+    task
+        The smallest object, the greatest distance that it is looked for at, and the lidar.
     planned
         N_s that is wanted.
     fastest
         Speed that the servo holds [rad/s].
-    steps_per_revolution
-        N_L, dark steps counted.
+    timing_error
+        Standard deviation of the instants at which the servo turns [s].
 
     Raises
     ------
     ParameterError
-        If N_s, N_L or the speed is not positive.
+        If N_s or the speed is not positive, or the error negative.
     """
 
     def __init__(
-        self, limits: PitchLimits, planned: int, fastest: float, steps_per_revolution: int
+        self, limits: PitchLimits, task: Task, planned: int, fastest: float, timing_error: float
     ) -> None:
         if planned < 1:
             raise ParameterError('samples_per_sweep', 'at least 1', planned)
-        if steps_per_revolution < 1:
-            raise ParameterError('steps_per_revolution', 'at least 1', steps_per_revolution)
         if not 0.0 < fastest < math.inf:
             raise ParameterError('fastest', 'above 0 rad/s and finite', fastest)
+        if not 0.0 <= timing_error < math.inf:
+            raise ParameterError('timing_error', 'at least 0 s and finite', timing_error)
         self.limits = limits
-        self._planned, self._fastest, self._n_l = planned, fastest, steps_per_revolution
-        self._samples = planned
+        self._task, self._planned = task, planned
+        self._fastest, self._timing_error = fastest, timing_error
+        self._samples = 0
+        self._chosen_for: Task | None = None
 
     def shape(self, time_ns: int, beam_period: float) -> NodShape:
         """Return limits and N_s at an instant [ns], with the lidar's beam period [s].
@@ -79,10 +102,57 @@ class NodAdaptation:
             If the instant lies before that of the last call.
         """
         low, high = self.limits.limits(time_ns)
-        needed, enough = (
-            samples_needed(span, self._planned, self._fastest, beam_period, self._n_l)
-            for span in (high - low, (high - low) * (1.0 + MARGIN))
-        )
-        if not needed <= self._samples <= enough or math.gcd(self._samples, self._n_l) > 1:
-            self._samples = needed
+        task = self._task_ahead()
+        # The servo must hold it on the way from wider limits, too.
+        fewest = math.ceil(max(high - low, task.span) / (self._fastest * beam_period))
+        if not self._stays(task, fewest):
+            self._samples, self._chosen_for = self._choice(task, fewest, beam_period), task
         return NodShape(low, high, self._samples)
+
+    def _task_ahead(self) -> Task:
+        """Return the cells between the limits that are being made for, as far away as these are.
+
+        An object that is as near as it is wide is the nearest that is thought of.
+        """
+        config, distance, task = self.limits.config, self.limits.followed, self._task
+        low, high = config.pitch_min, config.pitch_max
+        if distance is not None:
+            low, high = limits_at(config, distance)
+            task = replace(task, distance=min(max(distance, task.object_size), task.distance))
+        return replace(task, pitch_min=low, pitch_max=high)
+
+    def _stays(self, task: Task, fewest: int) -> bool:
+        if self._chosen_for is None:
+            return False
+        most = math.ceil(max(self._planned, fewest * (1.0 + MARGIN)) * BAND)
+        return (
+            fewest <= self._samples <= coprime_from(most, task.steps_per_revolution)
+            and _alike(task.span, self._chosen_for.span)
+            and _alike(task.cell, self._chosen_for.cell)
+        )
+
+    def _choice(self, task: Task, fewest: int, beam_period: float) -> int:
+        """Return the N_s that sees all cells soonest.
+
+        It is the one nearest to the planned one where none ever does (cells narrower than a step)
+        or the lidar turns as none does.
+        """
+        samples = choices(self._planned, fewest, task.steps_per_revolution)
+        rate = 1.0 / (beam_period * task.steps_per_revolution)
+        try:
+            even = replace(_with_whole_rows(task), scan_rate=rate)
+            return quick_choice(even, samples, self._timing_error)
+        except ParameterError:
+            return int(samples[0])
+
+
+def _with_whole_rows(task: Task) -> Task:
+    """Return the task with cells so much smaller that the last row is as high as the others.
+
+    Whether a nod soon hits what little of a row is left says nothing about how even it is.
+    """
+    return replace(task, object_size=2.0 * task.distance * math.sin(task.span / task.rows / 2.0))
+
+
+def _alike(value: float, other: float) -> bool:
+    return max(value, other) <= (1.0 + MARGIN) * min(value, other)

@@ -146,6 +146,11 @@ class PitchLimits:
         """Median range at the last call of limits [m]; None if nothing has been seen yet."""
         return self._range
 
+    @property
+    def followed(self) -> float | None:
+        """Range that the limits are made for [m]: `range`, but for the hysteresis."""
+        return self._followed
+
     def update(self, time_ns: int, ranges: Floats) -> None:
         """Add a scan.
 

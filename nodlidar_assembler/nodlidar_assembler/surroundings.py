@@ -8,7 +8,6 @@ from nodlidar_assembler.nod_adaptation import NodAdaptation
 from nodlidar_assembler.nod_clock import NodShape
 from nodlidar_assembler.pipeline import Scan
 from nodlidar_assembler.pitch_limits import PitchLimits, PitchLimitsConfig, ranges_that_count
-from nodlidar_assembler.planner.task import Task
 from nodlidar_assembler.runtime_coverage import Covered, MAX_FINEST_CELLS, RuntimeCoverage
 import numpy as np
 from numpy.typing import NDArray
@@ -48,17 +47,13 @@ class Surroundings:
         )
         self._adaptation = NodAdaptation(
             self._limits,
+            config.task,
             config.samples_per_sweep,
             config.max_nod_speed,
-            config.steps_per_revolution,
-        )
-        task = Task(
-            pitch_min=config.pitch_min,
-            pitch_max=config.pitch_max,
-            steps_per_revolution=config.steps_per_revolution,
+            config.timing_error,
         )
         rows = min(config.samples_per_sweep, MAX_FINEST_CELLS // config.steps_per_revolution)
-        self._coverage = RuntimeCoverage(task, rows, config.coverage_window)
+        self._coverage = RuntimeCoverage(config.task, rows, config.coverage_window)
         self._beam_period = 0.0
         self._stamp_ns: int | None = None
         self._last_ns = 0

@@ -1,6 +1,7 @@
 """The assembler node adapts the nod to what its scans show, while told to."""
 
 from diagnostic_msgs.msg import DiagnosticArray
+from nodlidar_assembler.nod_adaptation import BAND
 from nodlidar_assembler.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_common.messages import nod_from_message
 from nodlidar_msgs.msg import NodCommand
@@ -27,7 +28,10 @@ def test_limits_follow_the_wall_from_one_command_to_the_next(log):
         running.spin_until(lambda: commands and limits_of(commands[-1]) == expected)
     assert limits_of(commands[0]) == FIXED
     assert all(-0.6136 <= low < high <= 0.6136 for low, high in map(limits_of, commands))
-    assert {command.samples_per_sweep for command in commands} == {4001}
+    chosen = [command.samples_per_sweep for command in commands]
+    assert all(4001 / BAND <= n_s <= 4001 * BAND and n_s % 2 == 1 for n_s in chosen)
+    # Once for the mount's limits, once for the wall's, and the planned one before any scan.
+    assert len(set(chosen)) <= 3
 
 
 def test_it_can_be_turned_on_and_off_while_the_node_runs(log):
