@@ -15,7 +15,9 @@ from nodlidar_sim.odometry_uncertainty import OdometryUncertainty
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import TimeReference
 from tf2_ros import TransformBroadcaster
 
 Array = NDArray[np.float64]
@@ -62,12 +64,21 @@ class BaseNode(Node):
             Odometry, 'odom', 50, qos_overriding_options=overridable
         )
         self._broadcaster = TransformBroadcaster(self)
+        self._tell_start(odometer.start_ns)
         if commanded is not None:
             self._commanded = commanded
             self.create_subscription(
                 Twist, 'cmd_vel', self._drive, 10, qos_overriding_options=overridable
             )
         self.create_timer(PERIOD, self.sample)
+
+    def _tell_start(self, start_ns: int) -> None:
+        """Publish when all that moves left its start, for those who know the scene."""
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._start = self.create_publisher(TimeReference, '~/start', latched)
+        message = TimeReference(source='simulation')
+        message.header.stamp = time_message(start_ns)
+        self._start.publish(message)
 
     def sample(self) -> None:
         """Publish the odometry of this instant."""

@@ -42,9 +42,15 @@ class Odometer:
         When it begins [ns].
     seed
         Of the errors.
+
+    Attributes
+    ----------
+    start_ns
+        As given.
     """
 
     def __init__(self, base: Base, effects: Effects, start_ns: int, seed: int = 0) -> None:
+        self.start_ns = start_ns
         self._base = base
         self._exact = not effects.spoil_odometry
         self._slip = effects.wheel_slip

@@ -17,6 +17,8 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import TimeReference
 from tf2_msgs.msg import TFMessage
 
 S = 1_000_000_000
@@ -95,6 +97,16 @@ def test_odometry_and_transform_tell_the_route_from_its_start(bench):
     assert stamped.transform.translation.x == place.position.x
     assert stamped.transform.translation.y == place.position.y
     assert stamped.transform.rotation == place.orientation
+
+
+def test_who_comes_late_learns_when_the_base_left_its_start(bench):
+    running, starts = bench(Plan((0.5, 0.0)).route((0.0, 0.0, 0.0), START_NS)), []
+    running.clock.advance_to(START_NS + 5 * S)
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    running.other.create_subscription(TimeReference, 'base/start', starts.append, latched)
+    running.spin_until(lambda: starts)
+    [start] = starts
+    assert (time_ns(start.header.stamp), time_ns(start.time_ref)) == (START_NS, 0)
 
 
 def test_covariances_grow_with_the_way_and_tell_what_wheels_do_not_know(bench):
