@@ -66,6 +66,13 @@ ARGUMENTS = [
         'publishes odom and its transform; cmd_vel: publishes, and drives as that topic says',
     ),
     DeclareLaunchArgument(
+        'ego_motion',
+        default_value='',
+        choices=['', 'beam'],
+        description='beam: clouds in odom, every beam from where TF says that the robot was; '
+        'otherwise as assembler_params says',
+    ),
+    DeclareLaunchArgument(
         'rviz',
         default_value='false',
         choices=['true', 'false'],
@@ -128,6 +135,14 @@ def port(device):
     return ParameterValue(IfElseSubstitution(IN_SIM, link(device), real), value_type=str)
 
 
+def assembler_params():
+    """Return the assembler's YAML files; the later one takes precedence."""
+    params = LaunchConfiguration('assembler_params')
+    to_beam = EqualsSubstitution(LaunchConfiguration('ego_motion'), 'beam')
+    beam = share('nodlidar_bringup', 'config', 'ego_motion.yaml')
+    return [params, IfElseSubstitution(to_beam, beam, params)]
+
+
 def end_all(event, context):
     """Shut everything down when a process ends, unless that is under way already."""
     return None if context.is_shutdown else Shutdown(reason=f'{event.process_name} ended')
@@ -185,7 +200,7 @@ def generate_launch_description():
         name='assembler',
         namespace=NAMESPACE,
         parameters=[
-            LaunchConfiguration('assembler_params'),
+            *assembler_params(),
             {'frame_id': frame('nodlidar_base_link'), 'joint_name': frame('nod_joint')},
         ],
         output='screen',
