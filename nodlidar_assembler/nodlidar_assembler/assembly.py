@@ -9,6 +9,9 @@ from nodlidar_assembler.points import MOVED_POINT, POINT
 import numpy as np
 from numpy.typing import NDArray
 
+# Of finite ranges: a range_max may be infinite, but a point is not.
+_LARGEST = float(np.finfo(np.float32).max)
+
 
 @dataclass(frozen=True, slots=True)
 class Points:
@@ -41,7 +44,8 @@ class Points:
 def valid_beams(beams: Beams, ranges: NDArray[np.float32]) -> NDArray[np.intp]:
     """Return the indices of the beams that measured something (REP 117: neither inf nor NaN)."""
     geometry = beams.geometry
-    return np.flatnonzero((ranges >= geometry.range_min) & (ranges <= geometry.range_max))
+    farthest = min(geometry.range_max, _LARGEST)
+    return np.flatnonzero((ranges >= geometry.range_min) & (ranges <= farthest))
 
 
 def assemble(

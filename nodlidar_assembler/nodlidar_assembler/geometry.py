@@ -54,6 +54,8 @@ class ScanGeometry:
             raise ParameterError('angle_increment', limit, self.angle_increment)
         if not 0.0 <= self.time_increment <= 1.0:
             raise ParameterError('time_increment', 'between 0 and 1 s', self.time_increment)
+        if not 0.0 <= self.range_min < math.inf:
+            raise ParameterError('range_min', 'at least 0 m and finite', self.range_min)
         if not self.range_min <= self.range_max:
             raise ParameterError('range_max', 'at least range_min', self.range_max)
 
