@@ -116,4 +116,5 @@ class BracketFilter(SimpleFilter):
 
 
 def _time(nanoseconds: int) -> Time:
-    return Time(nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
+    """Return a time; what lies before 0, as a margin may there, is 0."""
+    return Time(nanoseconds=max(nanoseconds, 0), clock_type=ClockType.ROS_TIME)

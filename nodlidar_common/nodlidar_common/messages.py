@@ -1,14 +1,23 @@
 """Times as messages, and nod trajectories to and from theirs."""
 
 from builtin_interfaces.msg import Time
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 
 
 def time_message(nanoseconds: int) -> Time:
-    """Return nanoseconds as a message's time."""
+    """Return nanoseconds as a message's time.
+
+    Raises
+    ------
+    ParameterError
+        For a time that a message cannot hold: from 2^31 s on, in 2038.
+    """
     seconds, rest = divmod(int(nanoseconds), NS_PER_S)
+    if not -(2**31) <= seconds < 2**31:
+        raise ParameterError('time', f'from {-(2**31)} to {2**31 - 1} s', f'{seconds} s')
     return Time(sec=seconds, nanosec=rest)
 
 
