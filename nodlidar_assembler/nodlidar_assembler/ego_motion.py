@@ -14,8 +14,9 @@ from transforms3d.quaternions import mat2quat
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-# A quaternion may be this much longer or shorter than 1, as one that was rounded or integrated is.
-LENGTH_TOLERANCE = 1e-3
+# A quaternion may be 1e-3 longer or shorter than 1, as one that was rounded or integrated is. The
+# rest is for lengths of 0.999 and 1.001, which are rounded.
+LENGTH_TOLERANCE = 1e-3 + 1e-12
 
 
 class OdometryError(NodlidarError):
@@ -186,7 +187,7 @@ def _normalized(orientation: Array) -> Array:
     length = np.linalg.norm(orientation, axis=1, keepdims=True)
     wrong = np.abs(length - 1.0) > LENGTH_TOLERANCE
     if np.any(wrong):
-        reason = f'odometry with a quaternion whose length is not 1 within {LENGTH_TOLERANCE}'
+        reason = f'odometry with a quaternion whose length is not 1 within {LENGTH_TOLERANCE:.3f}'
         raise OdometryError(reason, float(length[wrong][0]))
     return np.asarray(orientation / length)
 
