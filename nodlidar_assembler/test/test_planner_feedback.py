@@ -1,5 +1,6 @@
 """The choice of the next sweep, knowing where the beams went."""
 
+import itertools
 import math
 
 from nodlidar_assembler.planner.feedback import Feedback, SPREAD
@@ -42,6 +43,45 @@ def test_a_sweep_marks_just_its_own_cells():
         feedback.saw(turns[k], turns[k + 1], going_up=k % 2 == 0)
     first = first_hits(WINDOW, turns)
     assert np.array_equal(feedback.unseen, ~np.isfinite(first))
+
+
+def test_beams_mark_what_their_sweep_does():
+    """The same sweeps, by the turns' instants and by where each of their beams points."""
+    by_turns, by_beams = Feedback(WINDOW, 2500, 0.0), Feedback(WINDOW, 2500, 0.0)
+    turns = np.array([-0.5, 2400.0, 5100.25, 7401.0])
+    for k in range(3):
+        by_turns.saw(turns[k], turns[k + 1], going_up=k % 2 == 0)
+    n = np.arange(math.ceil(turns[-1]))
+    limits = np.resize([WINDOW.pitch_min, WINDOW.pitch_max], len(turns))
+    by_beams.saw_beams(WINDOW.step_azimuth()[n % 1024], np.interp(n, turns, limits))
+    assert np.array_equal(by_turns.unseen, by_beams.unseen)
+
+
+def test_beams_beyond_the_limits_mark_nothing():
+    feedback = Feedback(WINDOW, 2500, 0.0)
+    feedback.saw_beams(np.zeros(2), np.array([WINDOW.pitch_min, WINDOW.pitch_max]) * 1.01)
+    assert feedback.unseen.all()
+
+
+def test_what_the_sweep_under_way_will_hit_is_not_gone_for_again():
+    """It hits all of a patch; knowing that, the next sweep is much likelier to hit another cell."""
+
+    def hits(under_way):
+        count = 0
+        for column, row in itertools.product(range(5, 120, 7), range(2, 30, 5)):
+            feedback = Feedback(TASK, 4001, 0.0)
+            feedback.unseen = patch.copy()
+            feedback.unseen[column, row] = True
+            duration = feedback.next_duration(4000.5, False, under_way)
+            feedback.saw(4000.5, 4000.5 + duration, False)
+            count += not feedback.unseen[column, row]
+        return count
+
+    present = Feedback(TASK, 4001, 0.0)
+    present.saw(-0.5, 4000.5, True)
+    patch = ~present.unseen
+    patch[:40] = patch[42:] = False
+    assert hits((-0.5, 4001.0)) > 1.5 * hits(None)
 
 
 def test_the_choice_goes_for_what_is_left():

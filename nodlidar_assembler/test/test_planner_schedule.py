@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from nodlidar_assembler.planner.coverage import Coverage, NEVER
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.schedule import (
+    even_rows,
     first_hits,
     interlaced,
     Schedule,
@@ -123,6 +124,14 @@ def test_overlap_takes_up_errors_of_the_turns_where_the_steady_nod_loses_much(er
     schedule = interlaced(task, FAST, combs=4, overlap=0.25)
     assert completion(task, schedule, error) <= 1.02 * completion(task, schedule)
     assert completion(REFERENCE, Schedule((1077, 1077)), error) > 2.0 * 6.0
+
+
+def test_even_rows_fill_given_limits():
+    even = even_rows(REFERENCE)
+    assert (even.pitch_min, even.pitch_max) == (REFERENCE.pitch_min, REFERENCE.pitch_max)
+    assert even.rows == REFERENCE.rows
+    assert even.rows * even.cell == pytest.approx(even.span, rel=1e-12)
+    assert even.object_size <= REFERENCE.object_size
 
 
 def test_whole_rows_are_as_many_and_as_high_as_a_cell():

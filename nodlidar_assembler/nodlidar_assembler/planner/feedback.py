@@ -9,7 +9,7 @@ import math
 
 from nodlidar_assembler.planner.coverage import column_runs
 from nodlidar_assembler.planner.schedule import rows_of
-from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, ON_THE_LINE, Task
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,6 +38,8 @@ class Feedback:
         The planned duration of a sweep.
     timing_error
         Standard deviation of the turns' instants [s].
+    fewest_samples
+        The N_s of the highest speed.
 
     Attributes
     ----------
@@ -45,13 +47,16 @@ class Feedback:
         Whether each cell is unseen, shape (columns, rows).
     """
 
-    def __init__(self, task: Task, samples_per_sweep: int, timing_error: float) -> None:
+    def __init__(
+        self, task: Task, samples_per_sweep: int, timing_error: float, fewest_samples: int = 1
+    ) -> None:
         self._task = task
-        starts, widths = column_runs(task.column_of_step())
-        self._columns = task.column_of_step()[starts]
+        self._column_of_step = task.column_of_step()
+        starts, widths = column_runs(self._column_of_step)
+        self._columns = self._column_of_step[starts]
         self._middle = starts + (widths - 1) / 2.0
         spread = np.linspace(1.0 - SPREAD, 1.0 + SPREAD, CANDIDATES, dtype=np.float64)
-        self._candidates = samples_per_sweep * spread
+        self._candidates = np.maximum(samples_per_sweep * spread, fewest_samples)
         # In mid-sweep, where it is least, the error of a turn displaces a beam by 0.7 of it.
         rows = math.sqrt(0.5) * timing_error / task.sample_time
         self._blur = _gaussian(rows / task.row_height(samples_per_sweep) * FINE)
@@ -73,7 +78,7 @@ class Feedback:
         turns = np.array([turn, next_turn])
         if not going_up:
             turns = np.array([2.0 * turn - next_turn, turn, next_turn])
-        column = self._task.column_of_step()[n % self._task.steps_per_revolution]
+        column = self._column_of_step[n % self._task.steps_per_revolution]
         n, column = n[column >= 0], column[column >= 0]
         row = rows_of(self._task, turns, n)
         new = self.unseen[column, row]
@@ -81,7 +86,18 @@ class Feedback:
         self.unseen[column, row] = False
         return np.sort(n[new][firsts])
 
-    def next_duration(self, turn: float, going_up: bool) -> float:
+    def saw_beams(self, azimuth: Floats, pitch: Floats) -> None:
+        """Mark what beams hit, whether they measured something or not; azimuth, pitch [rad]."""
+        task = self._task
+        steps = task.steps_per_revolution
+        step = np.rint((azimuth - AZIMUTH_OF_STEP_0) * (steps / math.tau)).astype(np.int64) % steps
+        column, height = self._column_of_step[step], (pitch - task.pitch_min) / task.span
+        inside = (column >= 0) & (height >= -ON_THE_LINE) & (height <= 1.0 + ON_THE_LINE)
+        self.unseen[column[inside], task.row_of_height(height[inside], 1)] = False
+
+    def next_duration(
+        self, turn: float, going_up: bool, under_way: tuple[float, float] | None = None
+    ) -> float:
         """Return the duration of the sweep that begins at a turn, in samples.
 
         Parameters
@@ -90,24 +106,32 @@ class Feedback:
             The instant of the turn, in samples.
         going_up
             Whether the sweep begins at the lower limit.
+        under_way
+            Instant and duration of the sweep before it, in samples, as far as it was not seen.
         """
-        value = self._value(self.unseen, turn, going_up, self._candidates)
+        unseen = self.unseen.astype(np.float64)
+        if under_way is not None:
+            unseen = self._after(unseen, *under_way, not going_up)
+        value = self._value(unseen, turn, going_up, self._candidates)
         best, best_value = 0.0, -math.inf
         for index in _best_apart(value):
             duration = float(self._candidates[index])
-            after = self.unseen.astype(np.float64)
-            column, row = self._hits(turn, duration, going_up)
-            after[column, row] *= DOUBT
+            after = self._after(unseen, turn, duration, going_up)
             following = self._value(after, turn + duration, not going_up, self._candidates)
             if value[index] + following.max() > best_value:
                 best, best_value = duration, float(value[index] + following.max())
         return best
 
-    def _value(
-        self, unseen: NDArray[np.bool_] | Floats, turn: float, going_up: bool, durations: Floats
-    ) -> Floats:
+    def _after(self, unseen: Floats, turn: float, duration: float, going_up: bool) -> Floats:
+        """Return how much of each cell is unseen after a sweep that is not sure to hit."""
+        after = unseen.copy()
+        column, row = self._hits(turn, duration, going_up)
+        after[column, row] *= DOUBT
+        return after
+
+    def _value(self, unseen: Floats, turn: float, going_up: bool, durations: Floats) -> Floats:
         """Return what the hits of a sweep of each duration are worth."""
-        worth = self._worth(np.asarray(unseen, dtype=np.float64))
+        worth = self._worth(unseen)
         since, column = self._passes(turn, durations[-1])
         part = since / durations[:, None]
         height = np.clip(part if going_up else 1.0 - part, 0.0, 1.0)

@@ -65,6 +65,15 @@ def whole_rows(task: Task) -> Task:
     return replace(task, pitch_min=task.pitch_min - more, pitch_max=task.pitch_max + more)
 
 
+def even_rows(task: Task) -> Task:
+    """Return the task for an object that is a little smaller, so that no row is lower than a cell.
+
+    It is for a nod whose limits are given; see whole_rows.
+    """
+    cell = task.span / task.rows
+    return replace(task, object_size=2.0 * task.distance * math.sin(cell / 2.0))
+
+
 def interlaced(task: Task, fewest_samples: int, combs: int, overlap: float = 0.0) -> Schedule:
     """Return slow sweeps up that interlace, so many to one coverage, and fast returns.
 

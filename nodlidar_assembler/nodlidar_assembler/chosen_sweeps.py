@@ -1,0 +1,123 @@
+"""The nod commanded sweep by sweep, each of a duration that hits what is unseen.
+
+A sweep is chosen shortly before it begins, while the one before it is under way: late enough to
+know where nearly all beams went, early enough for the command to reach the servo.
+"""
+
+from dataclasses import replace
+import math
+
+from nodlidar_assembler.geometry import ScanGeometry
+from nodlidar_assembler.planner.feedback import Feedback
+from nodlidar_assembler.planner.schedule import even_rows
+from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
+from nodlidar_assembler.revolutions import Revolutions
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+# A choice needs this time [s]: to be made, to travel, and to come before the servo turns.
+LEAST_NOTICE = 0.04
+# It is made so many scans before the turn at most, for as many scans are between two occasions.
+MOST_SCANS = 1.5
+# What is unseen after this time [s] cannot be reached: everything counts as unseen again.
+LONGEST_ROUND = 60.0
+
+
+class ChosenSweeps:
+    """Chooses sweep after sweep; when all cells were seen, the next round begins.
+
+    Parameters
+    ----------
+    task
+        Region, lidar and cells; the nod goes from limit to limit of it. Rows are made even.
+    planned
+        The nod to set out from; durations stay near to its.
+    timing_error
+        Standard deviation of the turns' instants [s].
+    fewest_samples
+        The N_s of the highest speed.
+
+    Attributes
+    ----------
+    nod, start_ns
+        The sweep that was chosen last, and when it begins [ns].
+    rounds, round_time
+        How many rounds are complete, and how long the last one took [s]; NaN before the first.
+    """
+
+    def __init__(
+        self, task: Task, planned: NodTrajectory, timing_error: float, fewest_samples: int
+    ) -> None:
+        n_s = planned.samples_per_sweep
+        self._feedback = Feedback(even_rows(task), n_s, timing_error, fewest_samples)
+        self._steps = task.steps_per_revolution
+        self.nod, self.start_ns = planned, planned.reference_time_ns
+        self.rounds, self.round_time = 0, math.nan
+        self._round_ns: int | None = None
+
+    def saw(self, end_ns: int, azimuth: NDArray[np.float64], pitch: NDArray[np.float64]) -> None:
+        """Mark what the beams of a scan hit.
+
+        Parameters
+        ----------
+        end_ns
+            Instant of the last beam [ns].
+        azimuth, pitch
+            Of all beams [rad], whether they measured something or not.
+        """
+        if self._round_ns is None:
+            self._round_ns = end_ns
+        self._feedback.saw_beams(azimuth, pitch)
+        complete = not self._feedback.unseen.any()
+        taken = (end_ns - self._round_ns) / NS_PER_S
+        if complete:
+            self.rounds, self.round_time = self.rounds + 1, taken
+        if complete or taken > LONGEST_ROUND:
+            self._feedback.unseen[:] = True
+            self._round_ns = end_ns
+
+    def choose(self, now_ns: int, lidar: Revolutions, geometry: ScanGeometry) -> bool:
+        """Choose the next sweep if it is time to; return whether it was.
+
+        Parameters
+        ----------
+        now_ns
+            The present time [ns].
+        lidar, geometry
+            Its clock, and where its scans begin.
+
+        Raises
+        ------
+        ParameterError
+            If the lidar turns to the right: the cells are passed to the left.
+        """
+        if geometry.angle_increment < 0.0:
+            limit = "positive for nod_mode 'feedback'"
+            raise ParameterError('angle_increment', limit, geometry.angle_increment)
+        leg = math.floor(float(self.nod.sweeps(now_ns)))
+        begin_ns, turn_ns = self.nod.turn_time_ns(leg), self.nod.turn_time_ns(leg + 1)
+        notice = (turn_ns - now_ns) / NS_PER_S
+        longest = LEAST_NOTICE + MOST_SCANS * lidar.period
+        if self.start_ns > now_ns or not LEAST_NOTICE < notice <= longest:
+            return False
+        going_up = leg % 2 == 1
+        beam_period = lidar.period / self._steps
+        begin, turn = (self._sample(t, lidar, geometry) for t in (begin_ns, turn_ns))
+        duration = self._feedback.next_duration(turn, going_up, under_way=(begin, turn - begin))
+        sweep = duration * beam_period
+        self.nod = replace(
+            self.nod,
+            sweep_duration=sweep,
+            samples_per_sweep=round(duration),
+            reference_time_ns=turn_ns - (0 if going_up else round(sweep * NS_PER_S)),
+        )
+        self.start_ns = turn_ns
+        return True
+
+    def _sample(self, time_ns: int, lidar: Revolutions, geometry: ScanGeometry) -> float:
+        """Return the sample of an instant [ns]: its remainder by N_L is the lidar's step."""
+        turn = math.tau / self._steps
+        first = round((geometry.angle_min - AZIMUTH_OF_STEP_0) / turn) % self._steps
+        return first + (time_ns - lidar.begin_ns) * self._steps / (lidar.period * NS_PER_S)
