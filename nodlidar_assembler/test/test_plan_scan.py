@@ -20,7 +20,7 @@ from nodlidar_assembler.planner.plan_words import notes
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_common.errors import ParameterError
 import numpy as np
-from planner_enumeration import cells_of_samples, enumerate_cells
+from planner_enumeration import cells_of_samples, enumerate_cells, widest_by_corners
 import pytest
 
 QUARTER = math.pi / 4
@@ -150,6 +150,66 @@ def test_the_table_has_the_plan_and_its_alternatives(run, plan_of):
     assert max(map(len, out.splitlines())) <= 100
 
 
+def brute_holes(time):
+    """Return the largest hole of each nod of the small band after a time."""
+    samples = math.ceil(time * 640 * (1.0 - 1e-12))
+    return [widest_by_corners(SMALL_TASK, Pattern(64, n, 0.5), samples) for n in SMALL_BAND]
+
+
+def test_a_time_budget_gives_the_nod_with_the_smallest_hole(plan_of):
+    plan = plan_of(*SMALL, '--time-budget', '0.8')
+    assert plan['hole'] == pytest.approx(min(brute_holes(0.8)))
+    assert plan['hole_after'] <= 0.8
+    assert plan['hole'] == pytest.approx(min(brute_holes(plan['hole_after'])))
+    assert plan['hole'] < min(brute_holes(plan['hole_after'] - 1 / 640)) - 1e-9
+    own = {key: plan[key] for key in ('samples_per_sweep', 'hole')}
+    assert own | {'time': plan['hole_after']} in plan['front']
+
+
+def test_a_hole_gives_the_nod_that_is_there_soonest(plan_of):
+    plan = plan_of(*SMALL, '--max-hole', '15')
+    assert plan['hole'] <= math.radians(15.0)
+    assert plan['hole'] == pytest.approx(min(brute_holes(plan['hole_after'])))
+    assert math.radians(15.0) < min(brute_holes(plan['hole_after'] - 1 / 640))
+    alone = plan_of(*SMALL, '--max-hole', '15', '--samples-per-sweep', '43')
+    assert alone['samples_per_sweep'] == 43
+    assert alone['hole_after'] >= plan['hole_after']
+
+
+def test_the_front_is_as_small_as_any_hole_and_smaller_the_later(plan_of):
+    front = plan_of(*SMALL, '--time-budget', '0.8')['front']
+    assert len(front) > 2
+    assert [each['hole'] for each in front] == sorted((e['hole'] for e in front), reverse=True)
+    for each in front:
+        assert each['hole'] == pytest.approx(min(brute_holes(each['time'])))
+
+
+def test_time_and_hole_go_together_or_the_nearest_that_do_are_named(run, plan_of):
+    corner = plan_of(*SMALL, '--max-hole', '15')
+    later = str(corner['hole_after'] + 0.01)
+    assert plan_of(*SMALL, '--max-hole', '15', '--time-budget', later) == corner
+    smallest = plan_of(*SMALL, '--time-budget', '0.5')
+    status, out, err = run(*SMALL, '--max-hole', '15', '--time-budget', '0.5')
+    assert (status, out, err.count('\n')) == (2, '', 1)
+    assert f'{math.degrees(smallest["hole"]):.4g}° after 0.5 s' in err
+    assert f'(N_s = {smallest["samples_per_sweep"]})' in err
+    assert f'at least {corner["hole_after"]:.4g} s (N_s = {corner["samples_per_sweep"]})' in err
+
+
+def test_the_front_is_a_table_and_a_picture(run, plan_of, tmp_path):
+    plan = plan_of(*SMALL, '--time-budget', '0.8')
+    picture = tmp_path / 'front.png'
+    status, out, err = run(*SMALL, '--time-budget', '0.8', '--plot', str(picture))
+    assert (status, err) == (0, '')
+    assert picture.stat().st_size > 10_000
+    rows = [line.split() for line in out[out.index('smallest hole') :].splitlines()]
+    shown = [row for row in rows if row and row[0].isdigit()]
+    assert [int(row[0]) for row in shown] == [each['samples_per_sweep'] for each in plan['front']]
+    [chosen] = [row for row in shown if row[-1] == 'chosen']
+    assert int(chosen[0]) == plan['samples_per_sweep']
+    assert float(chosen[4]) == pytest.approx(math.degrees(plan['hole']), rel=1e-3)
+
+
 def test_a_timing_error_is_planned_for_and_compared(run, plan_of):
     robust = plan_of(*SMALL, '--timing-error', '0.002', '--top', '2')
     assert robust['nominal']['samples_per_sweep'] == plan_of(*SMALL)['samples_per_sweep']
@@ -186,6 +246,13 @@ def test_a_timing_error_is_planned_for_and_compared(run, plan_of):
         (['--samples-per-sweep', '1.5'], ['--samples-per-sweep', 'whole', "'1.5'"]),
         (['--samples-per-sweep', '10000000'], ["'--samples-per-sweep'", '1000000', '10000000']),
         (['--top', '0'], ["'--top'", '1', 'is 0']),
+        (['--time-budget', '0'], ["'--time-budget'", '600', 'is 0.0']),
+        (['--time-budget', '1e-3'], ["'--time-budget'", 'so long', 'is 0.001']),
+        (['--max-hole', '0.3'], ["'--max-hole'", 'at least 0.3516°', 'is 0.3']),
+        (['--max-hole', '75'], ["'--max-hole'", 'below 70.31°', 'is 75.0']),
+        (['--max-hole', '2', '--timing-error', '0.003'], ["'--timing-error'", 'left out']),
+        (['--max-hole', '2', '--objective', 'revisit'], ["'--objective'", 'left out']),
+        (['--time-budget', '2', '--top', '3'], ["'--top'", 'left out', 'is 3']),
         (['--plot', 'plan.gif'], ["'--plot'", '.png', "'plan.gif'"]),
         (['--plot', 'no/such/plan.png'], ["'--plot'", 'folder', "'no/such/plan.png'"]),
         (['--sped-max', '4'], ['--sped-max']),

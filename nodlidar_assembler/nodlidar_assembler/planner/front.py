@@ -30,6 +30,8 @@ Progress = Callable[[Iterable[Pattern]], Iterable[Pattern]]
 PATIENCE = 600.0
 # The soonest of so many nods shows about how soon the soonest of all is.
 FEW = 8
+# Beside a corner, others are looked for at so many times before and after it, by such a factor.
+OTHERS, FACTOR = 4, math.sqrt(2.0)
 # Holes that differ by less are as wide [rad]: more than the search rounds, less than matters.
 _ROUNDING = 1e-11
 
@@ -84,6 +86,40 @@ class Front:
             for i in spread(len(samples))
         ]
 
+    def choose(self, time_budget: float | None, max_hole: float | None) -> Corner:
+        """Return the corner that one limit leads to, or with both the soonest that keeps to them.
+
+        Parameters
+        ----------
+        time_budget, max_hole
+            See `within` and `reaching`; at least one is given.
+
+        Raises
+        ------
+        ParameterError
+            If no corner keeps to both, naming those that keep to either, or as `reaching` and
+            `within` do.
+        """
+        if max_hole is None:
+            return self.within(math.nan if time_budget is None else time_budget)
+        soonest = self.reaching(max_hole)
+        if time_budget is None or soonest.time <= time_budget + self._task.sample_time:
+            return soonest
+        smallest = self.within(time_budget)
+        allowed = (
+            f'at least {math.degrees(smallest.hole):.4g}° after {time_budget:g} s '
+            f'(N_s = {smallest.samples_per_sweep}), or the time at least {soonest.time:.4g} s '
+            f'(N_s = {soonest.samples_per_sweep})'
+        )
+        raise ParameterError('max_hole', allowed, math.degrees(max_hole))
+
+    def around(self, corner: Corner) -> list[Corner]:
+        """Return a corner among others from a quarter to four times its time, soonest first."""
+        times = [corner.time * FACTOR**k for k in range(-OTHERS, OTHERS + 1) if k]
+        others = self.corners([time for time in times if time <= PATIENCE])
+        by_time = {each.time: each for each in [*others, corner]}
+        return [by_time[time] for time in sorted(by_time)]
+
     def within(self, time_budget: float) -> Corner:
         """Return the corner with the smallest hole after a time [s].
 
@@ -111,9 +147,10 @@ class Front:
         """
         least, largest = least_side(self._task), largest_side(self._task)
         if not least - _ROUNDING < max_hole < largest - _ROUNDING:
+            least_degrees, largest_degrees = math.degrees(least), math.degrees(largest)
             allowed = (
-                f'at least {math.degrees(least):.4g}°, as wide as there is no step of azimuth, '
-                f'and below {math.degrees(largest):.4g}°, the region'
+                f'at least {least_degrees:.4g}°, which is always free between two steps, '
+                f'and below {largest_degrees:.4g}°, the region'
             )
             raise ParameterError('max_hole', allowed, math.degrees(max_hole))
         soonest = self._soonest(max_hole, self._enough(max_hole))

@@ -9,6 +9,7 @@ from typing import Any, get_args, NoReturn
 
 from nodlidar_assembler.planner.choice import Objective
 from nodlidar_assembler.planner.coverage import MAX_SAMPLES_PER_SWEEP
+from nodlidar_assembler.planner.front import PATIENCE
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of, parameter
@@ -17,7 +18,8 @@ PICTURES = ('.png', '.pdf', '.svg')
 _OBJECTIVE = 'completion, revisit, hole, or weights such as completion=1,revisit=0.5,hole=10'
 _DESCRIPTION = (
     'Choose the samples per sweep (N_s), and with it the speed of the nod, with which a nodding '
-    'lidar finds an object soonest. Angles are in radians, positive pitch is up.'
+    'lidar finds an object soonest, or the largest hole between its beams is small. Angles are in '
+    'radians unless said otherwise, positive pitch is up.'
 )
 _KINDS = {int: ('N', 'a whole number'), float: ('X', 'a number'), str: ('TEXT', 'a text')}
 
@@ -51,6 +53,21 @@ class Request:
         f'What is to be least: {_OBJECTIVE} (per second of completion and of longest revisit, per '
         'rad of the largest hole); hole_after=8 among them sets the time of the hole [s]',
     )
+    time_budget: float | None = parameter(
+        None,
+        'Leave the smallest hole after this time, and show the front of time and hole',
+        unit='s',
+        minimum=1e-6,
+        maximum=PATIENCE,
+    )
+    max_hole: float | None = parameter(
+        None,
+        'Leave no hole wider than this as soon as can be, and show the front; with --time-budget, '
+        'within that',
+        unit='deg',
+        minimum=1e-6,
+        maximum=180.0,
+    )
     timing_error: float = parameter(
         0.0,
         'Standard deviation of the instants at which the servo turns around',
@@ -76,8 +93,21 @@ class Request:
         slowest, fastest = self.speed_min, self.speed_max
         if slowest is not None and fastest is not None and fastest < slowest:
             raise ParameterError('speed_max', f'at least --speed-min = {slowest} rad/s', fastest)
+        if self.on_the_front:
+            self._check_alone()
         if self.plot is not None:
             _check_picture(Path(self.plot))
+
+    @property
+    def on_the_front(self) -> bool:
+        """Whether the trade of time for the largest hole is asked for."""
+        return self.time_budget is not None or self.max_hole is not None
+
+    def _check_alone(self) -> None:
+        """Raise ParameterError for what has no meaning on the front."""
+        for key, neutral in (('objective', 'completion'), ('timing_error', 0.0), ('top', None)):
+            if (value := getattr(self, key)) != neutral:
+                raise ParameterError(key, 'left out with --time-budget and --max-hole', value)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import ScalarFormatter
 from nodlidar_assembler.planner.choice import Plan
+from nodlidar_assembler.planner.front import Corner
 from nodlidar_assembler.planner.hole import Hole, largest_hole
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 MAX_SAMPLES, MAX_CELLS = 100_000, 4_000_000
 UNCOVERED, SAMPLE, BAND, BOUND = '#f4a261', '#1d3557', '#2a9d8f', '#c1121f'
 NOMINAL = '#e76f51'
+CURVE = 60  # times that a hole is drawn at
 
 Array = NDArray[np.float64]
 
@@ -56,16 +58,25 @@ def write_picture(
         If the file cannot be written.
     """
     best = plans[0]
-    pattern = Pattern(task.steps_per_revolution, best.samples_per_sweep, best.phase)
-    figure = Figure(figsize=(12, 9), layout='constrained')
-    above, below = figure.subplots(2, 1)
-    shown = _shown(task, pattern, best.figures.completion_time / 2.0)
-    draw_pattern(above, task, pattern, shown)
-    outline_hole(above, task, largest_hole(task, pattern, shown))
+    figure, below = _figure(task, best, best.figures.completion_time / 2.0)
     draw_completion(below, candidates, best.lower_bound)
     mark_plans(below, plans, nominal)
-    below.legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False)
-    figure.savefig(path, dpi=130)
+    _save(figure, below, path)
+
+
+def write_front_picture(
+    path: Path, task: Task, plan: Plan, instant: float, front: Sequence[Corner]
+) -> None:
+    """Draw the pattern of a plan up to an instant [s], with its hole, and the front.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    figure, below = _figure(task, plan, instant)
+    draw_front(below, task, plan, front)
+    _save(figure, below, path)
 
 
 def draw_pattern(axes: Axes, task: Task, pattern: Pattern, instant: float) -> None:
@@ -148,6 +159,40 @@ def mark_plans(axes: Axes, plans: Sequence[Plan], nominal: Plan | None = None) -
         axes.plot(n_s, time, '*', label=f'N_s = {n_s}: {time:.4g} s', **star)
     else:
         axes.axvline(n_s, color=BAND, label=f'N_s = {n_s}: never')
+
+
+def draw_front(axes: Axes, task: Task, plan: Plan, front: Sequence[Corner]) -> None:
+    """Draw the corners of the front, and how a plan's hole shrinks with time."""
+    time, hole = ([getattr(each, key) for each in front] for key in ('time', 'hole'))
+    pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
+    times = np.geomspace(time[0], time[-1], CURVE)
+    holes = [math.degrees(largest_hole(task, pattern, t).side) for t in times]
+    axes.step(times, holes, where='post', color=BAND, label=f'N_s = {plan.samples_per_sweep}')
+    axes.plot(time, np.degrees(hole), 'o', color=SAMPLE, label='the front of all nods')
+    for each in front:
+        text = f' {each.samples_per_sweep}'
+        axes.annotate(text, (each.time, math.degrees(each.hole)), color=SAMPLE, fontsize=8)
+    axes.set(xscale='log', yscale='log', xlabel='time [s]', ylabel='largest hole [°]')
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter('{x:g}')
+        axis.set_minor_formatter('{x:g}')
+    axes.grid(alpha=0.3, which='both')
+
+
+def _figure(task: Task, plan: Plan, instant: float) -> tuple[Figure, Axes]:
+    """Return a figure with a plan's pattern up to an instant [s], and the axes below it."""
+    pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
+    figure = Figure(figsize=(12, 9), layout='constrained')
+    above, below = figure.subplots(2, 1)
+    shown = _shown(task, pattern, instant)
+    draw_pattern(above, task, pattern, shown)
+    outline_hole(above, task, largest_hole(task, pattern, shown))
+    return figure, below
+
+
+def _save(figure: Figure, below: Axes, path: Path) -> None:
+    below.legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False)
+    figure.savefig(path, dpi=130)
 
 
 def _draw_bands(axes: Axes, plans: Sequence[Plan], colour: str, label: str) -> None:

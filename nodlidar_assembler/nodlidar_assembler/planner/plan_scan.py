@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 import json
+import math
 from operator import length_hint
 from pathlib import Path
 import sys
@@ -10,16 +11,19 @@ from typing import TypeVar
 
 from nodlidar_assembler.planner.choice import (
     evaluate,
+    Objective,
     plans,
     samples_in_band,
     survey,
     survey_under_error,
 )
+from nodlidar_assembler.planner.front import Front
 from nodlidar_assembler.planner.plan_options import as_option, objective_of, parse, Request
 from nodlidar_assembler.planner.plan_table import Answer, as_json, print_answer
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress
 
@@ -59,6 +63,8 @@ def _plan_scan(argv: Sequence[str] | None) -> None:
 
 def find(task: Task, request: Request) -> Answer:
     """Return the best plans for a request, or the one that it gives."""
+    if request.on_the_front:
+        return _on_the_front(task, request)
     objective = objective_of(request.objective)
     start, error = request.start_pitch, request.timing_error
     if request.samples_per_sweep is not None:
@@ -73,6 +79,30 @@ def find(task: Task, request: Request) -> Answer:
     n_s = plans(task, samples, objective, start, 0.0, 1, progress)[0].samples_per_sweep
     nominal = evaluate(task, n_s, start, error, objective.hole_after, int(samples.min()))
     return Answer(task, objective, best, nominal)
+
+
+def _on_the_front(task: Task, request: Request) -> Answer:
+    """Return the nod at the corner of the front that a request's limits lead to."""
+    samples = _samples(task, request)
+    front = Front(task, samples, request.start_pitch, progress)
+    largest = None if request.max_hole is None else math.radians(request.max_hole)
+    corner = front.choose(request.time_budget, largest)
+    objective = Objective(hole_after=corner.time)
+    plan = evaluate(
+        task,
+        corner.samples_per_sweep,
+        request.start_pitch,
+        hole_after=corner.time,
+        fewest_samples=int(samples.min()),
+    )
+    return Answer(task, objective, [plan], front=front.around(corner))
+
+
+def _samples(task: Task, request: Request) -> NDArray[np.int64]:
+    """Return the N_s to choose from."""
+    if request.samples_per_sweep is not None:
+        return np.array([request.samples_per_sweep])
+    return samples_in_band(task, request.speed_min, request.speed_max)
 
 
 def progress(items: Iterable[T]) -> Iterator[T]:
@@ -95,8 +125,16 @@ def progress(items: Iterable[T]) -> Iterator[T]:
 
 def _plot(path: Path, answer: Answer, request: Request) -> None:
     # Imported here: matplotlib takes as long as all the rest.
-    from nodlidar_assembler.planner.plan_pictures import Candidates, write_picture
+    from nodlidar_assembler.planner.plan_pictures import (
+        Candidates,
+        write_front_picture,
+        write_picture,
+    )
 
+    if answer.front:
+        instant = answer.objective.hole_after
+        write_front_picture(path, answer.task, answer.plans[0], instant, answer.front)
+        return
     samples = samples_in_band(answer.task, request.speed_min, request.speed_max)
     figures = survey(answer.task, samples, request.start_pitch, progress)
     completion = np.array([each.completion_time for each in figures])

@@ -1,11 +1,12 @@
 """Plans as tables and as a JSON object: what plan_scan prints."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 import math
 from typing import Any
 
 from nodlidar_assembler.planner.choice import Objective, Plan
+from nodlidar_assembler.planner.front import Corner
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.plan_words import angle, notes, number, seconds
 from nodlidar_assembler.planner.task import Task
@@ -27,12 +28,15 @@ class Answer:
         Best first, at least one.
     nominal
         The best plan if there were no timing error, under it; None without timing error or choice.
+    front
+        Corners of the front of time and largest hole, if asked for; the plan's is one of them.
     """
 
     task: Task
     objective: Objective
     plans: list[Plan]
     nominal: Plan | None = None
+    front: Sequence[Corner] = ()
 
 
 def start_pitch(task: Task, plan: Plan) -> float:
@@ -54,6 +58,8 @@ def print_answer(answer: Answer, console: Console) -> None:
         console.print(f'Note: {note}')
     if len(answer.plans) > 1:
         console.print(_plans_table(answer))
+    if answer.front:
+        console.print(_front_table(answer))
 
 
 def as_json(answer: Answer, alternatives: bool) -> dict[str, Any]:
@@ -63,6 +69,7 @@ def as_json(answer: Answer, alternatives: bool) -> dict[str, Any]:
     result |= {'columns': task.columns, 'rows': task.rows, 'cell': task.cell}
     result |= {'hole_after': answer.objective.hole_after, 'notes': notes(task, best)}
     result['nominal'] = answer.nominal and _plan_json(task, answer.nominal)
+    result['front'] = [asdict(corner) for corner in answer.front]
     if alternatives:
         result['alternatives'] = [_plan_json(task, plan) for plan in others]
     return result
@@ -101,8 +108,8 @@ def _plan_rows(answer: Answer) -> Iterator[tuple[str, str]]:
     yield 'hits of a cell', f'{number(figures.hit_frequency)} Hz on average'
     cells = f'{figures.cells} = {task.columns} x {task.rows}'
     yield 'cells, columns x rows', f'{cells} of {angle(task.cell)}'
-    wide = 2.0 * task.distance * math.sin(plan.hole / 2.0)
-    hole = f'{angle(plan.hole)}: {number(wide)} m wide at {number(task.distance)} m'
+    wide = number(_width(task, plan.hole))
+    hole = f'{angle(plan.hole)}: {wide} m wide at {number(task.distance)} m'
     yield f'largest hole after {seconds(answer.objective.hole_after)}', hole
     share = '' if plan.distinct_directions == directions else f' of {directions}'
     yield 'distinct directions', f'{plan.distinct_directions}{share}'
@@ -156,6 +163,25 @@ def _plans_table(answer: Answer) -> Table:
     for plan in answer.plans:
         table.add_row(str(plan.samples_per_sweep), *map(number, _columns(plan)))
     return table
+
+
+def _front_table(answer: Answer) -> Table:
+    task, chosen = answer.task, answer.plans[0].samples_per_sweep
+    table = Table(box=box.SIMPLE, title='Which nods leave the smallest hole', title_justify='left')
+    at_distance = f'wide at {number(task.distance)} m\nm'
+    for heading in ('N_s', 'speed\nrad/s', 'after\ns', 'hole\nrad', 'hole\n°', at_distance, ''):
+        table.add_column(heading, justify='right')
+    for corner in answer.front:
+        n_s, hole = corner.samples_per_sweep, corner.hole
+        values = task.speed(n_s), corner.time, hole, math.degrees(hole), _width(task, hole)
+        here = n_s == chosen and corner.time == answer.objective.hole_after
+        table.add_row(str(n_s), *map(number, values), 'chosen' if here else '')
+    return table
+
+
+def _width(task: Task, angle: float) -> float:
+    """Return how wide [m] an angle [rad] is from the task's distance."""
+    return 2.0 * task.distance * math.sin(angle / 2.0)
 
 
 def _columns(plan: Plan) -> list[float]:
