@@ -38,18 +38,18 @@ class SweepGatherer:
             # Time went back: what came before it ends here.
             clouds.append(self._cut(self._newest_ns() + 1))
             self._turns_ns.clear()
+        elif self._scans and self._age_ns(points) > self.max_duration * NS_PER_S:
+            clouds.append(self._cut(self._newest_ns() + 1))
         self._scans.append(points)
         while self._turns_ns and self._scans and self._newest_ns() >= self._turns_ns[0]:
             clouds.append(self._cut(self._turns_ns.pop(0)))
-        if self._scans and self._age_ns() > self.max_duration * NS_PER_S:
-            clouds.append(self._cut(self._newest_ns() + 1))
         return [cloud for cloud in clouds if cloud is not None]
 
     def _newest_ns(self) -> int:
         return int(self._scans[-1].time_ns[-1])
 
-    def _age_ns(self) -> int:
-        return self._newest_ns() - int(self._scans[0].time_ns[0])
+    def _age_ns(self, points: Points) -> int:
+        return int(points.time_ns[-1] - self._scans[0].time_ns[0])
 
     def _cut(self, end_ns: int) -> Points | None:
         """Take everything before an instant out as one cloud; None if there is nothing."""

@@ -1,10 +1,13 @@
 """Finds the instants at which the measured nod turned around."""
 
+from collections import deque
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 # A sample that is older than the last one by this much is the first of a clock that was set.
 TIME_JUMP_NS = 1_000_000_000
+# Remembered of a joint at rest, or nearly so: 100 s at 100 Hz.
+MOST_SAMPLES = 10_000
 
 
 @dataclass(slots=True)
@@ -27,7 +30,7 @@ class TurnFinder:
     _direction: int = 0
     _depth: float = 0.0
     _extreme: float = 0.0
-    _samples: list[tuple[int, float]] = field(default_factory=list)
+    _samples: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=MOST_SAMPLES))
 
     def add(self, time_ns: int, pitch: float) -> int | None:
         """Add the next joint sample; return the instant of a turn [ns] when it has become sure."""
@@ -84,4 +87,4 @@ class TurnFinder:
         """Forget the samples before the last one that a crossing could begin with."""
         level = self._level()
         while len(self._samples) > 2 and (level - self._samples[1][1]) * self._direction >= 0.0:
-            del self._samples[0]
+            self._samples.popleft()

@@ -93,7 +93,7 @@ def test_a_nod_that_stands_still_does_not_gather_without_end():
         c for k in range(100) for c in gatherer.add_scan(scan_of(START_NS + k * 100_000_000))
     ]
     assert len(clouds) == 9
-    assert all(len(cloud.data) == 1100 for cloud in clouds)
+    assert all(len(cloud.data) == 1000 for cloud in clouds)
 
 
 def test_turns_are_found_again_when_time_goes_back():
