@@ -1,13 +1,14 @@
 """How fast the planner is, against going through all samples, or through all N_s."""
 
 from collections.abc import Callable
-from math import pi
+from math import pi, radians
 from pathlib import Path
 import sys
 import time
 
-from nodlidar_assembler.planner.choice import quick_choice, samples_in_band, survey
+from nodlidar_assembler.planner.choice import HOLE_AFTER, quick_choice, samples_in_band, survey
 from nodlidar_assembler.planner.coverage import Coverage
+from nodlidar_assembler.planner.front import Front
 from nodlidar_assembler.planner.hole import largest_hole
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
@@ -48,11 +49,28 @@ def results() -> list[Row]:
             choice = _time(lambda t=task, s=samples, e=error: quick_choice(t, s, e), 5)
             what = f'choice of {len(samples)} N_s, {error * 1e3:g} ms of error: {name}'
             rows.append(_row(what, choice, 'figures of each', everything))
+    rows += _front_rows(Task())
     samples = samples_in_band(FULL_CIRCLE)[::GRID_PART]
     grid = _time(lambda: [maps_of(FULL_CIRCLE, int(n_s)) for n_s in samples], 1) * GRID_PART
     what = f'Fig. 6: {GRID_PART * len(samples)} N_s x {len(STARTS)} starts, one process'
     rows.append(_row(what, grid, 'enumeration of each', enumeration * len(STARTS) * 3500))
     return rows
+
+
+def _front_rows(task: Task) -> list[Row]:
+    samples = samples_in_band(task)
+    patterns = [Pattern(task.steps_per_revolution, int(n_s)) for n_s in samples[::35]]
+    holes = _time(lambda: [largest_hole(task, p, HOLE_AFTER) for p in patterns], 1) * 35
+    front, angle = Front(task, samples), radians(2.0)
+    smallest, soonest = (
+        _time(find, 3)
+        for find in (lambda: front.within(HOLE_AFTER), lambda: front.reaching(angle))
+    )
+    other, all_of = f'hole of each after {HOLE_AFTER:g} s', f'of {len(samples)} N_s'
+    return [
+        _row(f'the smallest hole {all_of} after {HOLE_AFTER:g} s', smallest, other, holes),
+        _row(f'the soonest {all_of} without a hole of 2°', soonest, other, holes),
+    ]
 
 
 def _row(what: str, took: float, other: str, other_took: float) -> Row:
