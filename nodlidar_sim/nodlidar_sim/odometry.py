@@ -53,14 +53,16 @@ class Odometer:
         self.start_ns = start_ns
         self._base = base
         self._exact = not effects.spoil_odometry
-        self._slip = effects.wheel_slip
-        self._rng = np.random.default_rng(seed)
-        self._counted = 1.0 + effects.odometry_error * self._rng.normal(size=2)
-        self._drift = effects.heading_drift * float(self._rng.normal())
         self._origin: Array = base.poses(np.array([start_ns], dtype=np.int64))
         self._last = self._origin
         self._last_ns = start_ns
         self._estimate: Array = np.zeros((1, 3))
+        if self._exact:
+            return
+        self._slip = effects.wheel_slip
+        self._rng = np.random.default_rng(seed)
+        self._counted = 1.0 + effects.odometry_error * self._rng.normal(size=2)
+        self._drift = effects.heading_drift * float(self._rng.normal())
 
     def poses(self, times_ns: Times) -> Array:
         """Return x [m], y [m], yaw [rad] of base_link in odom, shape (n, 3).

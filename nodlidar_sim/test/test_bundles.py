@@ -166,12 +166,12 @@ def counted_room():
 
 
 def test_in_the_room_a_beam_is_tried_on_few_of_its_solids():
-    """Half of 28 solids are thinner than 6 degrees from the sensor, and so are the bundles."""
+    """In two sweeps, almost: a solid is in view of a bundle in forty."""
     scene, solids = counted_room()
     times, azimuth = scans(8)
     World(scene, triangle_motion(NOD, 0, S)).ranges(times, azimuth)
     assert len(solids) == 28
-    assert 0 < sum(solid.rays for solid in solids) < 0.15 * len(solids) * len(times)
+    assert 0 < sum(solid.rays for solid in solids) < 0.05 * len(solids) * len(times)
 
 
 @pytest.mark.parametrize(('azimuth', 'share'), [(0.0, 2.0), (2.0, 2.0), (math.pi, 0.0)])

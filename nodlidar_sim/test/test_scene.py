@@ -1,9 +1,12 @@
+from collections import Counter
 from dataclasses import fields
+from importlib import resources
 import math
 from pathlib import Path
 
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_sim import scene as scene_module
 from nodlidar_sim.effects import Effects
 from nodlidar_sim.route import Leg
 from nodlidar_sim.scene import load_scene, parse_scene, route_names, scene_names
@@ -11,6 +14,7 @@ from nodlidar_sim.section import SceneError
 from nodlidar_sim.simulation import simulate
 import numpy as np
 import pytest
+import yaml
 
 S = 1_000_000_000
 NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
@@ -48,6 +52,21 @@ def test_everything_in_the_room_is_seen():
     }
     assert set(seen) == {'walls', 'floor', 'ceiling', 'chair', 'manikin', 'robot'}
     assert min(seen.values()) > 300, seen
+
+
+@pytest.mark.parametrize('name', ['corner', 'corridor', 'crossing', 'room', 'wall'])
+def test_a_scene_makes_the_shapes_and_the_people_that_it_names_once(name, monkeypatch):
+    made = Counter()
+    counted = {
+        kind: lambda *given, kind=kind, make=make: made.update([kind]) or make(*given)
+        for kind, make in scene_module._MAKERS.items()
+    }
+    monkeypatch.setattr(scene_module, '_MAKERS', counted)
+    scene = load_scene(name)
+    file = resources.files('nodlidar_sim') / 'scenes' / f'{name}.yaml'
+    objects = yaml.safe_load(file.read_text())['objects']
+    assert made == Counter(kind for it in objects.values() for s in it['shapes'] for kind in s)
+    assert list(scene.movers) == [name for name, it in objects.items() if 'motion' in it]
 
 
 def test_an_unknown_scene_lists_the_known_ones():

@@ -5,7 +5,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.effects import Effects, imperfect, range_faults
 from nodlidar_sim.motion import triangle_motion
-from nodlidar_sim.scene import load_scene, parse_scene
+from nodlidar_sim.scene import load_scene, parse_scene, scene_names
 from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording, simulate
 import numpy as np
@@ -162,6 +162,25 @@ def test_an_effect_that_is_off_is_not_even_made():
 
     assert range_faults(Effects(), seed=0) is None
     assert imperfect(measure, Effects(servo_jitter=0.01, clock_drift=5.0), seed=0) is measure
+
+
+@pytest.mark.parametrize('name', scene_names())
+def test_a_scene_without_effects_draws_no_random_number(name, monkeypatch):
+    """Nor makes anything that would: noise, late turns or wheels that err."""
+    scene = load_scene(name)
+    assert scene.effects == Effects()
+    monkeypatch.setattr(np.random, 'default_rng', None)
+    record(scene, 1.0)
+
+
+@pytest.mark.parametrize('effect', [field.name for field in dataclasses.fields(Effects)])
+def test_an_effect_makes_its_own_random_numbers_only(effect, monkeypatch):
+    """One generator for each effect that is random, and none for the others."""
+    made = []
+    make = np.random.default_rng
+    monkeypatch.setattr(np.random, 'default_rng', lambda seed: made.append(seed) or make(seed))
+    record(with_effects(**{effect: 0.01}), 1.0)
+    assert len(made) == (effect != 'clock_drift')
 
 
 def test_live_measurements_have_the_same_faults():
