@@ -3,7 +3,7 @@
 import math
 import sys
 
-from message_filters import Cache, Subscriber
+from message_filters import Subscriber
 from nodlidar_assembler.assembly import Points
 from nodlidar_assembler.bracket_filter import BracketFilter
 from nodlidar_assembler.cloud_frames import CloudFrames
@@ -12,6 +12,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.diagnosis import Diagnosis
 from nodlidar_assembler.ego_motion import MotionLimits, Odometry, OdometryError
 from nodlidar_assembler.joint_filter import JointFilter
+from nodlidar_assembler.joint_history import JointSamples
 from nodlidar_assembler.nod_clock import NodClock, NodShape
 from nodlidar_assembler.odometry_filter import OdometryFilter
 from nodlidar_assembler.pipeline import Pipeline
@@ -29,14 +30,10 @@ from nodlidar_common.node_parameters import declare
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
-import numpy as np
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
-
-# Joint states kept: 3 s at 100 Hz, far more than a scan and its deadline.
-HISTORY = 300
 
 
 class Assembler(Node):
@@ -97,14 +94,14 @@ class Assembler(Node):
             qos_overriding_options=overridable,
         )
         scans.registerCallback(self._scan_arrived)
-        self._joint = JointFilter(states, self.config.joint_name, self._diagnosis.drops)
-        self._joint.registerCallback(self._joint_arrived)
-        self._bracket(scans)
+        joint = JointFilter(states, self.config.joint_name, self._diagnosis.drops)
+        joint.registerCallback(self._pipeline.add_sample)
+        self._bracket(scans, joint)
 
-    def _bracket(self, scans: ScanFilter) -> None:
+    def _bracket(self, scans: ScanFilter, joint: JointFilter) -> None:
         bracket = BracketFilter(
             scans,
-            Cache(self._joint, HISTORY),
+            joint,
             self._duration_ns,
             self.config.deadline,
             self._now_ns,
@@ -145,22 +142,17 @@ class Assembler(Node):
         if self.config.command_nod:
             self._follow_lidar(scan)
 
-    def _joint_arrived(self, state: JointState) -> None:
-        self._pipeline.add_sample(time_ns(state.header.stamp), self._joint.position(state))
-
     def _assemble(
-        self, scan: LaserScan, states: list[JointState], odometry: Odometry | None = None
+        self, scan: LaserScan, samples: JointSamples, odometry: Odometry | None = None
     ) -> None:
-        stamps = np.array([time_ns(state.header.stamp) for state in states], dtype=np.int64)
-        pitch = np.array([self._joint.position(state) for state in states])
         told = scan_from_message(scan)
         try:
-            clouds = self._pipeline.add_scan(told, stamps, pitch, odometry)
+            clouds = self._pipeline.add_scan(told, *samples, odometry)
         except PitchError as error:
             self._drop(str(error))
             return
         except OdometryError as error:
-            self._odometry_missing(scan, states, error.reason)
+            self._odometry_missing(scan, samples, error.reason)
             return
         seen = told, self._pipeline.beams(told.geometry), self._pipeline.pitch
         self._surroundings.add_scan(*seen)
@@ -174,7 +166,7 @@ class Assembler(Node):
             frame_id = self.config.frame_id if odometry is None else self._frames.frame(cloud)
             self._publish(cloud, frame_id)
 
-    def _odometry_missing(self, scan: LaserScan, states: list[JointState], reason: str) -> None:
+    def _odometry_missing(self, scan: LaserScan, samples: JointSamples, reason: str) -> None:
         if self._tf.trouble:
             self.get_logger().warning(f'TF: {self._tf.trouble}', throttle_duration_sec=5.0)
         if self.config.without_odometry == 'drop':
@@ -182,7 +174,7 @@ class Assembler(Node):
             return
         self._diagnosis.counts[f'uncompensated: {reason}'] += 1
         self.get_logger().warning(f'motion not compensated: {reason}', throttle_duration_sec=5.0)
-        self._assemble(scan, states)
+        self._assemble(scan, samples)
 
     def _publish(self, cloud: Points, frame_id: str) -> None:
         self._clouds.publish(cloud_message(cloud, frame_id))

@@ -5,22 +5,23 @@ from collections.abc import Callable
 
 from message_filters import SimpleFilter
 from nodlidar_assembler.ego_motion import OdometryError
+from nodlidar_assembler.joint_history import JointSamples
 from nodlidar_assembler.odometry_history import OdometryHistory
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import LaserScan
 
 
 class OdometryFilter(SimpleFilter):
-    """A message_filters filter: (scan, joint states) in, (scan, joint states, odometry) out.
+    """A message_filters filter: (scan, joint samples) in, (scan, joint samples, odometry) out.
 
     Scans leave in the order in which they came. One without odometry is given to `on_missing`,
-    with its joint states and the reason.
+    with its joint samples and the reason.
 
     Parameters
     ----------
     bracket_filter
-        Filter whose messages are a scan and the joint states that bracket it.
+        Filter whose messages are a scan and the joint samples that bracket it.
     history
         Odometry as it comes in; call `release` after that, and `forget` when time went back.
     duration_ns
@@ -30,7 +31,7 @@ class OdometryFilter(SimpleFilter):
     now_ns
         The clock by which it waits [ns].
     on_missing
-        Called with a scan, its joint states and the reason why it has no odometry.
+        Called with a scan, its joint samples and the reason why it has no odometry.
     """
 
     TIME_WENT_BACK = 'odometry went back in time'
@@ -44,7 +45,7 @@ class OdometryFilter(SimpleFilter):
         duration_ns: Callable[[LaserScan], int],
         deadline: float,
         now_ns: Callable[[], int],
-        on_missing: Callable[[LaserScan, list[JointState], str], None],
+        on_missing: Callable[[LaserScan, JointSamples, str], None],
     ) -> None:
         super().__init__()
         self._history = history
@@ -52,7 +53,7 @@ class OdometryFilter(SimpleFilter):
         self._deadline_ns = round(deadline * NS_PER_S)
         self._now_ns = now_ns
         self._on_missing = on_missing
-        self._waiting: deque[tuple[int, LaserScan, list[JointState]]] = deque()
+        self._waiting: deque[tuple[int, LaserScan, JointSamples]] = deque()
         bracket_filter.registerCallback(self._add)
 
     def release(self) -> None:
@@ -63,33 +64,31 @@ class OdometryFilter(SimpleFilter):
     def forget(self) -> None:
         """Let all scans go without odometry: that which comes is of another time."""
         while self._waiting:
-            _, scan, states = self._waiting.popleft()
-            self._on_missing(scan, states, self.TIME_WENT_BACK)
+            _, scan, samples = self._waiting.popleft()
+            self._on_missing(scan, samples, self.TIME_WENT_BACK)
 
-    def _add(self, scan: LaserScan, states: list[JointState]) -> None:
-        self._waiting.append((self._now_ns(), scan, states))
+    def _add(self, scan: LaserScan, samples: JointSamples) -> None:
+        self._waiting.append((self._now_ns(), scan, samples))
         self.release()
 
-    def _settled(self, arrival_ns: int, scan: LaserScan, states: list[JointState]) -> bool:
+    def _settled(self, arrival_ns: int, scan: LaserScan, samples: JointSamples) -> bool:
         start_ns = time_ns(scan.header.stamp)
         end_ns = start_ns + self._duration_ns(scan)
         oldest_ns, newest_ns = self._history.oldest_ns, self._history.newest_ns
         if oldest_ns is None or newest_ns is None or newest_ns < end_ns:
             if self._now_ns() - arrival_ns <= self._deadline_ns:
                 return False
-            self._on_missing(scan, states, self.LATE)
+            self._on_missing(scan, samples, self.LATE)
         elif oldest_ns > start_ns:
-            self._on_missing(scan, states, self.NO_HISTORY)
+            self._on_missing(scan, samples, self.NO_HISTORY)
         else:
-            self._signal(scan, states, start_ns, end_ns)
+            self._signal(scan, samples, start_ns, end_ns)
         return True
 
-    def _signal(
-        self, scan: LaserScan, states: list[JointState], start_ns: int, end_ns: int
-    ) -> None:
+    def _signal(self, scan: LaserScan, samples: JointSamples, start_ns: int, end_ns: int) -> None:
         try:
             odometry = self._history.around(start_ns, end_ns)
         except OdometryError as error:
-            self._on_missing(scan, states, error.reason)
+            self._on_missing(scan, samples, error.reason)
         else:
-            self.signalMessage(scan, states, odometry)
+            self.signalMessage(scan, samples, odometry)

@@ -2,11 +2,11 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-from message_filters import Cache, SimpleFilter
+from message_filters import SimpleFilter
 from nodlidar_assembler.bracket_filter import BracketFilter
 from nodlidar_common.messages import time_message
 from nodlidar_common.stamps import time_ns
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import LaserScan
 
 MS = 1_000_000
 START = 1_700_000_000_000 * MS
@@ -16,13 +16,13 @@ DURATION = 66 * MS
 class Bench:
     """A bracketing filter between hand-fed inputs and lists of what came out."""
 
-    def __init__(self, history=100, deadline=0.3, margin=0):
+    def __init__(self, deadline=0.3, margin=0):
         self.now = START
-        self.scans, self.states = SimpleFilter(), SimpleFilter()
+        self.scans, self.joint_filter = SimpleFilter(), SimpleFilter()
         self.released, self.dropped = [], []
         self.filter = BracketFilter(
             self.scans,
-            Cache(self.states, history),
+            self.joint_filter,
             lambda scan: DURATION,
             deadline,
             lambda: self.now,
@@ -30,23 +30,24 @@ class Bench:
             margin * MS,
         )
         self.filter.registerCallback(
-            lambda scan, states: self.released.append((ms_of(scan), [ms_of(s) for s in states]))
+            lambda scan, samples: self.released.append((ms_of(scan), in_ms(samples.time_ns)))
         )
 
     def scan(self, ms):
-        self.scans.signalMessage(stamped(LaserScan(), ms))
+        message = LaserScan()
+        message.header.stamp = time_message(START + ms * MS)
+        self.scans.signalMessage(message)
 
     def joint(self, ms):
-        self.states.signalMessage(stamped(JointState(), ms))
+        self.joint_filter.signalMessage(START + ms * MS, 0.1)
 
 
-def stamped(message, ms):
-    message.header.stamp = time_message(START + ms * MS)
-    return message
+def ms_of(scan):
+    return (time_ns(scan.header.stamp) - START) // MS
 
 
-def ms_of(message):
-    return (time_ns(message.header.stamp) - START) // MS
+def in_ms(times_ns):
+    return ((times_ns - START) // MS).tolist()
 
 
 def test_a_scan_waits_for_the_joint_state_after_its_last_beam():

@@ -4,15 +4,14 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from message_filters import Cache, SimpleFilter
+from message_filters import SimpleFilter
 from nodlidar_assembler.bracket_filter import BracketFilter
 from nodlidar_assembler.pitch import PitchError
 from nodlidar_assembler.pitch_estimator import ESTIMATORS, PitchEstimator
 from nodlidar_common.messages import time_message
-from nodlidar_common.stamps import time_ns
 import numpy as np
 import pytest
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import LaserScan
 
 S, MS = 1_000_000_000, 1_000_000
 OFFSET = np.arange(682) * 97.65625e-6
@@ -103,22 +102,17 @@ def test_a_single_beam_takes_the_pitch_of_its_instant(name):
 @pytest.mark.parametrize('start_ns', [0, 7 * S - 33 * MS, (2**31 - 1) * S + 900 * MS])
 @pytest.mark.parametrize('margin_ns', [0, 200 * MS])
 def test_a_scan_is_bracketed_at_the_ends_of_time_too(start_ns, margin_ns):
-    scans, states, released, clock = SimpleFilter(), SimpleFilter(), [], [0]
+    scans, joint, released, clock = SimpleFilter(), SimpleFilter(), [], [0]
     bracket = BracketFilter(
-        scans, Cache(states, 100), lambda _: 66 * MS, 0.3, lambda: clock[0], print, margin_ns
+        scans, joint, lambda _: 66 * MS, 0.3, lambda: clock[0], print, margin_ns
     )
-    bracket.registerCallback(
-        lambda _, found: released.append([time_ns(s.header.stamp) for s in found])
-    )
+    bracket.registerCallback(lambda _, found: released.append(found.time_ns.tolist()))
     stamps = [start_ns + k * 10 * MS for k in range(0, 10)]
     for stamp_ns in stamps:
-        states.signalMessage(stamped(JointState(), stamp_ns))
-    scans.signalMessage(stamped(LaserScan(), start_ns))
+        joint.signalMessage(stamp_ns, 0.1)
+    scan = LaserScan()
+    scan.header.stamp = time_message(start_ns)
+    scans.signalMessage(scan)
     clock[0] = S  # past the deadline: with a margin it waits for more
     bracket.release()
     assert released == [stamps if margin_ns else stamps[:8]]
-
-
-def stamped(message, stamp_ns):
-    message.header.stamp = time_message(stamp_ns)
-    return message

@@ -1,0 +1,61 @@
+"""The last seconds of joint samples, in the order of their time."""
+
+from bisect import bisect_left, bisect_right
+from typing import NamedTuple
+
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+SPAN_NS = 10 * NS_PER_S  # the longest deadline
+
+
+class JointSamples(NamedTuple):
+    """Stamps [ns], ascending, and positions [rad], both of shape (n,)."""
+
+    time_ns: NDArray[np.int64]
+    pitch: NDArray[np.float64]
+
+
+class JointHistory:
+    """Keeps joint samples; those of one stamp in the order in which they came."""
+
+    def __init__(self) -> None:
+        self._times_ns: list[int] = []
+        self._pitch: list[float] = []
+
+    @property
+    def newest_ns(self) -> int | None:
+        """Time of the newest sample [ns]; None if there is none."""
+        return self._times_ns[-1] if self._times_ns else None
+
+    def add(self, time_ns: int, pitch: float) -> None:
+        """Add a sample [ns], [rad], and forget those that are older than the newest by SPAN_NS."""
+        place = bisect_right(self._times_ns, time_ns)
+        self._times_ns.insert(place, time_ns)
+        self._pitch.insert(place, pitch)
+        old = bisect_left(self._times_ns, self._times_ns[-1] - SPAN_NS)
+        del self._times_ns[:old], self._pitch[:old]
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        self._times_ns.clear()
+        self._pitch.clear()
+
+    def before(self, time_ns: int) -> int | None:
+        """Return the time [ns] of the last sample that is not after an instant [ns]."""
+        place = bisect_right(self._times_ns, time_ns)
+        return self._times_ns[place - 1] if place else None
+
+    def after(self, time_ns: int) -> int | None:
+        """Return the time [ns] of the first sample that is not before an instant [ns]."""
+        place = bisect_left(self._times_ns, time_ns)
+        return self._times_ns[place] if place < len(self._times_ns) else None
+
+    def between(self, begin_ns: int, end_ns: int) -> JointSamples:
+        """Return the samples from one instant to another [ns], both included."""
+        chosen = slice(bisect_left(self._times_ns, begin_ns), bisect_right(self._times_ns, end_ns))
+        return JointSamples(
+            np.array(self._times_ns[chosen], dtype=np.int64),
+            np.array(self._pitch[chosen], dtype=np.float64),
+        )
