@@ -165,7 +165,7 @@ def draw_front(axes: Axes, task: Task, plan: Plan, front: Sequence[Corner]) -> N
     """Draw the corners of the front, and how a plan's hole shrinks with time."""
     time, hole = ([getattr(each, key) for each in front] for key in ('time', 'hole'))
     pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
-    times = np.geomspace(time[0], time[-1], CURVE)
+    times = np.union1d(np.geomspace(time[0], time[-1], CURVE), time)
     holes = [math.degrees(largest_hole(task, pattern, t).side) for t in times]
     axes.step(times, holes, where='post', color=BAND, label=f'N_s = {plan.samples_per_sweep}')
     axes.plot(time, np.degrees(hole), 'o', color=SAMPLE, label='the front of all nods')
