@@ -7,6 +7,7 @@ from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
+NOD_MODES = ('coprime', 'feedback')
 CLOUD_MODES = ('scan', 'sweep')
 EGO_MOTION_MODES = ('off', 'beam')
 FALLBACKS = ('drop', 'uncompensated')
@@ -125,6 +126,12 @@ class AssemblerConfig:
         'N_L: lidar steps in a whole revolution, dark ones counted',
         minimum=1,
         maximum=65_536,
+    )
+    nod_mode: str = parameter(
+        'coprime',
+        'coprime: the planned nod, its phase tied to the lidar; feedback: every sweep is a little '
+        'longer or shorter than planned, so that beams fall where none has been yet',
+        choices=NOD_MODES,
     )
     command_rate: float = parameter(
         5.0, 'How often the nod command is repeated', unit='Hz', minimum=1.0, maximum=100.0

@@ -59,6 +59,11 @@ class ScanGeometry:
         if not self.range_min <= self.range_max:
             raise ParameterError('range_max', 'at least range_min', self.range_max)
 
+    @property
+    def azimuth(self) -> NDArray[np.float64]:
+        """Azimuth of every beam [rad], shape (n,)."""
+        return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
+
 
 @dataclass(frozen=True, slots=True)
 class Beams:
@@ -86,7 +91,7 @@ class Beams:
 
     def __post_init__(self) -> None:
         index = np.arange(self.geometry.beams)
-        azimuth = self.geometry.angle_min + self.geometry.angle_increment * index
+        azimuth = self.geometry.azimuth
         in_laser = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)])
         offset = self.geometry.time_increment * index
         object.__setattr__(self, 'direction', self.mount.rotation @ in_laser)

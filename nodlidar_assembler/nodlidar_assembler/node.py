@@ -11,11 +11,13 @@ from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.diagnosis import Diagnosis
 from nodlidar_assembler.ego_motion import MotionLimits, Odometry, OdometryError
+from nodlidar_assembler.geometry import Beams
 from nodlidar_assembler.joint_filter import JointFilter
 from nodlidar_assembler.joint_history import JointSamples
-from nodlidar_assembler.nod_clock import NodClock, NodShape
+from nodlidar_assembler.nod_clock import NodShape
+from nodlidar_assembler.nod_controller import NodController
 from nodlidar_assembler.odometry_filter import OdometryFilter
-from nodlidar_assembler.pipeline import Pipeline
+from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.pitch import PitchError
 from nodlidar_assembler.points import MOVED_POINT, POINT
 from nodlidar_assembler.scan_filter import ScanFilter
@@ -30,6 +32,8 @@ from nodlidar_common.node_parameters import declare
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -56,7 +60,7 @@ class Assembler(Node):
             self.config.leg_margin,
             POINT if self.config.time_in_compensated_clouds else MOVED_POINT,
         )
-        self._nod_clock = NodClock(self._configured_shape(), self.config.steps_per_revolution)
+        self._nod = NodController(self.config)
         self._warn_if_samples_repeat()
         self._surroundings = Surroundings(self.config)
         self._diagnosis = Diagnosis(self, self.config.scan_timeout, self._surroundings.covered)
@@ -154,17 +158,23 @@ class Assembler(Node):
         except OdometryError as error:
             self._odometry_missing(scan, samples, error.reason)
             return
-        seen = told, self._pipeline.beams(told.geometry), self._pipeline.pitch
-        self._surroundings.add_scan(*seen)
-        if self.config.adapt_limits:
-            self._surroundings.follow(*seen, self._pipeline.poses)
-        if self.config.command_nod:
-            self._adapt()
         for reason, count in self._pipeline.estimator.fallbacks.items():
             self._diagnosis.counts[f'slerp instead of trajectory: {reason}'] = count
         for cloud in clouds:
             frame_id = self.config.frame_id if odometry is None else self._frames.frame(cloud)
             self._publish(cloud, frame_id)
+        beams, pitch = self._pipeline.beams(told.geometry), self._pipeline.pitch
+        self._look_around(told, beams, pitch, odometry)
+
+    def _look_around(
+        self, scan: Scan, beams: Beams, pitch: NDArray[np.float64], odometry: Odometry | None
+    ) -> None:
+        """Keep up what was covered and what is around, and choose the nod by it."""
+        self._surroundings.add_scan(scan, beams, pitch)
+        if self.config.adapt_limits:
+            self._surroundings.follow(scan, beams, pitch, odometry)
+        if self.config.command_nod:
+            self._adapt(scan, beams, pitch)
 
     def _odometry_missing(self, scan: LaserScan, samples: JointSamples, reason: str) -> None:
         if self._tf.trouble:
@@ -196,9 +206,9 @@ class Assembler(Node):
 
     def _follow_lidar(self, scan: LaserScan) -> None:
         """Keep the nod tied to the lidar's revolutions; its first command goes out at once."""
-        first = self._nod_clock.nod is None
+        first = self._nod.command is None
         try:
-            self._nod_clock.add_scan(geometry_from_message(scan), time_ns(scan.header.stamp))
+            self._nod.add_scan(geometry_from_message(scan), time_ns(scan.header.stamp))
         except ParameterError as error:
             self.get_logger().error(f'no nod commanded: {error}', throttle_duration_sec=5.0)
         else:
@@ -209,17 +219,23 @@ class Assembler(Node):
         """Publish the command, for as long as scans come: without them the servo shall let go."""
         now_ns = self._now_ns()
         timeout_ns = self.config.scan_timeout * NS_PER_S
-        nod = self._nod_clock.nod
-        if nod is not None and now_ns - self._diagnosis.last_scan_ns <= timeout_ns:
-            self._commands.publish(nod_to_message(nod, now_ns, self.config.frame_id))
+        command = self._nod.command
+        if command is not None and now_ns - self._diagnosis.last_scan_ns <= timeout_ns:
+            nod, start_ns = command
+            self._commands.publish(nod_to_message(nod, now_ns, self.config.frame_id, start_ns))
 
-    def _adapt(self) -> None:
-        """Take the limits and N_s that go with the surroundings, or those that are configured."""
+    def _adapt(self, scan: Scan, beams: Beams, pitch: NDArray[np.float64]) -> None:
+        """Take the nod that goes with the surroundings, or what is configured."""
         shape = self._configured_shape()
         if self.config.adapt_limits:
             shape = self._surroundings.shape() or shape
-        if shape != self._nod_clock.shape:
-            self._nod_clock.change(shape)
+        changed = self._nod.change(shape, self._now_ns())
+        try:
+            chosen = self._nod.saw(scan, beams, pitch, self._now_ns())
+        except ParameterError as error:
+            self.get_logger().error(f'no sweep chosen: {error}', throttle_duration_sec=5.0)
+            chosen = False
+        if changed or chosen:
             self._repeat_command()
 
     def _configured_shape(self) -> NodShape:

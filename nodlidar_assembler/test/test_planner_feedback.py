@@ -64,7 +64,7 @@ def test_beams_beyond_the_limits_mark_nothing():
 
 
 def test_what_the_sweep_under_way_will_hit_is_not_gone_for_again():
-    """It hits all of a patch; knowing that, the next sweep is much likelier to hit another cell."""
+    """It hits all of a patch; knowing that, the next one is much likelier to hit another cell."""
 
     def hits(under_way):
         count = 0

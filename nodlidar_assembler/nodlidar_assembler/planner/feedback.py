@@ -109,7 +109,7 @@ class Feedback:
         under_way
             Instant and duration of the sweep before it, in samples, as far as it was not seen.
         """
-        unseen = self.unseen.astype(np.float64)
+        unseen: Floats = self.unseen.astype(np.float64)
         if under_way is not None:
             unseen = self._after(unseen, *under_way, not going_up)
         value = self._value(unseen, turn, going_up, self._candidates)

@@ -1,0 +1,92 @@
+"""Which nod to command: the planned one, or sweep by sweep the one for what is unseen."""
+
+from dataclasses import replace
+import math
+
+from nodlidar_assembler.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.geometry import Beams, ScanGeometry
+from nodlidar_assembler.nod_clock import NodClock, NodShape
+from nodlidar_assembler.pipeline import Scan
+from nodlidar_common.nod import NodTrajectory
+import numpy as np
+from numpy.typing import NDArray
+
+
+class NodController:
+    """Keeps the nod tied to the lidar's clock, whatever shape it is to have.
+
+    With nod_mode 'coprime' it is the planned nod for as long as its shape stays. With 'feedback'
+    every sweep is chosen for the cells that are unseen; a new shape begins with the planned nod.
+
+    Parameters
+    ----------
+    config
+        Of the assembler.
+    """
+
+    def __init__(self, config: AssemblerConfig) -> None:
+        self._config = config
+        self._clock = NodClock(
+            NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep),
+            config.steps_per_revolution,
+        )
+        self._sweeps: ChosenSweeps | None = None
+
+    @property
+    def shape(self) -> NodShape:
+        """Limits and N_s that are planned."""
+        return self._clock.shape
+
+    @property
+    def command(self) -> tuple[NodTrajectory, int] | None:
+        """The nod and the instant from which it counts [ns]; None before the first scan."""
+        if self._sweeps is not None:
+            return self._sweeps.nod, self._sweeps.start_ns
+        return None if self._clock.nod is None else (self._clock.nod, 0)
+
+    @property
+    def round_time(self) -> float:
+        """How long it took to see all cells the last time [s]; NaN if they are not told of."""
+        return math.nan if self._sweeps is None else self._sweeps.round_time
+
+    def add_scan(self, geometry: ScanGeometry, stamp_ns: int) -> None:
+        """Follow the lidar's clock; see NodClock.add_scan."""
+        self._clock.add_scan(geometry, stamp_ns)
+
+    def change(self, shape: NodShape, now_ns: int) -> bool:
+        """Take another shape at an instant [ns]; return whether it is another."""
+        if shape == self.shape:
+            return False
+        self._clock.change(shape, now_ns, self._sweeps.nod if self._sweeps else None)
+        self._sweeps = None
+        return True
+
+    def saw(self, scan: Scan, beams: Beams, pitch: NDArray[np.float64], now_ns: int) -> bool:
+        """Tell where the beams of a scan went; return whether a sweep was chosen.
+
+        Parameters
+        ----------
+        scan, beams, pitch
+            The scan, its beams and their pitch [rad].
+        now_ns
+            The present time [ns].
+
+        Raises
+        ------
+        ParameterError
+            If sweeps cannot be chosen for this lidar; see ChosenSweeps.choose.
+        """
+        if self._config.nod_mode == 'coprime' or self._clock.nod is None:
+            return False
+        if self._sweeps is None:
+            self._sweeps = self._begin(self._clock.nod)
+        self._sweeps.saw(scan.stamp_ns + beams.duration_ns, scan.geometry.azimuth, pitch)
+        return self._sweeps.choose(now_ns, self._clock.revolutions, scan.geometry)
+
+    def _begin(self, planned: NodTrajectory) -> ChosenSweeps:
+        config = self._config
+        task = replace(config.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
+        beam_period = planned.sweep_duration / planned.samples_per_sweep
+        fewest = math.ceil(planned.span / (config.max_nod_speed * beam_period))
+        return ChosenSweeps(task, planned, config.timing_error, fewest)
