@@ -1,4 +1,4 @@
-"""Releases each scan together with the odometry that brackets its first to its last beam."""
+"""Releases each scan with the odometry that brackets its beams, up to the newest."""
 
 from collections import deque
 from collections.abc import Callable
@@ -15,8 +15,9 @@ from sensor_msgs.msg import LaserScan
 class OdometryFilter(SimpleFilter):
     """A message_filters filter: (scan, joint samples) in, (scan, joint samples, odometry) out.
 
-    Scans leave in the order in which they came. One without odometry is given to `on_missing`,
-    with its joint samples and the reason.
+    The odometry goes on to the newest sample, for what shall be told of the present. Scans leave
+    in the order in which they came. One without odometry is given to `on_missing`, with its joint
+    samples and the reason.
 
     Parameters
     ----------
@@ -82,12 +83,14 @@ class OdometryFilter(SimpleFilter):
         elif oldest_ns > start_ns:
             self._on_missing(scan, samples, self.NO_HISTORY)
         else:
-            self._signal(scan, samples, start_ns, end_ns)
+            self._signal(scan, samples, start_ns, newest_ns)
         return True
 
-    def _signal(self, scan: LaserScan, samples: JointSamples, start_ns: int, end_ns: int) -> None:
+    def _signal(
+        self, scan: LaserScan, samples: JointSamples, start_ns: int, newest_ns: int
+    ) -> None:
         try:
-            odometry = self._history.around(start_ns, end_ns)
+            odometry = self._history.around(start_ns, newest_ns)
         except OdometryError as error:
             self._on_missing(scan, samples, error.reason)
         else:

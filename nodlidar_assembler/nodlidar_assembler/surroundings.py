@@ -1,19 +1,31 @@
 """What the scans show of the surroundings: the pitch limits to take, and what was covered."""
 
+from dataclasses import dataclass
+
 from nodlidar_assembler.assembly import assemble
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Poses, rotated
+from nodlidar_assembler.ego_motion import Odometry, rotated
 from nodlidar_assembler.geometry import Beams, revolution_time
 from nodlidar_assembler.nod_adaptation import NodAdaptation
 from nodlidar_assembler.nod_clock import NodShape
 from nodlidar_assembler.pipeline import Scan
 from nodlidar_assembler.pitch_limits import PitchLimits, PitchLimitsConfig, ranges_that_count
 from nodlidar_assembler.runtime_coverage import Covered, MAX_FINEST_CELLS, RuntimeCoverage
+from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 
 # The least span of adapted limits [rad]; less only where the configured limits are less apart.
 LEAST_SPAN = 0.2
+AHEAD = np.array([[1.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Place:
+    """Where the robot was: time [ns], and position in the frame of odometry [m], shape (3,)."""
+
+    time_ns: int
+    position: NDArray[np.float64]
 
 
 class Surroundings:
@@ -57,33 +69,39 @@ class Surroundings:
         self._beam_period = 0.0
         self._stamp_ns: int | None = None
         self._last_ns = 0
-        self._position: NDArray[np.float64] | None = None
+        self._now: _Place | None = None
 
     def add_scan(self, scan: Scan, beams: Beams, pitch: NDArray[np.float64]) -> None:
         """Add a scan, and the pitch of its beams [rad], to what was covered."""
         if self._stamp_ns is not None and scan.stamp_ns <= self._stamp_ns:
             self.restart()
         geometry = beams.geometry
-        azimuth = geometry.angle_min + geometry.angle_increment * np.arange(
-            geometry.beams, dtype=np.float64
-        )
         # Stamps that are estimated anew may let a scan begin just before the last one's end.
         times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
         self._stamp_ns, self._last_ns = scan.stamp_ns, int(times_ns[-1])
         # Not the time between beams, which are fewer than steps where the lidar thins them.
         self._beam_period = revolution_time(geometry) / self._config.steps_per_revolution
-        self._coverage.add(times_ns, azimuth, pitch)
+        self._coverage.add(times_ns, geometry.azimuth, pitch)
 
     def follow(
-        self, scan: Scan, beams: Beams, pitch: NDArray[np.float64], poses: Poses | None
+        self,
+        scan: Scan,
+        beams: Beams,
+        pitch: NDArray[np.float64],
+        odometry: Odometry | None = None,
     ) -> None:
-        """Let the limits follow a scan that was added; with odometry, the poses at its beams."""
-        if poses is not None:
-            self._move(poses)
+        """Let the limits follow a scan that was added.
+
+        With odometry, up to its newest sample, they are for where the robot is by then.
+        """
         points = assemble(beams, scan.stamp_ns, scan.ranges, pitch).data
         height = points['z'] + (self._config.sensor_height - self._optical_height)
         xyz = np.stack([points['x'], points['y'], height], axis=1).astype(np.float64)
-        self._limits.update(scan.stamp_ns, ranges_that_count(self._limits.config, xyz))
+        ranges = ranges_that_count(self._limits.config, xyz)
+        if odometry is not None:
+            middle_ns = scan.stamp_ns + beams.duration_ns // 2
+            ranges = ranges - self._move(_place(odometry, middle_ns), odometry)
+        self._limits.update(scan.stamp_ns, ranges)
 
     def covered(self) -> Covered:
         """Return what the window of time up to the last scan has covered."""
@@ -95,9 +113,22 @@ class Surroundings:
             return None
         return self._adaptation.shape(self._last_ns, self._beam_period)
 
-    def _move(self, poses: Poses) -> None:
-        """Tell the limits how far forward the robot has come since the scan before."""
-        if self._position is not None:
-            ahead = rotated(poses.orientation[:1], np.array([[1.0, 0.0, 0.0]]))[0]
-            self._limits.moved(float(ahead @ (poses.position[0] - self._position)))
-        self._position = poses.position[0]
+    def _move(self, then: _Place, odometry: Odometry) -> float:
+        """Tell the limits of the newest place; return how far ahead of another it is [m]."""
+        now = _place(odometry, int(odometry.time_ns[-1]))
+        ahead = rotated(odometry.poses.orientation[-1:], AHEAD)[0]
+        self._limits.moved(self._forward(self._now or now, now, ahead))
+        self._now = now
+        return self._forward(then, now, ahead)
+
+    def _forward(self, before: _Place, after: _Place, ahead: NDArray[np.float64]) -> float:
+        """Return the way from place to place along a direction [m]; 0 where odometry jumps."""
+        way = after.position - before.position
+        longest = self._config.max_robot_speed * (after.time_ns - before.time_ns) / NS_PER_S
+        return float(ahead @ way) if np.linalg.norm(way) <= longest else 0.0
+
+
+def _place(odometry: Odometry, time_ns: int) -> _Place:
+    since = odometry.time_ns - time_ns
+    along = [np.interp(0.0, since, axis) for axis in odometry.poses.position.T]
+    return _Place(time_ns, np.array(along))

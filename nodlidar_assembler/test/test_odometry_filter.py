@@ -69,11 +69,19 @@ def test_a_scan_waits_for_the_odometry_after_its_last_beam():
 
 def test_samples_at_the_first_and_last_beam_bracket_it():
     bench = Bench()
-    for ms, x in ((0, 1.0), (66, 2.0), (100, 3.0)):
+    for ms, x in ((-20, 0.0), (0, 1.0), (66, 2.0)):
         bench.odometry(ms, x)
     bench.scan(0)
     assert bench.released_ms() == [(0, [0, 66])]
     assert np.array_equal(bench.released[0][2].poses.position[:, 0], [1.0, 2.0])
+
+
+def test_the_newest_sample_comes_with_the_scan():
+    bench = Bench()
+    for ms in (0, 66, 100, 120):
+        bench.odometry(ms)
+    bench.scan(0)
+    assert bench.released_ms() == [(0, [0, 66, 100, 120])]
 
 
 def test_without_odometry_before_it_a_scan_is_given_up_at_once():

@@ -4,7 +4,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Poses
+from nodlidar_assembler.ego_motion import Odometry, Poses
 from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.nod_adaptation import BAND
 from nodlidar_assembler.pipeline import Scan
@@ -18,6 +18,7 @@ import pytest
 
 START_NS = 1_700_000_000_000_000_000
 BEAM = 0.1 / 1024
+MS = 1_000_000
 # 681 of the 682 beams are within the region, which is as wide to both sides.
 GEOMETRY = ScanGeometry(682, (44 - 384) * math.tau / 1024, math.tau / 1024, BEAM, 0.02, 5.6)
 BEAMS = Beams(GEOMETRY, REFERENCE_MOUNT)
@@ -34,15 +35,18 @@ def told(duration, start_ns=START_NS, **changes):
     ]
 
 
-def poses_at(x):
+def odometry_of(x, until_ns):
+    """Return 50 Hz of a robot at x(t) on its way, which is turned in the frame of odometry."""
+    time_ns = np.arange(START_NS - 20 * MS, until_ns + 1, 20 * MS)
     turned_left = np.array([0.0, 0.0, math.sin(0.5), math.cos(0.5)])
     ahead = np.array([math.cos(1.0), math.sin(1.0), 0.0])
-    return Poses(np.tile(x * ahead, (682, 1)), np.tile(turned_left, (682, 1)))
+    position = np.outer(x((time_ns - START_NS) / 1e9), ahead)
+    return Odometry(time_ns, Poses(position, np.tile(turned_left, (len(time_ns), 1))))
 
 
-def add(surroundings, scan, pitch, poses=None):
+def add(surroundings, scan, pitch, odometry=None):
     surroundings.add_scan(scan, BEAMS, pitch)
-    surroundings.follow(scan, BEAMS, pitch, poses)
+    surroundings.follow(scan, BEAMS, pitch, odometry)
 
 
 def test_a_wall_gives_the_limits_of_its_median_range():
@@ -60,18 +64,41 @@ def test_a_wall_gives_the_limits_of_its_median_range():
     assert 0.5 < covered.seen < 2.0 / 3.0 + 0.05
 
 
-def test_odometry_in_any_direction_of_the_odom_frame_predicts_the_range():
-    scans = told(3.0, base_start=(-1.5, 0.0, 0.0), base_velocity=(0.5, 0.0))
-    limits = []
-    for odometry in (True, False):
-        surroundings = Surroundings(AssemblerConfig())
-        for k, (scan, pitch) in enumerate(scans):
-            add(surroundings, scan, pitch, poses_at(0.05 * k) if odometry else None)
-            shape = surroundings.shape()
-        limits.append(shape.pitch_max)
-    expected = limits_at(PitchLimitsConfig(), (3.5 - 1.45) / math.cos(math.radians(15.0)))[1]
-    assert limits[0] == pytest.approx(expected, rel=0.06)
-    assert limits[1] < 0.9 * expected
+SPEED, WALL, DELAY_NS = 0.5, 3.5, 120 * MS
+DRIVE = {'base_start': (2.0 - WALL, 0.0, 0.0), 'base_velocity': (SPEED, 0.0)}
+
+
+def lags(odometry_ns, x=lambda t: SPEED * t):
+    """Return how late limits are on the way to a wall [s], DELAY_NS after scans' first beams.
+
+    They are compared with those of the distance then, the wall's 2 m ahead of where it begins;
+    odometry is known up to odometry_ns from the scan's first beam.
+    """
+    surroundings, found = Surroundings(AssemblerConfig(limits_rate=20.0)), []
+    for scan, pitch in told(3.8, **DRIVE):
+        odometry = None if odometry_ns is None else odometry_of(x, scan.stamp_ns + odometry_ns)
+        add(surroundings, scan, pitch, odometry)
+        made_for = 0.92 / math.tan(surroundings.shape().pitch_max)
+        now = (scan.stamp_ns + DELAY_NS - START_NS) / 1e9
+        found.append((made_for * math.cos(math.radians(15.0)) - (WALL - SPEED * now)) / SPEED)
+    return np.array(found[15:])
+
+
+def test_limits_are_for_where_the_robot_is_by_the_newest_odometry():
+    """They lag by what the hysteresis of 5 % holds back, which is 0.3 s at 3 m."""
+    newest = lags(DELAY_NS)
+    assert (newest > 0.0).all()
+    assert (newest < 0.3).all()
+    # What odometry does not tell yet is lag; without any, half of the window comes on top.
+    assert np.mean(lags(80 * MS) - newest) == pytest.approx(0.04, abs=0.005)
+    assert np.mean(lags(None) - newest) > 0.6
+
+
+def test_a_jump_of_odometry_does_not_move_the_limits():
+    """It is 3 m, between a scan and the next: the 0.1 s since the scan before are not counted."""
+    jumping = lags(DELAY_NS, lambda t: SPEED * t + 3.0 * (t > 2.09))
+    assert (jumping > 0.0).all()
+    assert (jumping < 0.3 + 0.1).all()
 
 
 def test_when_time_goes_back_everything_starts_anew():
