@@ -88,23 +88,21 @@ def assemble(
         If the poses are too far out to be told in millimetres.
     """
     valid = valid_beams(beams, ranges)
-    p = beams.direction[:, valid]
-    p *= ranges[valid]
-    p += beams.mount.position[:, None]
-    phi = pitch[valid]
+    xyz = beams.direction.take(valid, axis=1)
+    xyz *= ranges.take(valid)
+    xyz += beams.mount.position[:, None]
+    phi = pitch.take(valid)
     cos, sin = np.cos(phi), np.sin(phi)
-    xyz = np.stack([p[0] * cos - p[2] * sin, p[1], p[0] * sin + p[2] * cos])
+    xyz[0], xyz[2] = xyz[0] * cos - xyz[2] * sin, xyz[0] * sin + xyz[2] * cos
     data = np.zeros(len(valid), dtype=POINT if poses is None else moved_point)
-    origin = OF_ODOMETRY if poses is None else origin_near(poses.position[0])
-    data['x'], data['y'], data['z'] = xyz if poses is None else _moved(xyz, poses.taken(valid), origin)
+    origin = OF_ODOMETRY
+    if poses is not None:
+        origin = origin_near(poses.position[0])
+        xyz = poses.taken(valid).to_parent(xyz.T, origin).T
+    data['x'], data['y'], data['z'] = xyz
     if intensities is not None and len(intensities) == len(ranges):
-        data['intensity'] = intensities[valid]
+        data['intensity'] = intensities.take(valid)
     if data.dtype == POINT:
-        offset = beams.offset[valid]
+        offset = beams.offset.take(valid)
         data['time'] = offset - offset[:1]
-    return Points(start_ns + beams.offset_ns[valid], data, origin)
-
-
-def _moved(xyz: NDArray[np.float64], poses: Poses, origin: Origin) -> NDArray[np.float64]:
-    """Return points (3, n) in the frame of odometry, counted from an origin."""
-    return Poses(poses.position - origin, poses.orientation).to_parent(xyz.T).T
+    return Points(start_ns + beams.offset_ns.take(valid), data, origin)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from nodlidar_assembler.odometry_steps import dots, lengths, Steps
 from nodlidar_common.errors import NodlidarError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,11 @@ from transforms3d.quaternions import mat2quat
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
+_TOO_MUCH = (
+    'odometry more than {} s apart',
+    'odometry jumps: it moves faster than {} m/s',
+    'odometry jumps: it turns faster than {} rad/s',
+)
 # A quaternion may be 1e-3 longer or shorter than 1, as one that was rounded or integrated is. The
 # rest is for lengths of 0.999 and 1.001, which are rounded.
 LENGTH_TOLERANCE = 1e-3 + 1e-12
@@ -72,9 +77,20 @@ class Poses:
         """Return some of the poses."""
         return Poses(self.position[chosen], self.orientation[chosen])
 
-    def to_parent(self, points: Array) -> Array:
-        """Return points (n, 3), each given in the frame at its own pose, in the parent frame."""
-        return rotated(self.orientation, points) + self.position
+    def taken(self, indices: NDArray[np.intp]) -> Poses:
+        """Return the poses at indices, laid out for `to_parent`: coordinate by coordinate."""
+        return Poses(
+            self.position.T.take(indices, axis=1).T, self.orientation.T.take(indices, axis=1).T
+        )
+
+    def to_parent(self, points: Array, origin: tuple[int, int, int] = (0, 0, 0)) -> Array:
+        """Return points (n, 3), each given in the frame at its own pose, in the parent frame.
+
+        They count from an origin there [m].
+        """
+        moved = rotated(self.orientation, points)
+        moved += self.position - origin
+        return moved
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,18 +114,20 @@ class Odometry:
 
     time_ns: Times
     poses: Poses
+    _steps: Steps = field(init=False)
 
     def __post_init__(self) -> None:
         count = len(self.time_ns)
         position, orientation = self.poses.position, self.poses.orientation
         if position.shape != (count, 3) or orientation.shape != (count, 4):
             raise OdometryError('odometry of unequal lengths', (position.shape, orientation.shape))
-        if np.any(np.diff(self.time_ns) <= 0):
+        if (self.time_ns[1:] <= self.time_ns[:-1]).any():
             raise OdometryError('odometry with stamps that do not ascend')
-        if not (np.all(np.isfinite(position)) and np.all(np.isfinite(orientation))):
+        if not (np.isfinite(position).all() and np.isfinite(orientation).all()):
             raise OdometryError('odometry that is not finite')
         poses = Poses(position, _continuous(_normalized(orientation)))
         object.__setattr__(self, 'poses', poses)
+        object.__setattr__(self, '_steps', Steps(self.time_ns, position, poses.orientation))
 
     def mounted(self, mount: Pose) -> Odometry:
         """Return the odometry of a frame that is fixed in this one."""
@@ -121,59 +139,60 @@ class Odometry:
     def at(self, times_ns: Times, limits: MotionLimits) -> Poses:
         """Return the poses at instants [ns] between samples, shape (n,): never extrapolated.
 
-        Positions move straight on between neighbouring samples, orientations turn evenly the
-        shorter way (SLERP, Shoemake 1985).
+        Parameters
+        ----------
+        times_ns
+            Instants [ns], ascending.
+        limits
+            What the motion from the first to the last of them may be.
 
         Raises
         ------
         OdometryError
-            If an instant is not between samples, or a motion that is used exceeds the limits.
+            If an instant is not between samples, or a motion exceeds the limits.
         """
         if not len(times_ns):
             return self.poses[:0]
         if len(self.time_ns) < 2:
             raise OdometryError('fewer than two odometry samples', len(self.time_ns))
-        if self.time_ns[0] > np.min(times_ns):
+        if self.time_ns[0] > times_ns[0]:
             raise OdometryError('no odometry before the first beam')
-        if self.time_ns[-1] < np.max(times_ns):
+        if self.time_ns[-1] < times_ns[-1]:
             raise OdometryError('no odometry after the last beam')
-        before = np.searchsorted(self.time_ns, times_ns, side='right') - 1
-        before = np.minimum(before, len(self.time_ns) - 2)
-        self._check_motion(np.unique(before), limits)
-        since, gap = (
-            times_ns - self.time_ns[before],
-            self.time_ns[before + 1] - self.time_ns[before],
-        )
-        return _between(self.poses[before], self.poses[before + 1], since / gap)
+        step = self._steps.of(times_ns)
+        _check(self._steps.motion[:, step[0] : step[-1] + 1], limits)
+        return Poses(*self._steps.at(times_ns, step))
 
-    def _check_motion(self, before: NDArray[np.intp], limits: MotionLimits) -> None:
-        """Raise OdometryError if a motion from a sample to the next exceeds the limits."""
-        here, there = self.poses[before], self.poses[before + 1]
-        gap = (self.time_ns[before + 1] - self.time_ns[before]) / NS_PER_S
-        speed = np.linalg.norm(there.position - here.position, axis=1) / gap
-        turn_rate = 2.0 * _half_turn(here.orientation, there.orientation) / gap
-        for values, limit, reason in (
-            (gap, limits.max_gap, 'odometry more than {} s apart'),
-            (speed, limits.max_speed, 'odometry jumps: it moves faster than {} m/s'),
-            (turn_rate, limits.max_turn_rate, 'odometry jumps: it turns faster than {} rad/s'),
-        ):
-            if np.max(values) > limit:
-                raise OdometryError(reason.format(limit), f'{np.max(values):.4g}')
+
+def _check(motion: Array, limits: MotionLimits) -> None:
+    """Raise OdometryError if a motion (duration, speed, turn rate) exceeds the limits."""
+    allowed = limits.max_gap, limits.max_speed, limits.max_turn_rate
+    most = motion.max(axis=1).tolist()
+    for value, limit, reason in zip(most, allowed, _TOO_MUCH, strict=True):
+        if value > limit:
+            raise OdometryError(reason.format(limit), f'{value:.4g}')
 
 
 def rotated(orientation: Array, vectors: Array) -> Array:
-    """Return vectors (n, 3) turned by unit quaternions (n, 4): v + 2 w (q x v) + 2 q x (q x v)."""
-    axis, w = orientation[:, :3].T, orientation[:, 3]
-    v = vectors.T
-    across = 2.0 * _cross(axis, v)
-    return np.asarray((v + w * across + _cross(axis, across)).T)
+    """Return vectors (n, 3) turned by unit quaternions (n, 4): v + 2 (w (q x v) + q x (q x v))."""
+    axis, w, v = orientation.T[:3], orientation.T[3], vectors.T
+    across = _cross(axis, v)
+    result = _cross(axis, across)
+    across *= w
+    result += across
+    result *= 2.0
+    result += v
+    return result.T
 
 
 def _cross(a: Array, b: Array) -> Array:
     """Return the cross products of rows (3, n); np.cross is several times as slow."""
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
+    (ax, ay, az), (bx, by, bz) = a, b
+    result = np.empty_like(b)
+    np.subtract(ay * bz, az * by, out=result[0])
+    np.subtract(az * bx, ax * bz, out=result[1])
+    np.subtract(ax * by, ay * bx, out=result[2])
+    return result
 
 
 def _product(a: Array, b: Array) -> Array:
@@ -184,38 +203,18 @@ def _product(a: Array, b: Array) -> Array:
 
 
 def _normalized(orientation: Array) -> Array:
-    length = np.linalg.norm(orientation, axis=1, keepdims=True)
+    length = lengths(orientation)
     wrong = np.abs(length - 1.0) > LENGTH_TOLERANCE
-    if np.any(wrong):
+    if wrong.any():
         reason = f'odometry with a quaternion whose length is not 1 within {LENGTH_TOLERANCE:.3f}'
         raise OdometryError(reason, float(length[wrong][0]))
-    return np.asarray(orientation / length)
+    return np.asarray(orientation / length[:, None])
 
 
 def _continuous(orientation: Array) -> Array:
     """Return the quaternions with signs such that neighbours are on one hemisphere."""
-    flips = np.sum(orientation[1:] * orientation[:-1], axis=1) < 0.0
+    flips = dots(orientation[1:], orientation[:-1]) < 0.0
+    if not flips.any():
+        return orientation
     signs = np.where(np.cumsum(flips) % 2, -1.0, 1.0)
     return np.concatenate([orientation[:1], orientation[1:] * signs[:, None]])
-
-
-def _half_turn(a: Array, b: Array) -> Array:
-    """Return half of the turns from quaternions to others [rad], exact also near zero."""
-    apart, along = np.linalg.norm(b - a, axis=1), np.linalg.norm(b + a, axis=1)
-    return np.asarray(2.0 * np.arctan2(apart, along))
-
-
-def _between(here: Poses, there: Poses, share: Array) -> Poses:
-    """Return the poses at a share (n,) of the way, 0 .. 1.
-
-    The weights of SLERP, sin((1 - u) h) / sin h and sin(u h) / sin h, are written by sinc: the
-    half turn h is at most pi / 2, so that nothing is divided by zero.
-    """
-    half = _half_turn(here.orientation, there.orientation)[:, None] / np.pi
-    to, of = share[:, None], 1.0 - share[:, None]
-    whole = np.sinc(half)
-    return Poses(
-        of * here.position + to * there.position,
-        of * np.sinc(of * half) / whole * here.orientation
-        + to * np.sinc(to * half) / whole * there.orientation,
-    )

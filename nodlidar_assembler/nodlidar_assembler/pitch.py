@@ -26,8 +26,9 @@ def ordered_samples(
         Stamps [ns] and pitch [rad], both of shape (n,).
     """
     finite = np.isfinite(pitch)
-    time_ns, pitch = time_ns[finite], pitch[finite]
-    if np.all(np.diff(time_ns) > 0):
+    if not finite.all():
+        time_ns, pitch = time_ns[finite], pitch[finite]
+    if (time_ns[1:] > time_ns[:-1]).all():
         return time_ns, pitch
     order = np.argsort(time_ns, kind='stable')
     time_ns, pitch = time_ns[order], pitch[order]
@@ -97,7 +98,7 @@ def _require_bracket(
         raise PitchError('no joint sample before the first beam')
     if sample_time[-1] < offset[-1]:
         raise PitchError('no joint sample after the last beam')
-    first, last = np.searchsorted(sample_time, (0.0, offset[-1]), side='left')
+    first, last = sample_time.searchsorted((0.0, offset[-1]), side='left')
     used = sample_time[max(first - 1, 0) : last + 1]
-    if len(used) > 1 and np.max(np.diff(used)) > max_gap:
+    if len(used) > 1 and (used[1:] - used[:-1]).max() > max_gap:
         raise PitchError(f'joint samples more than {max_gap} s apart')
