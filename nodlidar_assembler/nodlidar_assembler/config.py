@@ -200,9 +200,9 @@ class AssemblerConfig:
     )
     coverage_window: float = parameter(
         10.0,
-        'Time over which coverage is told in /diagnostics',
+        'Time over which coverage is told in /diagnostics; with 0 it is not kept',
         unit='s',
-        minimum=0.1,
+        minimum=0.0,
         maximum=600.0,
     )
 

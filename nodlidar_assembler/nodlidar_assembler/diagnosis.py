@@ -1,12 +1,10 @@
 """What the assembler tells about itself on /diagnostics."""
 
 from collections import Counter
-from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.runtime_coverage import Covered
 from nodlidar_common.nod import NS_PER_S
 from rclpy.node import Node
 
@@ -14,19 +12,17 @@ from rclpy.node import Node
 class Diagnosis:
     """Counts what comes, goes and is dropped, and reports it once a second."""
 
-    def __init__(self, node: Node, scan_timeout: float, covered: Callable[[], Covered]) -> None:
+    def __init__(self, node: Node, scan_timeout: float) -> None:
         self._clock = node.get_clock()
         self._scan_timeout = scan_timeout
-        self._covered = covered
         self.last_scan_ns = 0
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
         self.drops: Counter[str] = Counter()
         self._drops_told: Counter[str] = Counter()
         self._latency = 0.0
-        updater = Updater(node)
-        updater.setHardwareID('none')
-        updater.add('clouds', self._report)
-        updater.add('coverage', self._report_coverage)
+        self.updater = Updater(node)
+        self.updater.setHardwareID('none')
+        self.updater.add('clouds', self._report)
 
     def scan_arrived(self, now_ns: int, beams: int) -> None:
         """Count a scan."""
@@ -45,16 +41,6 @@ class Diagnosis:
         for reason, count in self.drops.items():
             status.add(f'dropped: {reason}', str(count))
         status.add('latency after the last point [s]', f'{self._latency:.4f}')
-        return status
-
-    def _report_coverage(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        covered = self._covered()
-        status.summary(DiagnosticStatus.OK, f'{covered.seen:.1%} of the cells seen')
-        status.add('beams', str(covered.beams))
-        status.add('share of cells seen', f'{covered.seen:.4f}')
-        status.add('largest hole [rad]', f'{covered.hole:.4f}')
-        status.add('share of repeats', f'{covered.repeats:.4f}')
-        status.add('least share of repeats', f'{covered.least_repeats:.4f}')
         return status
 
     def _summary(self) -> tuple[bytes, str]:

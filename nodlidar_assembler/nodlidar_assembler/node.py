@@ -9,6 +9,7 @@ from nodlidar_assembler.bracket_filter import BracketFilter
 from nodlidar_assembler.cloud_frames import CloudFrames
 from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.coverage_report import CoverageReport
 from nodlidar_assembler.diagnosis import Diagnosis
 from nodlidar_assembler.ego_motion import MotionLimits, Odometry, OdometryError
 from nodlidar_assembler.geometry import Beams
@@ -63,7 +64,9 @@ class Assembler(Node):
         self._nod = NodController(self.config)
         self._warn_if_samples_repeat()
         self._surroundings = Surroundings(self.config)
-        self._diagnosis = Diagnosis(self, self.config.scan_timeout, self._surroundings.covered)
+        self._diagnosis = Diagnosis(self, self.config.scan_timeout)
+        if self.config.coverage_window > 0.0:
+            CoverageReport(self._diagnosis.updater, self._surroundings.covered)
         self._make_outputs()
         self._make_inputs()
 

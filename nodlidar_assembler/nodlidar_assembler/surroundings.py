@@ -11,6 +11,7 @@ from nodlidar_assembler.nod_clock import NodShape
 from nodlidar_assembler.pipeline import Scan
 from nodlidar_assembler.pitch_limits import PitchLimits, PitchLimitsConfig, ranges_that_count
 from nodlidar_assembler.runtime_coverage import Covered, MAX_FINEST_CELLS, RuntimeCoverage
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,9 @@ class Surroundings:
             config.timing_error,
         )
         rows = min(config.samples_per_sweep, MAX_FINEST_CELLS // config.steps_per_revolution)
-        self._coverage = RuntimeCoverage(config.task, rows, config.coverage_window)
+        self._coverage: RuntimeCoverage | None = None
+        if config.coverage_window > 0.0:
+            self._coverage = RuntimeCoverage(config.task, rows, config.coverage_window)
         self._beam_period = 0.0
         self._stamp_ns: int | None = None
         self._last_ns = 0
@@ -81,7 +84,8 @@ class Surroundings:
         self._stamp_ns, self._last_ns = scan.stamp_ns, int(times_ns[-1])
         # Not the time between beams, which are fewer than steps where the lidar thins them.
         self._beam_period = revolution_time(geometry) / self._config.steps_per_revolution
-        self._coverage.add(times_ns, geometry.azimuth, pitch)
+        if self._coverage is not None:
+            self._coverage.add(times_ns, geometry.azimuth, pitch)
 
     def follow(
         self,
@@ -104,7 +108,15 @@ class Surroundings:
         self._limits.update(scan.stamp_ns, ranges)
 
     def covered(self) -> Covered:
-        """Return what the window of time up to the last scan has covered."""
+        """Return what the window of time up to the last scan has covered.
+
+        Raises
+        ------
+        ParameterError
+            If coverage_window is 0.
+        """
+        if self._coverage is None:
+            raise ParameterError('coverage_window', 'above 0 s to tell of coverage', 0.0)
         return self._coverage.covered()
 
     def shape(self) -> NodShape | None:

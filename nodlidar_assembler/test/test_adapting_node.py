@@ -72,3 +72,13 @@ def test_coverage_is_told_in_the_diagnostics(log):
     assert float(values['share of cells seen']) == pytest.approx(5 / 6, abs=0.1)
     assert float(values['largest hole [rad]']) < 0.16
     assert float(values['share of repeats']) < 0.05
+
+
+def test_without_a_window_coverage_is_not_told(log):
+    with bench('coverage_window:=0.0') as running:
+        running.feed(log)
+        told = running.out[DiagnosticArray]
+        running.spin_until(lambda: told)
+    names = {status.name for array in told for status in array.status}
+    assert any('clouds' in name for name in names)
+    assert not any('coverage' in name for name in names)

@@ -10,6 +10,7 @@ from nodlidar_assembler.nod_adaptation import BAND
 from nodlidar_assembler.pipeline import Scan
 from nodlidar_assembler.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.surroundings import Surroundings
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
@@ -107,6 +108,16 @@ def test_when_time_goes_back_everything_starts_anew():
         add(surroundings, scan, pitch)
         assert surroundings.shape() is not None
     assert surroundings.covered().beams == 10 * 681
+
+
+def test_without_a_window_coverage_is_not_kept_and_limits_are_the_same():
+    kept, unkept = (Surroundings(AssemblerConfig(coverage_window=w)) for w in (10.0, 0.0))
+    for scan, pitch in told(1.0):
+        for surroundings in (kept, unkept):
+            add(surroundings, scan, pitch)
+        assert unkept.shape() == kept.shape()
+    with pytest.raises(ParameterError, match="'coverage_window'"):
+        unkept.covered()
 
 
 def test_a_scan_that_begins_just_before_the_last_ones_end_is_kept():
