@@ -32,5 +32,7 @@ def cloud_message(points: Points, frame_id: str) -> PointCloud2:
     message.header.stamp = time_message(points.time_ns[0])
     message.header.frame_id = frame_id
     # An array of bytes is taken as it is; anything else would be checked element by element.
-    message.data = array('B', points.data.tobytes())
+    data = array('B')
+    data.frombytes(points.data.view(np.uint8).data)
+    message.data = data
     return message

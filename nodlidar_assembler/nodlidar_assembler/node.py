@@ -11,7 +11,7 @@ from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.coverage_report import CoverageReport
 from nodlidar_assembler.diagnosis import Diagnosis
-from nodlidar_assembler.ego_motion import MotionLimits, Odometry, OdometryError
+from nodlidar_assembler.ego_motion import Odometry, OdometryError
 from nodlidar_assembler.geometry import Beams
 from nodlidar_assembler.joint_filter import JointFilter
 from nodlidar_assembler.joint_history import JointSamples
@@ -20,7 +20,6 @@ from nodlidar_assembler.nod_controller import NodController
 from nodlidar_assembler.odometry_filter import OdometryFilter
 from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.pitch import PitchError
-from nodlidar_assembler.points import MOVED_POINT, POINT
 from nodlidar_assembler.scan_filter import ScanFilter
 from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
 from nodlidar_assembler.surroundings import Surroundings
@@ -30,7 +29,6 @@ from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import run
 from nodlidar_common.node_parameters import declare
-from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 import numpy as np
@@ -47,20 +45,7 @@ class Assembler(Node):
     def __init__(self) -> None:
         super().__init__('assembler')
         self.config = declare(self, AssemblerConfig, self._reconfigure)
-        self._pipeline = Pipeline(
-            self.config.estimator,
-            self.config.cloud_mode,
-            Pose.from_xyzrpy((*self.config.laser_xyz, *self.config.laser_rpy)),
-            self.config.max_joint_gap,
-            MotionLimits(
-                self.config.max_odometry_gap,
-                self.config.max_robot_speed,
-                self.config.max_robot_turn_rate,
-            ),
-            self.config.joint_step,
-            self.config.leg_margin,
-            POINT if self.config.time_in_compensated_clouds else MOVED_POINT,
-        )
+        self._pipeline = Pipeline.configured(self.config)
         self._nod = NodController(self.config)
         self._warn_if_samples_repeat()
         self._surroundings = Surroundings(self.config)

@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.assembly import assemble, Points
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ego_motion import MotionLimits, Odometry, Poses, USUAL_MOTION
 from nodlidar_assembler.geometry import Beams, ScanGeometry
 from nodlidar_assembler.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
-from nodlidar_assembler.points import MOVED_POINT
+from nodlidar_assembler.points import MOVED_POINT, POINT
 from nodlidar_assembler.sweeps import SweepGatherer
 from nodlidar_assembler.turns import TurnFinder
 from nodlidar_common.pose import Pose
@@ -77,6 +78,22 @@ class Pipeline:
         self._beams: Beams | None = None
         self._turns = TurnFinder(TURN_HYSTERESIS)
         self._sweeps = SweepGatherer(LONGEST_SWEEP) if cloud_mode == 'sweep' else None
+
+    @classmethod
+    def configured(cls, config: AssemblerConfig) -> 'Pipeline':
+        """Return the pipeline that the parameters of the assembler ask for."""
+        return cls(
+            config.estimator,
+            config.cloud_mode,
+            Pose.from_xyzrpy((*config.laser_xyz, *config.laser_rpy)),
+            config.max_joint_gap,
+            MotionLimits(
+                config.max_odometry_gap, config.max_robot_speed, config.max_robot_turn_rate
+            ),
+            config.joint_step,
+            config.leg_margin,
+            POINT if config.time_in_compensated_clouds else MOVED_POINT,
+        )
 
     def beams(self, geometry: ScanGeometry) -> Beams:
         """Return the beams of a geometry, computed again only when it changes."""
