@@ -14,7 +14,9 @@ WITH_ROS = {
     'nodlidar_sim': {'base_node'},
     'nodlidar_assembler': {
         'bracket_filter',
+        'cloud_frames',
         'cloud_message',
+        'coverage_report',
         'diagnosis',
         'joint_filter',
         'node',
