@@ -12,6 +12,7 @@ from nodlidar_assembler.ego_motion import Odometry, Poses
 from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.node import Assembler
 from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.sensor_log import assemble_log, SensorLog
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import time_message
@@ -19,6 +20,7 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
+from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
 import numpy as np
@@ -42,9 +44,14 @@ MOUNT = Pose.from_xyzrpy((0.1, 0.0, 1.0, 0.0, 0.0, 0.0))
 @pytest.fixture(scope='module')
 def log():
     """Return what the sensor tells of a robot that drives a curve, and its odometry."""
-    scene = replace(load_scene('room'), base_velocity=(0.4, 0.5), mount=MOUNT)
+    return driven('room', 2.0, base_velocity=(0.4, 0.5))
+
+
+def driven(scene, duration, **motion):
+    """Return what the sensor tells of a robot in a scene, and its odometry."""
+    moving = replace(load_scene(scene), mount=MOUNT, **motion)
     nod = NodTrajectory(-0.6136, 0.6136, 4001 * BEAM_PERIOD, 4001, START_NS)
-    told = simulate(scene, nod, 2.0, start_ns=START_NS)
+    told = simulate(moving, nod, duration, start_ns=START_NS)
     geometry = ScanGeometry(
         682, np.float32(told.azimuth[0]), np.float32(2 * np.pi / 1024), np.float32(BEAM_PERIOD),
         np.float32(0.02), np.float32(5.6),
@@ -70,11 +77,12 @@ class Bench:
         self.executor = SingleThreadedExecutor()
         for node in (self.node, self.feeder):
             self.executor.add_node(node)
-        self.clouds, self.diagnostics = [], []
+        self.clouds, self.diagnostics, self.commands = [], [], []
         self.feeder.create_subscription(PointCloud2, 'points', self.clouds.append, 50)
         self.feeder.create_subscription(
             DiagnosticArray, '/diagnostics', self.diagnostics.append, 50
         )
+        self.feeder.create_subscription(NodCommand, 'nod_command', self.commands.append, 50)
         static = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._scans = self.feeder.create_publisher(LaserScan, 'scan', 10)
         self._states = self.feeder.create_publisher(JointState, 'joint_states', 50)
@@ -292,3 +300,19 @@ def test_when_all_time_goes_back_the_clouds_are_those_of_the_earlier_time(log):
 def test_parameters_that_do_not_go_with_each_other(key, changes):
     with pytest.raises(ParameterError, match=f"'{key}' must be"):
         check(AssemblerConfig(**({'ego_motion': 'beam'} | changes)))
+
+
+def test_limits_are_for_where_odometry_says_that_the_robot_is():
+    """By the window of the median alone they would be for 0.4 m farther away."""
+    log = driven('wall', 2.5, base_start=(-1.5, 0.0, 0.0), base_velocity=(0.5, 0.0))
+    # The optical centre is 0.1 m ahead of the robot, whose wheels are 3.5 m from the wall.
+    distance = 3.5 - 0.1 - 0.5 * (log.scans[-1].stamp_ns - START_NS) / 1e9
+    exact, late = (
+        limits_at(PitchLimitsConfig(), share * distance / np.cos(np.radians(15.0)))[1]
+        for share in (0.97, 1.07)  # until the commands come; the hysteresis
+    )
+    with bench('command_nod:=true', 'adapt_limits:=true', 'limits_rate:=20.0') as running:
+        running.feed(log)
+        running.spin_until(lambda: len(running.clouds) >= len(log.scans))
+        commands = running.commands
+        running.spin_until(lambda: commands and late < commands[-1].pitch_max < exact)
