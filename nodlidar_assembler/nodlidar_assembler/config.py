@@ -8,6 +8,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
 NOD_MODES = ('coprime', 'feedback')
+LEAST_SPAN = 1e-6  # of the nod [rad]
 CLOUD_MODES = ('scan', 'sweep')
 EGO_MOTION_MODES = ('off', 'beam')
 FALLBACKS = ('drop', 'uncompensated')
@@ -219,8 +220,8 @@ class AssemblerConfig:
 
     def check_together(self) -> None:
         """Raise ParameterError for values that do not go with each other."""
-        if self.pitch_max <= self.pitch_min:
-            limit = f'above pitch_min = {self.pitch_min} rad'
+        if self.pitch_max - self.pitch_min < LEAST_SPAN:
+            limit = f'at least {LEAST_SPAN} rad above pitch_min = {self.pitch_min} rad'
             raise ParameterError('pitch_max', limit, self.pitch_max)
         if self.band_top <= self.band_bottom:
             limit = f'above band_bottom = {self.band_bottom} m'

@@ -11,6 +11,7 @@ import math
 from nodlidar_assembler.nod_clock import NodShape
 from nodlidar_assembler.pitch_limits import limits_at, PitchLimits
 from nodlidar_assembler.planner.choice import quick_choice
+from nodlidar_assembler.planner.schedule import even_rows
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 import numpy as np
@@ -140,18 +141,11 @@ class NodAdaptation:
         samples = choices(self._planned, fewest, task.steps_per_revolution)
         rate = 1.0 / (beam_period * task.steps_per_revolution)
         try:
-            even = replace(_with_whole_rows(task), scan_rate=rate)
+            # How soon it hits what little of a row is left says nothing about how even it is.
+            even = replace(even_rows(task), scan_rate=rate)
             return quick_choice(even, samples, self._timing_error)
         except ParameterError:
             return int(samples[0])
-
-
-def _with_whole_rows(task: Task) -> Task:
-    """Return the task with cells so much smaller that the last row is as high as the others.
-
-    Whether a nod soon hits what little of a row is left says nothing about how even it is.
-    """
-    return replace(task, object_size=2.0 * task.distance * math.sin(task.span / task.rows / 2.0))
 
 
 def _alike(value: float, other: float) -> bool:

@@ -148,7 +148,8 @@ class Feedback:
         """
         seen_beside = 2.0 - np.roll(unseen, 1, axis=0) - np.roll(unseen, -1, axis=0)
         worth = unseen * self._row_worth * (1.0 + seen_beside)
-        fine = np.repeat(worth, FINE, axis=1)[:, : round(self._task.span / self._task.cell * FINE)]
+        heights = max(1, round(self._task.span / self._task.cell * FINE))
+        fine = np.repeat(worth, FINE, axis=1)[:, :heights]
         reach = len(self._blur) // 2
         padded = np.pad(fine, ((0, 0), (reach, reach)), mode='symmetric')
         windows = np.lib.stride_tricks.sliding_window_view(padded, len(self._blur), axis=1)

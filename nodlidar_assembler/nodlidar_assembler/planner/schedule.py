@@ -68,8 +68,10 @@ def whole_rows(task: Task) -> Task:
 def even_rows(task: Task) -> Task:
     """Return the task for an object that is a little smaller, so that no row is lower than a cell.
 
-    It is for a nod whose limits are given; see whole_rows.
+    It is for a nod whose limits are given; see whole_rows. A single row is even as it is.
     """
+    if task.rows == 1:
+        return task
     cell = task.span / task.rows
     return replace(task, object_size=2.0 * task.distance * math.sin(cell / 2.0))
 
