@@ -41,14 +41,15 @@ def recording(
 def beam_rms(simulated: Recording) -> float:
     """Return the RMS distance of the points to the surfaces [m], every beam at its own pose."""
     log = replace(near_beams(simulated_log(simulated)), odometry=simulated_odometry(simulated))
-    return moved_surface_rms(xyz_of(points_of(log, 'slerp', REFERENCE_MOUNT)), simulated)
+    points = points_of(log, 'slerp', REFERENCE_MOUNT)
+    return moved_surface_rms(xyz_of(points), points.time_ns, simulated.world)
 
 
 def scan_rms(simulated: Recording, instant: float) -> float:
     """Return the same with one pose per scan: that at a share of its duration, 0 .. 1."""
     points = points_of(near_beams(simulated_log(simulated)), 'slerp', REFERENCE_MOUNT)
     moved = _at_pose_of_scan(points, simulated, simulated_odometry(simulated), instant)
-    return moved_surface_rms(moved, simulated)
+    return moved_surface_rms(moved, points.time_ns, simulated.world)
 
 
 def _at_pose_of_scan(

@@ -3,8 +3,8 @@
 from pathlib import Path
 import tempfile
 
+from nodlidar_bringup.delivery import read_delivery
 from nodlidar_bringup.demo import record
-from nodlidar_bringup.evaluation import read_delivery
 from nodlidar_bringup.launched import keep_apart, launched_sensor
 import numpy as np
 import psutil

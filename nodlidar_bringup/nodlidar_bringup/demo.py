@@ -2,21 +2,31 @@
 
 import argparse
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 import shutil
 import sys
 import time
 
 from nodlidar_assembler.bag import read_bag
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.bag_odometry import read_odometry
+from nodlidar_assembler.geometry import REFERENCE_MOUNT as MOUNT
 from nodlidar_assembler.pitch_estimator import ESTIMATORS
-from nodlidar_bringup.evaluation import near_beams, points_of, read_delivery, surface_rms
+from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_bringup.delivery import read_delivery, read_start_ns
+from nodlidar_bringup.evaluation import (
+    moved_surface_rms,
+    near_beams,
+    points_of,
+    surface_rms,
+    xyz_of,
+)
 from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_bringup.pictures import write_picture, write_ply
 from nodlidar_bringup.recorder import Recorder
 from nodlidar_bringup.report import print_report
 from nodlidar_common.errors import NodlidarError
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.scene import load_scene, Scene
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.world import World
 import rclpy
@@ -37,7 +47,7 @@ def main() -> None:
     arguments = _parse(sys.argv[1:])
     console = Console()
     try:
-        _demo(arguments.scene, arguments.duration, arguments.output, console)
+        _demo(arguments, console)
     except NodlidarError as error:
         sys.exit(f'demo: {error}')
     except KeyboardInterrupt:
@@ -47,6 +57,7 @@ def main() -> None:
 def _parse(argv: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
     parser.add_argument('--scene', default='room', help='a scene of nodlidar_sim or a YAML file')
+    parser.add_argument('--route', help="what the base drives, in place of the scene's route")
     parser.add_argument('--duration', type=float, default=20.0, help='seconds of clouds to record')
     parser.add_argument(
         '--output', type=Path, default=Path('demo_output'), help='folder for the results'
@@ -54,25 +65,55 @@ def _parse(argv: list[str]) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
-def _demo(scene_name: str, duration: float, output: Path, console: Console) -> None:
-    scene = load_scene(scene_name)
-    if scene.drives:
-        raise DemoError(f"the base drives in the scene '{scene.name}', the demo's must stand")
+def _demo(options: argparse.Namespace, console: Console) -> None:
+    scene, output = load_scene(options.scene, options.route), options.output
     shutil.rmtree(output / 'bag', ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)
     keep_apart()
-    with launched_sensor(output / 'launch.log', f'scene:={scene_name}') as sensor:
-        record(output / 'bag', duration, sensor, console)
+    arguments = launch_arguments(options.scene, options.route, scene)
+    with launched_sensor(output / 'launch.log', *arguments) as sensor:
+        record(output / 'bag', options.duration, sensor, console)
     with console.status('Measuring'):
         log = read_bag(output / 'bag', 'nod_joint')
-        near = near_beams(log)
-        world = World(scene, ServoMotion())
-        rms = {e: surface_rms(points_of(near, e, REFERENCE_MOUNT), world) for e in ESTIMATORS}
-        points = points_of(log, 'slerp', REFERENCE_MOUNT)
+        world = World(scene, ServoMotion(), start_ns=_start_ns(scene, output / 'bag'))
+        rms = {e: surface_rms(points_of(near_beams(log), e, MOUNT), world) for e in ESTIMATORS}
+        rms_by_odometry = {}
+        if scene.drives:
+            odometry = read_odometry(output / 'bag', 'odom', 'nodlidar_base_link')
+            log = replace(log, odometry=odometry)
+            rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
+        points = points_of(log, 'slerp', MOUNT)
         write_ply(points, output / 'cloud.ply')
-        write_picture(points, output / 'cloud.png', f"'{scene.name}', {duration:g} s")
-    print_report(log, read_delivery(output / 'bag'), rms, console)
+        xyz = scene.mount.to_child(xyz_of(points)) if scene.drives else xyz_of(points)
+        write_picture(xyz, output / 'cloud.png', f"'{scene.name}', {options.duration:g} s")
+    print_report(log, read_delivery(output / 'bag'), rms, rms_by_odometry, console)
     console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
+
+
+def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[str]:
+    """Return those for a scene, loaded by that name and route.
+
+    When anything moves, the simulation tells when that began; when the base drives, it tells its
+    odometry, and clouds are in odom.
+    """
+    arguments = [f'scene:={scene_name}']
+    if route is not None:
+        arguments.append(f'route:={route}')
+    if scene.moves:
+        arguments.append('base:=odometry')
+    if scene.drives:
+        arguments.append('ego_motion:=beam')
+    return arguments
+
+
+def _start_ns(scene: Scene, bag: Path) -> int:
+    """Return when what moves in a scene left its start [ns], any time if nothing does."""
+    return read_start_ns(bag) if scene.moves else 0
+
+
+def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
+    points = points_of(log, estimator, MOUNT)
+    return moved_surface_rms(xyz_of(points), points.time_ns, world)
 
 
 def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console) -> None:

@@ -1,9 +1,6 @@
-"""Figures of a recorded sensor: latency, drops, distance of the points to the true surfaces."""
+"""Figures of a recorded sensor: the distance of its points to the true surfaces."""
 
-from collections import Counter
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import replace
 
 from nodlidar_assembler.assembly import Points
 from nodlidar_assembler.config import AssemblerConfig
@@ -12,15 +9,11 @@ from nodlidar_assembler.geometry import ScanGeometry
 from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.sensor_log import assemble_log, SensorLog
 from nodlidar_common.errors import NodlidarError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
-from nodlidar_common.stamps import time_ns
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world import World
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import get_typestore, Stores
 
 FAR = 3.0
 """Beams up to this range [m] count for the distance to the surfaces: a pitch error costs as much
@@ -31,65 +24,6 @@ MAX_JOINT_GAP = AssemblerConfig().max_joint_gap
 
 class EvaluationError(NodlidarError):
     """A log that has nothing to evaluate."""
-
-
-@dataclass(frozen=True, slots=True)
-class Delivery:
-    """What a bag says about the clouds that were published.
-
-    Attributes
-    ----------
-    latency
-        From a scan's last byte at the port to the publication of its cloud [s], shape (n,).
-    dropped
-        Drops that the nodes reported in their last diagnostics, counted by reason.
-    clouds, points
-        How many were received.
-    """
-
-    latency: NDArray[np.float64]
-    dropped: Counter[str]
-    clouds: int
-    points: int
-
-
-def read_delivery(bag: Path) -> Delivery:
-    """Return what a bag with clouds per scan says about their delivery."""
-    arrivals: dict[int, int] = {}
-    clouds: list[tuple[int, int]] = []
-    dropped: dict[str, Counter[str]] = {}
-    points = 0
-    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-        for connection, published_ns, raw in reader.messages():
-            name = connection.topic.rsplit('/', 1)[-1]
-            if name not in ('arrival', 'points', 'diagnostics'):
-                continue
-            message: Any = reader.deserialize(raw, connection.msgtype)
-            if name == 'arrival':
-                arrivals[time_ns(message.time_ref)] = time_ns(message.header.stamp)
-            elif name == 'points':
-                clouds.append((time_ns(message.header.stamp), published_ns))
-                points += message.width
-            else:
-                dropped |= {status.name: _drops_of(status) for status in message.status}
-    return Delivery(
-        _latency(arrivals, clouds), sum(dropped.values(), Counter()), len(clouds), points
-    )
-
-
-def _drops_of(status: Any) -> Counter[str]:
-    """Return the positive counts under the keys 'dropped: reason' of a diagnostic status."""
-    found = {v.key: v.value for v in status.values if v.key.startswith('dropped: ')}
-    return +Counter({key.removeprefix('dropped: '): int(n) for key, n in found.items()})
-
-
-def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray[np.float64]:
-    """Pair each cloud with the last scan whose first beam is not after its first point."""
-    scans = np.array(sorted(arrivals), dtype=np.int64)
-    stamps, published = np.array(clouds, dtype=np.int64).reshape(-1, 2).T
-    scan = np.searchsorted(scans, stamps, side='right') - 1
-    last_byte = np.array([arrivals[int(s)] for s in scans[scan[scan >= 0]]], dtype=np.int64)
-    return np.asarray((published[scan >= 0] - last_byte) / NS_PER_S, dtype=np.float64)
 
 
 def points_of(log: SensorLog, estimator: str, mount: Pose) -> Points:
@@ -145,17 +79,20 @@ def simulated_odometry(simulated: Recording) -> Odometry:
     return of_base.mounted(simulated.world.scene.mount)
 
 
-def moved_surface_rms(xyz: NDArray[np.float64], simulated: Recording) -> float:
+def moved_surface_rms(
+    xyz: NDArray[np.float64], times_ns: NDArray[np.int64], world: World
+) -> float:
     """Return the RMS distance of points (n, 3) in the frame of odometry to the true surfaces [m].
 
-    That frame is base_link where it was at the first sample.
+    That frame is base_link where the base starts.
     """
-    x, y, yaw = simulated.world.base.poses(simulated.odometry_stamp_ns[:1])[0]
+    x, y, yaw = world.scene.base_start
     in_world = Pose.from_xyzrpy((x, y, 0.0, 0.0, 0.0, yaw)).to_parent(xyz)
-    distance = simulated.world.scene.surfaces.surface_distance(in_world)
+    distance = world.surface_distance_in_world(in_world, times_ns)
     return float(np.sqrt(np.mean(distance**2)))
 
 
 def xyz_of(points: Points) -> NDArray[np.float64]:
     """Return the coordinates of points [m], shape (n, 3)."""
-    return np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
+    counted = np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
+    return np.asarray(counted + points.origin)

@@ -39,9 +39,8 @@ def write_ply(points: Points, path: Path) -> None:
     PlyData([PlyElement.describe(vertices, 'vertex')], byte_order='<').write(path)
 
 
-def write_picture(points: Points, path: Path, title: str) -> None:
-    """Draw points in perspective, from above and from the right, coloured by height."""
-    xyz = np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
+def write_picture(xyz: Array, path: Path, title: str) -> None:
+    """Draw points (n, 3) in perspective, from above and from the right, coloured by height."""
     figure, axes = plt.subplot_mosaic(
         [['perspective', 'above'], ['perspective', 'right']],
         width_ratios=[2.7, 1],

@@ -6,6 +6,7 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
 from nodlidar_msgs.msg import NodCommand
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -28,10 +29,13 @@ TOPICS = {
     'points': PointCloud2,
     'nod_command': NodCommand,
     'driver/arrival': TimeReference,
+    'odom': Odometry,
+    'base/start': TimeReference,
     '/diagnostics': DiagnosticArray,
     '/tf': TFMessage,
     '/tf_static': TFMessage,
 }
+LATCHED = {'base/start', '/tf_static'}
 NO_LIMIT = QosTime(9223372036, 854775807)
 
 
@@ -64,7 +68,7 @@ class Recorder(Node):
 
     def _record(self, topic: str, message_type: Any, types: Any) -> None:
         package = message_type.__module__.split('.')[0]
-        latched = topic == '/tf_static'
+        latched = topic in LATCHED
         connection = self._writer.add_connection(
             self.resolve_topic_name(topic),
             f'{package}/msg/{message_type.__name__}',

@@ -3,18 +3,27 @@
 from collections.abc import Mapping
 
 from nodlidar_assembler.sensor_log import SensorLog
-from nodlidar_bringup.evaluation import Delivery, FAR
+from nodlidar_bringup.delivery import Delivery
+from nodlidar_bringup.evaluation import FAR
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 
 def print_report(
-    log: SensorLog, delivery: Delivery, rms: Mapping[str, float], console: Console
+    log: SensorLog,
+    delivery: Delivery,
+    rms: Mapping[str, float],
+    rms_by_odometry: Mapping[str, float],
+    console: Console,
 ) -> None:
-    """Print what a recorded sensor delivered, and how true each estimator's points are."""
+    """Print what a recorded sensor delivered, and how true each estimator's points are.
+
+    The RMS distances [m] are those with the true poses of the base and those with the poses that
+    odometry told, which are empty for a base that stands.
+    """
     console.print(_delivery_table(log, delivery))
-    console.print(_rms_table(rms))
+    console.print(rms_table(rms, rms_by_odometry))
 
 
 def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
@@ -37,11 +46,18 @@ def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
     return table
 
 
-def _rms_table(rms: Mapping[str, float]) -> Table:
+def rms_table(rms: Mapping[str, float], by_odometry: Mapping[str, float]) -> Table:
+    """Return the table of RMS distances [m] by estimator, as print_report has them."""
     best = min(rms.values())
-    table = Table(title=f'RMS distance of the points to the true surfaces, beams up to {FAR:g} m')
-    for heading in ('estimator', 'RMS', 'against the best'):
+    table = Table(title=f'RMS distance to the true surfaces, beams up to {FAR:g} m')
+    headings = ['estimator', 'RMS', 'against the best']
+    if by_odometry:
+        headings = ['estimator', 'by true poses', 'against the best', 'by odometry']
+    for heading in headings:
         table.add_column(heading, justify='left' if heading == 'estimator' else 'right')
     for estimator, distance in rms.items():
-        table.add_row(estimator, f'{distance * 1e3:.1f} mm', f'{distance / best:.1f} x')
+        row = [estimator, f'{distance * 1e3:.1f} mm', f'{distance / best:.1f} x']
+        if by_odometry:
+            row.append(f'{by_odometry[estimator] * 1e3:.1f} mm')
+        table.add_row(*row)
     return table

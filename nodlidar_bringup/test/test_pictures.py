@@ -2,6 +2,7 @@
 
 from nodlidar_assembler.assembly import Points
 from nodlidar_assembler.points import POINT
+from nodlidar_bringup.evaluation import xyz_of
 from nodlidar_bringup.pictures import seen_from, write_picture, write_ply
 import numpy as np
 from plyfile import PlyData
@@ -59,7 +60,7 @@ def test_a_ply_file_has_the_points_and_one_time_for_all(points, tmp_path):
 def test_a_picture_has_three_views_coloured_by_height(points, tmp_path, monkeypatch):
     figures = []
     monkeypatch.setattr('matplotlib.pyplot.close', figures.append)
-    write_picture(points, tmp_path / 'cloud.png', 'a title')
+    write_picture(xyz_of(points), tmp_path / 'cloud.png', 'a title')
     assert (tmp_path / 'cloud.png').read_bytes().startswith(b'\x89PNG')
     perspective, above, right = (axes.collections[0] for axes in figures[0].axes[:3])
     z = points.data['z']

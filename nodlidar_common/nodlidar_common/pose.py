@@ -35,6 +35,10 @@ class Pose:
         """Return points (n, 3) of this frame in the parent frame."""
         return self.directions_to_parent(points) + self.position
 
+    def to_child(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points (n, 3) of the parent frame in this frame."""
+        return np.asarray((points - self.position) @ self.rotation)
+
     def directions_to_parent(self, directions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return directions (n, 3) of this frame in the parent frame."""
         return np.asarray(directions @ self.rotation.T)

@@ -65,6 +65,11 @@ class Scene:
         """Whether the base ever moves."""
         return self._base_plan.drives
 
+    @property
+    def moves(self) -> bool:
+        """Whether anything ever moves: the base, or an object."""
+        return self.drives or bool(self.movers)
+
     def route(self, start_ns: int) -> Route:
         """Return the motion of the base when it leaves the start at start_ns."""
         return self._base_plan.route(self.base_start, start_ns)

@@ -85,7 +85,11 @@ class World:
         """
         in_base = self.scene.mount.to_parent(points)
         in_world = to_parent(in_base, self.base.poses(times_ns))
-        nearest = self.scene.surfaces.surface_distance(in_world)
+        return self.surface_distance_in_world(in_world, times_ns)
+
+    def surface_distance_in_world(self, points: Array, times_ns: Times) -> Array:
+        """Return the same for points in the world, from the surfaces where they are at that time."""
+        nearest = self.scene.surfaces.surface_distance(points)
         for moving in self._moving:
-            np.minimum(nearest, moving.surface_distance(in_world, times_ns), out=nearest)
+            np.minimum(nearest, moving.surface_distance(points, times_ns), out=nearest)
         return nearest

@@ -198,6 +198,12 @@ def test_a_pose_in_a_pose_is_their_product(pose, point):
     np.testing.assert_allclose((pose @ inner).to_parent(point[None]), one_by_one, atol=1e-12)
 
 
+@given(poses, points)
+def test_a_pose_leads_there_and_back(pose, point):
+    back = pose.to_child(pose.to_parent(point[None]))
+    np.testing.assert_allclose(back, point[None], atol=1e-12)
+
+
 def test_roll_pitch_and_yaw_turn_about_fixed_axes_in_that_order():
     pose = Pose.from_xyzrpy([1.0, 2.0, 3.0, math.pi / 2, 0.0, math.pi / 2])
     # y is rolled onto z, which the yaw leaves; x is yawed onto y.

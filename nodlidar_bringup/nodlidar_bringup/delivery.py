@@ -1,0 +1,89 @@
+"""What a bag says of a sensor at work: latency, drops, when its simulation began."""
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nodlidar_assembler.bag import BagError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import time_ns
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import get_typestore, Stores
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """What a bag says about the clouds that were published.
+
+    Attributes
+    ----------
+    latency
+        From a scan's last byte at the port to the publication of its cloud [s], shape (n,).
+    dropped
+        Drops that the nodes reported in their last diagnostics, counted by reason.
+    clouds, points
+        How many were received.
+    """
+
+    latency: NDArray[np.float64]
+    dropped: Counter[str]
+    clouds: int
+    points: int
+
+
+def read_delivery(bag: Path) -> Delivery:
+    """Return what a bag with clouds per scan says about their delivery."""
+    arrivals: dict[int, int] = {}
+    clouds: list[tuple[int, int]] = []
+    dropped: dict[str, Counter[str]] = {}
+    points = 0
+    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        for connection, published_ns, raw in reader.messages():
+            name = connection.topic.rsplit('/', 1)[-1]
+            if name not in ('arrival', 'points', 'diagnostics'):
+                continue
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            if name == 'arrival':
+                arrivals[time_ns(message.time_ref)] = time_ns(message.header.stamp)
+            elif name == 'points':
+                clouds.append((time_ns(message.header.stamp), published_ns))
+                points += message.width
+            else:
+                dropped |= {status.name: _drops_of(status) for status in message.status}
+    return Delivery(
+        _latency(arrivals, clouds), sum(dropped.values(), Counter()), len(clouds), points
+    )
+
+
+def _drops_of(status: Any) -> Counter[str]:
+    """Return the positive counts under the keys 'dropped: reason' of a diagnostic status."""
+    found = {v.key: v.value for v in status.values if v.key.startswith('dropped: ')}
+    return +Counter({key.removeprefix('dropped: '): int(n) for key, n in found.items()})
+
+
+def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray[np.float64]:
+    """Pair each cloud with the last scan whose first beam is not after its first point."""
+    scans = np.array(sorted(arrivals), dtype=np.int64)
+    stamps, published = np.array(clouds, dtype=np.int64).reshape(-1, 2).T
+    scan = np.searchsorted(scans, stamps, side='right') - 1
+    last_byte = np.array([arrivals[int(s)] for s in scans[scan[scan >= 0]]], dtype=np.int64)
+    return np.asarray((published[scan >= 0] - last_byte) / NS_PER_S, dtype=np.float64)
+
+
+def read_start_ns(bag: Path) -> int:
+    """Return when base and people left their starts [ns], as the simulation told.
+
+    Raises
+    ------
+    BagError
+        If it did not.
+    """
+    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        told = [c for c in reader.connections if c.topic.endswith('/base/start')]
+        for connection, _, raw in reader.messages(connections=told):
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            return time_ns(message.header.stamp)
+    raise BagError(f"'{bag}' does not tell when the simulation began")
