@@ -88,7 +88,7 @@ class World:
         return self.surface_distance_in_world(in_world, times_ns)
 
     def surface_distance_in_world(self, points: Array, times_ns: Times) -> Array:
-        """Return the same for points in the world, from the surfaces where they are at that time."""
+        """Return the same for points in the world: to where surfaces are at the points' times."""
         nearest = self.scene.surfaces.surface_distance(points)
         for moving in self._moving:
             np.minimum(nearest, moving.surface_distance(points, times_ns), out=nearest)
