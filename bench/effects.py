@@ -1,0 +1,166 @@
+"""What each effect of the simulator costs per scan and how far it moves the result, by scene.
+
+Each effect is added, alone and of the size that a real set-up has, to a scene without any; so is
+who moves in it. A scene requires an effect that moves one of three figures by more than a
+threshold; what it does not require, it need not name. A robot that stands needs no odometry, and
+its points are put together without.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+
+from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.planner.task import Task
+from nodlidar_bringup.evaluation import points_of, simulated_log, simulated_odometry, xyz_of
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameters import limits_of
+from nodlidar_sim.base import to_space
+from nodlidar_sim.effects import Effects
+from nodlidar_sim.scene import load_scene, Scene, scene_names
+from nodlidar_sim.simulation import Recording, simulate
+import numpy as np
+
+from bench.hot_paths import interleaved
+from bench.reference import reference_nod, SAMPLES_PER_SWEEP, START_NS
+from bench.report import Row
+
+DURATION = 40.0
+SEEDS = range(5)
+ROUNDS = 9
+TYPICAL = Effects(
+    range_noise=0.01,
+    dropouts=0.02,
+    servo_jitter=0.003,
+    clock_drift=50.0,
+    odometry_error=0.02,
+    wheel_slip=0.02,
+    heading_drift=0.001,
+)
+"""As of an URG-04LX, a servo that is told its nod, quartz, and wheels on a floor."""
+LEAST_CHANGE = 0.10  # of the RMS distance or of the time to completion, that counts
+LEAST_LOSS = 0.01  # of the points, that counts
+NONE, PEOPLE, ALL = 'none', 'people', 'all'
+CELLS = Task(0.10, 2.0, -0.58, 0.58)  # the turn-arounds fall short of the limits
+THINNING = 10  # every so many points are compared with the surfaces
+
+TITLE = (
+    f'Effects of typical size: what they cost and what they move, {DURATION:.0f} s at N_s = '
+    f'{SAMPLES_PER_SWEEP}, slerp; required for what they move by more than {LEAST_CHANGE:.0%}, '
+    f'points by {LEAST_LOSS:.0%}'
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What a recording comes to.
+
+    Attributes
+    ----------
+    rms
+        RMS distance of the points, in the frame of odometry, to what stands in the scene [m].
+    points
+        How many there are.
+    completion
+        When every cell was hit by a beam [s]; inf for never.
+    """
+
+    rms: float
+    points: float
+    completion: float
+
+
+def results() -> list[Row]:
+    """Return a row for each scene and effect."""
+    return [row for name in scene_names() for row in scene_rows(load_scene(name))]
+
+
+def scene_rows(scene: Scene, rounds: int = ROUNDS) -> list[Row]:
+    """Return the rows of one scene."""
+    scenes = variants(scene)
+    times = interleaved({name: _simulation(one) for name, one in scenes.items()}, rounds)
+    found = {name: median_figures(one) for name, one in scenes.items()}
+    bare, ((bare_time, _), *_) = found[NONE], times
+    return [
+        {
+            'scene': scene.name,
+            'effect': name,
+            'size': size_in_words(name),
+            'time per scan [us]': own / DURATION * 0.1 * 1e6,
+            'to that of none': own / bare_time,
+            'RMS to the surfaces [mm]': found[name].rms * 1e3,
+            'points lost [%]': (1.0 - found[name].points / bare.points) * 100.0,
+            'completion [s]': found[name].completion,
+            'required for': moved(found[name], bare),
+        }
+        for name, (own, _) in zip(scenes, times, strict=True)
+    ]
+
+
+def variants(scene: Scene) -> dict[str, Scene]:
+    """Return a scene without effects, with each alone, and with all, by the effect's name."""
+    bare = replace(scene, effects=Effects(), movers={})
+    alone = {f.name: {f.name: getattr(TYPICAL, f.name)} for f in fields(Effects)}
+    people = {PEOPLE: replace(bare, movers=scene.movers)} if scene.movers else {}
+    return {
+        NONE: bare,
+        **{name: replace(bare, effects=Effects(**effect)) for name, effect in alone.items()},
+        **people,
+        ALL: replace(scene, effects=TYPICAL),
+    }
+
+
+def moved(found: Figures, without: Figures) -> str:
+    """Return the names of the figures that an effect moves by more than its threshold."""
+    changes = {
+        'RMS': abs(found.rms / without.rms - 1.0) > LEAST_CHANGE,
+        'points': abs(found.points / without.points - 1.0) > LEAST_LOSS,
+        'completion': abs(found.completion / without.completion - 1.0) > LEAST_CHANGE,
+    }
+    return ', '.join(name for name, counts in changes.items() if counts)
+
+
+def size_in_words(name: str) -> str:
+    """Return the size of an effect with its unit; nothing for what has none."""
+    unit = {f.name: limits_of(f).unit for f in fields(Effects)}
+    return f'{getattr(TYPICAL, name):g} {unit[name]}'.strip() if name in unit else ''
+
+
+def median_figures(scene: Scene) -> Figures:
+    """Return the median of each figure over recordings with other random numbers."""
+    found = [figures(recording(scene, seed)) for seed in SEEDS]
+    return Figures(
+        *(float(np.median([getattr(one, f.name) for one in found])) for f in fields(Figures))
+    )
+
+
+def recording(scene: Scene, seed: int = 0) -> Recording:
+    """Return the reference sensor's recording of a scene."""
+    return simulate(scene, reference_nod(), DURATION, seed, start_ns=START_NS)
+
+
+def figures(simulated: Recording) -> Figures:
+    """Return what comes of a recording whose points are put together as the node does it."""
+    scene, log = simulated.world.scene, simulated_log(simulated)
+    if scene.drives:
+        log = replace(log, odometry=simulated_odometry(simulated))
+    points = xyz_of(points_of(log, 'slerp', REFERENCE_MOUNT))
+    some = points[::THINNING] if scene.drives else scene.mount.to_parent(points[::THINNING])
+    in_world = to_space(np.array(scene.base_start)).to_parent(some)
+    distance = scene.surfaces.surface_distance(in_world)
+    return Figures(float(np.sqrt(np.mean(distance**2))), len(points), completion(simulated))
+
+
+def completion(simulated: Recording) -> float:
+    """Return when every one of the CELLS was hit by a beam [s], inf if some was not."""
+    sensor = simulated.sensor
+    column = CELLS.column_of_step()[sensor.first_step : sensor.last_step + 1]
+    height = (simulated.true_pitch - CELLS.pitch_min) / CELLS.span * SAMPLES_PER_SWEEP
+    cell = column * CELLS.rows + CELLS.row_of_height(height, SAMPLES_PER_SWEEP)
+    inside = (column >= 0) & (height >= 0.0) & (height <= SAMPLES_PER_SWEEP)
+    first = np.full(CELLS.cells, np.inf)
+    np.minimum.at(first, cell[inside], (simulated.true_time_ns[inside] - START_NS) / NS_PER_S)
+    return float(first.max())
+
+
+def _simulation(scene: Scene) -> Callable[[], object]:
+    return lambda: recording(scene)
