@@ -50,6 +50,11 @@ class ServoModel:
     speed_unit: float
     max_speed: float
 
+    @property
+    def fastest(self) -> float:
+        """Highest speed that can be commanded [rad/s]: the register may end below the motor's."""
+        return min(self.max_speed, VALUE_BITS * self.speed_unit)
+
     def speed_counts(self, speed: float) -> int:
         """Return the moving-speed register for a speed [rad/s].
 

@@ -26,7 +26,7 @@ class NodCommands:
     def __init__(self, config: ServoConfig) -> None:
         model = MODELS[config.model]
         self._config = config
-        self._dynamics = Dynamics(config.acceleration, model.speed_unit, model.max_speed)
+        self._dynamics = Dynamics(config.acceleration, model.speed_unit, model.fastest)
         self._tracker: NodTracker | None = None
         self._upcoming: tuple[int, NodTrajectory] | None = None
         self._received_ns: int | None = None
