@@ -1,0 +1,244 @@
+"""Speed for accuracy: what a faster or a slower nod wins and loses, in three scenes.
+
+For each speed the planner chooses an N_s, the simulator records it with all that the servo gets
+wrong, and the cloud is assembled by `slerp`, as the node does by default. Fronts are of the
+nods that the servo holds: none is better at both.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import degrees, inf, isfinite, pi, sin, tau
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.planner.choice import quick_choice, samples_in_band
+from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.runtime_coverage import largest_square
+from nodlidar_bringup.evaluation import (
+    FAR,
+    near_beams,
+    points_of,
+    simulated_log,
+    surface_rms,
+    xyz_of,
+)
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_sim.effects import RangeFaults
+from nodlidar_sim.motion import triangle_motion
+from nodlidar_sim.scene import load_scene, Scene
+from nodlidar_sim.sensor_model import SensorModel
+from nodlidar_sim.simulation import Recording, simulate
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.reference import BEAM_PERIOD, reference_nod, START_NS
+from bench.report import Row
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Times = NDArray[np.int64]
+
+SCENES = {'room': 'tab:blue', 'corner': 'tab:orange', 'corridor': 'tab:green'}  # and colours
+ABOUT = (1001, 1401, 2001, 2801, 4001, 5601, 8001, 11201, 14001, 20001)
+WITHIN = 0.05  # of these the planner chooses N_s
+DURATION = 20.0  # of a recording [s]
+EARLY, AFTER = (
+    0.5,
+    5.0,
+)  # holes are those after these times; density and repeats after the latter [s]
+TURN_ERROR = 0.003  # about what the servo's phase is off by: `python -m bench phase_lock` [s]
+RUNS = 15  # with other errors of the turns; medians tell completion, hole and repeats
+NOISE = 0.010  # of a range [m]
+NOD = Task()
+# What nods of up to 5 rad/s reach, since a turn takes them short of the limits.
+REGION = replace(NOD, pitch_min=-0.55, pitch_max=0.55)
+# It in squares as wide as a step of azimuth, around every step.
+FINE = replace(REGION, object_size=4.0 * sin(pi / 1024), azimuth=340.5 * tau / 1024)
+NEAR, QUERIES = 0.1, 200  # density: within so many metres of so many surface points
+
+SENSOR = SensorModel()
+HELD, CANNOT_TURN = 'holds it', 'cannot turn so soon'
+
+SCENE, N_S, SPEED, SERVO = 'scene', 'N_s', 'speed [rad/s]', 'servo'
+COMPLETION = 'completion [s]'
+EARLY_HOLE, HOLE = (f'largest hole after {after:g} s [°]' for after in (EARLY, AFTER))
+DENSITY, SPARSE = 'density [points/m2]', 'of the sparsest tenth [points/m2]'
+REPEATS, RMS = 'repeats [%]', 'RMS distance [mm]'
+NOISY = f'with {NOISE * 1e3:g} mm of range noise [mm]'
+FRONTS = {'front of completion': COMPLETION, f'front of holes after {EARLY:g} s': EARLY_HOLE}
+TITLE = (
+    f'10 cm at 2 m within 0.55 rad of level, nod 0.6136 rad up and down, turns '
+    f'{TURN_ERROR * 1e3:g} ms off, joint states at 62 Hz, beams up to {FAR:g} m'
+)
+
+
+def results() -> list[Row]:
+    """Return the figures of each scene and nod, and which are on the front."""
+    nods = [_coverage_row(chosen(about)) for about in ABOUT]
+    rows = []
+    for name in SCENES:
+        of_scene = list(_scene_rows(name, nods))
+        _mark_fronts([row for row in of_scene if row[SERVO] == HELD])
+        rows += of_scene
+    return rows
+
+
+def chosen(about: int) -> int:
+    """Return the N_s near a number that the planner chooses for the task and the servo."""
+    slowest, fastest = (NOD.speed(1) / (about * (1.0 + side * WITHIN)) for side in (1, -1))
+    return quick_choice(NOD, samples_in_band(NOD, slowest, fastest), TURN_ERROR)
+
+
+def nod_of(samples_per_sweep: int) -> NodTrajectory:
+    """Return the nod of an N_s between the limits of the reference nod."""
+    return replace(
+        reference_nod(),
+        sweep_duration=samples_per_sweep * BEAM_PERIOD,
+        samples_per_sweep=samples_per_sweep,
+    )
+
+
+def first_hits(times_ns: Times, pitch: Floats, task: Task) -> Floats:
+    """Return when a cell was first hit [s], infinite if never; shape (columns, rows).
+
+    Parameters
+    ----------
+    times_ns, pitch
+        When each beam of each scan was sent [ns], and at what pitch [rad]; shape (s, b).
+    task
+        Whose cells they are; beams outside its region hit none.
+    """
+    height = (pitch - task.pitch_min) / task.span
+    cell = _columns(task) * task.rows + task.row_of_height(height, samples_per_sweep=1)
+    inside = (_columns(task) >= 0) & (height >= 0.0) & (height <= 1.0)
+    first = np.full(task.cells + 1, inf)
+    where = np.where(inside, cell, task.cells).ravel()[::-1]
+    first[where] = (times_ns.ravel()[::-1] - START_NS) / NS_PER_S
+    return first[:-1].reshape(task.columns, task.rows)
+
+
+def local_density(xyz: Floats, queries: Floats) -> Floats:
+    """Return the points (n, 3) within NEAR of each query, per area of a disc of it [1/m2]."""
+    squares = (queries**2).sum(axis=1)[:, None] - 2.0 * queries @ xyz.T + (xyz**2).sum(axis=1)
+    return np.asarray((squares < NEAR**2).sum(axis=1) / (pi * NEAR**2))
+
+
+def on_front(rows: Sequence[Row], *keys: str) -> list[bool]:
+    """Tell which rows have no other that is at least as good by all keys, and better by one."""
+    table = [[inf if row.get(key) is None else row[key] for key in keys] for row in rows]
+    values = np.array(table).reshape(-1, len(keys))
+    no_worse = (values[:, None] <= values).all(axis=2)  # [i, j]: i than j
+    better = no_worse & (values[:, None] < values).any(axis=2)
+    return list(~better.any(axis=0) & np.isfinite(values).all(axis=1))
+
+
+def figure(rows: Sequence[Row]) -> Figure:
+    """Draw completion and hole against distance, by scene, with N_s and the fronts."""
+    result = Figure(figsize=(12, 5), layout='constrained')
+    for axes, (front, key) in zip(result.subplots(1, 2), FRONTS.items(), strict=True):
+        for scene, colour in SCENES.items():
+            _draw(axes, [row for row in rows if row[SCENE] == scene], key, front, colour)
+        axes.set(xlabel=RMS, ylabel=key, xscale='log', yscale='log')
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter('{x:g}')
+            axis.set_minor_formatter('{x:g}')
+        axes.grid(alpha=0.3, which='both')
+        axes.legend()
+    return result
+
+
+def _columns(task: Task) -> Integers:
+    """Return the column of each measured beam, -1 outside the region."""
+    return task.column_of_step()[SENSOR.first_step : SENSOR.last_step + 1]
+
+
+def _coverage_row(samples_per_sweep: int) -> Row:
+    """Return what a nod covers wherever it is, and whether a servo holds it."""
+    speed = NOD.speed(samples_per_sweep)
+    row: Row = {N_S: samples_per_sweep, SPEED: speed, SERVO: HELD}
+    if speed > AssemblerConfig().max_nod_speed:
+        row[SERVO] = 'too fast under load'
+    try:
+        runs = [_run(nod_of(samples_per_sweep), seed) for seed in range(RUNS)]
+    except ParameterError:
+        return row | {SERVO: CANNOT_TURN}
+    completion, *others = np.quantile(runs, 0.5, axis=0, method='higher')
+    row[COMPLETION] = completion if isfinite(completion) else None
+    return row | dict(zip((EARLY_HOLE, HOLE, REPEATS), others, strict=True))
+
+
+def _run(nod: NodTrajectory, seed: int) -> tuple[float, float, float, float]:
+    """Return completion [s], the early and the later hole [deg] and repeats [%] of one run."""
+    times_ns = SENSOR.beam_times_ns(START_NS, round(DURATION / SENSOR.scan_time), 1.0)
+    end_ns = int(times_ns[-1, -1])
+    motion = triangle_motion(nod, START_NS, end_ns, SENSOR.acceleration, TURN_ERROR, seed)
+    pitch = motion.position(times_ns)
+    first = first_hits(times_ns, pitch, FINE)
+    early_hole, hole = (
+        degrees(largest_square(first >= after) * FINE.cell) for after in (EARLY, AFTER)
+    )
+    taken = (times_ns - START_NS < AFTER * NS_PER_S) & (_columns(FINE) >= 0)
+    beams = np.count_nonzero(taken & (pitch >= FINE.pitch_min) & (pitch <= FINE.pitch_max))
+    repeats = 100.0 * (1.0 - np.count_nonzero(first < AFTER) / beams)
+    return float(first_hits(times_ns, pitch, REGION).max()), early_hole, hole, repeats
+
+
+def _scene_rows(name: str, nods: Sequence[Row]) -> Iterator[Row]:
+    scene = load_scene(name)
+    effects = replace(scene.effects, servo_jitter=TURN_ERROR)
+    scene = replace(
+        scene, effects=effects, base_velocity=(0.0, 0.0), base_legs=(), base_repeat=False
+    )
+    queries = _surface_points(scene)
+    for nod in nods:
+        row = {SCENE: name, **nod}
+        if nod[SERVO] != CANNOT_TURN:
+            recording = simulate(scene, nod_of(nod[N_S]), DURATION, start_ns=START_NS)
+            row |= _cloud_row(recording, queries)
+        yield row
+
+
+def _cloud_row(recording: Recording, queries: Floats) -> Row:
+    cloud = _cloud(recording)
+    early = cloud.time_ns < START_NS + AFTER * NS_PER_S
+    density = local_density(xyz_of(cloud)[early], queries)
+    ranges = RangeFaults(NOISE, 0.0, seed=1)(recording.true_range)
+    noisy = replace(recording, ranges=SENSOR.rounded_ranges(ranges))
+    return {
+        DENSITY: float(density.mean()),
+        SPARSE: float(np.quantile(density, 0.1)),
+        RMS: surface_rms(cloud, recording.world) * 1e3,
+        NOISY: surface_rms(_cloud(noisy), recording.world) * 1e3,
+    }
+
+
+def _cloud(recording: Recording) -> Points:
+    return points_of(near_beams(simulated_log(recording)), 'slerp', REFERENCE_MOUNT)
+
+
+def _mark_fronts(rows: Sequence[Row]) -> None:
+    for front, key in FRONTS.items():
+        for row, best in zip(rows, on_front(rows, key, RMS), strict=True):
+            row[front] = 'x' if best else ''
+
+
+def _surface_points(scene: Scene) -> Floats:
+    """Return some of the points that a scene has for the sensor, in its frame."""
+    recording = simulate(scene, reference_nod(), DURATION, start_ns=START_NS)
+    xyz = xyz_of(_cloud(recording))
+    return xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]
+
+
+def _draw(axes: Axes, rows: list[Row], key: str, front: str, colour: str) -> None:
+    """Draw the nods of a scene that have both figures, and join those on the front."""
+    shown = [row for row in rows if row.get(key) is not None]
+    x, y = ([row[k] for row in shown] for k in (RMS, key))
+    axes.scatter(x, y, color=colour, s=16, label=rows[0][SCENE])
+    for row in shown:
+        axes.annotate(f' {row[N_S]}', (row[RMS], row[key]), color=colour, fontsize=7)
+    best = sorted((row[RMS], row[key]) for row in shown if row.get(front))
+    axes.plot(*zip(*best, strict=True), color=colour, linewidth=1)
