@@ -76,14 +76,19 @@ class NodClock:
         restarts = self.revolutions.restarts
         self.revolutions.add(stamp_ns, nominal)
         if self.nod is not None and self.revolutions.restarts > restarts:
-            self._continue(self.nod)
+            self._continue(self.nod, self.revolutions.begin_ns)
         self.nod = self._trajectory()
 
-    def change(self, shape: NodShape) -> None:
-        """Change limits or N_s; the nod goes on from the pitch and the direction that it has."""
+    def change(self, shape: NodShape, now_ns: int, present: NodTrajectory | None = None) -> None:
+        """Change limits or N_s; the nod goes on from the pitch and the direction that it has now.
+
+        The present nod is the one that was commanded last, unless another is given.
+        A nod that is outside of its new limits is given the time to come back to them: it turns at
+        that limit when the servo, at the nod's speed, is there, after a sweep at most.
+        """
         self.shape = shape
         if self.nod is not None:
-            self._continue(self.nod)
+            self._continue(present or self.nod, now_ns)
             self.nod = self._trajectory()
 
     def _trajectory(self) -> NodTrajectory:
@@ -100,12 +105,13 @@ class NodClock:
             reference_time_ns=lidar.begin_ns - round(since * NS_PER_S),
         )
 
-    def _continue(self, nod: NodTrajectory) -> None:
-        """Count samples such that the newest scan begins where the nod is at its first beam."""
-        n_s = self.shape.samples_per_sweep
-        place = _place(nod, self.revolutions.begin_ns, self.shape)
-        done = revolutions_to(round(place - 0.5), n_s, self._steps)
-        self._first_revolution = self.revolutions.count - done
+    def _continue(self, nod: NodTrajectory, time_ns: int) -> None:
+        """Count samples such that at a time the nod is where it was, as near as scans let."""
+        lidar, n_s = self.revolutions, self.shape.samples_per_sweep
+        since = (time_ns - lidar.begin_ns) / NS_PER_S / lidar.period * self._steps
+        begun = _place(nod, time_ns, self.shape) - since
+        done = revolutions_to(round(begun - 0.5), n_s, self._steps)
+        self._first_revolution = lidar.count - done
 
 
 def revolutions_to(place: int, samples_per_sweep: int, steps_per_revolution: int) -> int:
@@ -128,7 +134,13 @@ def revolutions_to(place: int, samples_per_sweep: int, steps_per_revolution: int
 
 
 def _place(nod: NodTrajectory, time_ns: int, shape: NodShape) -> float:
-    """Return how many samples of a shape past its lower limit a nod is, by pitch and direction."""
+    """Return how many samples of a shape past its lower limit a nod is, by pitch and direction.
+
+    As far as a nod is outside of a limit, a sweep at most, so far it has to go to that limit.
+    """
     height = (float(nod.pitch(time_ns)) - shape.pitch_min) / (shape.pitch_max - shape.pitch_min)
-    way = min(max(height, 0.0), 1.0) * shape.samples_per_sweep
-    return way if float(nod.velocity(time_ns)) > 0.0 else 2 * shape.samples_per_sweep - way
+    height = min(max(height, -1.0), 2.0)
+    outside = not 0.0 <= height <= 1.0
+    rises = height > 1.0 if outside else float(nod.velocity(time_ns)) > 0.0
+    way = (1.0 - abs(1.0 - abs(height))) * shape.samples_per_sweep
+    return way if rises else 2 * shape.samples_per_sweep - way

@@ -81,24 +81,34 @@ def test_a_restarted_lidar_lets_the_nod_go_on_at_the_nearest_sample(n_s, most):
     assert phase(clock.nod, clock.revolutions.begin_ns) % 1.0 == pytest.approx(0.5, abs=0.01)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
-    turns=st.integers(1, 60), low=st.floats(-0.8, -0.1), high=st.floats(0.1, 0.8),
-    n_s=st.integers(1001, 8000),
+    turns=st.integers(1, 60), since=st.floats(0.0, 0.3), low=st.floats(-0.8, 0.3),
+    span=st.floats(0.2, 1.1), n_s=st.integers(1001, 8000),
 )  # fmt: skip
-def test_another_shape_goes_on_at_the_same_pitch_in_the_same_direction(turns, low, high, n_s):
+def test_another_shape_goes_on_from_here_or_comes_back_from_outside(turns, since, low, span, n_s):
     clock = NodClock(SHAPE, 1024)
     for turn in range(turns):
         clock.add_scan(URG, STAMP_NS + turn * 100_000_000)
-    now_ns, before = clock.revolutions.begin_ns, clock.nod
-    clock.change(NodShape(low, high, n_s))
+    now_ns = clock.revolutions.begin_ns + round(since * 1e9)
+    there = float(clock.nod.pitch(now_ns))
+    direction = np.sign(clock.nod.velocity(now_ns))
+    high = low + span
+    clock.change(NodShape(low, high, n_s), now_ns)
     after = clock.nod
     samples = math.gcd(1024, 2 * n_s) / 2 + 1.0
-    there = min(max(float(before.pitch(now_ns)), low), high)
-    assert abs(float(after.pitch(now_ns)) - there) <= samples * after.span / n_s
-    if min(there - low, high - there) > samples * after.span / n_s:
-        assert np.sign(after.velocity(now_ns)) == np.sign(before.velocity(now_ns))
-    assert phase(after, now_ns) % 1.0 == pytest.approx(0.5, abs=0.01)
+    inaccuracy = samples * span / n_s
+    outside = min(max(there - high, low - there), span)
+    if outside > inaccuracy:
+        back_ns = now_ns + round(outside / after.speed * 1e9)
+        limit = high if there > high else low
+        assert abs(float(after.pitch(back_ns)) - limit) <= inaccuracy
+        if outside < span - inaccuracy:
+            assert np.sign(after.velocity(now_ns)) == np.sign(there - limit)
+    elif outside < -inaccuracy:
+        assert abs(float(after.pitch(now_ns)) - there) <= inaccuracy
+        assert np.sign(after.velocity(now_ns)) == direction
+    assert phase(after, clock.revolutions.begin_ns) % 1.0 == pytest.approx(0.5, abs=0.01)
 
 
 @given(st.integers(1, 300), st.integers(1, 300), st.integers(0, 10_000))
