@@ -19,6 +19,8 @@ from nodlidar_assembler.planner.plan_pictures import (
 from nodlidar_assembler.planner.plan_words import notes
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_sim.motion import triangle_motion
 import numpy as np
 from planner_enumeration import cells_of_samples, enumerate_cells, widest_by_corners
 import pytest
@@ -349,6 +351,23 @@ def test_notes_tell_what_an_engineer_should_know():
     assert 'left to chance' in said(1001, error=0.008)
     assert f'{1024 * 4001} are distinct' in said(4001, start_pitch=-0.6136)
     assert 'cannot hit 25 rows' in said(11)
+
+
+@pytest.mark.parametrize('samples_per_sweep', [1001, 1401, 2757, 3801, 3901, 4001, 7999])
+def test_it_is_noted_if_the_simulated_servo_leaves_out_the_outermost_row(samples_per_sweep):
+    task, sweep = Task(), samples_per_sweep / 10240
+    said = '\n'.join(notes(task, evaluate(task, samples_per_sweep)))
+    nod = NodTrajectory(task.pitch_min, task.pitch_max, sweep, samples_per_sweep, 0)
+    end_ns = round(3e9 * sweep)
+    try:
+        motion = triangle_motion(nod, 0, end_ns)
+    except ParameterError:
+        assert 'to turn around' in said
+        return
+    pitch = motion.position(np.linspace(0, end_ns, 100_000).astype(np.int64))
+    height = (pitch - task.pitch_min) / task.span * samples_per_sweep
+    rows = np.unique(task.row_of_height(height, samples_per_sweep))
+    assert ('leaves out the outermost row' in said) == (len(rows) < task.rows)
 
 
 @pytest.mark.parametrize(

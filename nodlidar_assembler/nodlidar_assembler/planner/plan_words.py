@@ -10,6 +10,8 @@ import numpy as np
 
 # No-load speed of the RX-24F at 12 V, 126 rpm (ROBOTIS e-manual).
 FASTEST_SERVO = 126 * math.tau / 60
+# With which it turns around without load [rad/s^2]; the servo node's parameter `acceleration`.
+TURN_ACCELERATION = 200.0
 
 
 def notes(task: Task, plan: Plan) -> list[str]:
@@ -69,9 +71,26 @@ def _hard_for_the_servo(task: Task, plan: Plan) -> Iterator[str]:
             f'an RX-24F reaches {FASTEST_SERVO:.1f} rad/s (126 rpm), without load; '
             f'--speed-max says what yours holds'
         )
+    yield from _hard_to_turn(task, plan)
     row_time = task.row_height(plan.samples_per_sweep) * task.sample_time
     if plan.under_error is not None and row_time < plan.under_error.error:
         yield (
             f'the nod passes a row in {row_time * 1e3:.2g} ms, less than the timing error: which '
             f'rows are hit is left to chance'
+        )
+
+
+def _hard_to_turn(task: Task, plan: Plan) -> Iterator[str]:
+    """Tell if turns, parabolas around the instants that are planned, take too long or too much."""
+    turn, short = 2.0 * plan.speed / TURN_ACCELERATION, plan.speed**2 / (2.0 * TURN_ACCELERATION)
+    outermost = min(task.cell, task.span - (task.rows - 1) * task.cell)
+    if turn > plan.sweep_duration:
+        yield (
+            f'an RX-24F takes {seconds(turn)} to turn around, at {TURN_ACCELERATION:g} rad/s²: '
+            f'more than a sweep'
+        )
+    elif short > outermost:
+        yield (
+            f'an RX-24F turns around {angle(short)} short of the limits, at {TURN_ACCELERATION:g} '
+            f'rad/s², and leaves out the outermost row: give the nod limits that are as much wider'
         )
