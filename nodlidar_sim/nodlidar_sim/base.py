@@ -45,15 +45,21 @@ def relative(poses: Array, others: Array) -> Array:
     return turn(others - poses, -poses[:, 2])
 
 
-def displacement(motions: Array) -> Array:
-    """Return the pose that a constant twist leads to: the exponential map of SE(2).
+def advance(poses: Array, motions: Array) -> Array:
+    """Return the poses that constant twists lead to from poses: the exponential map of SE(2).
 
     Motions are the way ahead [m], the way to the left [m] and the turn q [rad], shape (n, 3). The
     way bends into an arc whose chord is shorter by sinc(q/2) and lies along the mean heading.
     """
-    half = motions[:, 2] / 2.0
-    shrunk = motions * np.stack([np.sinc(half / np.pi)] * 2 + [np.ones_like(half)], axis=1)
-    return turn(shrunk, half)
+    ahead, left, q = motions.T
+    shorter = np.sinc(q / (2.0 * np.pi))
+    chord = np.stack([ahead * shorter, left * shorter, q]).T
+    return poses + turn(chord, poses[:, 2] + q / 2.0)
+
+
+def displacement(motions: Array) -> Array:
+    """Return the poses that motions lead to from 0, as `advance` does; shape (n, 3)."""
+    return advance(np.zeros((1, 3)), motions)
 
 
 def motion_of(displacements: Array) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_sim.base import compose, displacement, motion_of, relative
+from nodlidar_sim.base import advance, compose, displacement, motion_of, relative
 import numpy as np
 from numpy.typing import NDArray
 
@@ -87,7 +87,7 @@ class Plan:
         twists = np.array([(speed, 0.0, rate) for speed, rate in self._velocities])
         poses = [np.array([start], dtype=np.float64)]
         for twist, duration_ns in zip(twists, durations_ns, strict=False):
-            poses.append(compose(poses[-1], displacement(twist[None] * (duration_ns / NS_PER_S))))
+            poses.append(advance(poses[-1], twist[None] * (duration_ns / NS_PER_S)))
         return Route(starts_ns, np.concatenate(poses), twists, self.repeat)
 
 
@@ -133,21 +133,28 @@ class Route:
         if self.stands:
             return self.starts[:1]
         elapsed_ns = np.maximum(np.asarray(times_ns, dtype=np.int64) - self.starts_ns[0], 0)
-        if not self.repeat:
-            return self._poses_after(elapsed_ns)
-        laps, elapsed_ns = np.divmod(elapsed_ns, self.starts_ns[-1] - self.starts_ns[0])
-        in_lap = relative(self.starts[:1], self._poses_after(elapsed_ns))
-        return compose(compose(self.starts[:1], self._after_laps(laps)), in_lap)
-
-    def _poses_after(self, elapsed_ns: Times) -> Array:
-        """Return the poses after times [ns] since the start, not negative, without repeating."""
         begun_ns = self.starts_ns - self.starts_ns[0]
+        laps = np.zeros_like(elapsed_ns)
+        if self.repeat:
+            laps, elapsed_ns = np.divmod(elapsed_ns, begun_ns[-1])
         piece = np.searchsorted(begun_ns, elapsed_ns, side='right') - 1
         elapsed = (elapsed_ns - begun_ns[piece]) / NS_PER_S
-        return compose(self.starts[piece], displacement(self.twists[piece] * elapsed[:, None]))
+        starts = self._starts_of(laps, piece) if self.repeat else _each(self.starts, piece)
+        return advance(starts, (_each(self.twists, piece).T * elapsed).T)
 
-    def _after_laps(self, laps: Times) -> Array:
-        """Return where whole laps lead, seen from the start: as far along the twist of one."""
+    def _starts_of(self, laps: Times, piece: NDArray[np.intp]) -> Array:
+        """Return where pieces begin in laps: as far along the twist of one lap as there are laps.
+
+        They are few for many times, so each is computed once.
+        """
+        found, which = np.unique(laps * len(self.starts) + piece, return_inverse=True)
+        laps, piece = np.divmod(found, len(self.starts))
         moved = displacement(motion_of(self._lap) * laps[:, None])
         moved[:, 2] = self._lap[0, 2] * laps
-        return moved
+        in_lap = relative(self.starts[:1], self.starts[piece])
+        return _each(compose(compose(self.starts[:1], moved), in_lap), which)
+
+
+def _each(rows: Array, numbers: NDArray[np.intp]) -> Array:
+    """Return rows[numbers], with its columns together in memory, as the arithmetic takes them."""
+    return np.asarray(rows.T.take(numbers, axis=1).T)
