@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from nodlidar_assembler.assembly import assemble, Points
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import MotionLimits, Odometry, Poses, USUAL_MOTION
+from nodlidar_assembler.ego_motion import MotionLimits, Odometry, USUAL_MOTION
 from nodlidar_assembler.geometry import Beams, ScanGeometry
 from nodlidar_assembler.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
 from nodlidar_assembler.points import MOVED_POINT, POINT
@@ -54,8 +54,8 @@ class Pipeline:
     ----------
     estimator
         Tells how long around a scan joint samples are wanted, and counts the scans that fell back.
-    pitch, poses
-        Of the last scan's beams: pitch [rad] and, with odometry, poses.
+    pitch
+        Of the last scan's beams [rad].
     """
 
     def __init__(
@@ -74,7 +74,6 @@ class Pipeline:
         self._motion_limits = motion_limits
         self._moved_point = moved_point
         self.pitch: NDArray[np.float64] = np.zeros(0)
-        self.poses: Poses | None = None
         self._beams: Beams | None = None
         self._turns = TurnFinder(TURN_HYSTERESIS)
         self._sweeps = SweepGatherer(LONGEST_SWEEP) if cloud_mode == 'sweep' else None
@@ -136,7 +135,7 @@ class Pipeline:
         points = assemble(
             beams, scan.stamp_ns, scan.ranges, pitch, scan.intensities, poses, self._moved_point
         )
-        self.pitch, self.poses = pitch, poses
+        self.pitch = pitch
         if self._sweeps is not None:
             return self._sweeps.add_scan(points)
         return [points] if len(points.data) else []
