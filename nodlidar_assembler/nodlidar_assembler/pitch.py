@@ -10,6 +10,9 @@ from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 
+# A joint that tells a larger position [rad], or none that is finite, does not tell the pitch.
+LARGEST = 1e6
+
 
 class PitchError(NodlidarError):
     """Joint samples from which the pitch of a scan's beams cannot be told."""
@@ -18,16 +21,16 @@ class PitchError(NodlidarError):
 def ordered_samples(
     time_ns: NDArray[np.int64], pitch: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the finite samples in ascending time; of equal stamps the last one given.
+    """Return the samples up to LARGEST in ascending time; of equal stamps the last one given.
 
     Parameters
     ----------
     time_ns, pitch
         Stamps [ns] and pitch [rad], both of shape (n,).
     """
-    finite = np.isfinite(pitch)
-    if not finite.all():
-        time_ns, pitch = time_ns[finite], pitch[finite]
+    told = np.abs(pitch) <= LARGEST
+    if not told.all():
+        time_ns, pitch = time_ns[told], pitch[told]
     if (time_ns[1:] > time_ns[:-1]).all():
         return time_ns, pitch
     order = np.argsort(time_ns, kind='stable')

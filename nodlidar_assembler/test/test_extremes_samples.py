@@ -73,7 +73,7 @@ def test_out_of_order_repeated_and_unfinite_samples_are_put_in_order(name, rando
     sample_ns = np.arange(-8 * MS, 80 * MS, 8 * MS)
     right = list(zip(sample_ns, steady(sample_ns), strict=True))
     random.shuffle(right)
-    wrong = [(t, random.choice([9.0, math.nan, math.inf, -math.inf])) for t, _ in right]
+    wrong = [(t, random.choice([9.0, math.nan, math.inf, -math.inf, 1.7e308])) for t, _ in right]
     stamps, pitch = zip(*wrong, *right, (40 * MS, math.nan), strict=True)
     expected = pitch_of(name, sample_ns, steady(sample_ns))
     np.testing.assert_array_equal(pitch_of(name, stamps, pitch), expected)
@@ -88,7 +88,7 @@ def test_a_gap_within_the_scan_is_refused(name, gap_ns):
 
 @pytest.mark.parametrize('name', ESTIMATORS)
 def test_without_finite_samples_there_is_no_pitch(name):
-    for samples in ([], []), ([0, 80 * MS], [math.nan, math.inf]):
+    for samples in ([], []), ([0, 80 * MS], [math.nan, math.inf]), ([0, 80 * MS], [-1.1e6, 1e308]):
         with pytest.raises(PitchError, match='no joint samples'):
             pitch_of(name, *samples)
 

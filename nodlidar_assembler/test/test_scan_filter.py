@@ -90,6 +90,7 @@ def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():
     [
         joint_state(position=[9.0, NAN]),
         joint_state(position=[9.0, INF]),
+        joint_state(position=[9.0, -1e308]),
         joint_state(position=[9.0]),
         joint_state(position=[]),
         joint_state(sec=-1),
@@ -105,7 +106,7 @@ def test_malformed_joint_states_are_counted(message):
 def test_other_joints_are_passed_over_and_the_own_one_is_found_among_them():
     source, passed, drops = SimpleFilter(), [], Counter()
     joint = JointFilter(source, 'nod', drops)
-    joint.registerCallback(lambda state: passed.append(joint.position(state)))
+    joint.registerCallback(lambda stamp_ns, pitch: passed.append(pitch))
     source.signalMessage(joint_state(name=['arm', 'leg']))
     source.signalMessage(joint_state())
     assert (passed, drops) == ([0.1], {})
