@@ -117,6 +117,7 @@ ARGUMENTS = [
 
 NAMESPACE = LaunchConfiguration('namespace')
 IN_SIM = EqualsSubstitution(LaunchConfiguration('hardware'), 'sim')
+IN_ODOM = EqualsSubstitution(LaunchConfiguration('ego_motion'), 'beam')
 
 
 def frame(name):
@@ -138,9 +139,8 @@ def port(device):
 def assembler_params():
     """Return the assembler's YAML files; the later one takes precedence."""
     params = LaunchConfiguration('assembler_params')
-    to_beam = EqualsSubstitution(LaunchConfiguration('ego_motion'), 'beam')
     beam = share('nodlidar_bringup', 'config', 'ego_motion.yaml')
-    return [params, IfElseSubstitution(to_beam, beam, params)]
+    return [params, IfElseSubstitution(IN_ODOM, beam, params)]
 
 
 def end_all(event, context):
@@ -231,7 +231,12 @@ def generate_launch_description():
         package='rviz2',
         executable='rviz2',
         namespace=NAMESPACE,
-        arguments=['-d', share('nodlidar_bringup', 'rviz', 'nodlidar.rviz')],
+        arguments=[
+            '-d',
+            share('nodlidar_bringup', 'rviz', 'nodlidar.rviz'),
+            '-f',
+            IfElseSubstitution(IN_ODOM, 'odom', 'base_link'),
+        ],
         condition=IfCondition(LaunchConfiguration('rviz')),
     )
     return LaunchDescription(

@@ -1,8 +1,13 @@
 """The launch file's arguments: a second sensor, and what a wrong value leads to."""
 
+import os
+from pathlib import Path
+
 from nodlidar_bringup.launched import launched_sensor, STOP_TIMEOUT
 from observer import Observer
+import pytest
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+import yaml
 
 
 def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
@@ -35,6 +40,31 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
                 f'{side}_nod_joint'
             ]
     observer.close()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'frame'), [((), 'base_link'), (('ego_motion:=beam',), 'odom')]
+)
+def test_rviz_shows_clouds_where_they_do_not_move(tmp_path, monkeypatch, arguments, frame):
+    """By a program in place of RViz that writes its arguments down."""
+    told = tmp_path / 'told'
+    index = tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages'
+    program = tmp_path / 'lib' / 'rviz2' / 'rviz2'
+    for folder in (index, program.parent):
+        folder.mkdir(parents=True)
+    (index / 'rviz2').touch()
+    program.write_text(f'#!/bin/sh\necho "$@" >{told}.new && mv {told}.new {told}\n')
+    program.chmod(0o755)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{tmp_path}:{os.environ["AMENT_PREFIX_PATH"]}')
+    with launched_sensor(tmp_path / 'launch.log', 'rviz:=true', *arguments) as running:
+        observer = Observer()
+        observer.spin_until(lambda: told.exists() or not running.running(), 'RViz')
+        observer.close()
+    words = told.read_text().split()
+    config = Path(words[words.index('-d') + 1])
+    assert words[words.index('-f') + 1] == frame
+    view = yaml.safe_load(config.read_text())['Visualization Manager']['Views']['Current']
+    assert view['Target Frame'] == 'base_link'
 
 
 def ended(log, *arguments):
