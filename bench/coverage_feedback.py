@@ -1,57 +1,81 @@
-"""Sweeps chosen for what is unseen against the planned nod, under errors of the turns."""
+"""Sweeps chosen for what is unseen against the planned nod, under errors of the turns.
+
+Each sweep is chosen while the one before it is under way, whose end is not known yet: as the node
+has to. Both nods are measured on the region's own rows, of which the last is lower than a cell,
+and with limits that are wider by the rest of that row: what is lower than a cell is seldom hit.
+"""
 
 import time
 
 from nodlidar_assembler.planner.choice import lower_bound
 from nodlidar_assembler.planner.feedback import Feedback, SPREAD
 from nodlidar_assembler.planner.pattern import HALF_SAMPLE
+from nodlidar_assembler.planner.schedule import whole_rows
+from nodlidar_assembler.planner.task import Task
 from nodlidar_assembler.planner.timing_error import completion_run
 import numpy as np
-from rich.table import Table
 
 from bench.reference import FULL_CIRCLE
+from bench.report import Row
 
 SEEDS = range(50)
+TITLE = f'10 cm at 2 m, full circle, span pi/2: median completion of {len(SEEDS)} runs'
+# The N_s that is planned, and the nearest coprime one for the nod that keeps to it.
+PLANNED = ((2500, 2501), (4001, 4001))
+ERRORS = (0.0, 0.001, 0.003, 0.008)
 
 
-def table() -> Table:
-    """Return the median completion of either, and how long a choice takes."""
-    result = Table(
-        title=f'10 cm at 2 m, full circle, span pi/2: median completion of {len(SEEDS)} runs'
-    )
-    for heading in ('N_s', 'error', 'coprime', 'feedback', 'ratio', 'lower bound', 'a choice'):
-        result.add_column(heading, justify='right')
-    for n_s, planned in ((2500, 2501), (4001, 4001)):
-        for error in (0.0, 0.001, 0.003, 0.008):
-            runs = [_feedback_run(n_s, error, seed) for seed in SEEDS]
-            chosen = float(np.median([completion for completion, _ in runs]))
-            steady = float(
-                np.median(
-                    [completion_run(FULL_CIRCLE, planned, HALF_SAMPLE, error, s) for s in SEEDS]
-                )
-            )
-            result.add_row(
-                f'{n_s}',
-                f'{error * 1e3:g} ms',
-                f'{steady:.1f} s',
-                f'{chosen:.1f} s',
-                f'{chosen / steady:.2f}',
-                f'{lower_bound(FULL_CIRCLE, round(n_s * (1.0 - SPREAD))):.1f} s',
-                f'{np.median([seconds for _, seconds in runs]) * 1e3:.0f} ms',
-            )
-    return result
+def results() -> list[Row]:
+    """Return the median completion of either nod, and how long a choice takes."""
+    return [
+        _row(name, task, n_s, coprime, error)
+        for name, task in (('as asked', FULL_CIRCLE), ('whole', whole_rows(FULL_CIRCLE)))
+        for n_s, coprime in PLANNED
+        for error in ERRORS
+    ]
 
 
-def _feedback_run(n_s: int, error: float, seed: int) -> tuple[float, float]:
-    """Return the completion time of a run [s], and the median time that a choice takes [s]."""
-    feedback, noise = Feedback(FULL_CIRCLE, n_s, error), np.random.default_rng(seed)
-    turn, going_up, last, took = -HALF_SAMPLE, True, 0, []
-    while feedback.unseen.any():
-        start = time.perf_counter()
-        duration = feedback.next_duration(turn, going_up)
-        took.append(time.perf_counter() - start)
-        following = turn + duration + noise.normal(0.0, error / FULL_CIRCLE.sample_time)
-        new = feedback.saw(turn, following, going_up)
-        last = int(new[-1]) if len(new) else last
-        turn, going_up = following, not going_up
-    return last * FULL_CIRCLE.sample_time, float(np.median(took))
+def _row(name: str, task: Task, n_s: int, coprime: int, error: float) -> Row:
+    wider = task.span / FULL_CIRCLE.span
+    n_s, coprime = round(n_s * wider), round(coprime * wider) | 1
+    runs = [_Run(task, n_s, error, seed) for seed in SEEDS]
+    chosen = float(np.median([run.completion for run in runs]))
+    steady = [completion_run(task, coprime, HALF_SAMPLE, error, seed) for seed in SEEDS]
+    return {
+        'rows': name,
+        'N_s': n_s,
+        'error [ms]': error * 1e3,
+        'coprime [s]': float(np.median(steady)),
+        'feedback [s]': chosen,
+        'ratio': chosen / float(np.median(steady)),
+        'lower bound [s]': lower_bound(task, round(n_s * (1.0 - SPREAD))),
+        'a choice [ms]': float(np.median([run.seconds for run in runs])) * 1e3,
+    }
+
+
+class _Run:
+    """A nod whose sweeps are chosen until all was seen.
+
+    Attributes
+    ----------
+    completion
+        The first instant at which every cell was hit [s].
+    seconds
+        Median time that a choice took [s].
+    """
+
+    def __init__(self, task: Task, n_s: int, error: float, seed: int) -> None:
+        feedback, noise = Feedback(task, n_s, error), np.random.default_rng(seed)
+        # Commanded and true instant of the present turn, in samples.
+        turn, turned, duration, going_up = -HALF_SAMPLE, -HALF_SAMPLE, float(n_s), True
+        last, took = 0, []
+        while feedback.unseen.any():
+            start = time.perf_counter()
+            under_way = (turned, turn + duration - turned)
+            following = feedback.next_duration(turn + duration, not going_up, under_way)
+            took.append(time.perf_counter() - start)
+            end = turn + duration + noise.normal(0.0, error / task.sample_time)
+            new = feedback.saw(turned, end, going_up)
+            last = int(new[-1]) if len(new) else last
+            turn, turned, duration, going_up = turn + duration, end, following, not going_up
+        self.completion, self.seconds = last * task.sample_time, float(np.median(took))

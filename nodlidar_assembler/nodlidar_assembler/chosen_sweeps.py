@@ -53,20 +53,28 @@ class ChosenSweeps:
         n_s = planned.samples_per_sweep
         self._feedback = Feedback(even_rows(task), n_s, timing_error, fewest_samples)
         self._steps = task.steps_per_revolution
+        self._before = planned
         self.nod, self.start_ns = planned, planned.reference_time_ns
         self.rounds, self.round_time = 0, math.nan
         self._round_ns: int | None = None
 
-    def saw(self, end_ns: int, azimuth: NDArray[np.float64], pitch: NDArray[np.float64]) -> None:
-        """Mark what the beams of a scan hit.
+    def saw(
+        self,
+        times_ns: NDArray[np.int64],
+        azimuth: NDArray[np.float64],
+        pitch: NDArray[np.float64],
+    ) -> None:
+        """Mark what the beams of a scan hit, and how the servo moved.
 
         Parameters
         ----------
-        end_ns
-            Instant of the last beam [ns].
+        times_ns
+            Instants of all beams [ns], whether they measured something or not.
         azimuth, pitch
-            Of all beams [rad], whether they measured something or not.
+            Where they went [rad].
         """
+        end_ns = int(times_ns[-1])
+        self._measure(times_ns, pitch)
         if self._round_ns is None:
             self._round_ns = end_ns
         self._feedback.saw_beams(azimuth, pitch)
@@ -77,6 +85,17 @@ class ChosenSweeps:
         if complete or taken > LONGEST_ROUND:
             self._feedback.unseen[:] = True
             self._round_ns = end_ns
+
+    def _measure(self, times_ns: NDArray[np.int64], pitch: NDArray[np.float64]) -> None:
+        """Note how late the servo was."""
+        later = times_ns >= self.start_ns
+        sweeps = np.where(later, self.nod.sweeps(times_ns), self._before.sweeps(times_ns))
+        n_s = float(self.nod.samples_per_sweep), float(self._before.samples_per_sweep)
+        duration = np.where(later, *n_s)
+        leg = np.floor(sweeps)
+        progress = (pitch - self.nod.pitch_min) / self.nod.span
+        progress = np.where(leg % 2.0 == 0.0, progress, 1.0 - progress)
+        self._feedback.lateness.add((sweeps - leg) * duration, duration, progress)
 
     def choose(self, now_ns: int, lidar: Revolutions, geometry: ScanGeometry) -> bool:
         """Choose the next sweep if it is time to; return whether it was.
@@ -107,6 +126,7 @@ class ChosenSweeps:
         begin, turn = (self._sample(t, lidar, geometry) for t in (begin_ns, turn_ns))
         duration = self._feedback.next_duration(turn, going_up, under_way=(begin, turn - begin))
         sweep = duration * beam_period
+        self._before = self.nod
         self.nod = replace(
             self.nod,
             sweep_duration=sweep,

@@ -8,6 +8,7 @@ chosen, not far from the planned one, for the unseen cells that it and the one a
 import math
 
 from nodlidar_assembler.planner.coverage import column_runs
+from nodlidar_assembler.planner.lateness import Lateness
 from nodlidar_assembler.planner.schedule import rows_of
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, ON_THE_LINE, Task
 import numpy as np
@@ -45,6 +46,8 @@ class Feedback:
     ----------
     unseen
         Whether each cell is unseen, shape (columns, rows).
+    lateness
+        Of the servo, against steady sweeps.
     """
 
     def __init__(
@@ -58,8 +61,9 @@ class Feedback:
         spread = np.linspace(1.0 - SPREAD, 1.0 + SPREAD, CANDIDATES, dtype=np.float64)
         self._candidates = np.maximum(samples_per_sweep * spread, fewest_samples)
         # In mid-sweep, where it is least, the error of a turn displaces a beam by 0.7 of it.
-        rows = math.sqrt(0.5) * timing_error / task.sample_time
-        self._blur = _gaussian(rows / task.row_height(samples_per_sweep) * FINE)
+        late = math.sqrt(0.5) * timing_error / task.sample_time
+        self.lateness = Lateness(float(self._candidates[-1]), late)
+        self._samples_per_sweep = samples_per_sweep
         edges = np.minimum(np.arange(task.rows + 1) * task.cell, task.span)
         self._row_worth = task.cell / np.diff(edges)
         self.unseen = np.ones((task.columns, task.rows), dtype=np.bool_)
@@ -133,11 +137,11 @@ class Feedback:
         """Return what the hits of a sweep of each duration are worth."""
         worth = self._worth(unseen)
         since, column = self._passes(turn, durations[-1])
-        part = since / durations[:, None]
-        height = np.clip(part if going_up else 1.0 - part, 0.0, 1.0)
+        progress = self.lateness.progress(since, durations[:, None])
+        height = progress if going_up else 1.0 - progress
         index = (height * (self._task.span / self._task.cell * FINE)).astype(np.int64)
         hit = worth[column, np.minimum(index, worth.shape[1] - 1)]
-        return np.asarray(np.where(part < 1.0, hit, 0.0).sum(axis=1))
+        return np.asarray(np.where(since < durations[:, None], hit, 0.0).sum(axis=1))
 
     def _worth(self, unseen: Floats) -> Floats:
         """Return what a beam at each height of each column is worth, (columns, rows * FINE).
@@ -150,16 +154,19 @@ class Feedback:
         worth = unseen * self._row_worth * (1.0 + seen_beside)
         heights = max(1, round(self._task.span / self._task.cell * FINE))
         fine = np.repeat(worth, FINE, axis=1)[:, :heights]
-        reach = len(self._blur) // 2
+        blur = _gaussian(
+            self.lateness.spread / self._task.row_height(self._samples_per_sweep) * FINE
+        )
+        reach = len(blur) // 2
         padded = np.pad(fine, ((0, 0), (reach, reach)), mode='symmetric')
-        windows = np.lib.stride_tricks.sliding_window_view(padded, len(self._blur), axis=1)
-        return np.asarray(windows @ self._blur)
+        windows = np.lib.stride_tricks.sliding_window_view(padded, len(blur), axis=1)
+        return np.asarray(windows @ blur)
 
     def _hits(self, turn: float, duration: float, going_up: bool) -> tuple[Integers, Integers]:
         """Return the columns and rows that a sweep should hit."""
         since, column = self._passes(turn, duration)
-        part = since / duration
-        return column, self._task.row_of_height(part if going_up else 1.0 - part, 1)
+        progress = self.lateness.progress(since, duration)
+        return column, self._task.row_of_height(progress if going_up else 1.0 - progress, 1)
 
     def _passes(self, turn: float, duration: float) -> tuple[Floats, Integers]:
         """Return when the lidar passes columns after a turn [samples], and which."""

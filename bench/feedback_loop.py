@@ -1,0 +1,73 @@
+"""Coverage feedback with the whole loop closed: scans, the node's choice, its command, the servo.
+
+In virtual time, with the servo at byte level and late in turning; every beam goes where the true
+motion is. The planned nod goes through the same loop, and the same count of what was seen.
+"""
+
+from nodlidar_assembler.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT
+from nodlidar_assembler.nod_controller import NodController
+from nodlidar_assembler.pipeline import Scan
+import numpy as np
+
+from bench.phase_lock import Faults, Rig, TRUE_BEAM_NS, URG
+from bench.reference import START_NS
+from bench.report import Row
+
+TITLE = 'Rounds of coverage with the emulated servo, 10 cm at 2 m in what the URG-04LX sees'
+DURATION = 120.0
+SETTLED = 50  # scans until the servo is on the nod
+LATENESS = (0.001, 0.003)  # of the servo's turns: they are late by |N(0, lateness)| [s]
+DELAY_NS = 30_000_000  # from a scan's last beam until its cloud is assembled
+BEAMS = Beams(URG, REFERENCE_MOUNT)
+
+
+def results() -> list[Row]:
+    """Return the median time in which all cells were seen, again and again."""
+    return [_row(n_s, lateness) for n_s in (2501, 4001) for lateness in LATENESS]
+
+
+def _row(n_s: int, lateness: float) -> Row:
+    coprime, feedback = (rounds(mode, n_s, lateness) for mode in ('coprime', 'feedback'))
+    return {
+        'N_s': n_s,
+        'late by [ms]': lateness * 1e3,
+        'coprime [s]': float(np.median(coprime)),
+        'longest [s]': max(coprime),
+        'feedback [s]': float(np.median(feedback)),
+        'its longest [s]': max(feedback),
+        'ratio': float(np.median(feedback) / np.median(coprime)),
+    }
+
+
+def rounds(mode: str, n_s: int, lateness: float) -> list[float]:
+    """Return how long each round of coverage took [s], with one mode of the nod."""
+    config = AssemblerConfig(nod_mode=mode, samples_per_sweep=n_s)
+    rig = Rig(Faults(jitter=lateness, acceleration=150.0, speed=0.98), seed=1)
+    controller, taken = NodController(config), {}
+    seen: ChosenSweeps | None = None
+    for revolution in range(round(DURATION * 10)):
+        begin_ns = START_NS + round(revolution * 1024 * TRUE_BEAM_NS)
+        times_ns = begin_ns + BEAMS.offset_ns
+        _run(rig, int(times_ns[-1]) + DELAY_NS)
+        controller.add_scan(URG, begin_ns)
+        pitch = rig.motion.position(times_ns)
+        controller.saw(Scan(begin_ns, URG, _NO_RANGES), BEAMS, pitch, rig.clock())
+        assert controller.command is not None
+        nod, start_ns = controller.command
+        rig.commands.accept(nod, rig.clock(), start_ns)
+        if revolution >= SETTLED:
+            seen = seen or ChosenSweeps(config.task, nod, config.timing_error, 1)
+            seen.saw(times_ns, URG.azimuth, pitch)
+            taken[seen.rounds] = seen.round_time
+    # The first one began in the midst of what the controller had begun before.
+    return [time for number, time in taken.items() if number > 1]
+
+
+_NO_RANGES = np.zeros(0, dtype=np.float32)
+
+
+def _run(rig: Rig, end_ns: int) -> None:
+    while rig.clock() < end_ns:
+        rig.loop.cycle()

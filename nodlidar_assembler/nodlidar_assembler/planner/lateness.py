@@ -1,0 +1,76 @@
+"""How a servo really gets from one limit to the other, learned from where the beams went."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# Half a sweep is divided into so many parts, for each of which so many beams are remembered.
+PARTS, MEMORY = 16, 2000
+# A servo that is later or earlier by this part of a sweep is not on the nod.
+LOCKED = 0.2
+
+
+class Lateness:
+    """How late a servo is on its way from limit to limit, against a steady sweep, as measured.
+
+    It has to speed up and to brake, in a time of its own: what counts is the time since the one
+    turn in the first half of a sweep, and the time to the next turn in the second.
+
+    Parameters
+    ----------
+    longest
+        Duration of the longest sweep, in samples.
+    spread
+        Standard deviation of the lateness, in samples, until it was measured.
+    """
+
+    def __init__(self, longest: float, spread: float) -> None:
+        # From the turn to the middle of the longest sweep, and back from there to the next turn.
+        self._grid: Floats = longest / 2.0 * np.arange(PARTS + 1, dtype=np.float64) / PARTS
+        self._weight: Floats = np.ones((2, PARTS + 1))
+        self._late: Floats = np.zeros((2, PARTS + 1))
+        self._variance = np.full((2, PARTS + 1), spread**2)
+
+    def add(self, since: Floats, duration: Floats, progress: Floats) -> None:
+        """Add measurements of beams.
+
+        Parameters
+        ----------
+        since, duration
+            Samples since the turn, and from that turn to the next; shape (n,).
+        progress
+            Part of the way from limit to limit that the servo has come, shape (n,).
+        """
+        late = since - progress * duration
+        if np.abs(late).max() > LOCKED * duration.max():
+            return  # on its way to the nod
+        first = since < duration / 2.0
+        nearest = np.where(first, since, duration - since)
+        at = np.minimum(np.rint(nearest / self._grid[1]).astype(np.int64), PARTS)
+        at = np.where(first, at, PARTS + 1 + at)
+        count, total = _sums(at, None), _sums(at, late)
+        before = late - self._late.ravel()[at]
+        self._weight = np.minimum(self._weight + count, MEMORY)
+        self._late += (total - count * self._late) / self._weight
+        spread = _sums(at, before * (late - self._late.ravel()[at]))
+        self._variance += (spread - count * self._variance) / self._weight
+
+    def progress(self, since: Floats, duration: Floats | float) -> Floats:
+        """Return the part of the way that the servo has come; parameters as of add."""
+        early = np.interp(since, self._grid, self._late[0])
+        late = np.interp(duration - since, self._grid, self._late[1])
+        lateness = np.where(since < duration / 2.0, early, late)
+        return np.asarray(np.clip((since - lateness) / duration, 0.0, 1.0))
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the lateness, in samples, over a sweep."""
+        return math.sqrt(float(np.average(self._variance, weights=self._weight)))
+
+
+def _sums(at: NDArray[np.int64], values: Floats | None) -> Floats:
+    """Return the sum of the values at each place, their number if there are none; (2, n)."""
+    return np.bincount(at, values, minlength=2 * (PARTS + 1)).reshape(2, -1).astype(np.float64)

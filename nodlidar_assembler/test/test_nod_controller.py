@@ -1,0 +1,75 @@
+"""Which nod is commanded, in either mode."""
+
+import math
+
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.nod_clock import NodClock, NodShape
+from nodlidar_assembler.nod_controller import NodController
+from nodlidar_assembler.pipeline import Scan
+import numpy as np
+import pytest
+
+STEP = math.tau / 1024
+URG = ScanGeometry(682, -340 * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
+BEAMS = Beams(URG, REFERENCE_MOUNT)
+BEGIN_NS = 1_700_000_000_000_000_000
+LATER_NS = BEAMS.duration_ns + 40_000_000
+
+
+def run(controller, scans, first=0):
+    """Let scans come, of a servo that is on the commanded nod; return the commands."""
+    commands = []
+    for number in range(first, first + scans):
+        begin_ns = BEGIN_NS + number * 100_000_000
+        controller.add_scan(URG, begin_ns)
+        nod, _ = controller.command
+        scan = Scan(begin_ns, URG, np.zeros(0, dtype=np.float32))
+        controller.saw(scan, BEAMS, nod.pitch(begin_ns + BEAMS.offset_ns), begin_ns + LATER_NS)
+        commands.append(controller.command)
+    return commands
+
+
+def test_before_the_first_scan_there_is_no_command():
+    assert NodController(AssemblerConfig()).command is None
+
+
+def test_coprime_is_the_nod_that_is_tied_to_the_lidar():
+    commands = run(NodController(AssemblerConfig()), 20)
+    clock = NodClock(NodShape(-0.6136, 0.6136, 4001), 1024)
+    for number, (nod, start_ns) in enumerate(commands):
+        clock.add_scan(URG, BEGIN_NS + number * 100_000_000)
+        assert nod == clock.nod
+        assert start_ns == 0
+
+
+def test_feedback_commands_one_sweep_after_the_other():
+    commands = run(NodController(AssemblerConfig(nod_mode='feedback')), 60)
+    starts = [start_ns for _, start_ns in commands]
+    assert starts == sorted(starts)
+    assert 12 <= len(set(starts)) <= 18  # 6 s of sweeps of 0.39 s
+    assert len({nod.samples_per_sweep for nod, _ in commands}) > 5
+
+
+def test_another_shape_goes_on_from_the_sweep_that_was_chosen():
+    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    run(controller, 43)
+    before, start_ns = controller.command
+    now_ns = max(start_ns, BEGIN_NS + 42 * 100_000_000 + LATER_NS)
+    pitch = float(before.pitch(now_ns))
+    assert controller.change(NodShape(-0.5, 0.7, 3001), now_ns)
+    after, start_ns = controller.command
+    assert (after.pitch_min, after.pitch_max, after.samples_per_sweep) == (-0.5, 0.7, 3001)
+    assert start_ns == 0
+    assert float(after.pitch(now_ns)) == pytest.approx(np.clip(pitch, -0.5, 0.7), abs=2e-3)
+    chosen = run(controller, 30, first=43)
+    assert {(nod.pitch_min, nod.pitch_max) for nod, _ in chosen} == {(-0.5, 0.7)}
+    assert len({nod.samples_per_sweep for nod, _ in chosen}) > 3
+
+
+def test_the_same_shape_changes_nothing():
+    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    run(controller, 20)
+    command = controller.command
+    assert not controller.change(NodShape(-0.6136, 0.6136, 4001), BEGIN_NS + 2_000_000_000)
+    assert controller.command == command
