@@ -1,50 +1,112 @@
-"""How long the servo takes to be on a nod of other limits and another N_s, with all its faults."""
+"""How long the servo takes to be on a nod of other limits and another N_s, with all its faults.
+
+The time counts from the command until the servo stays on the new nod as near as its turns let it.
+A sweep is one of the new nod. Where a change comes while the one before it is under way, each has
+its sweep.
+"""
+
+from dataclasses import dataclass
 
 from nodlidar_assembler.nod_clock import NodShape
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
 import numpy as np
 from rich.table import Table
 
-from bench.phase_lock import LATENCY_TIMER, LOADED, Rig, Tied
-from bench.reference import SAMPLES_PER_SWEEP, SPAN, START_NS
+from bench.phase_lock import LATENCY_TIMER, LOADED, Rig, Tied, TRUE_BEAM_NS
+from bench.reference import START_NS
 
-CHANGES = 25
+CHANGES = 50  # of each kind
 AFTER_NS = 3 * NS_PER_S  # that the nod is watched for
-SPEED = np.pi
+MOUNT = 0.8  # limits lie within plus and minus this [rad]
+LEAST_SPAN = 0.3  # rad
+SHORTEST_SWEEP = 0.15  # s
+SPEEDS = (1.5, 4.2)  # rad/s
+KINDS = ('the same speed', 'another speed', 'at a turn', 'one after the other', 'far away')
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """How long it took, how much of that was beyond one sweep (negative if within it) [s]."""
+
+    taken: float
+    beyond_sweep: float
 
 
 def table() -> Table:
     """Return the times until changes are complete."""
-    times, beyond_sweep = np.transpose([change(seed) for seed in range(CHANGES)])
     result = Table(
-        title=f'{CHANGES} changes to random limits at the same speed, in mid-sweep: time until '
+        title=f'Changes to random limits within {MOUNT} rad, {CHANGES} of each kind: time until '
         'the servo is on the new nod, as near as its turns let it'
     )
+    result.add_column('change')
     for heading in ('median', 'longest', 'longest beyond one sweep'):
         result.add_column(heading, justify='right')
-    result.add_row(*(f'{t:.2f} s' for t in (np.median(times), times.max(), beyond_sweep.max())))
+    for kind in KINDS:
+        changes = [change(seed, kind) for seed in range(CHANGES)]
+        taken = [c.taken for c in changes]
+        beyond = max(0.0, *(c.beyond_sweep for c in changes))
+        figures = (float(np.median(taken)), max(taken), beyond)
+        result.add_row(kind, *(f'{t:.2f} s' for t in figures))
     return result
 
 
-def change(seed: int) -> tuple[float, float]:
-    """Return the time [s] that a change takes, and that less a sweep, 0 if it is none."""
+def change(seed: int, kind: str) -> Change:
+    """Return how long a change takes that happens at a random time in the reference nod.
+
+    Parameters
+    ----------
+    seed
+        Of limits, times and faults.
+    kind
+        One of KINDS. New limits are no farther than their span from where the nod is but for the
+        last kind, where they are; the speed is another one but for the first kind; 'at a turn' is
+        up to 20 ms before or after one; 'one after the other' within 0.3 s.
+    """
     rng, rig = np.random.default_rng(seed), Rig(LOADED, seed)
     tied = Tied(rig, seed)
     _run(rig, tied, START_NS + round(rng.uniform(6.0, 8.0) * NS_PER_S))
-    low, high = rng.uniform(-0.8, -0.1), rng.uniform(0.1, 0.8)
-    tied.nod.change(NodShape(low, high, round(SAMPLES_PER_SWEEP * (high - low) / SPAN) | 1))
-    tied.command()
+    if kind == 'at a turn':
+        nod, turn = _present(tied), np.ceil(_present(tied).sweeps(rig.clock())) + 1
+        _run(rig, tied, nod.turn_time_ns(int(turn)) + round(rng.uniform(-0.02, 0.02) * NS_PER_S))
+    left = 0.0
+    if kind == 'one after the other':
+        _change(rig, tied, rng, kind)
+        wait = rng.uniform(0.0, 0.3)
+        _run(rig, tied, rig.clock() + round(wait * NS_PER_S))
+        left = max(_present(tied).sweep_duration - wait, 0.0)
     begin_ns = rig.clock()
+    _change(rig, tied, rng, kind)
     _run(rig, tied, begin_ns + AFTER_NS)
-    nod = tied.nod.nod
-    assert nod is not None
+    taken = _settled(rig, _present(tied), begin_ns)
+    return Change(taken, taken - left - _present(tied).sweep_duration)
+
+
+def _settled(rig: Rig, nod: NodTrajectory, begin_ns: int) -> float:
+    """Return the time [s] after which the servo is always on the nod."""
     times = np.arange(begin_ns, begin_ns + AFTER_NS, NS_PER_S // 1000)
     error = np.abs(rig.motion.position(times) - nod.pitch(times))
     # Rounding off a turn, and a turn that is late by half of the adapter's time.
-    inevitable = SPEED**2 / LOADED.acceleration + SPEED * LATENCY_TIMER / 2.0
+    inevitable = nod.speed**2 / LOADED.acceleration + nod.speed * LATENCY_TIMER / 2.0
     wrong = np.flatnonzero(error > inevitable)
-    taken = (wrong[-1] + 1) * 1e-3 if len(wrong) else 0.0
-    return taken, max(taken - nod.sweep_duration, 0.0)
+    return float((wrong[-1] + 1) * 1e-3) if len(wrong) else 0.0
+
+
+def _change(rig: Rig, tied: Tied, rng: np.random.Generator, kind: str) -> None:
+    pitch = float(_present(tied).pitch(rig.clock()))
+    while True:
+        low, high = np.sort(rng.uniform(-MOUNT, MOUNT, 2))
+        speed = np.pi if kind == 'the same speed' else rng.uniform(*SPEEDS)
+        span, far = high - low, max(pitch - high, low - pitch) > high - low
+        if span >= LEAST_SPAN and span / speed >= SHORTEST_SWEEP and far == (kind == 'far away'):
+            break
+    samples = round(span / speed / TRUE_BEAM_NS * NS_PER_S) | 1
+    tied.nod.change(NodShape(low, high, samples), rig.clock())
+    tied.command()
+
+
+def _present(tied: Tied) -> NodTrajectory:
+    assert tied.nod.nod is not None
+    return tied.nod.nod
 
 
 def _run(rig: Rig, tied: Tied, end_ns: int) -> None:

@@ -20,7 +20,8 @@ and time is then mostly the encoder's quantisation."""
 
 CATCH_UP = 2.0
 """Highest speed in terms of the nod's: enough for any leg that can be done from rest to rest, and
-no wild moves on the way to the trajectory."""
+no wild moves on the way to the trajectory. From outside of the limits it is in terms of what a
+sweep's time asks for, if that is more."""
 
 RETUNING = 0.005
 """A turn that was commanded is not taken back if the nod is tuned and it is due up to this time
@@ -58,17 +59,19 @@ class Measured(Protocol):
     def velocity(self) -> float: ...  # noqa: D102
 
 
-def arrival_speed(distance: float, duration: float, velocity: float, acceleration: float) -> float:
-    """Return the cruising speed v that covers a distance in a duration, to rest at its end.
+def arrival_speed(
+    distance: float, duration: float, velocity: float, acceleration: float, final: float = 0.0
+) -> float:
+    """Return the cruising speed v that covers a distance in a duration.
 
-    Braking from v to rest covers v^2 / 2a instead of v^2 / a, changing from the present velocity u
-    to v loses (v - u)^2 / 2a against having v at once, so
+    Braking from v to the final speed w loses (v - w)^2 / 2a against keeping v, changing from the
+    present velocity u to v loses (v - u)^2 / 2a against having v at once, so
 
-        v * duration = distance + v^2 / 2a + (v - u)^2 / 2a,
+        v * duration = distance + (v - w)^2 / 2a + (v - u)^2 / 2a,
 
     whose lower root is taken. A servo that is faster already (u > v) is taken to have v at once:
 
-        v * duration = distance + v^2 / 2a.
+        v * duration = distance + (v - w)^2 / 2a.
 
     Parameters
     ----------
@@ -78,18 +81,21 @@ def arrival_speed(distance: float, duration: float, velocity: float, acceleratio
         Present velocity u towards the goal [rad/s].
     acceleration
         Acceleration a [rad/s^2].
+    final
+        Speed w at the end [rad/s].
 
     Returns
     -------
     float
         The speed [rad/s]; infinite if no speed is high enough.
     """
-    reach = acceleration * duration
-    root = reach * reach - 2.0 * acceleration * distance
+    reach = acceleration * duration + final
+    way = 2.0 * acceleration * distance + final * final
+    root = reach * reach - way
     if root >= 0.0 and reach - math.sqrt(root) <= velocity:
         return reach - math.sqrt(root)
     reach += velocity
-    root = reach * reach - 4.0 * acceleration * distance - 2.0 * velocity * velocity
+    root = reach * reach - 2.0 * (way + velocity * velocity)
     return (reach - math.sqrt(root)) / 2.0 if root >= 0.0 and reach > 0.0 else math.inf
 
 
@@ -138,7 +144,8 @@ class NodTracker:
 
     Another nod may take over at any time, or the same one tuned to the lidar's clock. Each step
     goes by a measurement, so that the servo is led on from where it is: by a drive to a limit of
-    the new nod, no faster than CATCH_UP allows.
+    the new nod, no faster than CATCH_UP allows. A servo outside of the new limits comes back to be
+    at a limit when the nod is.
 
     Attributes
     ----------
@@ -170,18 +177,36 @@ class NodTracker:
         nod = self._led(commanded)
         leg = self._leg(nod, now_ns)
         direction = _direction(leg)
-        goal = nod.pitch_max if direction > 0.0 else nod.pitch_min
+        goal = _end(nod, direction)
         remaining = (nod.turn_time_ns(leg + 1) - now_ns) / NS_PER_S
         if direction == self._direction and self._is_arriving(remaining):
             self.drive = replace(self.drive, goal=goal)
             return self.drive
         distance = direction * (goal - predicted_pitch(sample, nod, now_ns))
-        speed = arrival_speed(
-            max(distance, 0.0), remaining, direction * sample.velocity, self._dynamics.acceleration
-        )
-        fastest = min(CATCH_UP * nod.speed, self._dynamics.max_speed)
-        self.drive = Drive(goal, min(speed, fastest), speed > fastest)
+        velocity = direction * sample.velocity
+        comes_back, self._direction = self._direction == -direction, direction
+        if -distance > (0.0 if comes_back else HOLD * nod.speed):
+            return self._come_back(nod, -direction, -distance, remaining, -velocity)
+        speed = arrival_speed(max(distance, 0.0), remaining, velocity, self._dynamics.acceleration)
+        return self._go(goal, speed, CATCH_UP * nod.speed)
+
+    def _come_back(
+        self, nod: NodTrajectory, direction: float, distance: float, remaining: float, speed: float
+    ) -> Drive:
+        """Drive back from outside: at the turn's instant through its limit at the nod's speed."""
         self._direction = direction
+        needed = min(distance / remaining, nod.speed)
+        if remaining > HOLD:
+            needed = arrival_speed(
+                distance, remaining, speed, self._dynamics.acceleration, nod.speed
+            )
+        return self._go(
+            _end(nod, direction), needed, CATCH_UP * nod.speed * max(1.0, distance / nod.span)
+        )
+
+    def _go(self, goal: float, speed: float, fastest: float) -> Drive:
+        fastest = min(fastest, self._dynamics.max_speed)
+        self.drive = Drive(goal, min(speed, fastest), speed > fastest)
         return self.drive
 
     def _measure_phase(self, nod: NodTrajectory, sample: Measured) -> None:
@@ -204,3 +229,7 @@ class NodTracker:
 
 def _direction(leg: int) -> float:
     return 1.0 if leg % 2 == 0 else -1.0
+
+
+def _end(nod: NodTrajectory, direction: float) -> float:
+    return nod.pitch_max if direction > 0.0 else nod.pitch_min

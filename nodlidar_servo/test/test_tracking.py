@@ -205,6 +205,21 @@ def test_from_rest_anywhere_it_joins_the_nod_within_two_legs_and_stays_in_the_mo
     assert np.abs(error).max() < 0.004
 
 
+@pytest.mark.parametrize('side', [-1.0, 1.0])
+@pytest.mark.parametrize(('outside', 'time_for_it'), [(0.3, 0.17), (0.2, 0.12), (0.4, 0.2)])
+def test_from_outside_it_passes_the_limit_when_the_nod_turns_there(side, outside, time_for_it):
+    nod = nod_of(span=0.8)
+    limit, turn = side * 0.4, 1 if side > 0.0 else 2
+    begin = turn - time_for_it / nod.sweep_duration
+    motion = follow(nod, turn + 2, start=limit + side * outside, begin=begin)
+    at_turn = np.array([nod.turn_time_ns(turn)])
+    assert motion.position(at_turn)[0] == pytest.approx(limit, abs=0.02)
+    assert motion.velocity(at_turn)[0] == pytest.approx(-side * nod.speed, rel=0.15)
+    times_ns = times_of(nod, turn, turn + 2)
+    error = np.abs(motion.position(times_ns) - nod.pitch(times_ns))
+    assert error.max() < nod.speed**2 / ACCELERATION / 2 * 2.2
+
+
 def test_the_way_to_the_nod_is_not_faster_than_twice_the_nod():
     nod = nod_of(8001)
     motion = follow(nod, 4, start=-0.6, begin=0.98)
