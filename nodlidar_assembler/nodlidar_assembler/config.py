@@ -201,7 +201,7 @@ class AssemblerConfig:
     )
     coverage_window: float = parameter(
         10.0,
-        'Time over which coverage is told in /diagnostics; with 0 it is not kept',
+        'Time over which coverage is told on ~/coverage and in /diagnostics; with 0 none is kept',
         unit='s',
         minimum=0.0,
         maximum=600.0,

@@ -1,29 +1,54 @@
-"""What the last seconds of beams have covered, in the diagnostics."""
+"""What the last seconds of beams have covered, on ~/coverage and in the diagnostics."""
 
 from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.runtime_coverage import Covered
+from nodlidar_msgs.msg import Coverage
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 
 class CoverageReport:
-    """Tells coverage in the diagnostics.
+    """Publishes coverage whenever the diagnostics are told, once a second, and tells it there.
 
     Parameters
     ----------
-    updater
-        The diagnostics.
+    node, updater
+        Of which this is told, and its diagnostics.
+    config
+        What is looked for, and over what time.
     covered
         Gives what has been covered.
     """
 
-    def __init__(self, updater: Updater, covered: Callable[[], Covered]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        updater: Updater,
+        config: AssemblerConfig,
+        covered: Callable[[], Covered],
+    ) -> None:
+        self._clock = node.get_clock()
         self._covered = covered
+        self._told = Coverage(
+            window=config.coverage_window, cell=config.task.cell, cells=config.task.cells
+        )
+        self._told.header.frame_id = config.frame_id
+        self._publisher = node.create_publisher(
+            Coverage,
+            '~/coverage',
+            QoSProfile(depth=10),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
         updater.add('coverage', self._report)
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
         covered = self._covered()
+        self._publish(covered)
         status.summary(DiagnosticStatus.OK, f'{covered.seen:.1%} of the cells seen')
         status.add('beams', str(covered.beams))
         status.add('share of cells seen', f'{covered.seen:.4f}')
@@ -31,3 +56,10 @@ class CoverageReport:
         status.add('share of repeats', f'{covered.repeats:.4f}')
         status.add('least share of repeats', f'{covered.least_repeats:.4f}')
         return status
+
+    def _publish(self, covered: Covered) -> None:
+        told = self._told
+        told.header.stamp = self._clock.now().to_msg()
+        told.beams, told.seen, told.largest_hole = covered.beams, covered.seen, covered.hole
+        told.repeats, told.least_repeats = covered.repeats, covered.least_repeats
+        self._publisher.publish(told)

@@ -79,13 +79,14 @@ class Surroundings:
         if self._stamp_ns is not None and scan.stamp_ns <= self._stamp_ns:
             self.restart()
         geometry = beams.geometry
-        # Stamps that are estimated anew may let a scan begin just before the last one's end.
-        times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
-        self._stamp_ns, self._last_ns = scan.stamp_ns, int(times_ns[-1])
+        if self._coverage is not None:
+            # Stamps that are estimated anew may let a scan begin just before the last one's end.
+            times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
+            self._coverage.add(times_ns, geometry.azimuth, pitch)
+        self._stamp_ns = scan.stamp_ns
+        self._last_ns = max(scan.stamp_ns + beams.duration_ns, self._last_ns)
         # Not the time between beams, which are fewer than steps where the lidar thins them.
         self._beam_period = revolution_time(geometry) / self._config.steps_per_revolution
-        if self._coverage is not None:
-            self._coverage.add(times_ns, geometry.azimuth, pitch)
 
     def follow(
         self,

@@ -3,8 +3,9 @@
 from diagnostic_msgs.msg import DiagnosticArray
 from nodlidar_assembler.nod_adaptation import BAND
 from nodlidar_assembler.pitch_limits import limits_at, PitchLimitsConfig
+from nodlidar_assembler.planner.task import Task
 from nodlidar_common.messages import nod_from_message
-from nodlidar_msgs.msg import NodCommand
+from nodlidar_msgs.msg import Coverage, NodCommand
 import pytest
 from rclpy.parameter import Parameter
 from test_assembler_node import bench, log
@@ -74,6 +75,21 @@ def test_coverage_is_told_in_the_diagnostics(log):
     assert float(values['share of repeats']) < 0.05
 
 
+def test_coverage_is_published_of_cells_as_large_as_told(log):
+    with bench('object_diameter:=0.2') as running:
+        running.feed(log)
+        messages = running.out[Coverage]
+        running.spin_until(lambda: messages and messages[-1].beams >= 25 * 681)
+    told = messages[-1]
+    task = Task(object_size=0.2)
+    assert (told.window, told.cell, told.cells) == (10.0, task.cell, task.cells)
+    assert told.header.frame_id == 'nodlidar_base_link'
+    assert told.seen == pytest.approx(5 / 6, abs=0.1)
+    assert told.largest_hole <= task.span
+    assert told.least_repeats == 0.0
+    assert 0.0 <= told.repeats < 0.05
+
+
 def test_without_a_window_coverage_is_not_told(log):
     with bench('coverage_window:=0.0') as running:
         running.feed(log)
@@ -82,3 +98,4 @@ def test_without_a_window_coverage_is_not_told(log):
     names = {status.name for array in told for status in array.status}
     assert any('clouds' in name for name in names)
     assert not any('coverage' in name for name in names)
+    assert not running.out[Coverage]

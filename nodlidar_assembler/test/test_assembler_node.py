@@ -13,7 +13,7 @@ from nodlidar_assembler.sensor_log import assemble_log, SensorLog
 from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.stamps import time_ns
-from nodlidar_msgs.msg import NodCommand
+from nodlidar_msgs.msg import Coverage, NodCommand
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
 import numpy as np
@@ -55,8 +55,9 @@ class Bench:
         self.executor = SingleThreadedExecutor()
         for node in (self.node, self.feeder):
             self.executor.add_node(node)
-        self.out = {PointCloud2: [], NodCommand: [], DiagnosticArray: []}
-        for kind, topic in zip(self.out, ('points', 'nod_command', '/diagnostics'), strict=True):
+        self.out = {PointCloud2: [], NodCommand: [], DiagnosticArray: [], Coverage: []}
+        topics = ('points', 'nod_command', '/diagnostics', 'assembler/coverage')
+        for kind, topic in zip(self.out, topics, strict=True):
             self.feeder.create_subscription(kind, topic, self.out[kind].append, 50)
         self._scans = self.feeder.create_publisher(LaserScan, 'scan', 10)
         self._states = self.feeder.create_publisher(JointState, 'joint_states', 50)
