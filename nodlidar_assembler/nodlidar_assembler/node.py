@@ -20,6 +20,7 @@ from nodlidar_assembler.nod_controller import NodController
 from nodlidar_assembler.odometry_filter import OdometryFilter
 from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.pitch import PitchError
+from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_assembler.scan_filter import ScanFilter
 from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
 from nodlidar_assembler.surroundings import Surroundings
@@ -44,7 +45,8 @@ class Assembler(Node):
 
     def __init__(self) -> None:
         super().__init__('assembler')
-        self.config = declare(self, AssemblerConfig, self._reconfigure)
+        profile = PROFILES[declare(self, ProfileConfig).profile]
+        self.config = declare(self, AssemblerConfig, self._reconfigure, profile)
         self._pipeline = Pipeline.configured(self.config)
         self._nod = NodController(self.config)
         self._warn_if_samples_repeat()

@@ -6,10 +6,13 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from log_messages import scan_message, state_message
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.node import Assembler
 from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.sensor_log import assemble_log, SensorLog
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.stamps import time_ns
@@ -99,6 +102,26 @@ def bench(*parameters):
         yield made
     finally:
         made.close()
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'config'),
+    [
+        ((), PROFILES['balanced']),
+        (('profile:=fast',), PROFILES['fast']),
+        (('profile:=accurate', 'estimator:=ends'), AssemblerConfig(estimator='ends')),
+    ],
+)
+def test_parameters_that_are_not_given_are_those_of_the_profile(parameters, config):
+    with bench(*parameters) as running:
+        assert running.node.config == config
+
+
+def test_an_unknown_profile_is_refused():
+    rclpy.init(args=['--ros-args', '-p', 'profile:=best'])
+    with pytest.raises(ParameterError, match="'profile' must be one of fast, balanced, accurate"):
+        Assembler()
+    rclpy.shutdown()
 
 
 @pytest.mark.parametrize('estimator', ['nearest', 'ends', 'slerp', 'trajectory'])

@@ -66,6 +66,13 @@ ARGUMENTS = [
         'publishes odom and its transform; cmd_vel: publishes, and drives as that topic says',
     ),
     DeclareLaunchArgument(
+        'profile',
+        default_value='balanced',
+        choices=['fast', 'balanced', 'accurate'],
+        description='how much accuracy is worth how much time (docs/tradeoffs.md); what the '
+        'files of parameters say goes before it',
+    ),
+    DeclareLaunchArgument(
         'ego_motion',
         default_value='',
         choices=['', 'beam'],
@@ -116,6 +123,12 @@ ARGUMENTS = [
 ]
 
 NAMESPACE = LaunchConfiguration('namespace')
+PROFILE = [
+    share('nodlidar_bringup', 'config', 'profiles'),
+    '/',
+    LaunchConfiguration('profile'),
+    '.yaml',
+]
 IN_SIM = EqualsSubstitution(LaunchConfiguration('hardware'), 'sim')
 IN_ODOM = EqualsSubstitution(LaunchConfiguration('ego_motion'), 'beam')
 
@@ -188,6 +201,7 @@ def generate_launch_description():
         name='servo',
         namespace=NAMESPACE,
         parameters=[
+            PROFILE,
             LaunchConfiguration('servo_params'),
             {'port': port('servo'), 'joint_name': frame('nod_joint'), 'autostart': True},
         ],
@@ -200,6 +214,7 @@ def generate_launch_description():
         name='assembler',
         namespace=NAMESPACE,
         parameters=[
+            PROFILE,
             *assembler_params(),
             {'frame_id': frame('nodlidar_base_link'), 'joint_name': frame('nod_joint')},
         ],

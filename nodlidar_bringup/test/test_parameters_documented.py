@@ -6,6 +6,7 @@ from pathlib import Path
 import re
 
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.profiles import governed, ProfileConfig, PROFILES
 from nodlidar_common.parameters import check, limits_of
 from nodlidar_driver.config import DriverConfig
 from nodlidar_servo.config import ServoConfig
@@ -13,17 +14,31 @@ import pytest
 import yaml
 
 WORKSPACE = Path(__file__).parents[2]
-NODES = {'assembler': AssemblerConfig, 'driver': DriverConfig, 'servo': ServoConfig}
+NODES = {
+    'assembler': (ProfileConfig, AssemblerConfig),
+    'driver': (DriverConfig,),
+    'servo': (ServoConfig,),
+}
+# What a profile gives a node is set by no file of parameters that ships, or it would go before.
+LEFT_TO_PROFILES = {
+    'assembler': {'profile', *governed()},
+    'driver': set(),
+    'servo': {'feedback_rate'},
+}
 
-pytestmark = pytest.mark.parametrize('node', NODES)
+of_every_node = pytest.mark.parametrize('node', NODES)
 
 
 def plain(value):
     return list(value) if isinstance(value, tuple) else value
 
 
+def fields_of(node):
+    return [field for config_class in NODES[node] for field in fields(config_class)]
+
+
 def declared(node):
-    return {field.name: plain(field.default) for field in fields(NODES[node])}
+    return {field.name: plain(field.default) for field in fields_of(node)}
 
 
 def yaml_text(node):
@@ -44,20 +59,71 @@ def readme_rows(node):
     return rows
 
 
+def given_too(node):
+    """Return the text of a YAML file with the keys that are left to profiles not in comments."""
+    keys = '|'.join(LEFT_TO_PROFILES[node]) or '(?!)'
+    return re.sub(rf'^( +)# ((?:{keys}): \S+)$', r'\1\2', yaml_text(node), flags=re.MULTILINE)
+
+
+@of_every_node
 def test_the_yaml_file_has_every_parameter_with_its_default(node):
-    assert yaml.safe_load(yaml_text(node)) == {'/**': {'ros__parameters': declared(node)}}
+    assert yaml.safe_load(given_too(node)) == {'/**': {'ros__parameters': declared(node)}}
 
 
+@of_every_node
+def test_the_yaml_file_sets_nothing_that_is_left_to_profiles(node):
+    own = {k: v for k, v in declared(node).items() if k not in LEFT_TO_PROFILES[node]}
+    assert yaml.safe_load(yaml_text(node)) == {'/**': {'ros__parameters': own}}
+
+
+@of_every_node
 def test_every_key_of_the_yaml_file_has_a_comment(node):
-    lines = [line.strip() for line in yaml_text(node).split('ros__parameters:\n')[1].splitlines()]
+    lines = [line.strip() for line in given_too(node).split('ros__parameters:\n')[1].splitlines()]
     for before, line in pairwise(['', *filter(None, lines)]):
         assert line.startswith('#') or before.startswith('#'), line
 
 
+@of_every_node
 def test_the_readme_has_every_parameter_with_its_default(node):
     assert readme_rows(node) == declared(node)
 
 
+@of_every_node
 def test_every_parameter_has_a_description_and_its_default_is_allowed(node):
-    assert all(limits_of(field).description for field in fields(NODES[node]))
-    check(NODES[node]())
+    assert all(limits_of(field).description for field in fields_of(node))
+    for config_class in NODES[node]:
+        check(config_class())
+
+
+def launched(profile):
+    """Return what the launch argument gives to the nodes."""
+    path = WORKSPACE / 'nodlidar_bringup' / 'config' / 'profiles' / f'{profile}.yaml'
+    return yaml.safe_load(path.read_text())['/**']['ros__parameters']
+
+
+@pytest.mark.parametrize('profile', PROFILES)
+def test_a_profile_is_allowed_and_launched_by_its_name(profile):
+    check(PROFILES[profile])
+    given = launched(profile)
+    assert given['profile'] == profile
+    assert set(given) == LEFT_TO_PROFILES['servo'] | {'profile'}
+    check(ServoConfig(feedback_rate=given['feedback_rate']))
+
+
+def test_the_default_profile_is_that_of_the_default_parameters():
+    default = ProfileConfig().profile
+    assert PROFILES[default] == AssemblerConfig()
+    assert launched(default)['feedback_rate'] == ServoConfig().feedback_rate
+
+
+def test_the_readme_tells_what_each_profile_governs():
+    text = (WORKSPACE / 'nodlidar_assembler' / 'README.md').read_text()
+    lines = text[text.index('| governed |') :].split('\n\n')[0].splitlines()
+    cells = [[cell.strip(' `') for cell in line.split('|')[1:-1]] for line in lines]
+    names, rows = cells[0][1:], cells[2:]
+    told = {
+        row[0].split('`')[0]: dict(zip(names, map(yaml.safe_load, row[1:]), strict=True))
+        for row in rows
+    }
+    rates = {profile: launched(profile)['feedback_rate'] for profile in PROFILES}
+    assert told == governed() | {'feedback_rate': rates}

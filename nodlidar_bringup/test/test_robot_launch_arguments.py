@@ -4,8 +4,12 @@ import os
 from pathlib import Path
 
 from nodlidar_bringup.launched import launched_sensor, STOP_TIMEOUT
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import time_ns
+import numpy as np
 from observer import Observer
 import pytest
+from rcl_interfaces.srv import GetParameters
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 import yaml
 
@@ -65,6 +69,22 @@ def test_rviz_shows_clouds_where_they_do_not_move(tmp_path, monkeypatch, argumen
     assert words[words.index('-f') + 1] == frame
     view = yaml.safe_load(config.read_text())['Visualization Manager']['Views']['Current']
     assert view['Target Frame'] == 'base_link'
+
+
+def test_a_profile_is_the_assembler_s_and_sets_the_servo_s_rate(tmp_path):
+    observer = Observer()
+    observer.subscribe(JointState, 'joint_states')
+    observer.subscribe(PointCloud2, 'points')
+    client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
+    with launched_sensor(tmp_path / 'launch.log', 'profile:=fast', 'scene:=wall'):
+        observer.spin_until(lambda: len(observer.messages['points']) > 10, 'clouds')
+        answer = client.call_async(GetParameters.Request(names=['profile', 'coverage_window']))
+        observer.spin_until(answer.done, 'parameters')
+    profile, window = answer.result().values
+    assert (profile.string_value, window.double_value) == ('fast', 0.0)
+    stamps = [time_ns(state.header.stamp) for state in observer.messages['joint_states']]
+    assert np.median(np.diff(stamps)) == pytest.approx(NS_PER_S / 20.0, rel=0.1)
+    observer.close()
 
 
 def ended(log, *arguments):

@@ -44,10 +44,14 @@ def descriptor(config_field: 'Field[Any]') -> ParameterDescriptor:
 
 
 def declare(
-    node: Node, config_class: type[Config], on_change: Callable[[Config], None] | None = None
+    node: Node,
+    config_class: type[Config],
+    on_change: Callable[[Config], None] | None = None,
+    defaults: Config | None = None,
 ) -> Config:
     """Declare every field of a configuration as a parameter and return what the user set.
 
+    What the user did not set is as in `defaults`, or else as the class has it.
     Live parameters may be set while the node runs: `on_change` is then given the new
     configuration, once it has passed the same checks as the first one.
 
@@ -56,7 +60,11 @@ def declare(
     ParameterError
         If a parameter has the wrong type, is out of range or does not go with another one.
     """
-    values = {f.name: _declare_one(node, f) for f in fields(config_class)}  # type: ignore[arg-type]
+    defaults = config_class() if defaults is None else defaults
+    values = {
+        f.name: _declare_one(node, f, getattr(defaults, f.name))
+        for f in fields(config_class)  # type: ignore[arg-type]
+    }
     config = config_class(**values)
     check(config)
     current = [config]
@@ -87,10 +95,10 @@ def declare(
     return config
 
 
-def _declare_one(node: Node, config_field: 'Field[Any]') -> Any:
+def _declare_one(node: Node, config_field: 'Field[Any]', default: Any) -> Any:
     key = config_field.name
     try:
-        value = node.declare_parameter(key, config_field.default, descriptor(config_field)).value
+        value = node.declare_parameter(key, default, descriptor(config_field)).value
     except InvalidParameterTypeException as error:
         raise ParameterError(key, _type_in_words(config_field), _given(node, key)) from error
     except InvalidParameterValueException as error:

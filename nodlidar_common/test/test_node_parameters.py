@@ -1,4 +1,4 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.node_parameters import declare
@@ -42,6 +42,17 @@ def test_defaults_and_what_the_user_set(node):
     assert declare(node(), Config) == Config()
     configured = declare(node(rate=10.0, port='/dev/lidar', limits=[0.0, 1.0]), Config)
     assert configured == Config(rate=10.0, port='/dev/lidar', limits=(0.0, 1.0))
+
+
+def test_what_the_user_did_not_set_is_as_in_other_defaults(node):
+    others = Config(rate=50.0, count=7, limits=(0.0, 0.1))
+    assert declare(node(), Config, defaults=others) == others
+    assert declare(node(count=9), Config, defaults=others) == replace(others, count=9)
+
+
+def test_other_defaults_are_checked_together_with_what_the_user_set(node):
+    with pytest.raises(ParameterError, match="'count' must be at most rate"):
+        declare(node(count=60), Config, defaults=Config(rate=50.0))
 
 
 def test_parameters_describe_themselves(node):

@@ -1,0 +1,34 @@
+"""Profiles: how much accuracy is worth how much time, in one word (docs/tradeoffs.md)."""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.parameters import parameter
+
+PROFILES = {
+    'fast': AssemblerConfig(coverage_window=0.0),
+    'balanced': AssemblerConfig(),
+    'accurate': AssemblerConfig(estimator='trajectory'),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileConfig:
+    """The parameter that gives the other ones their defaults."""
+
+    profile: str = parameter(
+        'balanced',
+        'Where parameters that are not given have their values from; the launch argument of the '
+        "same name sets the servo's rate, too",
+        choices=tuple(PROFILES),
+    )
+
+
+def governed() -> dict[str, dict[str, Any]]:
+    """Return the parameters in which profiles differ, with their values by profile."""
+    values = {
+        field.name: {name: getattr(config, field.name) for name, config in PROFILES.items()}
+        for field in fields(AssemblerConfig)
+    }
+    return {name: of for name, of in values.items() if len(set(of.values())) > 1}
