@@ -67,27 +67,37 @@ def _parse(argv: list[str]) -> argparse.Namespace:
 
 def _demo(options: argparse.Namespace, console: Console) -> None:
     scene, output = load_scene(options.scene, options.route), options.output
-    shutil.rmtree(output / 'bag', ignore_errors=True)
+    bag = output / 'bag'
+    shutil.rmtree(bag, ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)
     keep_apart()
     arguments = launch_arguments(options.scene, options.route, scene)
     with launched_sensor(output / 'launch.log', *arguments) as sensor:
-        record(output / 'bag', options.duration, sensor, console)
+        record(bag, options.duration, sensor, console)
     with console.status('Measuring'):
-        log = read_bag(output / 'bag', 'nod_joint')
-        world = World(scene, ServoMotion(), start_ns=_start_ns(scene, output / 'bag'))
+        log = read_bag(bag, 'nod_joint')
+        world = World(scene, ServoMotion(), start_ns=read_start_ns(bag) if scene.moves else 0)
         rms = {e: surface_rms(points_of(near_beams(log), e, MOUNT), world) for e in ESTIMATORS}
         rms_by_odometry = {}
         if scene.drives:
-            odometry = read_odometry(output / 'bag', 'odom', 'nodlidar_base_link')
-            log = replace(log, odometry=odometry)
+            log = replace(log, odometry=read_odometry(bag, 'odom', 'nodlidar_base_link'))
             rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
-        points = points_of(log, 'slerp', MOUNT)
-        write_ply(points, output / 'cloud.ply')
-        xyz = scene.mount.to_child(xyz_of(points)) if scene.drives else xyz_of(points)
-        write_picture(xyz, output / 'cloud.png', f"'{scene.name}', {options.duration:g} s")
-    print_report(log, read_delivery(output / 'bag'), rms, rms_by_odometry, console)
+        _draw(log, scene, output, f"'{scene.name}', {options.duration:g} s")
+    print_report(log, read_delivery(bag), rms, rms_by_odometry, console)
     console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
+
+
+def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
+    points = points_of(log, estimator, MOUNT)
+    return moved_surface_rms(xyz_of(points), points.time_ns, world)
+
+
+def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
+    """Write a log's points, and a picture of them from where the sensor started."""
+    points = points_of(log, 'slerp', MOUNT)
+    write_ply(points, output / 'cloud.ply')
+    xyz = scene.mount.to_child(xyz_of(points)) if scene.drives else xyz_of(points)
+    write_picture(xyz, output / 'cloud.png', title)
 
 
 def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[str]:
@@ -104,16 +114,6 @@ def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[s
     if scene.drives:
         arguments.append('ego_motion:=beam')
     return arguments
-
-
-def _start_ns(scene: Scene, bag: Path) -> int:
-    """Return when what moves in a scene left its start [ns], any time if nothing does."""
-    return read_start_ns(bag) if scene.moves else 0
-
-
-def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
-    points = points_of(log, estimator, MOUNT)
-    return moved_surface_rms(xyz_of(points), points.time_ns, world)
 
 
 def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console) -> None:
