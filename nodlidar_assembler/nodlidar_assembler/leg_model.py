@@ -30,6 +30,7 @@ TURN_DEPTH = 4.0  # way back that makes a turn-around [encoder steps]
 SAMPLES_PER_UNKNOWN = 2  # with fewer, a fit says nothing about whether the motion is a nod's
 ROOT_12 = math.sqrt(12.0)  # a step over the standard deviation of its rounding
 SPREAD = 1.2  # of the residuals over that of rounding, which chance does not exceed by more
+STRAYS = 10  # one in so many samples may have a stamp that is off: the host was busy
 LEAVE_OUT = 4  # one in so many of the samples beyond the scan at the end of a bad fit, at a time
 
 
@@ -87,16 +88,23 @@ def leg_pitch(
 def _fit_where_it_holds(time: Array, pitch: Array, offset: Array, joint_step: float) -> Array:
     """Return the fit to as many of the samples around the scan as are of such a motion.
 
-    At the ends, a turn may just begin, or a servo may have changed its speed.
+    At the ends, a turn may just begin, or a servo may have changed its speed. In between, single
+    samples may be astray, if those next to them are not.
     """
     first, last = 0, len(time)
+    kept, strays = np.ones(len(time), dtype=bool), len(time) // STRAYS
     before = int(np.searchsorted(time, offset[0], side='right')) - 1
     after = int(np.searchsorted(time, offset[-1])) + 1
     while first <= before and last >= after:
-        unknowns, residual = _fit(time[first:last], pitch[first:last], joint_step)
+        used = first + np.flatnonzero(kept[first:last])
+        unknowns, residual = _fit(time[used], pitch[used], joint_step)
         if _is_rounding(residual, len(unknowns), joint_step):
             return unknowns
-        if np.argmax(residual) < len(residual) / 2:
+        worst = int(used[np.argmax(residual)])
+        if strays > 0 and first < worst < last - 1 and kept[worst - 1 : worst + 2].all():
+            kept[worst] = False
+            strays -= 1
+        elif worst - first < last - worst:
             first += max((before - first) // LEAVE_OUT, 1)
         else:
             last -= max((last - after) // LEAVE_OUT, 1)

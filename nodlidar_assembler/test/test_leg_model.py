@@ -85,6 +85,23 @@ def test_a_turn_that_just_begins_at_the_end_of_the_window_does_no_harm():
         assert rms(errors) < STEP / 2.0
 
 
+@pytest.mark.parametrize('late', [-0.005, 0.002, 0.005])
+def test_single_stamps_that_are_off_do_no_harm(late):
+    nod = nod_of(EVEN, 200.0)
+    fitted, between = [], []
+    for start in STARTS:
+        scan_ns = START_NS + round(start * 1e9)
+        sample_ns, pitch = samples_of(nod.position, start, 0.2, STEP)
+        astray = np.arange(len(sample_ns)) % 12 == 5
+        true_ns = sample_ns + np.where(astray, round(late * 1e9), 0)
+        pitch = np.rint(nod.position(true_ns) / STEP) * STEP
+        true = nod.position(scan_ns + np.rint(OFFSET * 1e9).astype(np.int64))
+        fitted.append(leg_pitch(scan_ns, OFFSET, sample_ns, pitch, STEP) - true)
+        between.append(np.interp(OFFSET, (sample_ns - scan_ns) / 1e9, pitch) - true)
+    assert rms(fitted) < 0.8e-3
+    assert rms(between) > 2.0 * rms(fitted)
+
+
 @given(st.floats(-1.5, 1.5))
 def test_a_joint_at_rest_is_where_its_samples_are(pitch):
     errors, _ = errors_of(lambda times_ns: np.full(len(times_ns), pitch), 1.0, step=1e-6)
