@@ -56,6 +56,14 @@ def test_the_spread_is_that_of_the_servo():
     assert lateness.spread == pytest.approx(20.0, rel=0.25)
 
 
+def test_more_beams_at_once_than_are_remembered_tell_all_by_themselves():
+    lateness = Lateness(2875.0, 10.0)
+    since = np.linspace(0.0, 2500.0, 200_000)
+    lateness.add(since, np.full(200_000, 2500.0), (since - 30.0) / 2500.0)
+    assert lateness.progress(np.array([500.0]), 2500.0) == pytest.approx(470.0 / 2500.0)
+    assert 0.0 <= lateness.spread < 0.5
+
+
 def test_what_is_not_on_the_nod_is_not_learned():
     lateness = Lateness(2875.0, 10.0)
     since = np.linspace(0.0, 2500.0, 100)

@@ -53,7 +53,7 @@ class Lateness:
         at = np.where(first, at, PARTS + 1 + at)
         count, total = _sums(at, None), _sums(at, late)
         before = late - self._late.ravel()[at]
-        self._weight = np.minimum(self._weight + count, MEMORY)
+        self._weight = np.maximum(np.minimum(self._weight + count, MEMORY), count)
         self._late += (total - count * self._late) / self._weight
         spread = _sums(at, before * (late - self._late.ravel()[at]))
         self._variance += (spread - count * self._variance) / self._weight
