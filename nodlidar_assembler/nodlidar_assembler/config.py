@@ -185,7 +185,7 @@ class AssemblerConfig:
         minimum=0.0,
         maximum=0.1,
     )
-    object_diameter: float = parameter(
+    object_size: float = parameter(
         0.1,
         'Smallest object to be seen: as wide as it looks are the cells that coverage counts',
         unit='m',
@@ -211,7 +211,7 @@ class AssemblerConfig:
     def task(self) -> Task:
         """The smallest object, at the greatest distance, between the limits, as cells."""
         return Task(
-            object_size=self.object_diameter,
+            object_size=self.object_size,
             distance=self.object_distance,
             pitch_min=self.pitch_min,
             pitch_max=self.pitch_max,
@@ -226,9 +226,9 @@ class AssemblerConfig:
         if self.band_top <= self.band_bottom:
             limit = f'above band_bottom = {self.band_bottom} m'
             raise ParameterError('band_top', limit, self.band_top)
-        if self.object_diameter > 2.0 * self.object_distance:
+        if self.object_size > 2.0 * self.object_distance:
             limit = f'at most twice object_distance = {self.object_distance} m'
-            raise ParameterError('object_diameter', limit, self.object_diameter)
+            raise ParameterError('object_size', limit, self.object_size)
         for key in ('laser_xyz', 'laser_rpy'):
             if len(getattr(self, key)) != 3:
                 raise ParameterError(key, 'three numbers', getattr(self, key))

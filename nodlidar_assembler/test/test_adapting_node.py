@@ -76,7 +76,7 @@ def test_coverage_is_told_in_the_diagnostics(log):
 
 
 def test_coverage_is_published_of_cells_as_large_as_told(log):
-    with bench('object_diameter:=0.2') as running:
+    with bench('object_size:=0.2') as running:
         running.feed(log)
         messages = running.out[Coverage]
         running.spin_until(lambda: messages and messages[-1].beams >= 25 * 681)

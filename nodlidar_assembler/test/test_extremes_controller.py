@@ -18,7 +18,7 @@ START_NS = 1_700_000_000 * S
 OF_THE_NOD = (
     'pitch_min', 'pitch_max', 'samples_per_sweep', 'steps_per_revolution', 'band_bottom',
     'band_top', 'sensor_height', 'limits_rate', 'max_nod_speed', 'timing_error',
-    'object_diameter', 'object_distance', 'coverage_window',
+    'object_size', 'object_distance', 'coverage_window',
 )  # fmt: skip
 EDGES = [
     (field.name, edge)
@@ -31,7 +31,7 @@ AGAINST = {
     ('pitch_max', -1.6): 'pitch_max',
     ('band_bottom', 100.0): 'band_top',
     ('band_top', -100.0): 'band_top',
-    ('object_diameter', 10.0): 'object_diameter',
+    ('object_size', 10.0): 'object_size',
 }
 
 
