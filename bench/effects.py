@@ -10,9 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.planner.task import Task
 from nodlidar_bringup.evaluation import points_of, simulated_log, simulated_odometry, xyz_of
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import limits_of
 from nodlidar_sim.base import to_space
 from nodlidar_sim.effects import Effects
@@ -21,7 +19,7 @@ from nodlidar_sim.simulation import Recording, simulate
 import numpy as np
 
 from bench.hot_paths import interleaved
-from bench.reference import reference_nod, SAMPLES_PER_SWEEP, START_NS
+from bench.reference import reference_nod, SAMPLES_PER_SWEEP, SPAN, START_NS
 from bench.report import Row
 
 DURATION = 40.0
@@ -37,16 +35,16 @@ TYPICAL = Effects(
     heading_drift=0.001,
 )
 """As of an URG-04LX, a servo that is told its nod, quartz, and wheels on a floor."""
-LEAST_CHANGE = 0.10  # of the RMS distance or of the time to completion, that counts
-LEAST_LOSS = 0.01  # of the points, that counts
+LEAST_CHANGE = 0.10  # of the RMS distance, that counts
+LEAST_SHARE = 0.01  # of the points lost, or of the beams repeated, that counts
 NONE, PEOPLE, ALL = 'none', 'people', 'all'
-CELLS = Task(0.10, 2.0, -0.58, 0.58)  # the turn-arounds fall short of the limits
+LINEAR = 0.58  # pitch up to which the nod is steady; beyond, it turns around [rad]
 THINNING = 10  # every so many points are compared with the surfaces
 
 TITLE = (
     f'Effects of typical size: what they cost and what they move, {DURATION:.0f} s at N_s = '
-    f'{SAMPLES_PER_SWEEP}, slerp; required for what they move by more than {LEAST_CHANGE:.0%}, '
-    f'points by {LEAST_LOSS:.0%}'
+    f'{SAMPLES_PER_SWEEP}, slerp; required for what they move: RMS by more than '
+    f'{LEAST_CHANGE:.0%}, points and repeats by more than {LEAST_SHARE:.0%} of the beams'
 )
 
 
@@ -60,13 +58,14 @@ class Figures:
         RMS distance of the points, in the frame of odometry, to what stands in the scene [m].
     points
         How many there are.
-    completion
-        When every cell was hit by a beam [s]; inf for never.
+    repeats
+        Share of the beams, where the nod is steady, that fall in a cell of the finest grid
+        (azimuth step x rows of span / N_s) in which a beam before fell.
     """
 
     rms: float
     points: float
-    completion: float
+    repeats: float
 
 
 def results() -> list[Row]:
@@ -89,7 +88,7 @@ def scene_rows(scene: Scene, rounds: int = ROUNDS) -> list[Row]:
             'to that of none': own / bare_time,
             'RMS to the surfaces [mm]': found[name].rms * 1e3,
             'points lost [%]': (1.0 - found[name].points / bare.points) * 100.0,
-            'completion [s]': found[name].completion,
+            'repeats [%]': found[name].repeats * 100.0,
             'required for': moved(found[name], bare),
         }
         for name, (own, _) in zip(scenes, times, strict=True)
@@ -113,8 +112,8 @@ def moved(found: Figures, without: Figures) -> str:
     """Return the names of the figures that an effect moves by more than its threshold."""
     changes = {
         'RMS': abs(found.rms / without.rms - 1.0) > LEAST_CHANGE,
-        'points': abs(found.points / without.points - 1.0) > LEAST_LOSS,
-        'completion': abs(found.completion / without.completion - 1.0) > LEAST_CHANGE,
+        'points': abs(found.points / without.points - 1.0) > LEAST_SHARE,
+        'repeats': abs(found.repeats - without.repeats) > LEAST_SHARE,
     }
     return ', '.join(name for name, counts in changes.items() if counts)
 
@@ -147,19 +146,16 @@ def figures(simulated: Recording) -> Figures:
     some = points[::THINNING] if scene.drives else scene.mount.to_parent(points[::THINNING])
     in_world = to_space(np.array(scene.base_start)).to_parent(some)
     distance = scene.surfaces.surface_distance(in_world)
-    return Figures(float(np.sqrt(np.mean(distance**2))), len(points), completion(simulated))
+    return Figures(float(np.sqrt(np.mean(distance**2))), len(points), repeats(simulated))
 
 
-def completion(simulated: Recording) -> float:
-    """Return when every one of the CELLS was hit by a beam [s], inf if some was not."""
-    sensor = simulated.sensor
-    column = CELLS.column_of_step()[sensor.first_step : sensor.last_step + 1]
-    height = (simulated.true_pitch - CELLS.pitch_min) / CELLS.span * SAMPLES_PER_SWEEP
-    cell = column * CELLS.rows + CELLS.row_of_height(height, SAMPLES_PER_SWEEP)
-    inside = (column >= 0) & (height >= 0.0) & (height <= SAMPLES_PER_SWEEP)
-    first = np.full(CELLS.cells, np.inf)
-    np.minimum.at(first, cell[inside], (simulated.true_time_ns[inside] - START_NS) / NS_PER_S)
-    return float(first.max())
+def repeats(simulated: Recording) -> float:
+    """Return the share of the steady beams that repeat others."""
+    pitch = simulated.true_pitch
+    row = np.floor((pitch / SPAN + 0.5) * SAMPLES_PER_SWEEP).astype(np.int64)
+    cell = np.arange(pitch.shape[1]) * SAMPLES_PER_SWEEP + row
+    steady = cell[np.abs(pitch) < LINEAR]
+    return 1.0 - len(np.unique(steady)) / len(steady)
 
 
 def _simulation(scene: Scene) -> Callable[[], object]:

@@ -1,14 +1,15 @@
 """What an effect of the simulator moves is told from what it does not: counts, never times."""
 
 from dataclasses import fields, replace
-import math
 
 from nodlidar_sim.effects import Effects
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.scene import load_scene, scene_names
+import numpy as np
 import pytest
 
 from bench import effects
 from bench.effects import ALL, Figures, moved, NONE, PEOPLE, recording, size_in_words, variants
+from bench.report import recorded
 
 NAMES = [field.name for field in fields(Effects)]
 
@@ -39,11 +40,11 @@ def test_people_are_an_effect_where_a_scene_has_them():
 
 
 def test_a_figure_counts_beyond_its_threshold():
-    bare = Figures(2.0, 1000.0, 10.0)
+    bare = Figures(2.0, 1000.0, 0.001)
     assert moved(bare, bare) == ''
-    assert moved(Figures(2.19, 991.0, 10.9), bare) == ''
-    assert moved(Figures(2.21, 989.0, 11.1), bare) == 'RMS, points, completion'
-    assert moved(Figures(1.7, 1011.0, math.inf), bare) == 'RMS, points, completion'
+    assert moved(Figures(2.19, 991.0, 0.0109), bare) == ''
+    assert moved(Figures(2.21, 989.0, 0.0111), bare) == 'RMS, points, repeats'
+    assert moved(Figures(1.7, 1011.0, 0.0), bare) == 'RMS, points'
 
 
 def test_sizes_have_their_units():
@@ -58,7 +59,7 @@ def test_sizes_have_their_units():
         ('wall', 'range_noise', 'RMS'),
         ('wall', 'dropouts', 'points'),
         ('wall', 'odometry_error', ''),
-        ('wall', 'clock_drift', ''),
+        ('wall', 'heading_drift', ''),
         ('corridor', 'odometry_error', 'RMS'),
         ('crossing', PEOPLE, 'RMS'),
     ],
@@ -67,15 +68,33 @@ def test_what_a_scene_requires_is_found(scene, effect, expected):
     """Odometry matters to a robot that drives, and a person to a map."""
     found = variants(load_scene(scene))
     bare, spoilt = (effects.figures(recording(found[name])) for name in (NONE, effect))
-    assert moved(replace(spoilt, completion=1.0), replace(bare, completion=1.0)) == expected
+    assert moved(spoilt, bare) == expected
 
 
-def test_completion_is_when_the_last_cell_is_hit(monkeypatch):
-    """One cell that is the whole region is hit by the first beam in it; so small ones, never."""
+def test_a_beam_repeats_one_in_its_row_of_the_same_step(monkeypatch):
+    """The coprime nod never does, but for rounding; with one row for a degree, nearly all do."""
     simulated = recording(load_scene('wall'))
-    monkeypatch.setattr(effects, 'CELLS', effects.Task(8.0, 4.0, -0.6, 0.6, azimuth=0.5))
-    inside = (abs(simulated.true_pitch) < 0.6) & (abs(simulated.azimuth) < 0.5)
-    first_ns = simulated.true_time_ns[inside].min()
-    assert effects.completion(simulated) == pytest.approx((first_ns - effects.START_NS) / 1e9)
-    monkeypatch.setattr(effects, 'CELLS', effects.Task(0.01, 2.0, -0.58, 0.58))
-    assert effects.completion(simulated) == math.inf
+    assert effects.repeats(simulated) < 5e-4
+    monkeypatch.setattr(effects, 'SAMPLES_PER_SWEEP', 70)
+    rows = 2 * effects.LINEAR / effects.SPAN * 70 + 2
+    beams = (np.abs(simulated.true_pitch) < effects.LINEAR).sum()
+    assert effects.repeats(simulated) >= 1.0 - rows * 682 / beams
+
+
+def test_the_documentation_says_what_was_found():
+    """In docs/tradeoffs.md, under 'What a simulated scene requires'."""
+    required = {
+        (row['scene'], row['effect']): row['required for']
+        for row in recorded('effects')['rows']
+        if row['required for'] and row['effect'] != ALL
+    }
+    everywhere = {
+        'range_noise': 'RMS',
+        'dropouts': 'points',
+        'servo_jitter': 'repeats',
+        'clock_drift': 'repeats',
+    }
+    expected = {(name, effect): f for name in scene_names() for effect, f in everywhere.items()}
+    wheels = ('odometry_error', 'wheel_slip', 'heading_drift')
+    expected |= {('corridor', effect): 'RMS' for effect in wheels}
+    assert required == expected | {('crossing', PEOPLE): 'RMS'}
