@@ -1,0 +1,90 @@
+"""Parameter files as ROS reads them: which sections count, and which values are refused."""
+
+from dataclasses import dataclass
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameter_file import file_values
+from nodlidar_common.parameters import parameter
+import pytest
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    rate: float = parameter(1.0, 'A number')
+    count: int = parameter(1, 'A whole number')
+    mode: str = parameter('off', 'A word')
+    live: bool = parameter(False, 'Whether')
+    place: tuple[float, float] = parameter((0.0, 0.0), 'Two numbers')
+
+
+@pytest.fixture
+def values(tmp_path):
+    def of(text, node='assembler'):
+        path = tmp_path / 'parameters.yaml'
+        path.write_text(text)
+        return file_values(path, node, Config)
+
+    return of
+
+
+def section(name, *lines):
+    return '\n'.join([f'{name}:', '  ros__parameters:', *(f'    {line}' for line in lines), ''])
+
+
+def test_values_are_those_of_the_types_of_the_parameters(values):
+    text = section(
+        'assembler', 'rate: 2.5', 'count: 3', "mode: 'on'", 'live: true', 'place: [1.0, 2.0]'
+    )
+    assert values(text) == {
+        'rate': 2.5, 'count': 3, 'mode': 'on', 'live': True, 'place': (1.0, 2.0),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize('name', ['/**', 'assembler', '/assembler', '/robot/assembler'])
+def test_sections_for_the_node_count_in_any_namespace(values, name):
+    assert values(section(name, 'count: 3')) == {'count': 3}
+
+
+def test_other_nodes_and_other_parameters_are_passed_over(values):
+    assert values(section('driver', 'count: 3')) == {}
+    assert values(section('/**', 'use_sim_time: true', 'count: 3')) == {'count': 3}
+
+
+def test_the_node_s_own_section_wins_wherever_it_stands(values):
+    own = section('/robot/assembler', 'count: 3')
+    assert values(own + section('/**', 'count: 2', 'rate: 2.0')) == {'count': 3, 'rate': 2.0}
+
+
+@pytest.mark.parametrize(
+    ('line', 'message'),
+    [
+        ('rate: 2', "'rate' must be of type float, but is 2"),
+        ('count: 2.0', "'count' must be of type int, but is 2.0"),
+        ('mode: off', "'mode' must be of type str, but is False"),
+        ('live: 1', "'live' must be of type bool, but is 1"),
+        ('place: 1.0', "'place' must be a list of floats, but is 1.0"),
+        ('place: [1.0, 2]', r"'place' must be a list of floats, but is \[1.0, 2\]"),
+    ],
+)
+def test_a_value_of_another_type_is_refused_as_ros_does(values, line, message):
+    with pytest.raises(ParameterError, match=message):
+        values(section('/**', line))
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('a: [', 'must be YAML'),
+        ('just words', 'must be a parameter file'),
+        ('', 'must be a parameter file'),
+        ('assembler: {rate: 2.0}', "'assembler' must be a section with 'ros__parameters'"),
+    ],
+)
+def test_what_is_no_parameter_file_is_refused(values, text, message):
+    with pytest.raises(ParameterError, match=message):
+        values(text)
+
+
+def test_a_file_that_is_not_there_is_an_error(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        file_values(tmp_path / 'none.yaml', 'assembler', Config)
