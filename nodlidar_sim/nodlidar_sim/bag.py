@@ -1,0 +1,110 @@
+"""Writes a recording of the fast mode as the bag that the devices and the base would leave."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.pose import Pose
+from nodlidar_sim.simulation import Recording
+import numpy as np
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import get_typestore, Stores
+from transforms3d.quaternions import mat2quat
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+TYPES: dict[str, Any] = dict(STORE.types)
+SCAN, JOINT_STATE = 'sensor_msgs/msg/LaserScan', 'sensor_msgs/msg/JointState'
+TF = 'tf2_msgs/msg/TFMessage'
+TOPICS = {'/scan': SCAN, '/joint_states': JOINT_STATE, '/tf': TF, '/tf_static': TF}
+LATENESS_NS = 5_000_000  # of a message after what it tells
+
+# When it was recorded [ns], its topic, and itself.
+Entry = tuple[int, str, Any]
+
+
+def write_bag(
+    simulated: Recording, path: Path, storage: StoragePlugin = StoragePlugin.MCAP
+) -> None:
+    """Write scans, joint states, odometry (odom to base_link) and the mount as a bag.
+
+    Parameters
+    ----------
+    simulated
+        The recording.
+    path
+        Of a folder that does not exist yet.
+    storage
+        Kind of its file.
+    """
+    with Writer(path, version=9, storage_plugin=storage) as writer:
+        connections = {
+            topic: writer.add_connection(topic, kind, typestore=STORE)
+            for topic, kind in TOPICS.items()
+        }
+        for time_ns, topic, message in sorted(messages(simulated), key=lambda entry: entry[0]):
+            raw = STORE.serialize_cdr(message, TOPICS[topic])
+            writer.write(connections[topic], time_ns + LATENESS_NS, raw)
+
+
+def messages(simulated: Recording) -> Iterator[Entry]:
+    """Yield the messages, topic after topic, with the times at which what they tell was over."""
+    mount = simulated.world.scene.mount
+    start_ns = int(simulated.scan_stamp_ns[0])
+    yield start_ns, '/tf_static', _transform(start_ns, 'base_link', 'nodlidar_base_link', mount)
+    for stamp_ns, (x, y, yaw) in zip(
+        simulated.odometry_stamp_ns.tolist(), simulated.odometry_pose.tolist(), strict=True
+    ):
+        pose = Pose.from_xyzrpy((x, y, 0.0, 0.0, 0.0, yaw))
+        yield stamp_ns, '/tf', _transform(stamp_ns, 'odom', 'base_link', pose)
+    for stamp_ns, pitch in zip(
+        simulated.joint_stamp_ns.tolist(), simulated.joint_position.tolist(), strict=True
+    ):
+        yield stamp_ns, '/joint_states', _joint_state(stamp_ns, pitch)
+    ranges = simulated.ranges.astype(np.float32)
+    ends_ns = simulated.true_time_ns[:, -1].tolist()
+    for stamp_ns, end_ns, row in zip(
+        simulated.scan_stamp_ns.tolist(), ends_ns, ranges, strict=True
+    ):
+        yield end_ns, '/scan', _scan(simulated, stamp_ns, row)
+
+
+def _header(stamp_ns: int, frame_id: str) -> Any:
+    seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
+    time = TYPES['builtin_interfaces/msg/Time'](seconds, nanoseconds)
+    return TYPES['std_msgs/msg/Header'](time, frame_id)
+
+
+def _scan(simulated: Recording, stamp_ns: int, ranges: Any) -> Any:
+    sensor = simulated.sensor
+    return TYPES[SCAN](
+        header=_header(stamp_ns, 'laser'),
+        angle_min=float(simulated.azimuth[0]),
+        angle_max=float(simulated.azimuth[-1]),
+        angle_increment=sensor.angle_increment,
+        time_increment=sensor.time_increment,
+        scan_time=sensor.scan_time,
+        range_min=sensor.range_min,
+        range_max=sensor.range_max,
+        ranges=ranges,
+        intensities=np.zeros(0, dtype=np.float32),
+    )
+
+
+def _joint_state(stamp_ns: int, pitch: float) -> Any:
+    nothing = np.zeros(0)
+    return TYPES[JOINT_STATE](
+        _header(stamp_ns, ''), ['nod_joint'], np.array([pitch]), nothing, nothing
+    )
+
+
+def _transform(stamp_ns: int, parent: str, child: str, pose: Pose) -> Any:
+    w, x, y, z = mat2quat(pose.rotation).tolist()
+    transform = TYPES['geometry_msgs/msg/Transform'](
+        TYPES['geometry_msgs/msg/Vector3'](*pose.position.tolist()),
+        TYPES['geometry_msgs/msg/Quaternion'](x, y, z, w),
+    )
+    stamped = TYPES['geometry_msgs/msg/TransformStamped'](
+        _header(stamp_ns, parent), child, transform
+    )
+    return TYPES[TF]([stamped])
