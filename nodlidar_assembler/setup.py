@@ -20,6 +20,7 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
+            'assemble_bag = nodlidar_assembler.assemble_bag:main',
             'assembler = nodlidar_assembler.node:main',
             'plan_scan = nodlidar_assembler.planner.plan_scan:main',
         ]

@@ -17,12 +17,15 @@ from transforms3d.quaternions import quat2mat
 
 TF = 'tf2_msgs/msg/TFMessage'
 
+# Parent, and pose in it, of each frame that does not move in its parent.
+Fixed = dict[str, tuple[str, Pose]]
+
 
 @dataclass(slots=True)
 class _Transforms:
     """The transforms of a bag: fixed ones by child, moving ones by (parent, child), by time."""
 
-    fixed: dict[str, tuple[str, Pose]] = field(default_factory=dict)
+    fixed: Fixed = field(default_factory=dict)
     moving: dict[tuple[str, str], dict[int, Any]] = field(
         default_factory=lambda: defaultdict(dict)
     )
@@ -41,10 +44,7 @@ def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
         If they are no poses.
     """
     transforms = _read(path)
-    mount, carrier = Pose.from_xyzrpy((0.0,) * 6), frame
-    while carrier in transforms.fixed:
-        parent, pose = transforms.fixed.pop(carrier)
-        mount, carrier = pose @ mount, parent
+    carrier, mount = carried(frame, transforms.fixed)
     samples = sorted(transforms.moving[odom_frame, carrier].items())
     if not samples:
         raise BagError(f"'{path}' has no transforms from '{odom_frame}' to '{carrier}'")
@@ -64,14 +64,24 @@ def _read(path: Path) -> _Transforms:
             for entry in message.transforms:
                 parent, child = entry.header.frame_id, entry.child_frame_id
                 if connection.topic.endswith('tf_static'):
-                    found.fixed[child] = parent, _pose(entry.transform)
+                    found.fixed[child] = parent, fixed_pose(entry.transform)
                 else:
                     stamp_ns = time_ns(entry.header.stamp)
                     found.moving[parent, child][stamp_ns] = entry.transform
     return found
 
 
-def _pose(transform: Any) -> Pose:
+def carried(frame: str, fixed: Fixed) -> tuple[str, Pose]:
+    """Return the frame that a frame is fixed to, over any number of fixed ones, and its pose."""
+    mount, carrier, left = Pose.from_xyzrpy((0.0,) * 6), frame, dict(fixed)
+    while carrier in left:
+        parent, pose = left.pop(carrier)
+        mount, carrier = pose @ mount, parent
+    return carrier, mount
+
+
+def fixed_pose(transform: Any) -> Pose:
+    """Return a Transform message's pose; raises BagError if it is none."""
     q = transform.rotation
     length = math.hypot(q.w, *_xyz(q))
     if not abs(length - 1.0) <= LENGTH_TOLERANCE:

@@ -13,6 +13,9 @@ WITH_ROS = {
     'nodlidar_servo': {'nod_status', 'node'},
     'nodlidar_sim': {'base_node'},
     'nodlidar_assembler': {
+        'assemble_bag',
+        'bag_assembly',
+        'bag_clouds',
         'bracket_filter',
         'cloud_frames',
         'cloud_message',

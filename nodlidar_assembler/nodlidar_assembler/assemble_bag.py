@@ -1,0 +1,130 @@
+"""`ros2 run nodlidar_assembler assemble_bag`: makes the clouds of a recorded bag.
+
+They are those that the assembler node makes of the same messages, by the same parameters.
+"""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+import sys
+from typing import Any
+
+from nodlidar_assembler.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
+from nodlidar_assembler.config import AssemblerConfig, CLOUD_MODES, EGO_MOTION_MODES
+from nodlidar_assembler.pitch_estimator import ESTIMATORS
+from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameter_file import file_values
+from nodlidar_common.parameters import check
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+WIDTH = 100  # of a table that does not go to a terminal
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Assemble a bag; return the exit status."""
+    arguments = _parse(argv)
+    try:
+        config = configuration(arguments.params, _chosen(arguments))
+        topics = Topics(*map(absolute, (arguments.scan, arguments.joint_states, arguments.tf)))
+        summary = _with_bar(arguments.bag, arguments.output, config, topics)
+    except (NodlidarError, OSError) as error:
+        print(f'assemble_bag: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"assemble_bag: interrupted, '{arguments.output}' not written", file=sys.stderr)
+        return 130
+    console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
+    console.print(summary_table(summary, arguments.output))
+    return 0
+
+
+def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerConfig:
+    """Return the parameters of a file, or the defaults, but for those that were chosen.
+
+    Raises
+    ------
+    ParameterError
+        If the file is no parameter file, or a value is not allowed.
+    OSError
+        If it cannot be read.
+    """
+    given = {} if params is None else file_values(params, 'assembler', AssemblerConfig)
+    config = AssemblerConfig(**{**given, **chosen})
+    check(config)
+    return config
+
+
+def absolute(topic: str) -> str:
+    """Return a topic's name as bags have it."""
+    return topic if topic.startswith('/') else f'/{topic}'
+
+
+def summary_table(summary: Summary, output: Path) -> Table:
+    """Return what became of the bag."""
+    assembly, begin, end = (
+        summary.assembly,
+        summary.first_ns / NS_PER_S,
+        summary.last_ns / NS_PER_S,
+    )
+    table = Table(show_header=False)
+    table.add_column(overflow='fold')
+    table.add_column(justify='right', overflow='fold')
+    table.add_row('written', str(output))
+    for name, count in assembly.counts.items():
+        table.add_row(name, f'{count}')
+    for reason, count in assembly.fallbacks.items():
+        table.add_row(f'slerp instead of trajectory: {reason}', f'{count}')
+    for reason, count in assembly.drops.items():
+        table.add_row(f'dropped: {reason}', f'{count}')
+    if not assembly.drops:
+        table.add_row('dropped', '0')
+    table.add_row('recorded', f'{begin:.3f} .. {end:.3f} s')
+    table.add_row('', f'{end - begin:.3f} s')
+    table.add_row('done in', f'{summary.seconds:.3f} s')
+    table.add_row('times real time', f'{(end - begin) / summary.seconds:.0f}')
+    for note in summary.notes:
+        table.add_row('note', note)
+    return table
+
+
+def _with_bar(bag: Path, output: Path, config: AssemblerConfig, topics: Topics) -> Summary:
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task(f'assembling {bag}', total=1.0)
+
+        def show(now_ns: int, first_ns: int, last_ns: int) -> None:
+            progress.update(task, completed=(now_ns - first_ns) / (last_ns - first_ns))
+
+        return write_clouds(bag, output, config, topics, show)
+
+
+def _chosen(arguments: argparse.Namespace) -> dict[str, Any]:
+    options = ('estimator', 'cloud_mode', 'ego_motion')
+    return {key: getattr(arguments, key) for key in options if getattr(arguments, key)}
+
+
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='assemble_bag', description=__doc__)
+    parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
+    kinds = ', '.join(SUFFIXES)
+    parser.add_argument('output', type=Path, help=f'file to write or replace: {kinds}')
+    parser.add_argument(
+        '--params', type=Path, metavar='YAML', help='parameter file of the assembler node'
+    )
+    parser.add_argument('--estimator', choices=ESTIMATORS, help='overrides the file')
+    parser.add_argument('--cloud-mode', choices=CLOUD_MODES, help='overrides the file')
+    parser.add_argument('--ego-motion', choices=EGO_MOTION_MODES, help='overrides the file')
+    for option, default in (
+        ('--scan', Topics().scan),
+        ('--joint-states', Topics().joint_states),
+        ('--tf', Topics().tf),
+    ):
+        parser.add_argument(option, metavar='TOPIC', default=default, help=f'default: {default}')
+    return parser.parse_args(argv)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

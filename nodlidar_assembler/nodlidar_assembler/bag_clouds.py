@@ -1,0 +1,169 @@
+"""The clouds of a bag, written into a file: those that the node makes of the same messages."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+import time
+from typing import Protocol
+
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.bag import BagError, JOINT_STATE, SCAN
+from nodlidar_assembler.bag_assembly import BagAssembly
+from nodlidar_assembler.bag_odometry import TF
+from nodlidar_assembler.bag_source import BagSource
+from nodlidar_assembler.bag_tf import BagTf
+from nodlidar_assembler.cloud_bag import CloudBag
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.point_files import OutputError, pcd_header, ply_header, PointFile
+
+SUFFIXES = ('.ply', '.pcd', '.mcap')
+
+# Told now and then how far in the bag the work is: at a time [ns], between two others.
+OnProgress = Callable[[int, int, int], None]
+_MESSAGES_BETWEEN = 500
+
+
+class Output(Protocol):
+    """A file that clouds are written to."""
+
+    def write(self, cloud: Points, frame_id: str, now_ns: int) -> None:
+        """Add a cloud in a frame, made at a time [ns]."""
+
+    def close(self) -> None:
+        """Finish the file."""
+
+    def abandon(self) -> None:
+        """Close the file and remove it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Topics:
+    """The topics of a bag that clouds are made of; fixed transforms are on `tf` + '_static'."""
+
+    scan: str = '/scan'
+    joint_states: str = '/joint_states'
+    tf: str = '/tf'
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """What became of a bag.
+
+    Attributes
+    ----------
+    assembly
+        Its counts and drops.
+    first_ns, last_ns
+        When the bag's first message was recorded, and just after its last [ns].
+    seconds
+        How long it took [s].
+    notes
+        What else is to be known.
+    """
+
+    assembly: BagAssembly
+    first_ns: int
+    last_ns: int
+    seconds: float
+    notes: list[str]
+
+
+def write_clouds(
+    bag: Path,
+    path: Path,
+    config: AssemblerConfig,
+    topics: Topics,
+    on_progress: OnProgress = lambda now_ns, first_ns, last_ns: None,
+) -> Summary:
+    """Write the clouds of a bag into a file, which appears, or is replaced, when it is complete.
+
+    Raises
+    ------
+    BagError
+        If the bag cannot be read, lacks a topic or gives no cloud.
+    OutputError
+        If the file is of no known kind, cannot hold such clouds, or is the bag.
+    OSError
+        If it cannot be written.
+    """
+    _check_output(path, bag, config)
+    begin = time.perf_counter()
+    with BagSource(bag) as source:
+        wanted = _wanted(source, topics, config)
+        first_ns, last_ns = source.span_ns
+        replaced = [f"'{path}' was there and was replaced"] if path.exists() else []
+        with _output(path, config) as file:
+            assembly = BagAssembly(config, file.write, _tf(source, topics, config))
+            for k, recorded in enumerate(source.messages(wanted)):
+                assembly.add(recorded, wanted[recorded.topic])
+                if not k % _MESSAGES_BETWEEN:
+                    on_progress(recorded.time_ns, first_ns, last_ns)
+            assembly.finish()
+            _check_result(source, assembly)
+        unread = [f'{n} on {topic} could not be told' for topic, n in source.unreadable.items()]
+        notes = [*source.notes, *unread, *replaced]
+    return Summary(assembly, first_ns, last_ns, time.perf_counter() - begin, notes)
+
+
+def _wanted(source: BagSource, topics: Topics, config: AssemblerConfig) -> dict[str, str]:
+    """Return the topics to read with their types; raise BagError if the bag lacks one."""
+    wanted = [(topics.scan, SCAN), (topics.joint_states, JOINT_STATE)]
+    if config.ego_motion != 'off':
+        wanted.append((topics.tf, TF))
+    types = source.types
+    for topic, wanted_type in wanted:
+        if topic not in types:
+            there = ', '.join(f'{name} ({kind})' for name, kind in sorted(types.items()))
+            raise BagError(f"'{source.path}' has no topic {topic}; it has {there or 'none'}")
+        if types[topic] != wanted_type:
+            raise BagError(f'{topic} is of the type {types[topic]}, not {wanted_type}')
+    return dict(wanted)
+
+
+def _tf(source: BagSource, topics: Topics, config: AssemblerConfig) -> BagTf | None:
+    if config.ego_motion == 'off':
+        return None
+    static = (recorded.message for recorded in source.messages({f'{topics.tf}_static': TF}))
+    return BagTf(config.odom_frame, config.frame_id, static)
+
+
+def _check_result(source: BagSource, assembly: BagAssembly) -> None:
+    scans = assembly.counts['scans']
+    if not scans:
+        raise BagError(f"'{source.path}' has no scan")
+    if not assembly.counts['clouds']:
+        reasons = ', '.join(f'{n} {reason}' for reason, n in assembly.drops.items())
+        raise BagError(f'no cloud comes of {scans} scans: {reasons or "none has a measurement"}')
+
+
+def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:
+    if path.suffix not in SUFFIXES:
+        raise OutputError(f"'{path}' must end in one of {', '.join(SUFFIXES)}")
+    within = path.suffix == '.mcap' and path.resolve().parent == bag.resolve()
+    if within or path.resolve() == bag.resolve():
+        raise OutputError(f"'{path}' is the bag that is to be read, or in it")
+    if path.is_dir():
+        raise OutputError(f"'{path}' is a folder")
+    frames = config.ego_motion != 'off' and config.without_odometry != 'drop'
+    if frames and path.suffix != '.mcap':
+        what = "without_odometry = 'uncompensated' gives clouds in two frames"
+        raise OutputError(f'{what}, which only an .mcap file holds')
+
+
+@contextmanager
+def _output(path: Path, config: AssemblerConfig) -> Iterator[Output]:
+    """Open a file beside the path, which takes its place unless there is an error."""
+    part = path.with_name(f'{path.name}.part')
+    file: Output
+    if path.suffix == '.mcap':
+        file = CloudBag(part, config.odom_frame)
+    else:
+        file = PointFile(part, ply_header if path.suffix == '.ply' else pcd_header)
+    try:
+        yield file
+    except BaseException:
+        file.abandon()
+        raise
+    file.close()
+    part.replace(path)

@@ -1,0 +1,153 @@
+"""The messages of a ROS 2 bag, one after the other, without ROS; also of one cut short."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from nodlidar_assembler.bag import BagError
+from nodlidar_assembler.cut_mcap import CutMcapReader
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import get_typestore, Stores
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A message of a bag: its topic, the time at which it was recorded [ns], and itself."""
+
+    topic: str
+    time_ns: int
+    message: Any
+
+
+class BagSource:
+    """A bag that is being read: a context manager.
+
+    Only one chunk of a file is held at a time, however long the bag is.
+
+    Parameters
+    ----------
+    path
+        A folder with metadata.yaml (a recorder that was killed leaves none: then its files), an
+        .mcap or a .db3 file.
+
+    Attributes
+    ----------
+    notes
+        What is wrong with the bag, in words.
+    unreadable
+        Messages that could not be told, counted by topic.
+
+    Raises
+    ------
+    BagError
+        If there is no such bag, or none of it can be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.notes: list[str] = []
+        self.unreadable: Counter[str] = Counter()
+        self._readers: list[Reader | CutMcapReader] = []
+        self._stack = ExitStack()
+
+    def __enter__(self) -> BagSource:
+        if not self.path.exists():
+            raise BagError(f"there is no '{self.path}'")
+        if not self.path.is_dir() or (self.path / 'metadata.yaml').exists():
+            reader, why = self._opened(partial(Reader, self.path))
+            if reader is not None:
+                self._readers = [reader]
+                return self
+            self.notes.append(why)
+        else:
+            self.notes.append('there is no metadata.yaml: the recording was not finished')
+        self._open_files()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._stack.close()
+
+    def _open_files(self) -> None:
+        files = _files(self.path)
+        for file in files:
+            reader, why = self._opened(partial(Reader, file))
+            if reader is None and file.suffix == '.mcap':
+                reader, why = self._opened(partial(CutMcapReader, file))
+                self.notes.append(f"'{file.name}' ends early: read up to its last whole chunk")
+            if reader is not None:
+                self._readers.append(reader)
+            else:
+                self.notes.append(why)
+        if not self._readers:
+            raise BagError(f"nothing of '{self.path}' can be read: {'; '.join(self.notes)}")
+
+    def _opened(
+        self, make: Callable[[], Reader | CutMcapReader]
+    ) -> tuple[Reader | CutMcapReader | None, str]:
+        """Return an open reader, or None and why it cannot be."""
+        try:
+            reader = make()
+            reader.open()
+        except Exception as error:  # whatever a file that is none leads the library to
+            return None, str(error)
+        self._stack.callback(reader.close)
+        return reader, ''
+
+    @property
+    def types(self) -> dict[str, str]:
+        """Return the type of each topic."""
+        return {c.topic: c.msgtype for reader in self._readers for c in reader.connections}
+
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """Return when the first message was recorded, and just after the last [ns]."""
+        filled = [reader for reader in self._readers if reader.message_count]
+        if not filled:
+            raise BagError(f"'{self.path}' is empty")
+        return min(r.start_time for r in filled), max(r.end_time for r in filled)
+
+    def messages(self, wanted: Mapping[str, str]) -> Iterator[Recorded]:
+        """Yield the messages of topics, given with their types, as they were recorded.
+
+        Where a file is damaged, what comes after that in it is left out, and `notes` says so.
+        """
+        for reader in self._readers:
+            connections = [c for c in reader.connections if wanted.get(c.topic) == c.msgtype]
+            if connections:
+                yield from self._messages_of(reader, connections)
+
+    def _messages_of(
+        self, reader: Reader | CutMcapReader, connections: list[Connection]
+    ) -> Iterator[Recorded]:
+        raw = reader.messages(connections)
+        while True:
+            try:
+                connection, time_ns, data = next(raw)
+            except StopIteration:
+                return
+            except Exception as error:  # whatever the decompressor or the database raises
+                self.notes.append(f'the bag is damaged, the rest is left out: {error}')
+                return
+            try:
+                message = STORE.deserialize_cdr(data, connection.msgtype)
+            except Exception:  # whatever comes of bytes that are no such message
+                self.unreadable[connection.topic] += 1
+            else:
+                yield Recorded(connection.topic, time_ns, message)
+
+
+def _files(path: Path) -> list[Path]:
+    """Return the files of a bag: of one that was split, in the order of their numbers."""
+    if not path.is_dir():
+        return [path]
+    found = [file for file in path.iterdir() if file.suffix in ('.mcap', '.db3')]
+    return sorted(found, key=lambda file: (len(file.name), file.name))

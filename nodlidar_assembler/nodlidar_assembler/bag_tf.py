@@ -1,0 +1,84 @@
+"""Odometry from the transforms of a bag, as they come."""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from nodlidar_assembler.bag_odometry import carried, fixed_pose
+from nodlidar_assembler.ego_motion import Odometry
+from nodlidar_assembler.odometry_history import OdometryHistory
+from nodlidar_assembler.turns import TIME_JUMP_NS
+from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import time_ns
+
+
+class MountedHistory(OdometryHistory):
+    """The odometry of what is fixed to the frame whose samples are added.
+
+    Parameters
+    ----------
+    mount
+        Its pose in that frame.
+    """
+
+    def __init__(self, mount: Pose) -> None:
+        super().__init__()
+        self._mount = mount
+
+    def around(self, begin_ns: int, end_ns: int) -> Odometry:
+        """Return the samples that bracket an interval [ns] most closely."""
+        return super().around(begin_ns, end_ns).mounted(self._mount)
+
+
+class BagTf:
+    """Notes the transforms from the frame of odometry to what a frame is fixed to.
+
+    As the node does, it forgets all when their time goes back by more than TIME_JUMP_NS.
+
+    Parameters
+    ----------
+    odom_frame, frame
+        Frame of odometry, and the frame whose pose in it is wanted.
+    static
+        All TFMessages with fixed transforms.
+
+    Attributes
+    ----------
+    history
+        The frame's odometry.
+    carrier
+        What the frame is fixed to.
+
+    Raises
+    ------
+    BagError
+        If a fixed transform is no pose.
+    """
+
+    def __init__(self, odom_frame: str, frame: str, static: Iterable[Any]) -> None:
+        fixed = {
+            entry.child_frame_id: (entry.header.frame_id, fixed_pose(entry.transform))
+            for message in static
+            for entry in message.transforms
+        }
+        self._odom_frame = odom_frame
+        self.carrier, mount = carried(frame, fixed)
+        self.history = MountedHistory(mount)
+        self._on_time_back: Callable[[], None] = lambda: None
+
+    def register(self, on_time_back: Callable[[], None]) -> None:
+        """Set what is called when time went back."""
+        self._on_time_back = on_time_back
+
+    def add(self, message: Any) -> None:
+        """Take the transforms of a TFMessage."""
+        for entry in message.transforms:
+            ends = entry.header.frame_id, entry.child_frame_id
+            if ends == (self._odom_frame, self.carrier):
+                self._add(time_ns(entry.header.stamp), entry.transform)
+
+    def _add(self, stamp_ns: int, transform: Any) -> None:
+        if (self.history.newest_ns or 0) - stamp_ns > TIME_JUMP_NS:
+            self.history.clear()
+            self._on_time_back()
+        p, q = transform.translation, transform.rotation
+        self.history.add(stamp_ns, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))

@@ -1,0 +1,102 @@
+"""Clouds into an MCAP file of PointCloud2 messages, without ROS."""
+
+from pathlib import Path
+import shutil
+from typing import Any
+
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.bag_odometry import TF
+from nodlidar_assembler.origins import OF_ODOMETRY
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import get_typestore, Stores
+
+CLOUD = 'sensor_msgs/msg/PointCloud2'
+STORE = get_typestore(Stores.ROS2_JAZZY)
+TYPES: dict[str, Any] = dict(STORE.types)
+_TYPES_OF_FIELDS = {np.dtype(np.float32): 7, np.dtype(np.uint16): 4}  # as in PointField
+
+
+class CloudBag:
+    """An MCAP file with the topic /points and, where they are needed, frames on /tf_static.
+
+    Parameters
+    ----------
+    path
+        Where to write.
+    odom_frame
+        Frame of odometry, in which the frames of far clouds are.
+    """
+
+    def __init__(self, path: Path, odom_frame: str) -> None:
+        self._path, self._odom_frame = path, odom_frame
+        self._folder = path.with_name(path.name + '.bag')
+        shutil.rmtree(self._folder, ignore_errors=True)
+        self._writer = Writer(self._folder, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._writer.open()
+        self._clouds = self._connection('/points', CLOUD)
+        self._frames: Connection | None = None
+        self._known = {OF_ODOMETRY}
+
+    def write(self, cloud: Points, frame_id: str, now_ns: int) -> None:
+        """Add a cloud, as it would have been published at a time [ns]."""
+        if cloud.origin not in self._known:
+            self._known.add(cloud.origin)
+            self._write_frame(cloud, frame_id, now_ns)
+        raw = STORE.serialize_cdr(_message(cloud, frame_id), CLOUD)
+        self._writer.write(self._clouds, now_ns, raw)
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._writer.close()
+        [file] = self._folder.glob('*.mcap')
+        file.replace(self._path)
+        shutil.rmtree(self._folder)
+
+    def abandon(self) -> None:
+        """Close the file and remove it."""
+        self._writer.abort()
+        shutil.rmtree(self._folder)
+
+    def _connection(self, topic: str, msgtype: str) -> Connection:
+        return self._writer.add_connection(topic, msgtype, typestore=STORE)
+
+    def _write_frame(self, cloud: Points, frame_id: str, now_ns: int) -> None:
+        if self._frames is None:
+            self._frames = self._connection('/tf_static', TF)
+        shift = TYPES['geometry_msgs/msg/Vector3'](*map(float, cloud.origin))
+        unturned = TYPES['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 1.0)
+        stamped = TYPES['geometry_msgs/msg/TransformStamped'](
+            _header(int(cloud.time_ns[0]), self._odom_frame),
+            frame_id,
+            TYPES['geometry_msgs/msg/Transform'](shift, unturned),
+        )
+        self._writer.write(self._frames, now_ns, STORE.serialize_cdr(TYPES[TF]([stamped]), TF))
+
+
+def _message(cloud: Points, frame_id: str) -> Any:
+    """Return an unorganised, dense cloud."""
+    data = cloud.data
+    fields = [
+        TYPES['sensor_msgs/msg/PointField'](name, offset, _TYPES_OF_FIELDS[dtype], 1)
+        for name, (dtype, offset, *_) in (data.dtype.fields or {}).items()
+    ]
+    return TYPES[CLOUD](
+        header=_header(int(cloud.time_ns[0]), frame_id),
+        height=1,
+        width=len(data),
+        fields=fields,
+        is_bigendian=False,
+        point_step=data.itemsize,
+        row_step=data.nbytes,
+        data=data.view(np.uint8),
+        is_dense=True,
+    )
+
+
+def _header(stamp_ns: int, frame_id: str) -> Any:
+    seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
+    time = TYPES['builtin_interfaces/msg/Time'](seconds, nanoseconds)
+    return TYPES['std_msgs/msg/Header'](time, frame_id)

@@ -1,0 +1,120 @@
+"""Clouds into one PLY or PCD file, as they come: only the one at hand is held."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO
+
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.origins import OF_ODOMETRY
+from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+
+# Packed and little-endian, as both formats are.
+RECORD = np.dtype(
+    [
+        *((name, '<f4') for name in ('x', 'y', 'z', 'intensity')),
+        ('time', '<f8'),
+        ('ring', '<u2'),
+    ]
+)
+# The number of points comes last but stands in front: room is left for the header.
+_HEADER_LENGTH = 1024
+_PLY_TYPES = {'f4': 'float', 'f8': 'double', 'u2': 'ushort'}
+
+
+class OutputError(NodlidarError):
+    """Clouds that a file cannot hold."""
+
+
+class PointFile:
+    """A file of points: x y z [m], intensity, time [s] since the first point, ring.
+
+    All are in the frame of the first cloud, and count from its origin.
+
+    Parameters
+    ----------
+    path
+        Where to write.
+    header
+        Makes the header, of a length, from the number of points and what else is to be known.
+    """
+
+    def __init__(self, path: Path, header: Callable[[int, list[str], int], bytes]) -> None:
+        self._path = path
+        self._file: BinaryIO = path.open('wb')
+        self._file.write(b' ' * _HEADER_LENGTH)
+        self._header = header
+        self._count = 0
+        self._start_ns = 0
+        self._origin = OF_ODOMETRY
+        self._frame_id = ''
+
+    def write(self, cloud: Points, frame_id: str, now_ns: int) -> None:
+        """Add a cloud."""
+        if not self._count:
+            self._start_ns, self._origin = int(cloud.time_ns[0]), cloud.origin
+            self._frame_id = frame_id
+        told = cloud.counted_from(self._origin).data
+        records = np.empty(len(told), dtype=RECORD)
+        for name in ('x', 'y', 'z', 'intensity', 'ring'):
+            records[name] = told[name]
+        records['time'] = (cloud.time_ns - self._start_ns) / NS_PER_S
+        self._file.write(records.tobytes())
+        self._count += len(records)
+
+    def close(self) -> None:
+        """Write the header and close the file."""
+        notes = [f'frame {self._frame_id}', f'time is in seconds since {self._start_ns} ns']
+        if self._origin != OF_ODOMETRY:
+            notes.append(
+                'x y z count from {} {} {} m in the frame of odometry'.format(*self._origin)
+            )
+        self._file.seek(0)
+        self._file.write(self._header(self._count, notes, _HEADER_LENGTH))
+        self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file and remove it."""
+        self._file.close()
+        self._path.unlink()
+
+
+def ply_header(count: int, notes: list[str], length: int) -> bytes:
+    """Return the header of a binary PLY file, filled up by a comment."""
+    lines = ['ply', 'format binary_little_endian 1.0', *(f'comment {note}' for note in notes)]
+    lines += [f'element vertex {count}']
+    for name in RECORD.names or ():
+        lines.append(f'property {_PLY_TYPES[RECORD[name].str[1:]]} {name}')
+    return _filled([*lines, 'comment '], '\nend_header\n', length)
+
+
+def pcd_header(count: int, notes: list[str], length: int) -> bytes:
+    """Return the header of a binary PCD file, filled up by a comment."""
+    names = RECORD.names or ()
+    types = [RECORD[name] for name in names]
+    lines = ['# .PCD v0.7 - Point Cloud Data file format', *(f'# {note}' for note in notes), '# ']
+    rest = [
+        '',
+        'VERSION 0.7',
+        f'FIELDS {" ".join(names)}',
+        f'SIZE {" ".join(str(each.itemsize) for each in types)}',
+        f'TYPE {" ".join(each.kind.upper() for each in types)}',
+        f'COUNT {" ".join("1" for _ in names)}',
+        f'WIDTH {count}',
+        'HEIGHT 1',
+        'VIEWPOINT 0 0 0 1 0 0 0',
+        f'POINTS {count}',
+        'DATA binary',
+        '',
+    ]
+    return _filled(lines, '\n'.join(rest), length)
+
+
+def _filled(lines: list[str], end: str, length: int) -> bytes:
+    """Return lines, the last of which is a comment that is drawn out to a length, and an end."""
+    begin = '\n'.join(lines)
+    room = length - len(begin.encode()) - len(end.encode())
+    if room < 0:
+        raise OutputError(f'a header of more than {length} bytes')
+    return (begin + '.' * room + end).encode()

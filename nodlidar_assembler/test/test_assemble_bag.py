@@ -1,0 +1,91 @@
+"""The command assemble_bag: its options, its table and its exit status."""
+
+from pathlib import Path
+
+from bags import recording, write_bag
+from nodlidar_assembler.assemble_bag import absolute, configuration, main
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.errors import ParameterError
+from plyfile import PlyData
+import pytest
+
+YAML = Path(__file__).parents[1] / 'config' / 'assembler.yaml'
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    path = tmp_path_factory.mktemp('recorded') / 'bag'
+    write_bag(recording(3.0), path)
+    return path
+
+
+def rows(output):
+    """Return the rows of the table that was printed."""
+    lines = (line.strip('│').split('│') for line in output.splitlines())
+    return {cells[0].strip(): cells[1].strip() for cells in lines if len(cells) == 2}
+
+
+def run(*arguments):
+    return main([str(argument) for argument in arguments])
+
+
+def test_a_bag_becomes_a_file_and_a_table(bag, tmp_path, capsys):
+    assert run(bag, tmp_path / 'out.ply') == 0
+    points = len(PlyData.read(tmp_path / 'out.ply')['vertex'].data)
+    told = rows(capsys.readouterr().out)
+    assert told['scans'] == told['clouds'] == '30'
+    assert told['points'] == f'{points}'
+    assert told['dropped'] == '0'
+    assert told['recorded'].startswith('1700000000.0')
+    assert float(told['times real time']) > 1.0
+
+
+def test_parameters_come_from_the_node_s_file_and_options_win(tmp_path):
+    assert configuration(YAML, {}) == AssemblerConfig()
+    file = tmp_path / 'mine.yaml'
+    file.write_text('assembler: {ros__parameters: {estimator: ends, max_joint_gap: 0.2}}')
+    assert configuration(file, {}) == AssemblerConfig(estimator='ends', max_joint_gap=0.2)
+    expected = AssemblerConfig(estimator='nearest', max_joint_gap=0.2)
+    assert configuration(file, {'estimator': 'nearest'}) == expected
+
+
+def test_values_of_a_file_are_checked_as_the_node_does(tmp_path):
+    file = tmp_path / 'mine.yaml'
+    file.write_text('/**: {ros__parameters: {deadline: 0.0}}')
+    with pytest.raises(ParameterError, match=r"'deadline' must be between 0\.001 and 10\.0 s"):
+        configuration(file, {})
+
+
+def test_options_reach_the_pipeline(bag, tmp_path, capsys):
+    options = '--estimator', 'nearest', '--cloud-mode', 'sweep', '--ego-motion', 'beam'
+    assert run(bag, tmp_path / 'out.ply', *options) == 0
+    assert 0 < int(rows(capsys.readouterr().out)['clouds']) < 10
+    assert 'comment frame odom' in (tmp_path / 'out.ply').read_bytes()[:200].decode()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('nowhere', 'out.ply'), "assemble_bag: there is no 'nowhere'"),
+        (('.', 'out.xyz'), "'out.xyz' must end in one of"),
+        (('.', 'out.ply', '--params', 'none.yaml'), 'No such file or directory'),
+        (('.', 'out.ply'), "nothing of '.' can be read"),
+    ],
+)
+def test_what_is_wrong_is_told_on_stderr(tmp_path, monkeypatch, capsys, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    assert run(*arguments) == 2
+    output = capsys.readouterr()
+    assert message in output.err
+    assert not output.out
+
+
+def test_topics_may_be_given_without_the_slash(bag, tmp_path, capsys):
+    assert absolute('scan') == absolute('/scan') == '/scan'
+    assert run(bag, tmp_path / 'out.ply', '--scan', 'front/scan') == 2
+    assert 'no topic /front/scan; it has /joint_states' in capsys.readouterr().err
+
+
+def test_an_unknown_option_is_refused(bag, tmp_path):
+    with pytest.raises(SystemExit, match='2'):
+        run(bag, tmp_path / 'out.ply', '--estimator', 'best')

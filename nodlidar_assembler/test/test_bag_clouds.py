@@ -1,0 +1,379 @@
+"""Clouds of bags: against the pipeline, the simulator's truth, and independent readers."""
+
+from collections import Counter
+import math
+import subprocess
+import sys
+
+from bags import entries_of, recording, START_NS, write_bag, write_messages
+from nodlidar_assembler.bag import BagError, read_bag
+from nodlidar_assembler.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bag_odometry import read_odometry
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.joint_filter import JointFilter
+from nodlidar_assembler.pipeline import Pipeline
+from nodlidar_assembler.point_files import OutputError
+from nodlidar_assembler.sensor_log import assemble_log, SensorLog
+from nodlidar_common.stamps import time_ns
+import numpy as np
+from plyfile import PlyData
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import StoragePlugin
+
+TOPICS = Topics()
+
+
+@pytest.fixture(scope='module')
+def simulated():
+    return recording(4.0)
+
+
+@pytest.fixture(scope='module')
+def driving():
+    return recording(4.0, velocity=(0.4, 0.5))
+
+
+@pytest.fixture
+def bag(simulated, tmp_path):
+    write_bag(simulated, tmp_path / 'bag')
+    return tmp_path / 'bag'
+
+
+@pytest.fixture
+def driving_bag(driving, tmp_path):
+    write_bag(driving, tmp_path / 'bag')
+    return tmp_path / 'bag'
+
+
+def clouds_in(path):
+    """Return the PointCloud2 messages of an MCAP file: time recorded, message, points."""
+    found = []
+    with AnyReader([path]) as reader:
+        for connection, recorded_ns, raw in reader.messages():
+            if connection.topic != '/points':
+                continue
+            message = reader.deserialize(raw, connection.msgtype)
+            kinds = {7: np.float32, 4: np.uint16}
+            layout = np.dtype(
+                {
+                    'names': [field.name for field in message.fields],
+                    'formats': [kinds[field.datatype] for field in message.fields],
+                    'offsets': [field.offset for field in message.fields],
+                    'itemsize': message.point_step,
+                }
+            )
+            found.append((recorded_ns, message, np.frombuffer(message.data, layout)))
+    return found
+
+
+def pcd_in(path):
+    """Return the points of a binary PCD file, read by the format's description."""
+    data = path.read_bytes()
+    head, body = data.split(b'DATA binary\n', 1)
+    lines = (line.split() for line in head.decode().splitlines() if not line.startswith('#'))
+    header = {line[0]: line[1:] for line in lines}
+    assert header['VERSION'] == ['0.7']
+    assert header['HEIGHT'] == ['1']
+    assert header['WIDTH'] == header['POINTS']
+    kinds = {'F': 'f', 'U': 'u'}
+    sizes = zip(header['TYPE'], header['SIZE'], strict=True)
+    formats = [f'<{kinds[kind]}{size}' for kind, size in sizes]
+    points = np.frombuffer(body, list(zip(header['FIELDS'], formats, strict=True)))
+    assert len(points) == int(header['POINTS'][0])
+    return points
+
+
+def xyz_of(points):
+    return np.stack([points[axis] for axis in 'xyz'], axis=1).astype(float)
+
+
+def of_pipeline(bag, config):
+    """Return what the pipeline makes of the bag read as a whole."""
+    log = read_bag(bag, 'nod_joint')
+    if config.ego_motion != 'off':
+        odometry = read_odometry(bag, 'odom', 'nodlidar_base_link')
+        log = SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
+    return assemble_log(log, Pipeline.configured(config))
+
+
+@pytest.mark.parametrize('estimator', ['nearest', 'ends', 'slerp', 'trajectory'])
+@pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])
+@pytest.mark.parametrize('ego_motion', ['off', 'beam'])
+def test_they_are_the_pipeline_s(driving_bag, tmp_path, estimator, cloud_mode, ego_motion):
+    config = AssemblerConfig(estimator=estimator, cloud_mode=cloud_mode, ego_motion=ego_motion)
+    expected, drops = of_pipeline(driving_bag, config)
+    summary = write_clouds(driving_bag, tmp_path / 'out.mcap', config, TOPICS)
+    found = clouds_in(tmp_path / 'out.mcap')
+    assert len(found) == len(expected) > 0
+    # At either end the log as a whole lacks the same joint states and odometry, called otherwise.
+    assert summary.assembly.drops.total() == drops.total()
+    frame = 'nodlidar_base_link' if ego_motion == 'off' else 'odom'
+    for (recorded_ns, message, points), cloud in zip(found, expected, strict=True):
+        assert message.header.frame_id == frame
+        assert time_ns(message.header.stamp) == cloud.time_ns[0]
+        assert recorded_ns >= cloud.time_ns[-1]
+        assert points.dtype.names == cloud.data.dtype.names
+        for name in points.dtype.names:
+            if name in 'xyz' and ego_motion == 'beam':
+                np.testing.assert_allclose(points[name], cloud.data[name], atol=2e-6)
+            else:
+                np.testing.assert_array_equal(points[name], cloud.data[name])
+
+
+@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_points_lie_on_the_true_surfaces(simulated, tmp_path, storage):
+    write_bag(simulated, tmp_path / 'bag', storage)
+    config = AssemblerConfig(estimator='trajectory')
+    summary = write_clouds(tmp_path / 'bag', tmp_path / 'out.ply', config, TOPICS)
+    points = PlyData.read(tmp_path / 'out.ply')['vertex'].data
+    assert len(points) == summary.assembly.counts['points'] > 20_000
+    near = xyz_of(points)[np.linalg.norm(xyz_of(points), axis=1) < 3.0]
+    [times_ns] = START_NS + np.zeros((1, len(near)), dtype=np.int64)
+    distance = simulated.world.surface_distance(near, times_ns)
+    assert np.sqrt(np.mean(distance**2)) < 1.5e-3
+
+
+def test_points_of_a_robot_that_drives_lie_on_the_true_surfaces_in_odom(
+    driving, driving_bag, tmp_path
+):
+    config = AssemblerConfig(estimator='trajectory', ego_motion='beam')
+    write_clouds(driving_bag, tmp_path / 'out.pcd', config, TOPICS)
+    xyz = xyz_of(pcd_in(tmp_path / 'out.pcd'))
+    (x, y, yaw), *_ = driving.world.base.poses(driving.odometry_stamp_ns[:1])
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    in_world = xyz @ turn.T + np.array([x, y, 0.0])
+    near = np.linalg.norm(xyz, axis=1) < 3.0
+    distance = driving.world.scene.surfaces.surface_distance(in_world[near])
+    assert np.sqrt(np.mean(distance**2)) < 2.5e-3
+
+
+def test_ply_pcd_and_mcap_hold_the_same_points(bag, tmp_path):
+    config = AssemblerConfig(cloud_mode='sweep')
+    for name in ('out.ply', 'out.pcd', 'out.mcap'):
+        write_clouds(bag, tmp_path / name, config, TOPICS)
+    ply, pcd = PlyData.read(tmp_path / 'out.ply')['vertex'].data, pcd_in(tmp_path / 'out.pcd')
+    found = clouds_in(tmp_path / 'out.mcap')
+    points = np.concatenate([points for _, _, points in found])
+    first_ns = time_ns(found[0][1].header.stamp)
+    since = np.concatenate(
+        [p['time'] + (time_ns(m.header.stamp) - first_ns) / 1e9 for _, m, p in found]
+    )
+    for name in ('x', 'y', 'z', 'intensity', 'ring'):
+        np.testing.assert_array_equal(ply[name], points[name])
+        np.testing.assert_array_equal(pcd[name], points[name])
+    np.testing.assert_array_equal(ply['time'], pcd['time'])
+    np.testing.assert_allclose(ply['time'], since, atol=1e-6)
+    comments = '\n'.join(PlyData.read(tmp_path / 'out.ply').comments)
+    assert 'frame nodlidar_base_link' in comments
+    assert f'since {first_ns} ns' in comments
+
+
+def test_what_is_malformed_is_counted_and_the_rest_is_read(simulated, tmp_path):
+    entries = entries_of(simulated)
+    scans = [message for _, topic, message in entries if topic == '/scan']
+    states = [message for _, topic, message in entries if topic == '/joint_states']
+    scans[3].angle_increment = math.nan
+    scans[5].ranges = np.zeros(0, dtype=np.float32)
+    scans[7].header.stamp.sec = -1
+    states[30].position[0] = math.nan
+    entries.insert(60, (entries[60][0], '/scan', b'\x00\x01\x00\x00'))
+    bag = write_messages(tmp_path / 'bag', entries)
+    summary = write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
+    drops = Counter(summary.assembly.drops)
+    assert drops.pop(JointFilter.MALFORMED) == 1
+    assert drops.pop('ranges must be at least one') == 1
+    assert drops.pop('stamp must be after 1970') == 1
+    assert drops.total() == 1
+    assert 'angle_increment must be' in next(iter(drops))
+    assert summary.assembly.counts['clouds'] == len(scans) - 3
+    assert '1 on /scan could not be told' in summary.notes
+
+
+def test_the_order_of_messages_in_a_file_means_nothing(simulated, bag, tmp_path):
+    entries = entries_of(simulated)
+    np.random.default_rng(1).shuffle(entries)
+    shuffled = write_messages(tmp_path / 'shuffled', entries)
+    for source, name in ((bag, 'one.pcd'), (shuffled, 'two.pcd')):
+        write_clouds(source, tmp_path / name, AssemblerConfig(), TOPICS)
+    assert (tmp_path / 'one.pcd').read_bytes() == (tmp_path / 'two.pcd').read_bytes()
+
+
+def test_messages_that_come_late_and_out_of_order_are_put_in_order(simulated, tmp_path):
+    rng = np.random.default_rng(1)
+    entries = [
+        (time_ns + int(rng.integers(0, 50_000_000)), topic, message)
+        for time_ns, topic, message in entries_of(simulated)
+    ]
+    late = write_messages(tmp_path / 'late', sorted(entries, key=lambda entry: entry[0]))
+    summary = write_clouds(late, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
+    assert summary.assembly.counts['clouds'] == 40
+    points = PlyData.read(tmp_path / 'out.ply')['vertex'].data
+    near = xyz_of(points)[np.linalg.norm(xyz_of(points), axis=1) < 3.0]
+    distance = simulated.world.surface_distance(near, np.full(len(near), START_NS))
+    # A joint state that comes after the one behind it is missed at the turn-arounds at most.
+    assert np.sqrt(np.mean(distance**2)) < 0.02
+
+
+def test_a_scan_without_its_joint_states_is_dropped_at_the_deadline(simulated, tmp_path):
+    entries = [
+        entry
+        for entry in entries_of(simulated)
+        if entry[1] != '/joint_states' or not 1.0 < (entry[0] - START_NS) / 1e9 < 2.0
+    ]
+    bag = write_messages(tmp_path / 'bag', entries)
+    summary = write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
+    late = summary.assembly.drops['no joint state after it before the deadline']
+    gap = summary.assembly.drops['joint samples more than 0.1 s apart']
+    # At 2 s, those that came before 1.55 s have waited for more than the deadline and the time
+    # between two looks at it, those that came after 1.7 s have not waited for the deadline.
+    assert 5 <= late <= 7
+    assert late + gap == summary.assembly.drops.total() == 10
+
+
+def test_without_odometry_scans_are_dropped_or_not_compensated(driving, tmp_path):
+    entries = [
+        entry
+        for entry in entries_of(driving)
+        if entry[1] != '/tf' or (entry[0] - START_NS) / 1e9 < 2.0
+    ]
+    bag = write_messages(tmp_path / 'bag', entries)
+    config = AssemblerConfig(ego_motion='beam')
+    summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
+    drops = summary.assembly.drops
+    assert drops['no odometry after it before the deadline'] == drops.total() == 20
+    config = AssemblerConfig(ego_motion='beam', without_odometry='uncompensated')
+    summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
+    assert not summary.assembly.drops
+    reason = 'uncompensated: no odometry after it before the deadline'
+    assert summary.assembly.counts[reason] == 20
+    frames = Counter(m.header.frame_id for _, m, _ in clouds_in(tmp_path / 'out.mcap'))
+    assert frames == {'odom': 20, 'nodlidar_base_link': 20}
+    with pytest.raises(OutputError, match=r'two frames, which only an \.mcap'):
+        write_clouds(bag, tmp_path / 'out.ply', config, TOPICS)
+
+
+def test_far_from_the_origin_of_odometry_clouds_have_their_own_frame(driving, tmp_path):
+    entries = entries_of(driving)
+    for _, topic, message in entries:
+        if topic == '/tf':
+            message.transforms[0].transform.translation.x += 1_000_000.0
+    bag = write_messages(tmp_path / 'bag', entries)
+    config = AssemblerConfig(ego_motion='beam')
+    write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
+    frame = 'odom_999424_0_0'  # 61 times 16384 m
+    assert {m.header.frame_id for _, m, _ in clouds_in(tmp_path / 'out.mcap')} == {frame}
+    with AnyReader([tmp_path / 'out.mcap']) as reader:
+        [static] = [c for c in reader.connections if c.topic == '/tf_static']
+        [(_, _, raw)] = reader.messages([static])
+        [transform] = reader.deserialize(raw, static.msgtype).transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ('odom', frame)
+    assert transform.transform.translation.x == 999_424.0
+    write_clouds(bag, tmp_path / 'out.ply', config, TOPICS)
+    assert 'x y z count from 999424 0 0 m' in ' '.join(PlyData.read(tmp_path / 'out.ply').comments)
+
+
+@pytest.mark.parametrize(
+    ('topics', 'message'),
+    [
+        (Topics(scan='/front'), r'no topic /front; it has /joint_states \(sensor_msgs/msg/Joi'),
+        (Topics(joint_states='/joints'), 'no topic /joints; it has .*, /scan '),
+        (Topics(scan='/tf'), '/tf is of the type tf2_msgs/msg/TFMessage, not sensor_msgs/msg/L'),
+        (Topics(tf='/other'), 'no topic /other'),
+    ],
+)
+def test_a_topic_that_is_not_there_is_told_with_those_that_are(bag, tmp_path, topics, message):
+    with pytest.raises(BagError, match=message):
+        write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(ego_motion='beam'), topics)
+    assert not list(tmp_path.glob('out*'))
+
+
+def test_a_bag_without_scans_or_clouds_is_an_error_and_leaves_the_old_file(simulated, tmp_path):
+    entries = entries_of(simulated)
+    (tmp_path / 'out.ply').write_text('old')
+    told = [(0, '/scan', b'\x00\x01\x00\x00')]
+    for kept, message in (
+        ([*told, *(e for e in entries if e[1] == '/joint_states')], 'has no scan'),
+        ([e for e in entries if e[1] != '/joint_states'], 'no topic /joint_states'),
+        (
+            [e for e in entries if e[1] == '/scan' or e[0] < START_NS + 50_000_000],
+            'no cloud comes of 40 scans: 40 no joint state after it before the deadline',
+        ),
+    ):
+        bag = write_messages(tmp_path / f'bag{len(kept)}', sorted(kept, key=lambda e: e[0]))
+        for suffix in ('ply', 'mcap'):
+            with pytest.raises(BagError, match=message):
+                write_clouds(bag, tmp_path / f'out.{suffix}', AssemblerConfig(), TOPICS)
+    assert [file.name for file in tmp_path.glob('out*')] == ['out.ply']
+    assert (tmp_path / 'out.ply').read_text() == 'old'
+
+
+def test_a_file_that_is_there_is_replaced_and_it_is_said(bag, tmp_path):
+    (tmp_path / 'out.ply').write_text('old')
+    summary = write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
+    assert len(PlyData.read(tmp_path / 'out.ply')['vertex'].data)
+    assert any('was replaced' in note for note in summary.notes)
+
+
+def test_the_bag_itself_is_never_written(bag):
+    [file] = bag.glob('*.mcap')
+    before = file.read_bytes()
+    for source, output in ((file, file), (bag, file), (bag, bag / 'new.mcap')):
+        with pytest.raises(OutputError, match='is the bag that is to be read, or in it'):
+            write_clouds(source, output, AssemblerConfig(), TOPICS)
+    assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize('name', ['out', 'out.xyz', 'out.PLY'])
+def test_a_kind_of_file_that_is_not_known_is_refused(bag, tmp_path, name):
+    with pytest.raises(OutputError, match=r'must end in one of \.ply, \.pcd, \.mcap'):
+        write_clouds(bag, tmp_path / name, AssemblerConfig(), TOPICS)
+
+
+MEASURED = """
+import sys
+from nodlidar_assembler.assemble_bag import main
+assert main(sys.argv[1:]) == 0
+[peak] = [line for line in open('/proc/self/status') if line.startswith('VmHWM')]
+print(peak.split()[1])
+"""
+
+
+def peak_memory(*arguments):
+    """Return the most memory that the command holds at a time [bytes]."""
+    command = [sys.executable, '-c', MEASURED, *map(str, arguments)]
+    output = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return 1024 * int(output.splitlines()[-1])
+
+
+@pytest.fixture(scope='module')
+def long_bags(tmp_path_factory):
+    """Return a function that gives two bags of a kind, the second eight times as long."""
+    folder = tmp_path_factory.mktemp('long')
+    simulated = [recording(duration, 'wall', (0.01, 0.0)) for duration in (40.0, 320.0)]
+
+    def bags(storage):
+        paths = [folder / f'{storage.name}{k}' for k in range(2)]
+        for path, each in zip(paths, simulated, strict=True):
+            if not path.exists():
+                write_bag(each, path, storage)
+        return paths
+
+    return bags
+
+
+@pytest.mark.parametrize(
+    ('storage', 'suffix', 'ego_motion'),
+    [
+        (StoragePlugin.MCAP, 'ply', 'off'),
+        (StoragePlugin.MCAP, 'mcap', 'beam'),
+        (StoragePlugin.SQLITE3, 'pcd', 'off'),
+    ],
+)
+def test_memory_does_not_grow_with_the_bag(long_bags, tmp_path, storage, suffix, ego_motion):
+    output = tmp_path / f'out.{suffix}'
+    bags = long_bags(storage)
+    short, long = (peak_memory(bag, output, '--ego-motion', ego_motion) for bag in bags)
+    assert output.stat().st_size > 20e6
+    assert long - short < 3e6
