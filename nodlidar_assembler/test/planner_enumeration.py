@@ -83,7 +83,11 @@ def unrolled(task, azimuth, pitch):
 
 def widest_by_corners(task, pattern, samples):
     """Grow a square from each corner on a beam's azimuth and a beam's pitch, or the region's."""
-    azimuth, pitch = unrolled(task, *beams(task, pattern, samples))
+    return widest_at(task, *unrolled(task, *beams(task, pattern, samples)))
+
+
+def widest_at(task, azimuth, pitch):
+    """Grow a square from each corner, given all beams, of a full circle as unrolled."""
     left, right = region(task)
     widest = 0.0
     y = np.unique(np.append(pitch, task.pitch_min))[:, None]

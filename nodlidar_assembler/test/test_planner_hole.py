@@ -1,5 +1,6 @@
 """The largest hole against plain enumeration of samples and of the corners of empty squares."""
 
+from dataclasses import replace
 import math
 
 from hypothesis import given, settings
@@ -7,9 +8,10 @@ from hypothesis import strategies as st
 from nodlidar_assembler.planner.hole import exceeds, largest_hole, largest_side, least_side
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import MEASURED_FROM, Task
+from nodlidar_assembler.planner.timing_error import turn_instants
 from nodlidar_common.errors import ParameterError
 import numpy as np
-from planner_enumeration import beams, region, unrolled, widest_by_corners
+from planner_enumeration import beams, region, unrolled, widest_at, widest_by_corners
 import pytest
 
 
@@ -92,6 +94,46 @@ def test_equals_the_largest_of_all_windows_of_the_reference_sensor(
     hole = largest_hole(task, pattern, duration)
     assert hole.side == pytest.approx(widest_by_windows(task, pattern, samples), abs=1e-8)
     assert_empty(task, pattern, samples, hole)
+
+
+def late_beams(task, pattern, samples, turns):
+    """Return azimuth and pitch of every beam of a nod that turns at other instants."""
+    n = np.arange(samples)
+    sweeps = np.interp(n, turns, np.arange(len(turns)))
+    pitch = task.pitch_min + task.span * (1.0 - np.abs(sweeps % 2.0 - 1.0))
+    azimuth, _ = beams(task, pattern, samples)
+    every = replace(task, full_circle=True)
+    kept = np.isin(beams(every, pattern, samples)[0], azimuth)
+    return azimuth, pitch[kept]
+
+
+@settings(max_examples=300, deadline=None)
+@given(cases(), st.floats(0.0, 0.3), st.integers(0, 999))
+def test_late_turns_leave_the_holes_of_their_beams(case, part, seed):
+    task, pattern, samples = case
+    error = part * pattern.samples_per_sweep
+    turns = turn_instants(pattern.samples_per_sweep, pattern.phase, error, samples, seed)
+    azimuth, pitch = unrolled(task, *late_beams(task, pattern, samples, turns))
+    expected = widest_at(task, azimuth, pitch)
+    duration = samples * task.sample_time
+    try:
+        hole = largest_hole(task, pattern, duration, turns)
+    except ParameterError:
+        sweeps = np.diff(turns)
+        spacing = task.span / max(sweeps[sweeps > 0.0].min(), 1.0)
+        assert expected <= spacing + 1e-9
+        return
+    assert hole.side == pytest.approx(expected, abs=1e-8)
+    assert exceeds(task, pattern, duration, hole.side - 1e-9, turns)
+    assert not exceeds(task, pattern, duration, hole.side + 1e-9, turns)
+
+
+def test_turns_on_time_leave_the_holes_of_the_pattern():
+    task, pattern = Task(), Pattern(1024, 4001, 0.5)
+    for duration in (0.05, 1.0, 7.3):
+        turns = turn_instants(4001, 0.5, 0.0, math.ceil(duration * 10240), 0)
+        late = largest_hole(task, pattern, duration, turns)
+        assert late.side == pytest.approx(largest_hole(task, pattern, duration).side, abs=1e-10)
 
 
 @settings(max_examples=200, deadline=None)

@@ -28,12 +28,18 @@ class BeamGaps:
     """
 
     def __init__(self, pattern: Pattern, samples: int) -> None:
+        self.pattern = pattern
         self._turn = pattern.samples_per_sweep
         self._cycle = pattern.cycle
         self._whole = int(pattern.phase)
         self._fraction = pattern.phase - self._whole
         self._end = samples
         self._revolution = pattern.steps_per_revolution
+
+    @property
+    def spacing(self) -> float:
+        """The widest gap between consecutive samples, in samples of the nod."""
+        return 1.0
 
     @property
     def runs(self) -> int:
@@ -51,8 +57,8 @@ class BeamGaps:
     def between_runs(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
         """Return the highest gap between the runs of each window, and where it begins.
 
-        Where it is above 1, this is the highest gap between the samples, which are at most 1
-        apart within a run.
+        Where it is above the spacing, this is the highest gap between the samples, which are at
+        most as far apart within a run.
 
         Parameters
         ----------
@@ -111,6 +117,41 @@ class BeamGaps:
         leg = m // self._turn
         along = (m - leg * self._turn) + self._fraction
         return leg, np.where(leg % 2 == 0, along, self._turn - along)
+
+
+class LateBeamGaps(BeamGaps):
+    """The same for a nod whose turns are off, with constant speed between them.
+
+    Parameters
+    ----------
+    pattern
+        As it should be.
+    samples
+        How many there are.
+    turns
+        Instants of the turns, in samples, ascending, from one at the lower limit before sample 0
+        to one past the last sample, shape (t,); see `timing_error.turn_instants`.
+    """
+
+    def __init__(self, pattern: Pattern, samples: int, turns: Floats) -> None:
+        super().__init__(pattern, samples)
+        self._turns = turns
+
+    @property
+    def spacing(self) -> float:
+        """The widest gap between consecutive samples, in samples of the nod."""
+        sweeps = np.diff(self._turns)
+        return float(self._turn / max(sweeps[sweeps > 0.0].min(), 1.0))
+
+    @property
+    def work_between_samples(self) -> int:
+        """More than anyone has: such a nod has no cycle."""
+        return 2**62
+
+    def _folded(self, n: Integers) -> tuple[Integers, Floats]:
+        leg = np.clip(np.searchsorted(self._turns, n, side='right') - 1, 0, len(self._turns) - 2)
+        part = (n - self._turns[leg]) / (self._turns[leg + 1] - self._turns[leg])
+        return leg, self._turn * np.where(leg % 2 == 0, part, 1.0 - part)
 
 
 def _covered(begin: Integers, end: Integers, places: int) -> NDArray[np.bool_]:

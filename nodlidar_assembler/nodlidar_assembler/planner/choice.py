@@ -10,7 +10,11 @@ from nodlidar_assembler.planner.hole import largest_hole
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.search import phase_at, soonest
 from nodlidar_assembler.planner.task import Task
-from nodlidar_assembler.planner.timing_error import under_error, UnderError
+from nodlidar_assembler.planner.timing_error import (
+    hole_under_error,
+    under_error,
+    UnderError,
+)
 from nodlidar_common.errors import ParameterError
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +37,7 @@ GUARDS = (0.5, 0.75, 1.0)
 SHORTLIST = 12
 # Runs to choose by, and others to report: what was best in the former was lucky, too.
 CHOOSING_RUNS, REPORTED_RUNS = range(40), range(1000, 1100)
+HOLE_RUNS = REPORTED_RUNS[:25]
 # Enough to show how a whole band fares.
 SURVEY_RUNS = range(2000, 2016)
 
@@ -91,6 +96,8 @@ class Plan:
         Directions that the pattern ever points to.
     under_error
         Completion under the servo's timing error, if one was given.
+    hole_under_error
+        The largest hole under it [rad].
     """
 
     samples_per_sweep: int
@@ -102,6 +109,7 @@ class Plan:
     lower_bound: float
     distinct_directions: int
     under_error: UnderError | None
+    hole_under_error: UnderError | None
 
 
 def samples_in_band(
@@ -297,9 +305,10 @@ def evaluate(
     """
     coverage = _coverage(task, samples_per_sweep, start_pitch)
     phase = coverage.pattern.phase
-    error = None
+    completion = hole = None
     if timing_error > 0.0:
-        error = under_error(task, samples_per_sweep, phase, timing_error, REPORTED_RUNS)
+        completion = under_error(task, samples_per_sweep, phase, timing_error, REPORTED_RUNS)
+        hole = hole_under_error(task, coverage.pattern, hole_after, timing_error, HOLE_RUNS)
     return Plan(
         samples_per_sweep=samples_per_sweep,
         phase=phase,
@@ -309,7 +318,8 @@ def evaluate(
         hole=largest_hole(task, coverage.pattern, hole_after).side,
         lower_bound=lower_bound(task, fewest_samples or samples_per_sweep),
         distinct_directions=coverage.pattern.distinct_directions,
-        under_error=error,
+        under_error=completion,
+        hole_under_error=hole,
     )
 
 

@@ -20,6 +20,7 @@ from nodlidar_assembler.planner.hole import (
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.search import phase_at, spread
 from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.timing_error import hole_under_error, late_turns
 from nodlidar_common.errors import ParameterError
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ Progress = Callable[[Iterable[Pattern]], Iterable[Pattern]]
 
 # No nod is waited for longer [s].
 PATIENCE = 600.0
+# Seeds of the runs with a timing error; an odd number of them.
+RUNS = range(9)
 # The soonest of so many nods shows about how soon the soonest of all is.
 FEW = 8
 # Beside a corner, others are looked for at so many times before and after it, by such a factor.
@@ -66,6 +69,9 @@ class Front:
         The N_s to choose from, shape (n,).
     start_pitch
         Pitch at sample 0 [rad], going up; half a sample past the lower limit if not given.
+    timing_error
+        Standard deviation of the instants at which the servo turns [s]. If it is not 0, a nod's
+        hole is the median of some runs of it.
     progress
         Wraps the nods whenever they are gone through, to show it.
     """
@@ -75,9 +81,11 @@ class Front:
         task: Task,
         samples: NDArray[np.int64],
         start_pitch: float | None = None,
+        timing_error: float = 0.0,
         progress: Progress = iter,
     ) -> None:
         self._task = task
+        self._error = timing_error
         self._progress = progress
         phases = phase_at(task, samples, start_pitch)
         # In this order the first ones are about as good as any.
@@ -183,15 +191,14 @@ class Front:
 
     def _corner(self, taken: int, pattern: Pattern) -> Corner:
         time = taken * self._task.sample_time
-        hole = largest_hole(self._task, pattern, time)
-        return Corner(pattern.samples_per_sweep, time, hole.side)
+        return Corner(pattern.samples_per_sweep, time, self._hole(pattern, taken))
 
     def _smallest(self, below: float, taken: int) -> tuple[float, Pattern] | None:
         """Return the smallest hole after some samples and its nod, if it's below a side [rad]."""
-        time, best = taken * self._task.sample_time, None
+        best = None
         for pattern in self._progress(self._patterns):
-            if not exceeds(self._task, pattern, time, below - _ROUNDING):
-                below = largest_hole(self._task, pattern, time).side
+            if self._is_at(pattern, below - _ROUNDING, taken):
+                below = self._hole(pattern, taken)
                 best = below, pattern
         return best
 
@@ -213,5 +220,21 @@ class Front:
             enough *= 2
         return min(enough, most)
 
+    def _hole(self, pattern: Pattern, taken: int) -> float:
+        time = taken * self._task.sample_time
+        if self._error > 0.0:
+            return hole_under_error(self._task, pattern, time, self._error, RUNS).median
+        return largest_hole(self._task, pattern, time).side
+
     def _is_at(self, pattern: Pattern, side: float, taken: int) -> bool:
-        return not exceeds(self._task, pattern, taken * self._task.sample_time, side)
+        """Tell whether the hole is at most as wide as a side: that of most runs, if of any."""
+        task, time = self._task, taken * self._task.sample_time
+        if self._error == 0.0:
+            return not exceeds(task, pattern, time, side)
+        most, wider = len(RUNS) // 2 + 1, 0
+        for runs, seed in enumerate(RUNS, start=1):
+            turns = late_turns(task, pattern, time, self._error, seed)
+            wider += exceeds(task, pattern, time, side, turns)
+            if max(wider, runs - wider) == most:
+                break
+        return wider < most

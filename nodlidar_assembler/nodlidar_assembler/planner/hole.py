@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 import math
 
-from nodlidar_assembler.planner.beam_gaps import BeamGaps, Floats, Integers
+from nodlidar_assembler.planner.beam_gaps import BeamGaps, Floats, Integers, LateBeamGaps
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_common.errors import ParameterError
@@ -80,7 +80,9 @@ class _Edges:
         return np.searchsorted(self.azimuth, self.azimuth[left] + width, side='right')
 
 
-def largest_hole(task: Task, pattern: Pattern, duration: float) -> Hole:
+def largest_hole(
+    task: Task, pattern: Pattern, duration: float, turns: Floats | None = None
+) -> Hole:
     """Return the widest open square in a task's region that no beam has hit after some time.
 
     Exact but for rounding (1e-12 rad), also below the nod's finest step, span / N_s. Steps that
@@ -97,32 +99,35 @@ def largest_hole(task: Task, pattern: Pattern, duration: float) -> Hole:
     duration
         Time since sample 0 [s]: samples 0 <= n < duration / T_s were taken. After a period of the
         pattern nothing changes, so infinity is the end.
+    turns
+        If these are off: see `beam_gaps.LateBeamGaps`. Holes must then not be as small as rows.
 
     Raises
     ------
     ParameterError
         If the N_L differ, the duration is negative, or the search would take too long.
     """
-    edges = _edges(task)
-    square = _widest_square(task, pattern, duration, edges, _NO_SQUARE, largest_side(task))
-    azimuth = float(edges.azimuth[square.left]) + square.side / 2.0
+    beams = _beams(task, pattern, duration, turns)
+    square = _widest_square(task, beams, duration, _NO_SQUARE, largest_side(task))
+    azimuth = float(_edges(task).azimuth[square.left]) + square.side / 2.0
+    bottom = square.bottom * task.span / pattern.samples_per_sweep
     return Hole(
         side=square.side,
         azimuth=(azimuth + math.pi) % math.tau - math.pi,
-        pitch=task.pitch_min
-        + square.bottom * (task.span / pattern.samples_per_sweep)
-        + square.side / 2.0,
+        pitch=task.pitch_min + bottom + square.side / 2.0,
     )
 
 
-def exceeds(task: Task, pattern: Pattern, duration: float, side: float) -> bool:
+def exceeds(
+    task: Task, pattern: Pattern, duration: float, side: float, turns: Floats | None = None
+) -> bool:
     """Tell whether the largest hole is wider than a side [rad], in a fraction of its time.
 
     A side that is less by rounding (1e-12 rad) is as wide; see `largest_hole` for the rest.
     """
+    beams = _beams(task, pattern, duration, turns)
     limit = min(largest_side(task), side + 4.0 * _ROUNDING)  # any such square will do
-    known = _Square(side, 0, 0.0)
-    return _widest_square(task, pattern, duration, _edges(task), known, limit).side > side
+    return _widest_square(task, beams, duration, _Square(side, 0, 0.0), limit).side > side
 
 
 def largest_side(task: Task) -> float:
@@ -135,15 +140,20 @@ def least_side(task: Task) -> float:
     return _widest_without_lines(_edges(task), largest_side(task)).side
 
 
+def _beams(task: Task, pattern: Pattern, duration: float, turns: Floats | None) -> BeamGaps:
+    if pattern.steps_per_revolution != task.steps_per_revolution:
+        limit = f'{task.steps_per_revolution} as in the task'
+        raise ParameterError('steps_per_revolution', limit, pattern.steps_per_revolution)
+    if turns is None:
+        return BeamGaps(pattern, _samples(task, pattern, duration))
+    return LateBeamGaps(pattern, samples_taken(task, duration), turns)
+
+
 def _widest_square(
-    task: Task, pattern: Pattern, duration: float, edges: _Edges, square: _Square, limit: float
+    task: Task, beams: BeamGaps, duration: float, square: _Square, limit: float
 ) -> _Square:
     """Return the widest square, or one of the limit, if it is wider than the one known."""
-    if pattern.steps_per_revolution != task.steps_per_revolution:
-        wanted = f'{task.steps_per_revolution} as in the task'
-        raise ParameterError('steps_per_revolution', wanted, pattern.steps_per_revolution)
-    beams = BeamGaps(pattern, _samples(task, pattern, duration))
-    row = task.span / pattern.samples_per_sweep
+    edges, row = _edges(task), task.span / beams.pattern.samples_per_sweep
     square = max(square, _widest_without_lines(edges, limit), key=lambda each: each.side)
     most = min(MAX_WINDOW, MAX_WORK // edges.starts)
     if square.side < limit:
@@ -151,13 +161,14 @@ def _widest_square(
             allowed = f'at most {(most - 1) / task.scan_rate:.6g} s with these N_L and N_s'
             raise ParameterError('duration', allowed, duration)
         square = _widest(edges, beams.between_runs, beams.runs, row, limit, square)
-    if square.side < min(row, limit):
-        # All runs in a window are closer than a row; so are its samples, and no square is wider.
+    finest = min(row * beams.spacing, limit)
+    if square.side < finest:
+        # All runs in a window are closer than samples; so are these, and no square is wider.
         work = beams.work_between_samples
         if work > most:
             allowed = f'so short that there are holes of span / N_s = {row:.3g} rad'
             raise ParameterError('duration', allowed, duration)
-        square = _widest(edges, beams.between_samples, work, row, min(row, limit), square)
+        square = _widest(edges, beams.between_samples, work, row, finest, square)
     return square
 
 

@@ -105,7 +105,7 @@ class Request:
 
     def _check_alone(self) -> None:
         """Raise ParameterError for what has no meaning on the front."""
-        for key, neutral in (('objective', 'completion'), ('timing_error', 0.0), ('top', None)):
+        for key, neutral in (('objective', 'completion'), ('top', None)):
             if (value := getattr(self, key)) != neutral:
                 raise ParameterError(key, 'left out with --time-budget and --max-hole', value)
 

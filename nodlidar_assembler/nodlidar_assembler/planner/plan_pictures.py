@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import ScalarFormatter
 from nodlidar_assembler.planner.choice import Plan
-from nodlidar_assembler.planner.front import Corner
+from nodlidar_assembler.planner.front import Corner, RUNS
 from nodlidar_assembler.planner.hole import Hole, largest_hole
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
-from nodlidar_assembler.planner.timing_error import UnderError
+from nodlidar_assembler.planner.timing_error import hole_under_error, UnderError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -166,8 +166,13 @@ def draw_front(axes: Axes, task: Task, plan: Plan, front: Sequence[Corner]) -> N
     time, hole = ([getattr(each, key) for each in front] for key in ('time', 'hole'))
     pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
     times = np.union1d(np.geomspace(time[0], time[-1], CURVE), time)
-    holes = [math.degrees(largest_hole(task, pattern, t).side) for t in times]
-    axes.step(times, holes, where='post', color=BAND, label=f'N_s = {plan.samples_per_sweep}')
+    label, error = f'N_s = {plan.samples_per_sweep}', plan.under_error
+    if error is None:
+        holes = [largest_hole(task, pattern, t).side for t in times]
+    else:
+        label += f', median under {error.error * 1e3:g} ms of timing error'
+        holes = [hole_under_error(task, pattern, t, error.error, RUNS).median for t in times]
+    axes.step(times, np.degrees(holes), where='post', color=BAND, label=label)
     axes.plot(time, np.degrees(hole), 'o', color=SAMPLE, label='the front of all nods')
     for each in front:
         text = f' {each.samples_per_sweep}'

@@ -31,6 +31,7 @@ T = TypeVar('T')
 
 PATIENCE = 0.5  # s, before a progress bar appears
 SHOWN_UNDER_ERROR = 120  # N_s whose runs under a timing error are drawn
+ON_FRONT_UNDER_ERROR = 200  # N_s that the front under a timing error is made of
 WIDTH = 100  # of tables that do not go to a terminal
 
 
@@ -84,7 +85,7 @@ def find(task: Task, request: Request) -> Answer:
 def _on_the_front(task: Task, request: Request) -> Answer:
     """Return the nod at the corner of the front that a request's limits lead to."""
     samples = _samples(task, request)
-    front = Front(task, samples, request.start_pitch, progress)
+    front = Front(task, samples, request.start_pitch, request.timing_error, progress)
     largest = None if request.max_hole is None else math.radians(request.max_hole)
     corner = front.choose(request.time_budget, largest)
     objective = Objective(hole_after=corner.time)
@@ -92,17 +93,24 @@ def _on_the_front(task: Task, request: Request) -> Answer:
         task,
         corner.samples_per_sweep,
         request.start_pitch,
-        hole_after=corner.time,
+        request.timing_error,
+        corner.time,
         fewest_samples=int(samples.min()),
     )
     return Answer(task, objective, [plan], front=front.around(corner))
 
 
 def _samples(task: Task, request: Request) -> NDArray[np.int64]:
-    """Return the N_s to choose from."""
+    """Return the N_s to choose from; with a timing error, which takes long, some of them."""
     if request.samples_per_sweep is not None:
         return np.array([request.samples_per_sweep])
-    return samples_in_band(task, request.speed_min, request.speed_max)
+    samples = samples_in_band(task, request.speed_min, request.speed_max)
+    return samples if request.timing_error == 0.0 else _thinned(samples, ON_FRONT_UNDER_ERROR)
+
+
+def _thinned(samples: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+    """Return at most about so many N_s, evenly spread."""
+    return samples[:: max(1, len(samples) // most)]
 
 
 def progress(items: Iterable[T]) -> Iterator[T]:
@@ -138,7 +146,7 @@ def _plot(path: Path, answer: Answer, request: Request) -> None:
     samples = samples_in_band(answer.task, request.speed_min, request.speed_max)
     figures = survey(answer.task, samples, request.start_pitch, progress)
     completion = np.array([each.completion_time for each in figures])
-    some = samples[:: max(1, len(samples) // SHOWN_UNDER_ERROR)]
+    some = _thinned(samples, SHOWN_UNDER_ERROR)
     errors = []
     if request.timing_error > 0.0:
         errors = survey_under_error(

@@ -127,6 +127,7 @@ def _error_rows(answer: Answer) -> Iterator[tuple[str, str]]:
         return
     yield '', ''
     yield f'under {best.under_error.error * 1e3:g} ms of timing error', _completions(best)
+    yield 'and the largest hole', _holes(best)
     if nominal is None or nominal.under_error is None:
         return
     if nominal.samples_per_sweep == best.samples_per_sweep:
@@ -152,6 +153,12 @@ def _completions(plan: Plan) -> str:
     return f'{median} (median), {expected} (expected), {p90} (90 %)'
 
 
+def _holes(plan: Plan) -> str:
+    assert plan.hole_under_error is not None
+    median, p90 = (angle(getattr(plan.hole_under_error, name)) for name in ('median', 'p90'))
+    return f'{median} (median), {p90} (90 %)'
+
+
 def _plans_table(answer: Answer) -> Table:
     table = Table(box=box.SIMPLE, title=f'The best {len(answer.plans)}', title_justify='left')
     headings = ['N_s', 'speed\nrad/s', 'complete\ns', 'revisit max\ns', 'mean\ns', 'hits\nHz']
@@ -166,15 +173,18 @@ def _plans_table(answer: Answer) -> Table:
 
 
 def _front_table(answer: Answer) -> Table:
-    task, chosen = answer.task, answer.plans[0].samples_per_sweep
-    table = Table(box=box.SIMPLE, title='Which nods leave the smallest hole', title_justify='left')
+    task, [plan] = answer.task, answer.plans
+    title = 'The smallest holes'
+    if plan.under_error is not None:
+        title += f' under {plan.under_error.error * 1e3:g} ms of timing error, medians'
+    table = Table(box=box.SIMPLE, title=title, title_justify='left')
     at_distance = f'wide at {number(task.distance)} m\nm'
     for heading in ('N_s', 'speed\nrad/s', 'after\ns', 'hole\nrad', 'hole\n°', at_distance, ''):
         table.add_column(heading, justify='right')
     for corner in answer.front:
         n_s, hole = corner.samples_per_sweep, corner.hole
         values = task.speed(n_s), corner.time, hole, math.degrees(hole), _width(task, hole)
-        here = n_s == chosen and corner.time == answer.objective.hole_after
+        here = n_s == plan.samples_per_sweep and corner.time == answer.objective.hole_after
         table.add_row(str(n_s), *map(number, values), 'chosen' if here else '')
     return table
 

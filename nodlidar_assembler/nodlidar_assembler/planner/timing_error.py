@@ -1,9 +1,12 @@
-"""Completion when the servo does not turn on time: runs of a nod whose turn-arounds are off."""
+"""Completion and holes when the servo does not turn on time: runs of a nod with late turns."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
 from nodlidar_assembler.planner.coverage import column_runs
+from nodlidar_assembler.planner.hole import largest_hole, samples_taken
+from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +22,14 @@ BLOCK = 64
 
 @dataclass(frozen=True, slots=True)
 class UnderError:
-    """Completion times when the instants of the turns are off by white noise.
+    """Completion times, or largest holes, when the turns' instants are off by white noise.
 
     Attributes
     ----------
     error
         Standard deviation of the turns' instants [s].
     median, expected, p90
-        Median, mean and 90th percentile of the completion time [s].
+        Median, mean and 90th percentile of the completion time [s], or of the hole's side [rad].
     """
 
     error: float
@@ -40,10 +43,35 @@ def under_error(
 ) -> UnderError:
     """Return what the completion times of runs are, one for each seed."""
     times = [completion_run(task, samples_per_sweep, phase, error, seed) for seed in seeds]
+    return _summary(error, times)
+
+
+def hole_under_error(
+    task: Task, pattern: Pattern, duration: float, error: float, seeds: range
+) -> UnderError:
+    """Return what the largest holes of runs are after a time [s], one for each seed."""
+    holes = [
+        largest_hole(task, pattern, duration, late_turns(task, pattern, duration, error, seed))
+        for seed in seeds
+    ]
+    return _summary(error, [hole.side for hole in holes])
+
+
+def late_turns(task: Task, pattern: Pattern, duration: float, error: float, seed: int) -> Floats:
+    """Return the turns [samples] of a run for a time, as `largest_hole` takes them.
+
+    The error is a standard deviation [s]; see `turn_instants`.
+    """
+    last = samples_taken(task, duration)
+    samples_per_sweep, phase = pattern.samples_per_sweep, pattern.phase
+    return turn_instants(samples_per_sweep, phase, error / task.sample_time, last, seed)
+
+
+def _summary(error: float, values: Sequence[float]) -> UnderError:
     # Of infinite ones there is no interpolation.
-    p90 = np.quantile(times, 0.9, method='higher')
-    median = np.quantile(times, 0.5, method='higher')
-    return UnderError(error, float(median), float(np.mean(times)), float(p90))
+    p90 = np.quantile(values, 0.9, method='higher')
+    median = np.quantile(values, 0.5, method='higher')
+    return UnderError(error, float(median), float(np.mean(values)), float(p90))
 
 
 def completion_run(
