@@ -23,6 +23,8 @@ class CoverageReport:
         What is looked for, and over what time.
     covered
         Gives what has been covered.
+    round_time
+        Gives how long it took to see all cells [s], the last time; NaN if that is unknown.
     """
 
     def __init__(
@@ -31,9 +33,10 @@ class CoverageReport:
         updater: Updater,
         config: AssemblerConfig,
         covered: Callable[[], Covered],
+        round_time: Callable[[], float],
     ) -> None:
         self._clock = node.get_clock()
-        self._covered = covered
+        self._covered, self._round_time = covered, round_time
         self._told = Coverage(
             window=config.coverage_window, cell=config.task.cell, cells=config.task.cells
         )
@@ -54,6 +57,7 @@ class CoverageReport:
         status.add('share of cells seen', f'{covered.seen:.4f}')
         status.add('largest hole [rad]', f'{covered.hole:.4f}')
         status.add('share of repeats', f'{covered.repeats:.4f}')
+        status.add('time to see all cells [s]', f'{self._told.time_to_see_all:.2f}')
         status.add('least share of repeats', f'{covered.least_repeats:.4f}')
         return status
 
@@ -62,4 +66,5 @@ class CoverageReport:
         told.header.stamp = self._clock.now().to_msg()
         told.beams, told.seen, told.largest_hole = covered.beams, covered.seen, covered.hole
         told.repeats, told.least_repeats = covered.repeats, covered.least_repeats
+        told.time_to_see_all = self._round_time()
         self._publisher.publish(told)

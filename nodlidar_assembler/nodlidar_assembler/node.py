@@ -53,7 +53,13 @@ class Assembler(Node):
         self._surroundings = Surroundings(self.config)
         self._diagnosis = Diagnosis(self, self.config.scan_timeout)
         if self.config.coverage_window > 0.0:
-            CoverageReport(self, self._diagnosis.updater, self.config, self._surroundings.covered)
+            CoverageReport(
+                self,
+                self._diagnosis.updater,
+                self.config,
+                self._surroundings.covered,
+                lambda: self._nod.round_time,
+            )
         self._make_outputs()
         self._make_inputs()
 
