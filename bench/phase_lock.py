@@ -15,7 +15,7 @@ from nodlidar_assembler.turns import TurnFinder
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.servo import Sample, Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from nodlidar_sim.rx24f import Rx24fEmulator
 from nodlidar_sim.rx24f_motor import TICK
@@ -111,7 +111,7 @@ class Rig:
     def _sleep(self, duration_ns: int) -> None:
         self.clock.advance_to(self.clock() + duration_ns)
 
-    def run(self, cycle: Callable[[], None]) -> Kept:
+    def run(self, cycle: Callable[[], object]) -> Kept:
         """Repeat a cycle for the time of the measurement and return what came of it."""
         end_ns = START_NS + round((SETTLING + DURATION) * NS_PER_S)
         while self.clock() < end_ns:
@@ -135,12 +135,15 @@ class Tied:
         self._rng = np.random.default_rng(seed)
         self._revolution = 0
 
-    def cycle(self) -> None:
-        """Do one cycle of the servo, after the scan and the command that are due."""
+    def cycle(self) -> Sample | None:
+        """Do one cycle of the servo, after the scan and the command that are due.
+
+        Return what it measured, None if that failed.
+        """
         due_ns = START_NS + round(self._revolution * 1024 * TRUE_BEAM_NS)
         if self._rig.clock() >= due_ns:
             self._scan(due_ns)
-        self._rig.loop.cycle()
+        return self._rig.loop.cycle()
 
     def _scan(self, due_ns: int) -> None:
         if self._revolution < self._scans:
