@@ -5,6 +5,7 @@ They are those that the assembler node makes of the same messages, by the same p
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 import sys
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 from nodlidar_assembler.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
 from nodlidar_assembler.config import AssemblerConfig, CLOUD_MODES, EGO_MOTION_MODES
 from nodlidar_assembler.pitch_estimator import ESTIMATORS
+from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
@@ -42,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerConfig:
-    """Return the parameters of a file, or the defaults, but for those that were chosen.
+    """Return the parameters that were chosen, else those of a file, else those of the profile.
 
     Raises
     ------
@@ -51,8 +53,14 @@ def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerCo
     OSError
         If it cannot be read.
     """
-    given = {} if params is None else file_values(params, 'assembler', AssemblerConfig)
-    config = AssemblerConfig(**{**given, **chosen})
+    values: dict[str, Any] = {}
+    for config_class in (ProfileConfig, AssemblerConfig):
+        if params is not None:
+            values |= file_values(params, 'assembler', config_class)
+    values |= chosen
+    profile = ProfileConfig(values.pop('profile', ProfileConfig().profile))
+    check(profile)
+    config = replace(PROFILES[profile.profile], **values)
     check(config)
     return config
 
@@ -102,7 +110,7 @@ def _with_bar(bag: Path, output: Path, config: AssemblerConfig, topics: Topics) 
 
 
 def _chosen(arguments: argparse.Namespace) -> dict[str, Any]:
-    options = ('estimator', 'cloud_mode', 'ego_motion')
+    options = ('profile', 'estimator', 'cloud_mode', 'ego_motion')
     return {key: getattr(arguments, key) for key in options if getattr(arguments, key)}
 
 
@@ -114,9 +122,13 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         '--params', type=Path, metavar='YAML', help='parameter file of the assembler node'
     )
-    parser.add_argument('--estimator', choices=ESTIMATORS, help='overrides the file')
-    parser.add_argument('--cloud-mode', choices=CLOUD_MODES, help='overrides the file')
-    parser.add_argument('--ego-motion', choices=EGO_MOTION_MODES, help='overrides the file')
+    for option, choices in (
+        ('--profile', tuple(PROFILES)),
+        ('--estimator', ESTIMATORS),
+        ('--cloud-mode', CLOUD_MODES),
+        ('--ego-motion', EGO_MOTION_MODES),
+    ):
+        parser.add_argument(option, choices=choices, help='parameter, before what the file says')
     for option, default in (
         ('--scan', Topics().scan),
         ('--joint-states', Topics().joint_states),

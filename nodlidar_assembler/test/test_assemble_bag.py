@@ -1,10 +1,12 @@
 """The command assemble_bag: its options, its table and its exit status."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from bags import recording, write_bag
 from nodlidar_assembler.assemble_bag import absolute, configuration, main
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.errors import ParameterError
 from plyfile import PlyData
 import pytest
@@ -47,6 +49,20 @@ def test_parameters_come_from_the_node_s_file_and_options_win(tmp_path):
     assert configuration(file, {}) == AssemblerConfig(estimator='ends', max_joint_gap=0.2)
     expected = AssemblerConfig(estimator='nearest', max_joint_gap=0.2)
     assert configuration(file, {'estimator': 'nearest'}) == expected
+
+
+def test_the_profile_gives_what_neither_file_nor_options_do(tmp_path):
+    file = tmp_path / 'mine.yaml'
+    file.write_text('/**: {ros__parameters: {profile: accurate, cloud_mode: sweep}}')
+    accurate = replace(PROFILES['accurate'], cloud_mode='sweep')
+    assert configuration(file, {}) == accurate
+    assert configuration(file, {'profile': 'fast'}) == replace(
+        PROFILES['fast'], cloud_mode='sweep'
+    )
+    assert configuration(file, {'estimator': 'ends'}) == replace(accurate, estimator='ends')
+    file.write_text('/**: {ros__parameters: {profile: best}}')
+    with pytest.raises(ParameterError, match="'profile' must be one of fast, balanced, accurate"):
+        configuration(file, {})
 
 
 def test_values_of_a_file_are_checked_as_the_node_does(tmp_path):
