@@ -1,6 +1,7 @@
 """Many rays against many surfaces."""
 
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 from nodlidar_sim.bundles import Bundles, RAYS
 from nodlidar_sim.shapes import Plane, Shape, Solid
@@ -58,7 +59,7 @@ class Surfaces:
             np.minimum(nearest, shape.distance(rows), out=nearest)
         return nearest
 
-    @property
+    @cached_property
     def upright_ball(self) -> tuple[float, float]:
         """Height and radius [m] of a ball around the z axis that holds all; inf with planes."""
         if self._planes:

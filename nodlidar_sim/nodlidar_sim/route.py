@@ -113,10 +113,12 @@ class Route:
     twists: Array
     repeat: bool = False
     _lap: Array = field(init=False)
+    _lap_motion: Array = field(init=False)
 
     def __post_init__(self) -> None:
         lap = relative(self.starts[:1], self.starts[-1:])
         object.__setattr__(self, '_lap', lap)
+        object.__setattr__(self, '_lap_motion', motion_of(lap))
 
     @property
     def stands(self) -> bool:
@@ -149,7 +151,7 @@ class Route:
         """
         found, which = np.unique(laps * len(self.starts) + piece, return_inverse=True)
         laps, piece = np.divmod(found, len(self.starts))
-        moved = displacement(motion_of(self._lap) * laps[:, None])
+        moved = displacement(self._lap_motion * laps[:, None])
         moved[:, 2] = self._lap[0, 2] * laps
         in_lap = relative(self.starts[:1], self.starts[piece])
         return _each(compose(compose(self.starts[:1], moved), in_lap), which)
