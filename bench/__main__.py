@@ -21,6 +21,7 @@ from bench import (
     phase_lock,
     pitch_compensation,
     planner_speed,
+    profiles,
     simulation_speed,
 )
 from bench.names import parsed
@@ -35,6 +36,7 @@ MEASUREMENTS = {
     'simulation_speed': simulation_speed,
     'effects': effects,
     'live': live,
+    'profiles': profiles,
     'ego_motion': ego_motion,
     'coverage_feedback': coverage_feedback,
     'feedback_loop': feedback_loop,

@@ -32,7 +32,9 @@ def results() -> list[Row]:
         {
             'estimator': estimator,
             **{
-                f'RMS pitch error, turns {error * 1e3:.0f} ms off [mrad]': pitch_rms(r, estimator)
+                f'RMS pitch error, turns {error * 1e3:.0f} ms off [mrad]': pitch_rms(
+                    r, PitchEstimator(estimator, MAX_JOINT_GAP)
+                )
                 * 1e3
                 for error, r in recordings.items()
             },
@@ -45,10 +47,9 @@ def results() -> list[Row]:
     ]
 
 
-def pitch_rms(simulated: Recording, estimator: str) -> float:
+def pitch_rms(simulated: Recording, told: PitchEstimator) -> float:
     """Return the RMS error of the beams' pitch [rad]."""
     offset = np.arange(len(simulated.azimuth)) * simulated.sensor.time_increment
-    told = PitchEstimator(estimator, MAX_JOINT_GAP)
     log = simulated_log(simulated)
     errors = []
     for times_ns, true in zip(simulated.true_time_ns, simulated.true_pitch, strict=True):

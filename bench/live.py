@@ -1,8 +1,10 @@
 """The launched system, simulated devices included: latency of the clouds and load of the nodes."""
 
+from collections import Counter
 from pathlib import Path
 import tempfile
 
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_bringup.delivery import read_delivery
 from nodlidar_bringup.demo import record
 from nodlidar_bringup.launched import keep_apart, launched_sensor
@@ -14,51 +16,48 @@ import yaml
 from bench.report import Row
 
 DURATION = 20.0
-RATES = (62.0, 100.0)
 TITLE = f'The launched sensor in the room, {DURATION:.0f} s'
 NODES = ('driver', 'servo', 'assembler', 'robot_state_publisher')
+SETUPS = {
+    **{f'profile {name}': [f'profile:={name}'] for name in PROFILES},
+    # What an adapter with a latency timer of 16 ms lets through.
+    'joint states at 62 Hz': ['servo_params:={folder}/servo.yaml'],
+}
 
 
 def results() -> list[Row]:
-    """Return latency and load by the rate of the joint states."""
-    rows = []
-    for rate in RATES:
-        latency, load = measure(rate)
-        median, high = np.percentile(latency, [50, 99]) * 1e3
-        rows.append(
-            {
-                'joint states [Hz]': rate,
-                'latency p50 [ms]': median,
-                'latency p99 [ms]': high,
-                'CPU of the nodes [% of a core]': load * 100.0,
-            }
-        )
-    return rows
+    """Return latency and load of each set-up."""
+    return [{'set-up': name, **measure(arguments)} for name, arguments in SETUPS.items()]
 
 
-def measure(feedback_rate: float) -> tuple[np.ndarray, float]:
-    """Return latencies from last byte to publication [s], and the nodes' share of a core."""
+def measure(arguments: list[str]) -> Row:
+    """Return latencies from last byte to publication, and the nodes' shares of a core."""
     keep_apart()
-    with tempfile.TemporaryDirectory() as folder:
-        parameters = Path(folder) / 'servo.yaml'
-        values = {'/**': {'ros__parameters': {'feedback_rate': feedback_rate}}}
-        parameters.write_text(yaml.safe_dump(values))
-        bag = Path(folder) / 'bag'
-        log = Path(folder) / 'launch.log'
-        with launched_sensor(log, f'servo_params:={parameters}') as sensor:
-            record(Path(folder) / 'warm_up', 2.0, sensor, Console(quiet=True))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        values = {'/**': {'ros__parameters': {'feedback_rate': 62.0}}}
+        (folder / 'servo.yaml').write_text(yaml.safe_dump(values))
+        given = [argument.format(folder=folder) for argument in arguments]
+        with launched_sensor(folder / 'launch.log', *given) as sensor:
+            record(folder / 'warm_up', 2.0, sensor, Console(quiet=True))
             before = _cpu_seconds(sensor.process.pid)
-            record(bag, DURATION, sensor, Console(quiet=True))
-            load = (_cpu_seconds(sensor.process.pid) - before) / DURATION
-        return read_delivery(bag).latency, load
+            record(folder / 'bag', DURATION, sensor, Console(quiet=True))
+            used = _cpu_seconds(sensor.process.pid) - before
+        latency = read_delivery(folder / 'bag').latency
+    median, high = np.percentile(latency, [50, 99]) * 1e3
+    return {
+        'latency p50 [ms]': float(median),
+        'latency p99 [ms]': float(high),
+        **{f'CPU of {node} [%]': used[node] / DURATION * 100.0 for node in NODES},
+        'CPU of all nodes [%]': used.total() / DURATION * 100.0,
+    }
 
 
-def _cpu_seconds(launch_pid: int) -> float:
-    """Return the processor time that the nodes have used so far [s]."""
-    children = psutil.Process(launch_pid).children(recursive=True)
-    times = [child.cpu_times() for child in children if _is_node(child)]
-    return sum(time.user + time.system for time in times)
-
-
-def _is_node(process: psutil.Process) -> bool:
-    return any(Path(part).name in NODES for part in process.cmdline()[:2])
+def _cpu_seconds(launch_pid: int) -> Counter[str]:
+    """Return the processor time that each node has used so far [s]."""
+    used: Counter[str] = Counter()
+    for child in psutil.Process(launch_pid).children(recursive=True):
+        times = child.cpu_times()
+        for node in {Path(part).name for part in child.cmdline()[:2]} & set(NODES):
+            used[node] += times.user + times.system  # type: ignore[assignment]
+    return used

@@ -6,6 +6,7 @@ from math import pi
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.scene import load_scene
+from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording, simulate
 
 START_NS = 1_700_000_000_000_000_000
@@ -27,12 +28,14 @@ def reference_nod() -> NodTrajectory:
     )
 
 
-def simulated_room(duration: float, servo_jitter: float = 0.0) -> Recording:
-    """Return the reference sensor's recording of the room.
+def simulated_room(
+    duration: float, servo_jitter: float = 0.0, sensor: SensorModel | None = None
+) -> Recording:
+    """Return a sensor's recording of the room, by default that of the reference sensor.
 
     It has no effects but, if asked for, errors of the instants at which the servo turns around:
     white, of a standard deviation [s].
     """
     room = load_scene('room')
     room = replace(room, effects=replace(room.effects, servo_jitter=servo_jitter))
-    return simulate(room, reference_nod(), duration, start_ns=START_NS)
+    return simulate(room, reference_nod(), duration, start_ns=START_NS, sensor=sensor)

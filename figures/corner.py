@@ -9,8 +9,15 @@ from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
 from nodlidar_assembler.assembly import Points
 from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pitch_estimator import ESTIMATORS
-from nodlidar_bringup.evaluation import FAR, near_beams, points_of, simulated_log, surface_rms
+from nodlidar_assembler.pitch_estimator import ESTIMATORS, PitchEstimator
+from nodlidar_bringup.evaluation import (
+    FAR,
+    MAX_JOINT_GAP,
+    near_beams,
+    points_of,
+    simulated_log,
+    surface_rms,
+)
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
 import numpy as np
@@ -36,7 +43,10 @@ def draw(folder: Path, console: Console) -> Table:
     figure, axes = plt.subplots(1, len(SHOWN), figsize=(8.0, 5.0), sharex=True, sharey=True)
     for estimator in ESTIMATORS:
         points = points_of(near, estimator, REFERENCE_MOUNT)
-        rms, error = surface_rms(points, simulated.world), pitch_rms(simulated, estimator)
+        rms, error = (
+            surface_rms(points, simulated.world),
+            pitch_rms(simulated, PitchEstimator(estimator, MAX_JOINT_GAP)),
+        )
         table.add_row(
             estimator,
             f'{error * 1e3:.1f} mrad',

@@ -225,9 +225,10 @@ class Assembler(Node):
         shape = self._configured_shape()
         if self.config.adapt_limits:
             shape = self._surroundings.shape() or shape
-        changed = self._nod.change(shape, self._now_ns())
+        now_ns = self._now_ns()
+        changed = self._nod.change(shape, now_ns)
         try:
-            chosen = self._nod.saw(scan, beams, pitch, self._now_ns())
+            chosen = self._nod.saw(scan, beams, pitch, now_ns)
         except ParameterError as error:
             self.get_logger().error(f'no sweep chosen: {error}', throttle_duration_sec=5.0)
             chosen = False

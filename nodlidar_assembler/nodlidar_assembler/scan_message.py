@@ -1,5 +1,6 @@
 """LaserScan messages, rclpy's or those read from a bag, as the pipeline's values."""
 
+from functools import lru_cache
 from typing import Any
 
 from nodlidar_assembler.geometry import ScanGeometry
@@ -10,14 +11,18 @@ import numpy as np
 
 def geometry_from_message(message: Any) -> ScanGeometry:
     """Return what stays the same from one LaserScan to the next; raises ParameterError."""
-    return ScanGeometry(
-        beams=len(message.ranges),
-        angle_min=message.angle_min,
-        angle_increment=message.angle_increment,
-        time_increment=message.time_increment,
-        range_min=message.range_min,
-        range_max=message.range_max,
+    return _geometry(
+        len(message.ranges),
+        message.angle_min,
+        message.angle_increment,
+        message.time_increment,
+        message.range_min,
+        message.range_max,
     )
+
+
+# A scan's is asked for several times on its way, and all scans of a lidar have the same.
+_geometry = lru_cache(maxsize=16)(ScanGeometry)
 
 
 def scan_from_message(message: Any) -> Scan:

@@ -1,0 +1,151 @@
+"""What each profile costs and buys: the same room, nodded in with the servo's errors, no noise.
+
+Own work is the processor's time in the callbacks of the real node, messages in and clouds out,
+but for what rclpy takes to receive them; `python -m bench live` has all of it, for all nodes.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+import time
+
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.node import Assembler
+from nodlidar_assembler.pipeline import Pipeline
+from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.sensor_log import assemble_log, SensorLog
+from nodlidar_bringup.evaluation import FAR, near_beams, simulated_log, surface_rms
+from nodlidar_bringup.launched import keep_apart
+from nodlidar_common.messages import time_message
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_sim.sensor_model import SensorModel
+from nodlidar_sim.simulation import Recording
+import numpy as np
+import rclpy
+from sensor_msgs.msg import JointState, LaserScan
+
+from bench.accuracy import pitch_rms
+from bench.reference import simulated_room
+from bench.report import Row
+
+DURATION = 20.0
+ROUNDS = 7
+TURN_ERROR = 0.003
+FEEDBACK_RATE = {'fast': 20.0, 'balanced': 100.0, 'accurate': 100.0}  # nodlidar_bringup/config
+BALANCED = 'balanced'
+Timed = tuple[int, LaserScan | JointState]
+TITLE = f'Profiles: the room, {DURATION:.0f} s at N_s = 4001, turns {TURN_ERROR * 1e3:.0f} ms off'
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """RMS of pitch [rad] and of the distance to the surfaces [m], latency and own work [s]."""
+
+    pitch: float
+    surface: float
+    latency: float
+    work: float
+
+
+def results() -> list[Row]:
+    """Return errors, latency and own work of each profile, and their ratios to balanced."""
+    recordings = {name: _recording(rate) for name, rate in FEEDBACK_RATE.items()}
+    work = own_work(recordings)
+    found = {
+        name: Found(
+            pitch_rms(recordings[name], Pipeline.configured(config).estimator),
+            _surface_rms(recordings[name], config),
+            added_latency(simulated_log(recordings[name]), config),
+            work[name],
+        )
+        for name, config in PROFILES.items()
+    }
+    return [_row(name, found[name], found[BALANCED]) for name in PROFILES]
+
+
+def _row(name: str, own: Found, balanced: Found) -> Row:
+    return {
+        'profile': name,
+        'joint states [Hz]': FEEDBACK_RATE[name],
+        'RMS pitch error [mrad]': own.pitch * 1e3,
+        f'RMS distance to the surfaces, beams up to {FAR:g} m [mm]': own.surface * 1e3,
+        'to balanced': own.surface / balanced.surface,
+        'latency after the last beam [ms]': own.latency * 1e3,
+        'own work per scan [us]': own.work * 1e6,
+        'work to balanced': own.work / balanced.work,
+    }
+
+
+def _recording(feedback_rate: float) -> Recording:
+    return simulated_room(DURATION, TURN_ERROR, SensorModel(joint_rate=feedback_rate))
+
+
+def _surface_rms(simulated: Recording, config: AssemblerConfig) -> float:
+    clouds, _ = assemble_log(near_beams(simulated_log(simulated)), Pipeline.configured(config))
+    squares = [surface_rms(cloud, simulated.world) ** 2 * len(cloud.data) for cloud in clouds]
+    return float(np.sqrt(sum(squares) / sum(len(cloud.data) for cloud in clouds)))
+
+
+def added_latency(log: SensorLog, config: AssemblerConfig) -> float:
+    """Return the median time from a scan's last beam to the joint sample that it waits for [s]."""
+    pipeline = Pipeline.configured(config)
+    ends_ns = np.array([s.stamp_ns + pipeline.beams(s.geometry).duration_ns for s in log.scans])
+    wanted_ns = ends_ns + pipeline.estimator.margin_ns
+    last = np.searchsorted(log.sample_ns, wanted_ns)
+    there = last < len(log.sample_ns)
+    return float(np.median(log.sample_ns[last[there]] - ends_ns[there])) / NS_PER_S
+
+
+def own_work(recordings: dict[str, Recording]) -> dict[str, float]:
+    """Return the time that the node's callbacks take per scan, in the median of rounds [s]."""
+    keep_apart()
+    messages = {name: _messages(simulated_log(r)) for name, r in recordings.items()}
+    rounds = [{name: _replayed(name, m) for name, m in messages.items()} for _ in range(ROUNDS)]
+    return {name: float(np.median([round_[name] for round_ in rounds])) for name in recordings}
+
+
+def _replayed(profile: str, messages: list[Timed]) -> float:
+    """Give messages to a node's callbacks; return the time that all take per scan [s].
+
+    Its timers are called as often as they would be.
+    """
+    rclpy.init(args=['--ros-args', '-p', f'profile:={profile}', '--log-level', 'error'])
+    node = Assembler()
+    assert node.config == PROFILES[profile]
+    callbacks = {s.msg_type: s.callback for s in node.subscriptions}
+    calls = [(at_ns, partial(callbacks[type(m)], m)) for at_ns, m in messages]
+    for timer in node.timers:
+        calls += [(at_ns, timer.callback) for at_ns in _ticks(messages, timer.timer_period_ns)]
+    calls.sort(key=lambda call: call[0])
+    begin = time.thread_time()
+    for _, call in calls:
+        call()
+    took = time.thread_time() - begin
+    node.destroy_node()
+    rclpy.shutdown()
+    return took / sum(isinstance(message, LaserScan) for _, message in messages)
+
+
+def _ticks(messages: list[Timed], period_ns: int) -> range:
+    return range(messages[0][0] + period_ns, messages[-1][0], period_ns)
+
+
+def _messages(log: SensorLog) -> list[Timed]:
+    """Return scans, each after its last beam, and joint states in the order of their time."""
+    timed: list[Timed] = []
+    for scan in log.scans:
+        geometry = scan.geometry
+        message = LaserScan(
+            angle_min=geometry.angle_min,
+            angle_increment=geometry.angle_increment,
+            time_increment=geometry.time_increment,
+            range_min=geometry.range_min,
+            range_max=geometry.range_max,
+            ranges=scan.ranges,
+        )
+        message.header.stamp = time_message(scan.stamp_ns)
+        timed.append((scan.stamp_ns + NS_PER_S // 15, message))
+    for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True):
+        state = JointState(name=['nod_joint'], position=[float(pitch)])
+        state.header.stamp = time_message(int(stamp_ns))
+        timed.append((int(stamp_ns), state))
+    return sorted(timed, key=lambda entry: entry[0])
