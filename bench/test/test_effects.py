@@ -47,6 +47,15 @@ def test_a_figure_counts_beyond_its_threshold():
     assert moved(Figures(1.7, 1011.0, 0.0), bare) == 'RMS, points'
 
 
+def test_the_rows_of_a_scene_compare_each_effect_with_none(monkeypatch):
+    """All effects take less than the ray casts of the room do: a ratio in one run."""
+    monkeypatch.setattr(effects, 'SEEDS', range(1))
+    rows = effects.scene_rows(load_scene('room'), rounds=5)
+    assert [row['effect'] for row in rows] == [NONE, *NAMES, ALL]
+    assert (rows[0]['to that of none'], rows[0]['points lost [%]']) == (1.0, 0.0)
+    assert all(row['to that of none'] < 2.0 for row in rows)
+
+
 def test_sizes_have_their_units():
     assert size_in_words('range_noise') == '0.01 m'
     assert size_in_words('dropouts') == '0.02'
