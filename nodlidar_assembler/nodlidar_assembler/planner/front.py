@@ -30,7 +30,7 @@ Progress = Callable[[Iterable[Pattern]], Iterable[Pattern]]
 # No nod is waited for longer [s].
 PATIENCE = 600.0
 # Seeds of the runs with a timing error; an odd number of them.
-RUNS = range(9)
+RUNS = range(15)
 # The soonest of so many nods shows about how soon the soonest of all is.
 FEW = 8
 # Beside a corner, others are looked for at so many times before and after it, by such a factor.

@@ -31,7 +31,7 @@ T = TypeVar('T')
 
 PATIENCE = 0.5  # s, before a progress bar appears
 SHOWN_UNDER_ERROR = 120  # N_s whose runs under a timing error are drawn
-ON_FRONT_UNDER_ERROR = 200  # N_s that the front under a timing error is made of
+ON_FRONT_UNDER_ERROR = 120  # N_s that the front under a timing error is made of
 WIDTH = 100  # of tables that do not go to a terminal
 
 
