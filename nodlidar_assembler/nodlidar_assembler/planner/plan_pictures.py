@@ -173,7 +173,7 @@ def draw_front(axes: Axes, task: Task, plan: Plan, front: Sequence[Corner]) -> N
         label += f', median under {error.error * 1e3:g} ms of timing error'
         holes = [hole_under_error(task, pattern, t, error.error, RUNS).median for t in times]
     axes.step(times, np.degrees(holes), where='post', color=BAND, label=label)
-    axes.plot(time, np.degrees(hole), 'o', color=SAMPLE, label='the front of all nods')
+    axes.plot(time, np.degrees(hole), 'o', color=SAMPLE, label='the front')
     for each in front:
         text = f' {each.samples_per_sweep}'
         axes.annotate(text, (each.time, math.degrees(each.hole)), color=SAMPLE, fontsize=8)
