@@ -1,8 +1,9 @@
 """Coverage feedback with the loop closed does what the documentation says."""
 
-from bench import feedback_loop
 import numpy as np
 import pytest
+
+from bench import feedback_loop
 
 
 @pytest.mark.parametrize('lateness', feedback_loop.LATENESS)
