@@ -117,6 +117,19 @@ def test_arrival_speed_of_a_servo_that_is_too_fast_allows_for_braking_only():
     assert speed * 0.5 == pytest.approx(1.0 + speed**2 / (2 * ACCELERATION))
 
 
+@given(
+    speed=st.floats(0.1, 12.0), slower=st.floats(0.0, 1.0), velocity=st.floats(-12.0, 12.0),
+    cruise=st.floats(0.001, 2.0),
+)  # fmt: skip
+def test_arrival_speed_allows_for_a_final_speed(speed, slower, velocity, cruise):
+    velocity, final = min(velocity, speed), slower * speed
+    change, brake = (speed - velocity) / ACCELERATION, (speed - final) / ACCELERATION
+    way = (speed + velocity) / 2 * change + speed * cruise + (speed + final) / 2 * brake
+    if way >= 0.0:  # it gets there, and not back to where it was
+        found = arrival_speed(way, change + cruise + brake, velocity, ACCELERATION, final)
+        assert found == pytest.approx(speed, rel=1e-6, abs=1e-6)
+
+
 def test_no_speed_is_high_enough_for_too_little_time():
     assert arrival_speed(1.0, 0.01, 0.0, ACCELERATION) == math.inf
     assert arrival_speed(1.0, -0.01, 0.0, ACCELERATION) == math.inf
