@@ -6,7 +6,15 @@ from pathlib import Path
 from rich.console import Console
 
 from bench.names import parsed
-from figures import compensation, corner, coverage, pattern, repeats, repeats_by_height
+from figures import (
+    compensation,
+    corner,
+    coverage,
+    pareto,
+    pattern,
+    repeats,
+    repeats_by_height,
+)
 
 FIGURES = {
     'pattern': pattern.draw,
@@ -15,6 +23,7 @@ FIGURES = {
     'repeats_by_height': repeats_by_height.draw,
     'repeats': repeats.draw,
     'compensation': compensation.draw,
+    'pareto': pareto.draw,
 }
 FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 
