@@ -56,7 +56,7 @@ class BagAssembly:
         self._pipeline = Pipeline.configured(config)
         self._now_ns, self._next_release_ns = 0, 0
         self._scans, self._states = SimpleFilter(), SimpleFilter()
-        joint = JointFilter(self._states, config.joint_name, self.drops)
+        joint = JointFilter(self._states, config, self.drops)
         joint.registerCallback(self._pipeline.add_sample)
         bracket = BracketFilter(
             ScanFilter(self._scans, self._drop),

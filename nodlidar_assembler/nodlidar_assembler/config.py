@@ -19,6 +19,22 @@ class AssemblerConfig:
     """See each field's description; `ros2 param describe` shows the same."""
 
     joint_name: str = parameter('nod_joint', 'Joint whose position is the pitch of the scan plane')
+    joint_positive: str = parameter(
+        'up',
+        'Where the joint turns the beams as its position rises: up (axis 0 -1 0, as in '
+        'nodlidar_bringup) or down (axis 0 1 0, as on many tilting lidars)',
+        choices=('up', 'down'),
+    )
+    joint_zero: float = parameter(
+        0.0, 'Position of the joint at pitch 0', unit='rad', minimum=-10.0, maximum=10.0
+    )
+    joint_delay: float = parameter(
+        0.0,
+        'How much later than the measurement the stamps of joint states are',
+        unit='s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
     frame_id: str = parameter(
         'nodlidar_base_link', 'Frame of the clouds: fixed, origin on the nod axis, x forward, z up'
     )

@@ -3,22 +3,35 @@
 from collections import Counter
 
 from message_filters import SimpleFilter
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.pitch import LARGEST
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import JointState
 
 
 class JointFilter(SimpleFilter):
-    """Joint states in, (stamp [ns], position [rad]) of one joint out; counts the malformed ones.
+    """Joint states in, (instant [ns], pitch [rad]) of one joint out; counts the malformed ones.
 
     Messages without that joint are other joints' (a robot has many on one topic) and not counted.
+
+    Parameters
+    ----------
+    source
+        Of the joint states.
+    config
+        Names the joint, and tells how its positions and stamps are to be taken.
+    drops
+        Where malformed ones are counted.
     """
 
     MALFORMED = f'joint state without a position up to {LARGEST:g} rad, or stamped before 1970'
 
-    def __init__(self, source: SimpleFilter, joint_name: str, drops: Counter[str]) -> None:
+    def __init__(self, source: SimpleFilter, config: AssemblerConfig, drops: Counter[str]) -> None:
         super().__init__()
-        self._joint_name = joint_name
+        self._joint_name, self._zero = config.joint_name, config.joint_zero
+        self._sign = 1.0 if config.joint_positive == 'up' else -1.0
+        self._delay_ns = round(config.joint_delay * NS_PER_S)
         self._drops = drops
         source.registerCallback(self._add)
 
@@ -27,7 +40,9 @@ class JointFilter(SimpleFilter):
             return
         index = message.name.index(self._joint_name)
         told = index < len(message.position) and abs(message.position[index]) <= LARGEST
-        if told and message.header.stamp.sec >= 0:  # no time before it can be published
-            self.signalMessage(time_ns(message.header.stamp), float(message.position[index]))
+        measured_ns = time_ns(message.header.stamp) - self._delay_ns
+        if told and measured_ns >= 0:  # no time before 1970 can be published
+            pitch = self._sign * (float(message.position[index]) - self._zero)
+            self.signalMessage(measured_ns, pitch)
         else:
             self._drops[self.MALFORMED] += 1

@@ -94,7 +94,7 @@ class Assembler(Node):
             qos_overriding_options=overridable,
         )
         scans.registerCallback(self._scan_arrived)
-        joint = JointFilter(states, self.config.joint_name, self._diagnosis.drops)
+        joint = JointFilter(states, self.config, self._diagnosis.drops)
         joint.registerCallback(self._pipeline.add_sample)
         self._bracket(scans, joint)
 

@@ -4,6 +4,7 @@ from collections import Counter
 import math
 
 from message_filters import SimpleFilter
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.joint_filter import JointFilter
 from nodlidar_assembler.scan_filter import ScanFilter
 import pytest
@@ -98,15 +99,35 @@ def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():
 )
 def test_malformed_joint_states_are_counted(message):
     source, passed, drops = SimpleFilter(), [], Counter()
-    JointFilter(source, 'nod', drops).registerCallback(passed.append)
+    JointFilter(source, AssemblerConfig(joint_name='nod'), drops).registerCallback(passed.append)
     source.signalMessage(message)
     assert (passed, drops) == ([], {JointFilter.MALFORMED: 1})
 
 
 def test_other_joints_are_passed_over_and_the_own_one_is_found_among_them():
     source, passed, drops = SimpleFilter(), [], Counter()
-    joint = JointFilter(source, 'nod', drops)
+    joint = JointFilter(source, AssemblerConfig(joint_name='nod'), drops)
     joint.registerCallback(lambda stamp_ns, pitch: passed.append(pitch))
     source.signalMessage(joint_state(name=['arm', 'leg']))
     source.signalMessage(joint_state())
     assert (passed, drops) == ([0.1], {})
+
+
+def test_a_joint_of_another_convention_is_taken_as_it_is_meant():
+    """A joint that is at 0.3 where the beams are level, goes down, and is told 20 ms late."""
+    source, passed = SimpleFilter(), []
+    config = AssemblerConfig(
+        joint_name='nod', joint_positive='down', joint_zero=0.3, joint_delay=0.02
+    )
+    joint = JointFilter(source, config, Counter())
+    joint.registerCallback(lambda time_ns, pitch: passed.append((time_ns, pitch)))
+    source.signalMessage(joint_state(sec=5))
+    assert passed == [(5_000_000_000 - 20_000_000, pytest.approx(0.2))]
+
+
+def test_a_delay_that_leads_before_1970_is_counted():
+    source, passed, drops = SimpleFilter(), [], Counter()
+    JointFilter(source, AssemblerConfig(joint_name='nod', joint_delay=0.5), drops)
+    source.signalMessage(joint_state(sec=0))
+    assert drops == {JointFilter.MALFORMED: 1}
+    assert not passed
