@@ -8,6 +8,7 @@ from rich.console import Console
 
 from bench import (
     accuracy,
+    assemble_bag,
     assembly_time,
     coverage_feedback,
     effects,
@@ -31,6 +32,7 @@ from bench.report import commit, record, recorded, recording, Row, table
 MEASUREMENTS = {
     'hot_paths': hot_paths,
     'assembly_time': assembly_time,
+    'assemble_bag': assemble_bag,
     'accuracy': accuracy,
     'pareto': pareto,
     'simulation_speed': simulation_speed,

@@ -1,0 +1,164 @@
+"""How much faster than real time a bag becomes clouds, what that time goes into, and the memory.
+
+Times are of one core, the lower quartile of runs that take turns; what a step takes is the time
+with it less that without.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+import subprocess
+import sys
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from nodlidar_assembler.bag import JOINT_STATE, SCAN
+from nodlidar_assembler.bag_assembly import BagAssembly
+from nodlidar_assembler.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bag_odometry import TF
+from nodlidar_assembler.bag_source import BagSource
+from nodlidar_assembler.bag_tf import BagTf
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.pipeline import Pipeline
+from nodlidar_assembler.sensor_log import assemble_log
+from nodlidar_bringup.evaluation import simulated_log
+from nodlidar_sim.bag import write_bag
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.sensor_model import SensorModel
+from nodlidar_sim.simulation import Recording, simulate
+from rosbags.rosbag2 import Reader, StoragePlugin
+
+from bench.hot_paths import interleaved
+from bench.reference import reference_nod, START_NS
+from bench.report import Row
+
+Action = Callable[[], object]
+
+DURATION = 60.0
+LONGER = 8  # times as long is the bag that memory must not grow with
+JOINT_RATE = 100.0
+ROUNDS = 9
+TITLE = (
+    f'assemble_bag: {DURATION:.0f} s of 10 scans and {JOINT_RATE:.0f} joint states a second, '
+    'odometry at 50 Hz'
+)
+MEASURED = """
+import sys
+from nodlidar_assembler.assemble_bag import main
+assert main(sys.argv[1:]) == 0
+[peak] = [line for line in open('/proc/self/status') if line.startswith('VmHWM')]
+print(peak.split()[1])
+"""
+
+
+def results() -> list[Row]:
+    """Return speed, shares of the time and memory by what is made of which bag."""
+    with TemporaryDirectory() as folder:
+        return _results(Path(folder))
+
+
+def _results(folder: Path) -> list[Row]:
+    simulated = _recording(DURATION)
+    mcap, sqlite = folder / 'mcap', folder / 'sqlite'
+    write_bag(simulated, mcap)
+    write_bag(simulated, sqlite, StoragePlugin.SQLITE3)
+    longer = folder / 'longer'
+    write_bag(_recording(LONGER * DURATION), longer)
+    rows = [from_arrays(simulated)]
+    for bag, name, config in (
+        (mcap, 'out.ply', AssemblerConfig()),
+        (mcap, 'out.pcd', AssemblerConfig()),
+        (mcap, 'out.mcap', AssemblerConfig()),
+        (sqlite, 'out.ply', AssemblerConfig()),
+        (mcap, 'out.ply', AssemblerConfig(ego_motion='beam')),
+        (mcap, 'out.ply', AssemblerConfig(estimator='trajectory')),
+    ):
+        rows.append(from_bag(bag, folder / name, config))
+    short, long = (peak_memory(bag, folder / 'out.ply') for bag in (mcap, longer))
+    rows[1] |= {'memory [MB]': short, f'{LONGER} times as long [MB]': long}
+    return rows
+
+
+def _recording(duration: float) -> Recording:
+    room = replace(load_scene('room'), base_velocity=(0.4, 0.5))
+    sensor = SensorModel(joint_rate=JOINT_RATE)
+    return simulate(room, reference_nod(), duration, start_ns=START_NS, sensor=sensor)
+
+
+def from_arrays(simulated: Recording) -> Row:
+    """Return how soon arrays are points."""
+    log = simulated_log(simulated)
+    action = partial(_assembled, log)
+    [(seconds, _)] = interleaved({'arrays': action}, ROUNDS)
+    return _row('arrays to points', seconds, action())
+
+
+def _assembled(log: Any) -> int:
+    clouds, _ = assemble_log(log, Pipeline.configured(AssemblerConfig()))
+    return sum(len(cloud.data) for cloud in clouds)
+
+
+def from_bag(bag: Path, output: Path, config: AssemblerConfig) -> Row:
+    """Return how soon a bag is a file, and what the time goes into."""
+    steps: dict[str, Action] = {
+        'reading [%]': partial(_read, bag, config),
+        'deserialising [%]': partial(_deserialised, bag, config),
+        'assembling [%]': partial(_made, bag, config),
+        'writing [%]': partial(write_clouds, bag, output, config, Topics()),
+    }
+    times = [own for own, _ in interleaved(steps, ROUNDS)]
+    points = write_clouds(bag, output, config, Topics()).assembly.counts['points']
+    what = [f'{bag.name} to {output.suffix[1:]}']
+    what += ['odometry'] if config.ego_motion != 'off' else []
+    what += [config.estimator] if config.estimator != AssemblerConfig().estimator else []
+    row = _row(', '.join(what), times[-1], points)
+    for name, before, after in zip(steps, [0.0, *times], times, strict=False):
+        row[name] = 100.0 * (after - before) / times[-1]
+    return row
+
+
+def _row(what: str, seconds: float, points: Any) -> Row:
+    return {
+        'what': what,
+        'times real time': DURATION / seconds,
+        'million points a second': points / seconds / 1e6,
+    }
+
+
+def _wanted(config: AssemblerConfig) -> dict[str, str]:
+    wanted = {Topics().scan: SCAN, Topics().joint_states: JOINT_STATE}
+    return wanted if config.ego_motion == 'off' else {**wanted, Topics().tf: TF}
+
+
+def _read(bag: Path, config: AssemblerConfig) -> None:
+    wanted = _wanted(config)
+    with Reader(bag) as reader:
+        chosen = [each for each in reader.connections if each.topic in wanted]
+        for _ in reader.messages(chosen):
+            pass
+
+
+def _deserialised(bag: Path, config: AssemblerConfig) -> None:
+    with BagSource(bag) as source:
+        for _ in source.messages(_wanted(config)):
+            pass
+
+
+def _made(bag: Path, config: AssemblerConfig) -> None:
+    wanted = _wanted(config)
+    with BagSource(bag) as source:
+        static = (each.message for each in source.messages({f'{Topics().tf}_static': TF}))
+        tf = BagTf(config.odom_frame, config.frame_id, static)
+        assembly = BagAssembly(
+            config, lambda *cloud: None, None if config.ego_motion == 'off' else tf
+        )
+        for recorded in source.messages(wanted):
+            assembly.add(recorded, wanted[recorded.topic])
+
+
+def peak_memory(bag: Path, output: Path) -> float:
+    """Return the most memory that the command holds at a time [MB]."""
+    command = [sys.executable, '-c', MEASURED, str(bag), str(output)]
+    told = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return int(told.splitlines()[-1]) * 1024 / 1e6
