@@ -5,10 +5,11 @@ import math
 
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.planner.front import Front
+from nodlidar_assembler.planner.front import Front, RUNS
 from nodlidar_assembler.planner.hole import largest_hole, largest_side
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.timing_error import turn_instants
 from nodlidar_common.errors import ParameterError
 import numpy as np
 from planner_enumeration import widest_by_corners
@@ -103,6 +104,31 @@ def test_corners_of_the_reference_sensor_are_better_at_either_the_later_they_are
         best = [corner for corner in corners if corner.time <= time][-1]
         assert best.hole == pytest.approx(hole, abs=1e-10)
         assert front.reaching(best.hole) == pytest.approx(best)
+
+
+def test_under_a_timing_error_the_medians_of_all_nods_make_the_front():
+    task = Task(steps_per_revolution=64, full_circle=True)
+    samples, error = np.arange(41, 60, 2), 0.002
+    front = Front(task, samples, timing_error=error)
+
+    def medians(time):
+        """Return the median hole of each nod, of beams at the turns that its runs have."""
+        found = []
+        for n_s in samples:
+            runs = [turn_instants(n_s, 0.5, error * 640, 700, seed) for seed in RUNS]
+            pattern = Pattern(64, int(n_s), 0.5)
+            holes = [largest_hole(task, pattern, time, turns).side for turns in runs]
+            found.append(sorted(holes)[len(RUNS) // 2])
+        return found
+
+    smallest = front.within(0.9)
+    soonest = front.reaching(math.radians(15.0))
+    assert smallest.hole == pytest.approx(min(medians(0.9)))
+    assert min(medians(soonest.time)) <= math.radians(15.0) < min(medians(soonest.time - 1 / 640))
+    for corner in (smallest, soonest):
+        now, before = (medians(corner.time - early) for early in (0.0, 1 / 640))
+        assert now[samples.tolist().index(corner.samples_per_sweep)] == corner.hole == min(now)
+        assert min(before) > corner.hole
 
 
 def test_what_gives_no_corner_is_refused_by_name():
