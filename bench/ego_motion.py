@@ -18,15 +18,20 @@ from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import Recording, simulate
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
 
 from bench.reference import reference_nod, START_NS
+from bench.report import Row
 
 SPEED, TURN_RATE = 0.4, 0.5
 DURATION = 12.0  # almost a circle
 SEEDS = range(15)
 TURN_ERROR = 0.003  # of the servo, standard deviation [s]
 DRIFT = 0.02
+DISTANCE = f'RMS distance to the surfaces, beams up to {FAR:g} m [mm]'
+TITLE = (
+    f'Ego-motion: {DURATION:.0f} s in the room, {SPEED} m/s and {TURN_RATE} rad/s, '
+    f'odometry at 50 Hz, joint states at 62 Hz, turns {TURN_ERROR * 1e3:.0f} ms off'
+)
 
 
 def recording(
@@ -39,16 +44,16 @@ def recording(
     return simulate(scene, reference_nod(), duration, seed, start_ns=START_NS)
 
 
-def beam_rms(simulated: Recording) -> float:
+def beam_rms(simulated: Recording, estimator: str = 'slerp') -> float:
     """Return the RMS distance of the points to the surfaces [m], every beam at its own pose."""
     log = replace(near_beams(simulated_log(simulated)), odometry=simulated_odometry(simulated))
-    points = points_of(log, 'slerp', REFERENCE_MOUNT)
+    points = points_of(log, estimator, REFERENCE_MOUNT)
     return moved_surface_rms(xyz_of(points), points.time_ns, simulated.world)
 
 
-def scan_rms(simulated: Recording, instant: float) -> float:
+def scan_rms(simulated: Recording, instant: float, estimator: str = 'slerp') -> float:
     """Return the same with one pose per scan: that at a share of its duration, 0 .. 1."""
-    points = points_of(near_beams(simulated_log(simulated)), 'slerp', REFERENCE_MOUNT)
+    points = points_of(near_beams(simulated_log(simulated)), estimator, REFERENCE_MOUNT)
     moved = _at_pose_of_scan(points, simulated, simulated_odometry(simulated), instant)
     return moved_surface_rms(moved, points.time_ns, simulated.world)
 
@@ -72,25 +77,19 @@ def drifting(duration: float) -> list[tuple[str, str, float]]:
     ]
 
 
-def table() -> Table:
+def results() -> list[Row]:
     """Return the RMS distance to the surfaces by what is known of the motion."""
-    result = Table(
-        title=f'Ego-motion: {DURATION:.0f} s in the room, {SPEED} m/s and {TURN_RATE} rad/s, '
-        f'odometry at 50 Hz, joint states at 62 Hz, turns {TURN_ERROR * 1e3:.0f} ms off, '
-        f'beams up to {FAR:g} m'
-    )
-    for heading in ('robot', 'poses', 'RMS distance to the surfaces', 'to standing'):
-        result.add_column(heading, justify='left' if heading in ('robot', 'poses') else 'right')
     standing = beam_rms(recording(0.0, 0.0))
     driving = recording(SPEED, TURN_RATE)
-    for robot, poses, rms in (
-        ('stands', 'each beam its own', standing),
-        ('drives', 'each beam its own', beam_rms(driving)),
-        ('drives', 'one per scan, at its middle', scan_rms(driving, 0.5)),
-        ('drives', 'one per scan, at its first beam', scan_rms(driving, 0.0)),
-        ('drives', 'one per scan, a quarter on: the best', scan_rms(driving, 0.25)),
-        *drifting(1.0),
-        *drifting(DURATION),
-    ):
-        result.add_row(robot, poses, f'{rms * 1e3:.1f} mm', f'{rms / standing:.2f} x')
-    return result
+    return [
+        {'robot': robot, 'poses': poses, DISTANCE: rms * 1e3, 'to standing': rms / standing}
+        for robot, poses, rms in (
+            ('stands', 'each beam its own', standing),
+            ('drives', 'each beam its own', beam_rms(driving)),
+            ('drives', 'one per scan, at its middle', scan_rms(driving, 0.5)),
+            ('drives', 'one per scan, at its first beam', scan_rms(driving, 0.0)),
+            ('drives', 'one per scan, a quarter on: the best', scan_rms(driving, 0.25)),
+            *drifting(1.0),
+            *drifting(DURATION),
+        )
+    ]

@@ -1,0 +1,134 @@
+"""What numbers in clouds and clouds of whole sweeps cost: time, bytes, rounding, age of points."""
+
+from array import array
+from dataclasses import dataclass
+
+from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT
+from nodlidar_assembler.pipeline import Pipeline
+from nodlidar_assembler.points import POINT
+from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.hot_paths import interleaved
+from bench.reference import simulated_room
+from bench.report import Row
+
+DURATION = 20.0
+ROUNDS = 60
+POINT_64 = np.dtype(
+    [
+        *((name, np.float64) for name in 'xyz'),
+        *((name, POINT[name]) for name in ('intensity', 'time', 'ring')),
+    ],
+    align=True,
+)
+TITLE = f'Clouds: the room, {DURATION:.0f} s at N_s = 4001, joint states at 62 Hz'
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """What is computed with, and the record that a point is kept as."""
+
+    name: str
+    computed: type[np.floating]
+    point: np.dtype[np.void]
+
+
+NUMBERS = (
+    Numbers('transform in float64, points in float32', np.float64, POINT),
+    Numbers('transform and points in float64', np.float64, POINT_64),
+    Numbers('transform and points in float32', np.float32, POINT),
+)
+
+
+def results() -> list[Row]:
+    """Return rows by numbers, and rows by what a cloud is made of."""
+    log = simulated_log(simulated_room(DURATION))
+    return [*_by_numbers(log), *_by_mode(log)]
+
+
+def _by_numbers(log: SensorLog) -> list[Row]:
+    pipeline = Pipeline('slerp', 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    scan = log.scans[len(log.scans) // 2]
+    pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)
+    given = pipeline.beams(scan.geometry), scan.ranges, pipeline.pitch
+    exact = _assembled(NUMBERS[1], *given)
+    times = interleaved(
+        {numbers.name: lambda n=numbers: _bytes(_assembled(n, *given)) for numbers in NUMBERS},
+        ROUNDS,
+    )
+    return [
+        {
+            'clouds': numbers.name,
+            'time per scan [us]': own * 1e6,
+            'bytes per point': numbers.point.itemsize,
+            'largest rounding [nm]': _rounding(_assembled(numbers, *given), exact) * 1e9,
+        }
+        for numbers, (own, _) in zip(NUMBERS, times, strict=True)
+    ]
+
+
+def _assembled(
+    numbers: Numbers,
+    beams: Beams,
+    ranges: NDArray[np.float32],
+    pitch: NDArray[np.float64],
+) -> NDArray[np.void]:
+    """Return points as assembly.assemble makes them, with given numbers."""
+    p = beams.direction.astype(numbers.computed) * ranges.astype(numbers.computed)
+    p += beams.mount.position[:, None].astype(numbers.computed)
+    phi = pitch.astype(numbers.computed)
+    cos, sin = np.cos(phi), np.sin(phi)
+    data = np.zeros(len(ranges), numbers.point)
+    data['x'], data['y'], data['z'] = p[0] * cos - p[2] * sin, p[1], p[0] * sin + p[2] * cos
+    return data
+
+
+def _bytes(data: NDArray[np.void]) -> 'array[int]':
+    message = array('B')
+    message.frombytes(data.view(np.uint8).data)
+    return message
+
+
+def _rounding(data: NDArray[np.void], exact: NDArray[np.void]) -> float:
+    off = [data[axis].astype(np.float64) - exact[axis] for axis in 'xyz']
+    return float(np.max(np.linalg.norm(off, axis=0)))
+
+
+def _by_mode(log: SensorLog) -> list[Row]:
+    """Return what it takes to make clouds, and how old points are when theirs is complete."""
+    modes = ('scan', 'sweep')
+    times = interleaved({mode: lambda m=mode: _ages(log, m) for mode in modes}, ROUNDS // 4)
+    rows = []
+    for mode, (own, _) in zip(modes, times, strict=True):
+        ages = _ages(log, mode)
+        rows.append(
+            {
+                'clouds': f'whole pipeline, one per {mode}',
+                'time per scan [us]': own / len(log.scans) * 1e6,
+                'clouds per second': len(ages) / DURATION,
+                'points in a cloud': int(np.median([len(age) for age in ages])),
+                'mean age of a point [ms]': float(np.mean(np.concatenate(ages))) * 1e3,
+                'largest age [ms]': float(np.max(np.concatenate(ages))) * 1e3,
+            }
+        )
+    return rows
+
+
+def _ages(log: SensorLog, mode: str) -> list[NDArray[np.float64]]:
+    """Return for each cloud how old its points are when it is complete [s]."""
+    pipeline = Pipeline('slerp', mode, REFERENCE_MOUNT, MAX_JOINT_GAP)
+    ages, samples_given = [], 0
+    for scan in log.scans:
+        end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
+        around = log.samples_around(scan.stamp_ns, end_ns)
+        for k in range(samples_given, around.stop):
+            pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
+        samples_given = around.stop
+        now_ns = log.sample_ns[around.stop - 1]
+        for cloud in pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around]):
+            ages.append((now_ns - cloud.time_ns) / NS_PER_S)
+    return ages
