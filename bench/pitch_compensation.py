@@ -1,7 +1,9 @@
 """Fig. 11: a drive toward what is ahead, with fixed pitch limits and with compensated ones.
 
-Points that count lie ahead and in the band of heights; a repeat lies in a cube of space that a
-point before it lies in. Fixed limits are those that see the whole band from the start.
+The drive takes N_s frames, which repeats are counted over: beams in a cell of the finest grid
+(lidar steps x rows of span/N_s, of the fixed limits) that a beam before them lies in. Beside it:
+points ahead and in the band of heights that lie in a cube of space with a point before them. Fixed
+limits are those that see the whole band from the start.
 
 The nod is that of the servo loop with all its faults (phase_lock), commanded as live: tied to the
 lidar's revolutions, other limits in mid-sweep. Points are what the assembler makes of the joint
@@ -10,7 +12,7 @@ samples by slerp. Odometry is exact.
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from nodlidar_assembler.nod_clock import NodClock, NodShape
 from nodlidar_assembler.pipeline import Pipeline, Scan
@@ -28,17 +30,18 @@ from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.world import World
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
 
 from bench.phase_lock import LOADED, Rig, Tied, TRUE_BEAM_NS, URG
 from bench.reference import START_NS
+from bench.report import Row
 
 Floats = NDArray[np.float64]
+
+TITLE = 'Fig. 11: drive toward what is ahead, share of repeats and evenness over the height'
 
 CONFIG = PitchLimitsConfig()
 # Scene, start and end of the drive [m].
 DRIVES = (('wall', -2.0, 1.0), ('room', -1.0, 1.0))
-SPEED = 0.05  # m/s
 N_S = 4001
 SCAN_TIME = 1024 * TRUE_BEAM_NS / NS_PER_S
 SETTLING = 20  # scans from rest to the nod, before the robot drives
@@ -46,55 +49,62 @@ BRACKET = 0.03  # time after a scan within which joint samples come [s]
 HISTORY = 100  # joint samples kept: more than a second
 SENSOR = SensorModel()
 CUBES = (0.0025, 0.005, 0.01, 0.02)  # m
-SEEDS = range(3)  # of the servo's faults
+SEED = 1  # of the servo's faults
 BINS = np.linspace(CONFIG.z_bottom, CONFIG.z_top, 20)
 
 
-def table() -> Table:
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What came of a drive.
+
+    Attributes
+    ----------
+    points
+        In the world, those that count, shape (n, 3).
+    pitch
+        Of every beam [rad], shape (scans, beams).
+    """
+
+    points: Floats
+    pitch: Floats
+
+
+def results() -> list[Row]:
     """Return repeats and evenness over the height, with and without compensation."""
-    result = Table(
-        title=f'Fig. 11: drive at {SPEED} m/s, repeats in cubes and evenness, '
-        f'mean of {len(SEEDS)} runs'
-    )
-    for name in ('scene', 'limits', 'points', *(f'{1e3 * c:g} mm' for c in CUBES), 'CV'):
-        result.add_column(name, justify='right')
+    rows = []
     for name, start, end in DRIVES:
-        fixed, steered = (
-            np.mean(
-                [_figures(drive(load_scene(name), start, end, compensate, s)) for s in SEEDS], 0
-            )
-            for compensate in (False, True)
-        )
-        result.add_row(name, 'fixed', *_words(fixed))
-        result.add_row('', 'compensated', *_words(steered))
-        result.add_row('', 'ratio', '', *(f'{x:.3f}' for x in (steered / fixed)[1:]))
-        result.add_section()
-    return result
+        scene = load_scene(name)
+        fixed, steered = (drive(scene, start, end, compensate) for compensate in (False, True))
+        span = float(np.ptp(fixed.pitch))
+        figures = [_figures(each, span / N_S) for each in (fixed, steered)]
+        ratio = {key: figures[1][key] / figures[0][key] for key in figures[0]}
+        for limits, row in zip(('fixed', 'compensated', 'ratio'), (*figures, ratio), strict=True):
+            rows.append({'scene': name, 'limits': limits, **row})
+    return rows
 
 
-def drive(
-    scene: Scene, start: float, end: float, compensate: bool, seed: int = SEEDS[0]
-) -> Floats:
-    """Return the points in the world that count, shape (n, 3); the loop is closed scan by scan."""
-    scans = round((end - start) / SPEED / SCAN_TIME)
-    there = replace(scene, base_start=(start, 0.0, 0.0), base_velocity=(SPEED, 0.0))
-    sensor = NoddingSensor(there, limits_at(CONFIG, _first_range(scene, start)), seed)
-    limits, points = PitchLimits(CONFIG), []
-    for now_ns, x, seen in sensor.scans(scans):
+def drive(scene: Scene, start: float, end: float, compensate: bool, frames: int = N_S) -> Drive:
+    """Drive a way [m] in so many frames; the loop is closed scan by scan."""
+    speed = (end - start) / (frames * SCAN_TIME)
+    there = replace(scene, base_start=(start, 0.0, 0.0), base_velocity=(speed, 0.0))
+    sensor = NoddingSensor(there, limits_at(CONFIG, _first_range(scene, start)), SEED)
+    limits, points, pitch = PitchLimits(CONFIG), [], []
+    for now_ns, x, seen in sensor.scans(frames):
         limits.update(now_ns, ranges_that_count(CONFIG, seen))
-        limits.moved(SPEED * SCAN_TIME)
+        limits.moved(speed * SCAN_TIME)
         followed = limits.limits(now_ns)
         if compensate and limits.range:
             sensor.change(followed)
         ahead = np.abs(np.arctan2(seen[:, 1], seen[:, 0])) <= CONFIG.sector
         in_band = (seen[:, 2] > CONFIG.z_bottom) & (seen[:, 2] < CONFIG.z_top)
         points.append(seen[ahead & in_band] + (x, 0.0, 0.0))
-    return np.concatenate(points)
+        pitch.append(sensor.pitch)
+    return Drive(np.concatenate(points), np.array(pitch))
 
 
 def _first_range(scene: Scene, start: float) -> float:
     there = replace(scene, base_start=(start, 0.0, 0.0), base_velocity=(0.0, 0.0))
-    _, _, seen = next(NoddingSensor(there, (-0.1, 0.1), SEEDS[0]).scans(1))
+    _, _, seen = next(NoddingSensor(there, (-0.1, 0.1), SEED).scans(1))
     return float(np.median(ranges_that_count(CONFIG, seen)))
 
 
@@ -120,6 +130,11 @@ class NoddingSensor:
         arm = Pose.from_xyzrpy((0.0, 0.0, scene.optical_offset, 0.0, 0.0, 0.0))
         self._pipeline = Pipeline('slerp', 'scan', arm, MAX_JOINT_GAP)
         self._samples: deque[tuple[int, float]] = deque(maxlen=HISTORY)
+
+    @property
+    def pitch(self) -> Floats:
+        """Of the last scan's beams, as the assembler tells it [rad], shape (n,)."""
+        return self._pipeline.pitch
 
     def change(self, limits: tuple[float, float]) -> None:
         """Command other limits [rad]."""
@@ -154,14 +169,18 @@ class NoddingSensor:
         return in_base + driven * (1.0, 0.0, 0.0)
 
 
-def _figures(points: Floats) -> Floats:
-    """Return the points, the repeats in each size of cube, and the CV of points over height."""
-    repeats = [
-        len(points) - len(np.unique(np.floor(points / cube).astype(int), axis=0)) for cube in CUBES
-    ]
-    counts, _ = np.histogram(points[:, 2], bins=BINS)
-    return np.array([len(points), *repeats, counts.std() / counts.mean()])
+def _figures(driven: Drive, row: float) -> Row:
+    """Return shares of repeats, and the CV of points over height; `row` is the grid's [rad]."""
+    beams = np.broadcast_to(np.arange(driven.pitch.shape[1]), driven.pitch.shape)
+    grid = np.stack([beams.ravel(), np.floor(driven.pitch.ravel() / row)], axis=1)
+    counts, _ = np.histogram(driven.points[:, 2], bins=BINS)
+    return {
+        'repeats, finest grid': repeats(grid),
+        **{f'{1e3 * cube:g} mm': repeats(np.floor(driven.points / cube)) for cube in CUBES},
+        'CV over height': float(counts.std() / counts.mean()),
+    }
 
 
-def _words(figures: Floats) -> list[str]:
-    return [*(f'{x:.0f}' for x in figures[:-1]), f'{figures[-1]:.3f}']
+def repeats(cells: Floats) -> float:
+    """Return the share of those in cells, shape (n, d), that have one before them there."""
+    return 1.0 - len(np.unique(cells.astype(np.int64), axis=0)) / len(cells)
