@@ -12,11 +12,18 @@ from typing import Any
 
 from nodlidar_assembler.bag import BagError
 from nodlidar_assembler.cut_mcap import CutMcapReader
+from nodlidar_assembler.cut_sqlite import CutSqliteReader
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
+
+AnyReader = Reader | CutMcapReader | CutSqliteReader
+_CUT: dict[str, type[CutMcapReader | CutSqliteReader]] = {
+    '.mcap': CutMcapReader,
+    '.db3': CutSqliteReader,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +63,7 @@ class BagSource:
         self.path = path
         self.notes: list[str] = []
         self.unreadable: Counter[str] = Counter()
-        self._readers: list[Reader | CutMcapReader] = []
+        self._readers: list[AnyReader] = []
         self._stack = ExitStack()
 
     def __enter__(self) -> BagSource:
@@ -77,22 +84,19 @@ class BagSource:
         self._stack.close()
 
     def _open_files(self) -> None:
-        files = _files(self.path)
-        for file in files:
+        for file in _files(self.path):
             reader, why = self._opened(partial(Reader, file))
-            if reader is None and file.suffix == '.mcap':
-                reader, why = self._opened(partial(CutMcapReader, file))
-                self.notes.append(f"'{file.name}' ends early: read up to its last whole chunk")
+            if reader is None and file.suffix in _CUT:
+                reader, why = self._opened(partial(_CUT[file.suffix], file))
+                if reader is not None:
+                    why = f"'{file.name}' ends early: read as far as it goes"
             if reader is not None:
                 self._readers.append(reader)
-            else:
-                self.notes.append(why)
+            self.notes += [why] if why else []
         if not self._readers:
             raise BagError(f"nothing of '{self.path}' can be read: {'; '.join(self.notes)}")
 
-    def _opened(
-        self, make: Callable[[], Reader | CutMcapReader]
-    ) -> tuple[Reader | CutMcapReader | None, str]:
+    def _opened(self, make: Callable[[], AnyReader]) -> tuple[AnyReader | None, str]:
         """Return an open reader, or None and why it cannot be."""
         try:
             reader = make()
@@ -125,9 +129,7 @@ class BagSource:
             if connections:
                 yield from self._messages_of(reader, connections)
 
-    def _messages_of(
-        self, reader: Reader | CutMcapReader, connections: list[Connection]
-    ) -> Iterator[Recorded]:
+    def _messages_of(self, reader: AnyReader, connections: list[Connection]) -> Iterator[Recorded]:
         raw = reader.messages(connections)
         while True:
             try:
@@ -135,7 +137,8 @@ class BagSource:
             except StopIteration:
                 return
             except Exception as error:  # whatever the decompressor or the database raises
-                self.notes.append(f'the bag is damaged, the rest is left out: {error}')
+                note = f'the bag is damaged, the rest is left out: {error}'
+                self.notes += [] if note in self.notes else [note]
                 return
             try:
                 message = STORE.deserialize_cdr(data, connection.msgtype)

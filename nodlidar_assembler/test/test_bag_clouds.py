@@ -309,6 +309,16 @@ def test_a_bag_without_scans_or_clouds_is_an_error_and_leaves_the_old_file(simul
     assert (tmp_path / 'out.ply').read_text() == 'old'
 
 
+@pytest.mark.parametrize('suffix', ['ply', 'mcap'])
+def test_when_it_is_interrupted_nothing_is_left(bag, tmp_path, suffix):
+    def interrupt(now_ns, first_ns, last_ns):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_clouds(bag, tmp_path / f'out.{suffix}', AssemblerConfig(), TOPICS, interrupt)
+    assert not list(tmp_path.glob('out*'))
+
+
 def test_a_file_that_is_there_is_replaced_and_it_is_said(bag, tmp_path):
     (tmp_path / 'out.ply').write_text('old')
     summary = write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)

@@ -90,6 +90,27 @@ def test_of_an_mcap_file_that_ends_early_the_whole_chunks_are_read(entries, mcap
     assert any('ends early' in note for note in source.notes)
 
 
+@pytest.mark.parametrize('share', [0.9, 0.95, 0.99])
+def test_of_an_sqlite_file_that_ends_early_the_messages_before_are_read(entries, tmp_path, share):
+    path = write_messages(tmp_path / 'bag', entries, StoragePlugin.SQLITE3)
+    [file] = path.glob('*.db3')
+    file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
+    found, source = read(path)
+    whole = written(entries)
+    assert (share - 0.2) * len(whole) < len(found) <= len(whole)
+    assert found == whole[: len(found)]
+    assert any('ends early' in note for note in source.notes)
+    assert span_of(path) == (whole[0][0], whole[len(found) - 1][0] + 1)
+
+
+def test_an_sqlite_file_without_the_way_to_its_messages_is_refused(entries, tmp_path):
+    path = write_messages(tmp_path / 'bag', entries, StoragePlugin.SQLITE3)
+    [file] = path.glob('*.db3')
+    file.write_bytes(file.read_bytes()[:100_000])
+    with pytest.raises(BagError, match='what leads to its messages is gone'):
+        read(path)
+
+
 def test_a_folder_whose_recorder_was_killed_is_read_from_its_files(entries, mcap, tmp_path):
     folder = tmp_path / 'killed'
     folder.mkdir()
