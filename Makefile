@@ -24,7 +24,7 @@ lint: .venv/ready-$(ROS)        ## ruff and mypy
 	@$(ACTIVATE) && python -m ruff check . && python -m mypy
 
 bench: build             ## measure what the documentation quotes, into bench/results and docs/tradeoffs.md
-	@$(ACTIVATE) && python -m bench --record
+	@$(ACTIVATE) && python -m bench --record && python -m figures pareto estimators sensing
 
 compare: build           ## say what got slower than bench/results
 	@$(ACTIVATE) && python -m bench --compare

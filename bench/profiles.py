@@ -1,18 +1,22 @@
 """What each profile costs and buys: the same room, nodded in with the servo's errors, no noise.
 
-Own work is the processor's time in the callbacks of the real node, messages in and clouds out,
-but for what rclpy takes to receive them; `python -m bench live` has all of it, for all nodes.
+Computation is what is done with arrays, from scans and joint samples to the message of a cloud and
+to what was covered. Callbacks are those of the real node, messages in and clouds published; only
+what rclpy takes to receive messages is not in them. `python -m bench live` has that, too, and the
+other nodes.
 """
 
 from dataclasses import dataclass
 from functools import partial
 import time
 
+from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.node import Assembler
 from nodlidar_assembler.pipeline import Pipeline
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.surroundings import Surroundings
 from nodlidar_bringup.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_bringup.launched import keep_apart
 from nodlidar_common.messages import time_message
@@ -24,38 +28,43 @@ import rclpy
 from sensor_msgs.msg import JointState, LaserScan
 
 from bench.accuracy import pitch_rms
+from bench.hot_paths import interleaved
 from bench.reference import simulated_room
 from bench.report import Row
 
 DURATION = 20.0
 ROUNDS = 7
+SCANS_PER_S = 10
 TURN_ERROR = 0.003
 FEEDBACK_RATE = {'fast': 20.0, 'balanced': 100.0, 'accurate': 100.0}  # nodlidar_bringup/config
 BALANCED = 'balanced'
+ERROR, COMPUTATION = 'distance to balanced', 'computation to balanced'
 Timed = tuple[int, LaserScan | JointState]
 TITLE = f'Profiles: the room, {DURATION:.0f} s at N_s = 4001, turns {TURN_ERROR * 1e3:.0f} ms off'
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """RMS of pitch [rad] and of the distance to the surfaces [m], latency and own work [s]."""
+    """RMS of pitch [rad] and of the distance to the surfaces [m], latency, times per scan [s]."""
 
     pitch: float
     surface: float
     latency: float
-    work: float
+    computation: float
+    callbacks: float
 
 
 def results() -> list[Row]:
-    """Return errors, latency and own work of each profile, and their ratios to balanced."""
+    """Return errors, latency and times of each profile, and their ratios to balanced."""
     recordings = {name: _recording(rate) for name, rate in FEEDBACK_RATE.items()}
-    work = own_work(recordings)
+    computation, callbacks = computation_times(recordings), callback_times(recordings)
     found = {
         name: Found(
             pitch_rms(recordings[name], Pipeline.configured(config).estimator),
             _surface_rms(recordings[name], config),
             added_latency(simulated_log(recordings[name]), config),
-            work[name],
+            computation[name],
+            callbacks[name],
         )
         for name, config in PROFILES.items()
     }
@@ -68,10 +77,12 @@ def _row(name: str, own: Found, balanced: Found) -> Row:
         'joint states [Hz]': FEEDBACK_RATE[name],
         'RMS pitch error [mrad]': own.pitch * 1e3,
         f'RMS distance to the surfaces, beams up to {FAR:g} m [mm]': own.surface * 1e3,
-        'to balanced': own.surface / balanced.surface,
+        ERROR: own.surface / balanced.surface,
         'latency after the last beam [ms]': own.latency * 1e3,
-        'own work per scan [us]': own.work * 1e6,
-        'work to balanced': own.work / balanced.work,
+        'computation per scan [us]': own.computation * 1e6,
+        COMPUTATION: own.computation / balanced.computation,
+        'callbacks per scan [us]': own.callbacks * 1e6,
+        'callbacks to balanced': own.callbacks / balanced.callbacks,
     }
 
 
@@ -95,7 +106,33 @@ def added_latency(log: SensorLog, config: AssemblerConfig) -> float:
     return float(np.median(log.sample_ns[last[there]] - ends_ns[there])) / NS_PER_S
 
 
-def own_work(recordings: dict[str, Recording]) -> dict[str, float]:
+def computation_times(recordings: dict[str, Recording]) -> dict[str, float]:
+    """Return the time of all computation per scan [s]."""
+    logs = {name: simulated_log(simulated) for name, simulated in recordings.items()}
+    actions = {name: partial(_compute, log, PROFILES[name]) for name, log in logs.items()}
+    times = interleaved(actions, ROUNDS)
+    return {
+        name: own / len(log.scans)
+        for (name, log), (own, _) in zip(logs.items(), times, strict=True)
+    }
+
+
+def _compute(log: SensorLog, config: AssemblerConfig) -> None:
+    """Do with a log's arrays what the node does with them."""
+    pipeline, surroundings = Pipeline.configured(config), Surroundings(config)
+    margin_ns = pipeline.estimator.margin_ns
+    for k, scan in enumerate(log.scans[3:-3]):
+        beams = pipeline.beams(scan.geometry)
+        begin_ns, end_ns = scan.stamp_ns - margin_ns, scan.stamp_ns + beams.duration_ns + margin_ns
+        around = log.samples_around(begin_ns, end_ns)
+        for cloud in pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around]):
+            cloud_message(cloud, config.frame_id)
+        surroundings.add_scan(scan, beams, pipeline.pitch)
+        if config.coverage_window > 0.0 and k % SCANS_PER_S == 0:
+            surroundings.covered()
+
+
+def callback_times(recordings: dict[str, Recording]) -> dict[str, float]:
     """Return the time that the node's callbacks take per scan, in the median of rounds [s]."""
     keep_apart()
     messages = {name: _messages(simulated_log(r)) for name, r in recordings.items()}

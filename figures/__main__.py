@@ -10,10 +10,12 @@ from figures import (
     compensation,
     corner,
     coverage,
+    estimators,
     pareto,
     pattern,
     repeats,
     repeats_by_height,
+    sensing,
 )
 
 FIGURES = {
@@ -24,6 +26,8 @@ FIGURES = {
     'repeats': repeats.draw,
     'compensation': compensation.draw,
     'pareto': pareto.draw,
+    'estimators': estimators.draw,
+    'sensing': sensing.draw,
 }
 FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 

@@ -1,7 +1,5 @@
 """When the lidar's revolutions begin, in host time, from the stamps of its scans."""
 
-from collections import deque
-
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 
@@ -10,6 +8,7 @@ WINDOW = 300
 
 _GATE_NS = 5_000_000  # a stamp that is off by more tells nothing, or that the lidar started anew
 _STRAYS_TO_RESTART = 5
+_NO_STAMPS = np.empty((0, 2), dtype=np.int64)  # count, stamp [ns]
 _NOMINAL_WEIGHT = 25.0
 """Weight of the nominal period against the stamps: their scatter (0.5 ms) over the error of that
 period (0.1 ms), squared. What the first few stamps say of the period is mostly their jitter."""
@@ -35,7 +34,7 @@ class Revolutions:
     def __init__(self) -> None:
         self.count = 0
         self.restarts = 0
-        self._stamps: deque[tuple[int, int]] = deque(maxlen=WINDOW)  # count, stamp
+        self._stamps = _NO_STAMPS
         self._strays = 0
         self._begin_ns = 0
         self._nominal_ns = self._period_ns = 0.0
@@ -66,7 +65,7 @@ class Revolutions:
         bool
             Whether the stamp is on the line.
         """
-        if not self._stamps:
+        if not len(self._stamps):
             self._begin(stamp_ns, nominal)
             return True
         elapsed_ns = stamp_ns - self._begin_ns
@@ -75,7 +74,7 @@ class Revolutions:
             return self._stray(stamp_ns, nominal)
         self._strays = 0
         self.count += turns
-        self._stamps.append((self.count, stamp_ns))
+        self._remember(stamp_ns)
         self._fit()
         return True
 
@@ -89,20 +88,22 @@ class Revolutions:
 
     def _begin(self, stamp_ns: int, nominal: float) -> None:
         self._strays = 0
-        self._stamps.clear()
-        self._stamps.append((self.count, stamp_ns))
+        self._stamps = _NO_STAMPS
+        self._remember(stamp_ns)
         self._begin_ns = stamp_ns
         self._nominal_ns = self._period_ns = nominal * NS_PER_S
 
+    def _remember(self, stamp_ns: int) -> None:
+        new = np.array([[self.count, stamp_ns]], dtype=np.int64)
+        self._stamps = np.concatenate([self._stamps[1 - WINDOW :], new])
+
     def _fit(self) -> None:
         """Fit the line by least squares, with the nominal period as one more observation."""
-        count, stamp_ns = self._stamps[-1]
-        turns = np.array([entry[0] - count for entry in self._stamps], dtype=np.float64)
-        offsets = np.array([entry[1] - stamp_ns for entry in self._stamps], dtype=np.float64)
-        offsets -= self._nominal_ns * turns
+        turns, since_ns = (self._stamps - self._stamps[-1]).T.astype(np.float64)
+        offsets = since_ns - self._nominal_ns * turns
         middle, mean = turns.mean(), offsets.mean()
         centred = turns - middle
         spread = float(centred @ centred) + _NOMINAL_WEIGHT
         excess = float(centred @ (offsets - mean)) / spread
         self._period_ns = self._nominal_ns + excess
-        self._begin_ns = stamp_ns + round(mean - excess * middle)
+        self._begin_ns = int(self._stamps[-1, 1]) + round(mean - excess * middle)

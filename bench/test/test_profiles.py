@@ -1,0 +1,33 @@
+"""What profiles promise, with room for a noisy machine where it is about time."""
+
+from nodlidar_assembler.profiles import PROFILES
+from nodlidar_bringup.launched import keep_apart
+import pytest
+import yaml
+
+from bench.profiles import COMPUTATION, ERROR, FEEDBACK_RATE, results
+from bench.report import RESULTS
+
+PROFILE_FILES = RESULTS.parent.parent / 'nodlidar_bringup' / 'config' / 'profiles'
+
+
+@pytest.fixture(scope='module')
+def rows():
+    keep_apart()
+    return {row['profile']: row for row in results()}
+
+
+def test_rates_are_those_that_are_launched():
+    assert set(FEEDBACK_RATE) == set(PROFILES)
+    for name, rate in FEEDBACK_RATE.items():
+        given = yaml.safe_load((PROFILE_FILES / f'{name}.yaml').read_text())
+        assert given['/**']['ros__parameters']['feedback_rate'] == rate
+
+
+def test_accurate_errs_at_most_half_as_much_as_balanced(rows):
+    assert rows['accurate'][ERROR] <= 0.5
+
+
+def test_fast_computes_much_less_than_balanced(rows):
+    """At most a third, by docs/tradeoffs.md, which is measured on a quiet machine."""
+    assert rows['fast'][COMPUTATION] <= 0.4
