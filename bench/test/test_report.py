@@ -44,6 +44,9 @@ def test_a_page_takes_up_what_is_recorded_between_its_marks(tmp_path, monkeypatc
     report.record('some', report.recording(ROWS[:1], 'Some', 'abc'))
     text = 'Before.\n\n<!-- bench: some -->\nold\n<!-- end -->\n\nAfter.\n'
     filled = page.filled(text)
+    chosen = page.filled(text.replace('some -->', 'some: count; what -->'))
+    assert '<!-- bench: some: count; what -->\n| count | what |\n' in chosen
+    assert '| 4001 | a |' in chosen
     assert filled.startswith('Before.\n\n<!-- bench: some -->\n| what |')
     assert filled.endswith('| a | 1.23 | 4001 |\n<!-- end -->\n\nAfter.\n')
     assert page.filled(filled) == filled
