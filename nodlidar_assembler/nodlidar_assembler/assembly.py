@@ -97,7 +97,7 @@ def assemble(
     data = np.zeros(len(valid), dtype=POINT if poses is None else moved_point)
     origin = OF_ODOMETRY
     if poses is not None:
-        origin = origin_near(poses.position[0])
+        origin = origin_near(poses.position[0].tolist())
         xyz = poses.taken(valid).to_parent(xyz.T, origin).T
     data['x'], data['y'], data['z'] = xyz
     if intensities is not None and len(intensities) == len(ranges):

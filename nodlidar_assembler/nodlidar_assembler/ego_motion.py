@@ -121,9 +121,9 @@ class Odometry:
         position, orientation = self.poses.position, self.poses.orientation
         if position.shape != (count, 3) or orientation.shape != (count, 4):
             raise OdometryError('odometry of unequal lengths', (position.shape, orientation.shape))
-        if (self.time_ns[1:] <= self.time_ns[:-1]).any():
+        if np.count_nonzero(self.time_ns[1:] <= self.time_ns[:-1]):
             raise OdometryError('odometry with stamps that do not ascend')
-        if not (np.isfinite(position).all() and np.isfinite(orientation).all()):
+        if not (_is_finite(position) and _is_finite(orientation)):
             raise OdometryError('odometry that is not finite')
         poses = Poses(position, _continuous(_normalized(orientation)))
         object.__setattr__(self, 'poses', poses)
@@ -202,10 +202,14 @@ def _product(a: Array, b: Array) -> Array:
     return np.concatenate([xyz, w], axis=1)
 
 
+def _is_finite(values: Array) -> bool:
+    return np.count_nonzero(np.isfinite(values)) == values.size
+
+
 def _normalized(orientation: Array) -> Array:
     length = lengths(orientation)
     wrong = np.abs(length - 1.0) > LENGTH_TOLERANCE
-    if wrong.any():
+    if np.count_nonzero(wrong):
         reason = f'odometry with a quaternion whose length is not 1 within {LENGTH_TOLERANCE:.3f}'
         raise OdometryError(reason, float(length[wrong][0]))
     return np.asarray(orientation / length[:, None])
@@ -214,7 +218,7 @@ def _normalized(orientation: Array) -> Array:
 def _continuous(orientation: Array) -> Array:
     """Return the quaternions with signs such that neighbours are on one hemisphere."""
     flips = dots(orientation[1:], orientation[:-1]) < 0.0
-    if not flips.any():
+    if not np.count_nonzero(flips):
         return orientation
     signs = np.where(np.cumsum(flips) % 2, -1.0, 1.0)
     return np.concatenate([orientation[:1], orientation[1:] * signs[:, None]])

@@ -43,8 +43,10 @@ class Steps:
         self._velocity = (position[1:] - position[:-1]).T / gap_ns  # m/ns
         self._across = ((there - cos * here) / sin).T
         self._half_rate = half / gap_ns  # rad/ns
-        gap, speed = gap_ns / NS_PER_S, lengths(self._velocity.T) * NS_PER_S
-        self.motion = np.stack([gap, speed, 2.0 * half_turn / gap])
+        self.motion = np.empty((3, len(gap_ns)))
+        self.motion[0] = gap_ns / NS_PER_S
+        self.motion[1] = lengths(self._velocity.T) * NS_PER_S
+        self.motion[2] = 2.0 * half_turn / self.motion[0]
 
     def of(self, times_ns: Times) -> NDArray[np.intp]:
         """Return in which step each instant [ns] between samples is, shape (n,)."""
