@@ -81,10 +81,8 @@ def summary_table(summary: Summary, output: Path) -> Table:
     table.add_column(overflow='fold')
     table.add_column(justify='right', overflow='fold')
     table.add_row('written', str(output))
-    for name, count in assembly.counts.items():
+    for name, count in (assembly.counts | assembly.remarks).items():
         table.add_row(name, f'{count}')
-    for reason, count in assembly.fallbacks.items():
-        table.add_row(f'slerp instead of trajectory: {reason}', f'{count}')
     for reason, count in assembly.drops.items():
         table.add_row(f'dropped: {reason}', f'{count}')
     if not assembly.drops:

@@ -47,6 +47,8 @@ class BagTf:
         The frame's odometry.
     carrier
         What the frame is fixed to.
+    trouble
+        Empty: what a bag lacks is found out by its reader.
 
     Raises
     ------
@@ -63,11 +65,13 @@ class BagTf:
         self._odom_frame = odom_frame
         self.carrier, mount = carried(frame, fixed)
         self.history = MountedHistory(mount)
+        self.trouble = ''
+        self._on_sample: Callable[[], None] = lambda: None
         self._on_time_back: Callable[[], None] = lambda: None
 
-    def register(self, on_time_back: Callable[[], None]) -> None:
-        """Set what is called when time went back."""
-        self._on_time_back = on_time_back
+    def register(self, on_sample: Callable[[], None], on_time_back: Callable[[], None]) -> None:
+        """Set what is called after each new sample, and when time went back."""
+        self._on_sample, self._on_time_back = on_sample, on_time_back
 
     def add(self, message: Any) -> None:
         """Take the transforms of a TFMessage."""
@@ -82,3 +86,4 @@ class BagTf:
             self._on_time_back()
         p, q = transform.translation, transform.rotation
         self.history.add(stamp_ns, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+        self._on_sample()

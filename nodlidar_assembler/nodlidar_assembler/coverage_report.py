@@ -1,10 +1,12 @@
 """What the last seconds of beams have covered, on ~/coverage and in the diagnostics."""
 
 from collections.abc import Callable
+import math
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.nod_commander import NodCommander
 from nodlidar_assembler.runtime_coverage import Covered
 from nodlidar_msgs.msg import Coverage
 from rclpy.node import Node
@@ -23,8 +25,8 @@ class CoverageReport:
         What is looked for, and over what time.
     covered
         Gives what has been covered.
-    round_time
-        Gives how long it took to see all cells [s], the last time; NaN if that is unknown.
+    nod
+        Knows how long it took to see all cells, if the nod is commanded here.
     """
 
     def __init__(
@@ -33,10 +35,10 @@ class CoverageReport:
         updater: Updater,
         config: AssemblerConfig,
         covered: Callable[[], Covered],
-        round_time: Callable[[], float],
+        nod: NodCommander | None,
     ) -> None:
         self._clock = node.get_clock()
-        self._covered, self._round_time = covered, round_time
+        self._covered, self._nod = covered, nod
         self._told = Coverage(
             window=config.coverage_window, cell=config.task.cell, cells=config.task.cells
         )
@@ -66,5 +68,5 @@ class CoverageReport:
         told.header.stamp = self._clock.now().to_msg()
         told.beams, told.seen, told.largest_hole = covered.beams, covered.seen, covered.hole
         told.repeats, told.least_repeats = covered.repeats, covered.least_repeats
-        told.time_to_see_all = self._round_time()
+        told.time_to_see_all = math.nan if self._nod is None else self._nod.round_time
         self._publisher.publish(told)

@@ -5,19 +5,30 @@ from collections import Counter
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.scan_to_cloud import ScanToCloud
 from nodlidar_common.nod import NS_PER_S
 from rclpy.node import Node
 
 
 class Diagnosis:
-    """Counts what comes, goes and is dropped, and reports it once a second."""
+    """Counts what comes and goes, and reports it once a second with what was dropped.
 
-    def __init__(self, node: Node, scan_timeout: float) -> None:
+    Parameters
+    ----------
+    node
+        Whose diagnostics these are.
+    scan_timeout
+        Without a scan for so long something is wrong [s].
+    to_cloud
+        Knows what was dropped.
+    """
+
+    def __init__(self, node: Node, scan_timeout: float, to_cloud: ScanToCloud) -> None:
         self._clock = node.get_clock()
         self._scan_timeout = scan_timeout
-        self.last_scan_ns = 0
+        self._last_scan_ns = 0
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
-        self.drops: Counter[str] = Counter()
+        self._to_cloud = to_cloud
         self._drops_told: Counter[str] = Counter()
         self._latency = 0.0
         self.updater = Updater(node)
@@ -26,7 +37,7 @@ class Diagnosis:
 
     def scan_arrived(self, now_ns: int, beams: int) -> None:
         """Count a scan."""
-        self.last_scan_ns = now_ns
+        self._last_scan_ns = now_ns
         self.counts.update(scans=1, beams=beams)
 
     def cloud_published(self, now_ns: int, cloud: Points) -> None:
@@ -36,17 +47,17 @@ class Diagnosis:
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
         status.summary(*self._summary())
-        for name, count in self.counts.items():
+        for name, count in (self.counts | self._to_cloud.remarks).items():
             status.add(name, str(count))
-        for reason, count in self.drops.items():
+        for reason, count in self._to_cloud.drops.items():
             status.add(f'dropped: {reason}', str(count))
         status.add('latency after the last point [s]', f'{self._latency:.4f}')
         return status
 
     def _summary(self) -> tuple[bytes, str]:
-        new_drops = self.drops - self._drops_told
-        self._drops_told = self.drops.copy()
-        silence = (self._clock.now().nanoseconds - self.last_scan_ns) / NS_PER_S
+        new_drops = self._to_cloud.drops - self._drops_told
+        self._drops_told = self._to_cloud.drops.copy()
+        silence = (self._clock.now().nanoseconds - self._last_scan_ns) / NS_PER_S
         if not self.counts['scans']:
             return DiagnosticStatus.STALE, 'no scan has come yet'
         if silence > self._scan_timeout:

@@ -1,23 +1,21 @@
 """Releases each scan with the odometry that brackets its beams, up to the newest."""
 
-from collections import deque
 from collections.abc import Callable
 
 from message_filters import SimpleFilter
 from nodlidar_assembler.ego_motion import OdometryError
 from nodlidar_assembler.joint_history import JointSamples
 from nodlidar_assembler.odometry_history import OdometryHistory
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_assembler.waiting_filter import WaitingFilter
 from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import LaserScan
 
 
-class OdometryFilter(SimpleFilter):
+class OdometryFilter(WaitingFilter):
     """A message_filters filter: (scan, joint samples) in, (scan, joint samples, odometry) out.
 
-    The odometry goes on to the newest sample, for what shall be told of the present. Scans leave
-    in the order in which they came. One without odometry is given to `on_missing`, with its joint
-    samples and the reason.
+    The odometry goes on to the newest sample, for what shall be told of the present. A scan
+    without odometry is given to `on_missing`, with its joint samples and the reason.
 
     Parameters
     ----------
@@ -25,12 +23,8 @@ class OdometryFilter(SimpleFilter):
         Filter whose messages are a scan and the joint samples that bracket it.
     history
         Odometry as it comes in; call `release` after that, and `forget` when time went back.
-    duration_ns
-        Tells the time from a scan's first to its last beam [ns].
-    deadline
-        Longest time that a scan waits here [s].
-    now_ns
-        The clock by which it waits [ns].
+    duration_ns, deadline, now_ns
+        As of WaitingFilter; the deadline is for the odometry alone.
     on_missing
         Called with a scan, its joint samples and the reason why it has no odometry.
     """
@@ -48,36 +42,21 @@ class OdometryFilter(SimpleFilter):
         now_ns: Callable[[], int],
         on_missing: Callable[[LaserScan, JointSamples, str], None],
     ) -> None:
-        super().__init__()
+        super().__init__(bracket_filter, duration_ns, deadline, now_ns)
         self._history = history
-        self._duration_ns = duration_ns
-        self._deadline_ns = round(deadline * NS_PER_S)
-        self._now_ns = now_ns
         self._on_missing = on_missing
-        self._waiting: deque[tuple[int, LaserScan, JointSamples]] = deque()
-        bracket_filter.registerCallback(self._add)
-
-    def release(self) -> None:
-        """Let every scan go that can by now; for the deadline, call it by a timer."""
-        while self._waiting and self._settled(*self._waiting[0]):
-            self._waiting.popleft()
 
     def forget(self) -> None:
         """Let all scans go without odometry: that which comes is of another time."""
-        while self._waiting:
-            _, scan, samples = self._waiting.popleft()
-            self._on_missing(scan, samples, self.TIME_WENT_BACK)
+        self._drain(self._on_missing, self.TIME_WENT_BACK)
 
-    def _add(self, scan: LaserScan, samples: JointSamples) -> None:
-        self._waiting.append((self._now_ns(), scan, samples))
-        self.release()
-
-    def _settled(self, arrival_ns: int, scan: LaserScan, samples: JointSamples) -> bool:
+    def _settled(self, overdue: bool, scan: LaserScan, *given: JointSamples) -> bool:
+        (samples,) = given
         start_ns = time_ns(scan.header.stamp)
         end_ns = start_ns + self._duration_ns(scan)
         oldest_ns, newest_ns = self._history.oldest_ns, self._history.newest_ns
         if oldest_ns is None or newest_ns is None or newest_ns < end_ns:
-            if self._now_ns() - arrival_ns <= self._deadline_ns:
+            if not overdue:
                 return False
             self._on_missing(scan, samples, self.LATE)
         elif oldest_ns > start_ns:

@@ -22,10 +22,13 @@ WITH_ROS = {
         'coverage_report',
         'diagnosis',
         'joint_filter',
+        'nod_commander',
         'node',
         'odometry_filter',
         'scan_filter',
+        'scan_to_cloud',
         'tf_odometry',
+        'waiting_filter',
     },
 }
 ROS = [

@@ -1,0 +1,107 @@
+"""Publishes the nod command, for as long as scans come."""
+
+import math
+
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.geometry import Beams
+from nodlidar_assembler.nod_clock import NodShape
+from nodlidar_assembler.nod_controller import NodController
+from nodlidar_assembler.pipeline import Scan
+from nodlidar_assembler.scan_message import geometry_from_message
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.messages import nod_to_message
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import time_ns
+from nodlidar_msgs.msg import NodCommand
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import LaserScan
+
+
+class NodCommander:
+    """The nod controller with its topic.
+
+    Parameters
+    ----------
+    node, config
+        The assembler, and its parameters as it was started.
+    """
+
+    def __init__(self, node: Node, config: AssemblerConfig) -> None:
+        self._node, self._config = node, config
+        self._configured = NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep)
+        self._controller = NodController(config)
+        self._last_scan_ns = 0
+        self._warn_if_samples_repeat()
+        self._commands = node.create_publisher(
+            NodCommand,
+            'nod_command',
+            QoSProfile(depth=1),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        node.create_timer(1.0 / config.command_rate, self._publish)
+
+    @property
+    def round_time(self) -> float:
+        """How long it took to see all cells the last time [s]; NaN if that is not known."""
+        return self._controller.round_time
+
+    def follow_lidar(self, scan: LaserScan) -> None:
+        """Keep the nod tied to the lidar's revolutions; its first command goes out at once."""
+        first = self._controller.command is None
+        self._last_scan_ns = self._now_ns()
+        try:
+            self._controller.add_scan(geometry_from_message(scan), time_ns(scan.header.stamp))
+        except ParameterError as error:
+            self._error(f'no nod commanded: {error}')
+        else:
+            if first:
+                self._publish()
+
+    def adapt(
+        self, shape: NodShape | None, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
+    ) -> None:
+        """Command the nod that goes with the surroundings, if it is another.
+
+        Parameters
+        ----------
+        shape
+            Limits and N_s to take; what is configured if there are none.
+        scan, beams, pitch
+            A scan, its beams and their pitch [rad], which tell what was seen.
+        """
+        now_ns = self._now_ns()
+        changed = self._controller.change(shape or self._configured, now_ns)
+        try:
+            chosen = self._controller.saw(scan, beams, pitch, now_ns)
+        except ParameterError as error:
+            self._error(f'no sweep chosen: {error}')
+            chosen = False
+        if changed or chosen:
+            self._publish()
+
+    def _publish(self) -> None:
+        """Publish the command while scans come: without them the servo shall let go."""
+        now_ns = self._now_ns()
+        command = self._controller.command
+        silent = now_ns - self._last_scan_ns > self._config.scan_timeout * NS_PER_S
+        if command is not None and not silent:
+            nod, start_ns = command
+            self._commands.publish(nod_to_message(nod, now_ns, self._config.frame_id, start_ns))
+
+    def _warn_if_samples_repeat(self) -> None:
+        n_s, n_l = self._config.samples_per_sweep, self._config.steps_per_revolution
+        if math.gcd(n_s, n_l) > 1:
+            self._node.get_logger().warning(
+                f'samples_per_sweep = {n_s} and steps_per_revolution = {n_l} share the divisor '
+                f'{math.gcd(n_s, n_l)}: samples repeat'
+            )
+
+    def _error(self, text: str) -> None:
+        self._node.get_logger().error(text, throttle_duration_sec=5.0)
+
+    def _now_ns(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)

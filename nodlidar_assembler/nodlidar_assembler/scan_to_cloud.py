@@ -1,0 +1,156 @@
+"""The way of a scan to its cloud: filters and pipeline, in the node and for bags alike."""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Protocol
+
+from message_filters import SimpleFilter
+from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.bracket_filter import BracketFilter
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.ego_motion import Odometry, OdometryError
+from nodlidar_assembler.joint_filter import JointFilter
+from nodlidar_assembler.joint_history import JointSamples
+from nodlidar_assembler.odometry_filter import OdometryFilter
+from nodlidar_assembler.odometry_history import OdometryHistory
+from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.pitch import PitchError
+from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
+from sensor_msgs.msg import LaserScan
+
+# Told of a scan whose pitch is known, the clouds that are complete with it, and its odometry.
+OnMade = Callable[[Scan, list[Points], Odometry | None], None]
+
+
+class OdometrySource(Protocol):
+    """Where odometry comes from."""
+
+    @property
+    def history(self) -> OdometryHistory:
+        """What has come."""
+
+    @property
+    def trouble(self) -> str:
+        """Why nothing has, in words; empty if there is no trouble."""
+
+    def register(self, on_sample: Callable[[], None], on_time_back: Callable[[], None]) -> None:
+        """Set what is called after each new sample, and when time went back."""
+
+
+class ScanToCloud:
+    """Makes clouds of scans, joint states and odometry as the parameters say.
+
+    Parameters
+    ----------
+    config
+        Parameters of the assembler.
+    scans, states
+        Filters whose messages are well-formed LaserScans, and JointStates.
+    odometry
+        Needed unless ego_motion is off.
+    now_ns
+        The clock by which scans wait [ns].
+    on_made
+        What is made is given to it.
+    warn
+        Told in words of what is dropped or not compensated.
+
+    Attributes
+    ----------
+    drops
+        Scans and joint states that were dropped, counted by reason.
+    pipeline
+        Tells of the last scan's beams and pitch.
+    """
+
+    def __init__(
+        self,
+        config: AssemblerConfig,
+        scans: SimpleFilter,
+        states: SimpleFilter,
+        odometry: OdometrySource | None,
+        now_ns: Callable[[], int],
+        on_made: OnMade,
+        warn: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.drops: Counter[str] = Counter()
+        self._uncompensated: Counter[str] = Counter()
+        self.pipeline = Pipeline.configured(config)
+        self._config, self._odometry = config, odometry
+        self._on_made, self._warn = on_made, warn
+        joint = JointFilter(states, config, self.drops)
+        joint.registerCallback(self.pipeline.add_sample)
+        bracket = BracketFilter(
+            scans,
+            joint,
+            self._duration_ns,
+            config.deadline,
+            now_ns,
+            lambda scan, reason: self.drop(reason),
+            self.pipeline.estimator.margin_ns,
+        )
+        self._waiting: list[BracketFilter | OdometryFilter] = [bracket]
+        if odometry is not None:
+            self._waiting.append(self._with(odometry, bracket, now_ns))
+        self._waiting[-1].registerCallback(self._assemble)
+
+    def _with(
+        self, odometry: OdometrySource, bracket: BracketFilter, now_ns: Callable[[], int]
+    ) -> OdometryFilter:
+        """Return what waits for odometry, after the joint samples."""
+        config = self._config
+        waiting = OdometryFilter(
+            bracket,
+            odometry.history,
+            self._duration_ns,
+            config.deadline,
+            now_ns,
+            self._odometry_missing,
+        )
+        odometry.register(waiting.release, waiting.forget)
+        return waiting
+
+    @property
+    def remarks(self) -> dict[str, int]:
+        """How many scans were made otherwise than asked for, by what was done and the reason."""
+        fallbacks = self.pipeline.estimator.fallbacks
+        return {
+            **{f'uncompensated: {reason}': n for reason, n in self._uncompensated.items()},
+            **{f'slerp instead of trajectory: {reason}': n for reason, n in fallbacks.items()},
+        }
+
+    def release(self) -> None:
+        """Let go what has waited for too long; call it twice in a deadline at least."""
+        for waiting in self._waiting:
+            waiting.release()
+
+    def drop(self, reason: str, detail: str = '') -> None:
+        """Count a scan that is dropped; the detail is only told."""
+        self.drops[reason] += 1
+        self._warn(f'scan dropped: {reason}{detail}')
+
+    def _duration_ns(self, scan: LaserScan) -> int:
+        return self.pipeline.beams(geometry_from_message(scan)).duration_ns
+
+    def _assemble(
+        self, scan: LaserScan, samples: JointSamples, odometry: Odometry | None = None
+    ) -> None:
+        told = scan_from_message(scan)
+        try:
+            clouds = self.pipeline.add_scan(told, *samples, odometry)
+        except PitchError as error:
+            self.drop(str(error))
+        except OdometryError as error:
+            self._odometry_missing(scan, samples, error.reason)
+        else:
+            self._on_made(told, clouds, odometry)
+
+    def _odometry_missing(self, scan: LaserScan, samples: JointSamples, reason: str) -> None:
+        trouble = self._odometry.trouble if self._odometry is not None else ''
+        detail = f' (TF: {trouble})' if trouble else ''
+        if self._config.without_odometry == 'drop':
+            self.drop(reason, detail)
+            return
+        self._uncompensated[reason] += 1
+        self._warn(f'motion not compensated: {reason}{detail}')
+        self._assemble(scan, samples)
