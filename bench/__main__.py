@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from types import ModuleType
 
 from rich.console import Console
 
@@ -30,7 +29,7 @@ from bench import (
 )
 from bench.names import parsed
 from bench.page import fill_pages
-from bench.report import commit, record, recorded, recording, Row, table
+from bench.report import commit, record, recorded, recording, table
 
 MEASUREMENTS = {
     'hot_paths': hot_paths,
@@ -75,11 +74,12 @@ def main() -> None:
         sys.exit(_compare(console))
     measured_at = commit()
     for name in arguments.names:
+        measurement = MEASUREMENTS[name]
         with console.status(name):
-            title, rows = _measured(MEASUREMENTS[name])
-        console.print(table(title, rows))
+            rows = measurement.results()
+        console.print(table(measurement.TITLE, rows))
         if arguments.record:
-            record(name, recording(rows, title, measured_at))
+            record(name, recording(rows, measurement.TITLE, measured_at))
     if arguments.record:
         fill_pages()
 
@@ -91,15 +91,6 @@ def _compare(console: Console) -> int:
         rows = hot_paths.comparison(hot_paths.results(), before['rows'])
     console.print(table(f'Against {before["commit"]} of {before["date"]}', rows))
     return int(any(row[hot_paths.VERDICT] for row in rows))
-
-
-def _measured(measurement: ModuleType) -> tuple[str, list[Row]]:
-    if hasattr(measurement, 'results'):
-        return measurement.TITLE, measurement.results()
-    shown = measurement.table()
-    columns = [column.cells for column in shown.columns]
-    names = [str(column.header) for column in shown.columns]
-    return str(shown.title), [dict(zip(names, r, strict=True)) for r in zip(*columns, strict=True)]
 
 
 if __name__ == '__main__':

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from nodlidar_assembler.nod_clock import NodShape
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 import numpy as np
-from rich.table import Table
 
 from bench.phase_lock import LATENCY_TIMER, LOADED, Rig, Tied, TRUE_BEAM_NS
 from bench.reference import START_NS
+from bench.report import Row
 
 CHANGES = 50  # of each kind
 AFTER_NS = 3 * NS_PER_S  # that the nod is watched for
@@ -22,6 +22,10 @@ LEAST_SPAN = 0.3  # rad
 SHORTEST_SWEEP = 0.15  # s
 SPEEDS = (1.5, 4.2)  # rad/s
 KINDS = ('the same speed', 'another speed', 'at a turn', 'one after the other', 'far away')
+TITLE = (
+    f'Changes to random limits within {MOUNT} rad, {CHANGES} of each kind: time until the servo is '
+    'on the new nod, as near as its turns let it'
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,22 +36,19 @@ class Change:
     beyond_sweep: float
 
 
-def table() -> Table:
+def results() -> list[Row]:
     """Return the times until changes are complete."""
-    result = Table(
-        title=f'Changes to random limits within {MOUNT} rad, {CHANGES} of each kind: time until '
-        'the servo is on the new nod, as near as its turns let it'
-    )
-    result.add_column('change')
-    for heading in ('median', 'longest', 'longest beyond one sweep'):
-        result.add_column(heading, justify='right')
-    for kind in KINDS:
-        changes = [change(seed, kind) for seed in range(CHANGES)]
-        taken = [c.taken for c in changes]
-        beyond = max(0.0, *(c.beyond_sweep for c in changes))
-        figures = (float(np.median(taken)), max(taken), beyond)
-        result.add_row(kind, *(f'{t:.2f} s' for t in figures))
-    return result
+    return [_row(kind, [change(seed, kind) for seed in range(CHANGES)]) for kind in KINDS]
+
+
+def _row(kind: str, changes: list[Change]) -> Row:
+    taken = [change.taken for change in changes]
+    return {
+        'change': kind,
+        'median [s]': float(np.median(taken)),
+        'longest [s]': max(taken),
+        'longest beyond one sweep [s]': max(0.0, *(change.beyond_sweep for change in changes)),
+    }
 
 
 def change(seed: int, kind: str) -> Change:
