@@ -23,8 +23,8 @@ SHORTEST_SWEEP = 0.15  # s
 SPEEDS = (1.5, 4.2)  # rad/s
 KINDS = ('the same speed', 'another speed', 'at a turn', 'one after the other', 'far away')
 TITLE = (
-    f'Changes to random limits within {MOUNT} rad, {CHANGES} of each kind: time until the servo is '
-    'on the new nod, as near as its turns let it'
+    f'Changes to random limits within {MOUNT} rad, {CHANGES} of each kind: time until the servo '
+    'is on the new nod, as near as its turns let it'
 )
 
 
