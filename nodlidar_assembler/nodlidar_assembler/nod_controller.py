@@ -51,16 +51,28 @@ class NodController:
         return math.nan if self._sweeps is None else self._sweeps.round_time
 
     def add_scan(self, geometry: ScanGeometry, stamp_ns: int) -> None:
-        """Follow the lidar's clock; see NodClock.add_scan."""
+        """Follow the lidar's clock; see NodClock.add_scan.
+
+        When that begins anew, so does the choice of sweeps: the last one may be for a time that is
+        far ahead now.
+        """
+        lidar = self._clock.revolutions
+        restarts = lidar.restarts
         self._clock.add_scan(geometry, stamp_ns)
+        if self._sweeps is not None and lidar.restarts > restarts:
+            self._begin_anew(self.shape, lidar.begin_ns)
 
     def change(self, shape: NodShape, now_ns: int) -> bool:
         """Take another shape at an instant [ns]; return whether it is another."""
         if shape == self.shape:
             return False
+        self._begin_anew(shape, now_ns)
+        return True
+
+    def _begin_anew(self, shape: NodShape, now_ns: int) -> None:
+        """Go on with the planned nod of a shape from where the nod is at an instant [ns]."""
         self._clock.change(shape, now_ns, self._sweeps.nod if self._sweeps else None)
         self._sweeps = None
-        return True
 
     def saw(self, scan: Scan, beams: Beams, pitch: NDArray[np.float64], now_ns: int) -> bool:
         """Tell where the beams of a scan went; return whether a sweep was chosen.

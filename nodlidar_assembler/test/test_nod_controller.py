@@ -14,14 +14,15 @@ STEP = math.tau / 1024
 URG = ScanGeometry(682, -340 * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
 BEAMS = Beams(URG, REFERENCE_MOUNT)
 BEGIN_NS = 1_700_000_000_000_000_000
+PERIOD_NS = 100_000_000
 LATER_NS = BEAMS.duration_ns + 40_000_000
 
 
-def run(controller, scans, first=0):
+def run(controller, scans, first=0, since_ns=BEGIN_NS):
     """Let scans come, of a servo that is on the commanded nod; return the commands."""
     commands = []
     for number in range(first, first + scans):
-        begin_ns = BEGIN_NS + number * 100_000_000
+        begin_ns = since_ns + number * PERIOD_NS
         controller.add_scan(URG, begin_ns)
         nod, _ = controller.command
         scan = Scan(begin_ns, URG, np.zeros(0, dtype=np.float32))
@@ -73,3 +74,15 @@ def test_the_same_shape_changes_nothing():
     command = controller.command
     assert not controller.change(NodShape(-0.6136, 0.6136, 4001), BEGIN_NS + 2_000_000_000)
     assert controller.command == command
+
+
+@pytest.mark.parametrize('back', [30, 3600])
+def test_sweeps_are_chosen_again_after_the_clock_was_set_back(back):
+    """What was chosen is for a time that is far ahead by then."""
+    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    run(controller, 43)
+    begin_ns = BEGIN_NS - back * 1_000_000_000
+    commands = run(controller, 60, since_ns=begin_ns)
+    settled = {start_ns for _, start_ns in commands[10:]}
+    assert 11 <= len(settled) <= 17  # 5 s of sweeps of 0.39 s
+    assert max(settled) <= begin_ns + 60 * PERIOD_NS + LATER_NS
