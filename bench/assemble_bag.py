@@ -76,7 +76,7 @@ def _results(folder: Path) -> list[Row]:
     ):
         rows.append(from_bag(bag, folder / name, config))
     short, long = (peak_memory(bag, folder / 'out.ply') for bag in (mcap, longer))
-    rows[1] |= {'memory [MB]': short, f'{LONGER} times as long [MB]': long}
+    rows[1] |= {'memory [MB]': short, f'{LONGER} x as long [MB]': long}
     return rows
 
 
@@ -102,10 +102,10 @@ def _assembled(log: Any) -> int:
 def from_bag(bag: Path, output: Path, config: AssemblerConfig) -> Row:
     """Return how soon a bag is a file, and what the time goes into."""
     steps: dict[str, Action] = {
-        'reading [%]': partial(_read, bag, config),
-        'deserialising [%]': partial(_deserialised, bag, config),
-        'assembling [%]': partial(_made, bag, config),
-        'writing [%]': partial(write_clouds, bag, output, config, Topics()),
+        'read [%]': partial(_read, bag, config),
+        'decode [%]': partial(_deserialised, bag, config),
+        'assemble [%]': partial(_made, bag, config),
+        'write [%]': partial(write_clouds, bag, output, config, Topics()),
     }
     times = [own for own, _ in interleaved(steps, ROUNDS)]
     points = write_clouds(bag, output, config, Topics()).assembly.counts['points']
@@ -122,7 +122,7 @@ def _row(what: str, seconds: float, points: Any) -> Row:
     return {
         'what': what,
         'times real time': DURATION / seconds,
-        'million points a second': points / seconds / 1e6,
+        'points [1e6/s]': points / seconds / 1e6,
     }
 
 

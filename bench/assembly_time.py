@@ -37,7 +37,12 @@ def results() -> list[Row]:
     return [
         *(_row(name, log, name, lambda scan: lambda: None) for name in ESTIMATORS),
         _row('slerp, per-beam odometry', log, 'slerp', lambda scan: _checked(log, scan)),
-        _row('the same, and Odometry of its arrays', log, 'slerp', lambda scan: _unchecked(log, scan)),
+        _row(
+            'the same, and Odometry of its arrays',
+            log,
+            'slerp',
+            lambda scan: _unchecked(log, scan),
+        ),
     ]
 
 
