@@ -25,6 +25,7 @@ ACCELERATION = 200.0
 ACCELERATION_SPREAD = math.log(4.0)  # standard deviation of its logarithm
 ACCELERATION_RANGE = math.log(100.0)  # its logarithm never gets farther away from the start
 ITERATIONS = 8  # of Gauss-Newton, which takes three or four unless the motion is another one
+SETTLED = 2e-3  # change of the fitted samples that is none [encoder steps]
 DAMPING = 1e-3  # keeps it from moving what the samples do not tell
 TURN_DEPTH = 4.0  # way back that makes a turn-around [encoder steps]
 SAMPLES_PER_UNKNOWN = 2  # with fewer, a fit says nothing about whether the motion is a nod's
@@ -130,8 +131,11 @@ def _fit(time: Array, pitch: Array, joint_step: float) -> tuple[Array, Array]:
         there, slopes = _motion(x, time)
         rows = np.vstack([slopes / rounding, prior, DAMPING * np.eye(unknowns)])
         toward = np.concatenate([(pitch - there) / rounding, -prior @ x, np.zeros(unknowns)])
-        x = x + np.linalg.lstsq(rows, toward, rcond=None)[0]
+        step = np.linalg.lstsq(rows, toward, rcond=None)[0]
+        x = x + step
         x[2] = np.clip(x[2], -ACCELERATION_RANGE, ACCELERATION_RANGE)
+        if np.max(np.abs(slopes @ step)) < SETTLED * joint_step:
+            break
     return x, np.abs(pitch - _motion(x, time)[0])
 
 

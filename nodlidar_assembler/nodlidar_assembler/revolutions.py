@@ -2,6 +2,7 @@
 
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
+from numpy.typing import NDArray
 
 WINDOW = 300
 """Scans that the line is fitted to: half a minute at 10 Hz, where 0.3 ms of jitter become 0.04."""
@@ -34,7 +35,7 @@ class Revolutions:
     def __init__(self) -> None:
         self.count = 0
         self.restarts = 0
-        self._stamps = _NO_STAMPS
+        self._stamps: NDArray[np.int64] = _NO_STAMPS
         self._strays = 0
         self._begin_ns = 0
         self._nominal_ns = self._period_ns = 0.0
