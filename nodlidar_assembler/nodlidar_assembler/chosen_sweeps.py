@@ -4,6 +4,7 @@ A sweep is chosen shortly before it begins, while the one before it is under way
 know where nearly all beams went, early enough for the command to reach the servo.
 """
 
+from collections import deque
 from dataclasses import replace
 import math
 
@@ -41,8 +42,6 @@ class ChosenSweeps:
 
     Attributes
     ----------
-    nod, start_ns
-        The sweep that was chosen last, and when it begins [ns].
     rounds, round_time
         How many rounds are complete, and how long the last one took [s]; NaN before the first.
     """
@@ -53,10 +52,20 @@ class ChosenSweeps:
         n_s = planned.samples_per_sweep
         self._feedback = Feedback(even_rows(task), n_s, timing_error, fewest_samples)
         self._steps = task.steps_per_revolution
-        self._before = planned
-        self.nod, self.start_ns = planned, planned.reference_time_ns
+        # The sweeps that the beams to come may belong to, and the instants [ns] they count from.
+        self._commanded = deque([(planned.reference_time_ns, planned)])
         self.rounds, self.round_time = 0, math.nan
         self._round_ns: int | None = None
+
+    @property
+    def nod(self) -> NodTrajectory:
+        """The sweep that was chosen last."""
+        return self._commanded[-1][1]
+
+    @property
+    def start_ns(self) -> int:
+        """When it begins [ns]."""
+        return self._commanded[-1][0]
 
     def saw(
         self,
@@ -87,11 +96,17 @@ class ChosenSweeps:
             self._round_ns = end_ns
 
     def _measure(self, times_ns: NDArray[np.int64], pitch: NDArray[np.float64]) -> None:
-        """Note how late the servo was."""
-        later = times_ns >= self.start_ns
-        sweeps = np.where(later, self.nod.sweeps(times_ns), self._before.sweeps(times_ns))
-        n_s = float(self.nod.samples_per_sweep), float(self._before.samples_per_sweep)
-        duration = np.where(later, *n_s)
+        """Note how late the servo was against the sweeps that the beams belong to.
+
+        The estimate of a pitch may come so late that others were chosen meanwhile.
+        """
+        commanded = self._commanded
+        while len(commanded) > 1 and commanded[1][0] <= times_ns[0]:
+            commanded.popleft()
+        sweeps, duration = np.empty_like(pitch), np.empty_like(pitch)
+        for number, (start_ns, nod) in enumerate(commanded):
+            later = slice(int(np.searchsorted(times_ns, start_ns)) if number else 0, None)
+            sweeps[later], duration[later] = nod.sweeps(times_ns[later]), nod.samples_per_sweep
         leg = np.floor(sweeps)
         progress = (pitch - self.nod.pitch_min) / self.nod.span
         progress = np.where(leg % 2.0 == 0.0, progress, 1.0 - progress)
@@ -126,14 +141,13 @@ class ChosenSweeps:
         begin, turn = (self._sample(t, lidar, geometry) for t in (begin_ns, turn_ns))
         duration = self._feedback.next_duration(turn, going_up, under_way=(begin, turn - begin))
         sweep = duration * beam_period
-        self._before = self.nod
-        self.nod = replace(
+        chosen = replace(
             self.nod,
             sweep_duration=sweep,
             samples_per_sweep=round(duration),
             reference_time_ns=turn_ns - (0 if going_up else round(sweep * NS_PER_S)),
         )
-        self.start_ns = turn_ns
+        self._commanded.append((turn_ns, chosen))
         return True
 
     def _sample(self, time_ns: int, lidar: Revolutions, geometry: ScanGeometry) -> float:

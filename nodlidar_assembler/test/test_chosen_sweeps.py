@@ -117,3 +117,11 @@ def test_a_lidar_that_turns_the_other_way_is_refused():
     reversed_urg = ScanGeometry(682, 340 * STEP, -STEP, 0.1 / 1024, 0.02, 5.6)
     with pytest.raises(ParameterError, match='angle_increment'):
         ChosenSweeps(TASK, PLANNED, 0.003, 1).choose(BEGIN_NS, lidar, reversed_urg)
+
+
+def test_sweeps_are_chosen_as_well_when_the_pitch_is_told_late():
+    """Sweeps have been chosen since those beams: a turn comes each 0.25 s."""
+    servo = Servo(ChosenSweeps(TASK, PLANNED, 0.003, 1), 0.001, notice=0.35)
+    for number in range(300):
+        servo.scan(number)
+    assert servo.sweeps.rounds >= 3
