@@ -120,8 +120,10 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         '--params', type=Path, metavar='YAML', help='parameter file of the assembler node'
     )
+    parser.add_argument(
+        '--profile', choices=tuple(PROFILES), help='gives what neither the file nor an option does'
+    )
     for option, choices in (
-        ('--profile', tuple(PROFILES)),
         ('--estimator', ESTIMATORS),
         ('--cloud-mode', CLOUD_MODES),
         ('--ego-motion', EGO_MOTION_MODES),
