@@ -67,6 +67,11 @@ class ChosenSweeps:
         """When it begins [ns]."""
         return self._commanded[-1][0]
 
+    def nod_at(self, time_ns: int) -> NodTrajectory:
+        """Return the nod that counts at an instant [ns]: that chosen last may begin later."""
+        begun = (nod for start_ns, nod in reversed(self._commanded) if start_ns <= time_ns)
+        return next(begun, self.nod)
+
     def saw(
         self,
         times_ns: NDArray[np.int64],

@@ -71,7 +71,7 @@ class NodController:
 
     def _begin_anew(self, shape: NodShape, now_ns: int) -> None:
         """Go on with the planned nod of a shape from where the nod is at an instant [ns]."""
-        self._clock.change(shape, now_ns, self._sweeps.nod if self._sweeps else None)
+        self._clock.change(shape, now_ns, self._sweeps.nod_at(now_ns) if self._sweeps else None)
         self._sweeps = None
 
     def saw(self, scan: Scan, beams: Beams, pitch: NDArray[np.float64], now_ns: int) -> bool:

@@ -1,5 +1,6 @@
 """Which nod is commanded, in either mode."""
 
+from copy import deepcopy
 import math
 
 from nodlidar_assembler.config import AssemblerConfig
@@ -86,3 +87,21 @@ def test_sweeps_are_chosen_again_after_the_clock_was_set_back(back):
     settled = {start_ns for _, start_ns in commands[10:]}
     assert 11 <= len(settled) <= 17  # 5 s of sweeps of 0.39 s
     assert max(settled) <= begin_ns + 60 * PERIOD_NS + LATER_NS
+
+
+def test_another_shape_goes_on_from_the_sweep_that_is_under_way():
+    """The one that was chosen does not count before its start."""
+    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    ((under_way, _),) = run(controller, 1)
+    jumps = []
+    for number in range(1, 60):
+        now_ns = BEGIN_NS + number * PERIOD_NS + LATER_NS
+        ((after, start_ns),) = run(controller, 1, first=number)
+        if start_ns > now_ns:
+            changed = deepcopy(controller)
+            assert changed.change(NodShape(-0.6, 0.6, 4001), now_ns)
+            jumps.append(float(changed.command[0].pitch(now_ns) - under_way.pitch(now_ns)))
+        else:
+            under_way = after
+    assert len(jumps) > 10
+    assert max(map(abs, jumps)) < 0.015  # by as much as the limits have come nearer
