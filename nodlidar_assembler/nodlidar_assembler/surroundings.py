@@ -103,7 +103,9 @@ class Surroundings:
         height = points['z'] + (self._config.sensor_height - self._optical_height)
         xyz = np.stack([points['x'], points['y'], height], axis=1).astype(np.float64)
         ranges = ranges_that_count(self._limits.config, xyz)
-        if odometry is not None:
+        if odometry is None:
+            self._now = None  # the way from there is in what is seen on it
+        else:
             middle_ns = scan.stamp_ns + beams.duration_ns // 2
             ranges = ranges - self._move(_place(odometry, middle_ns), odometry)
         self._limits.update(scan.stamp_ns, ranges)

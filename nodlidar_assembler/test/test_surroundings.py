@@ -69,15 +69,17 @@ SPEED, WALL, DELAY_NS = 0.5, 3.5, 120 * MS
 DRIVE = {'base_start': (2.0 - WALL, 0.0, 0.0), 'base_velocity': (SPEED, 0.0)}
 
 
-def lags(odometry_ns, x=lambda t: SPEED * t):
+def lags(odometry_ns, x=lambda t: SPEED * t, known=lambda t: True):
     """Return how late limits are on the way to a wall [s], DELAY_NS after scans' first beams.
 
     They are compared with those of the distance then, the wall's 2 m ahead of where it begins;
-    odometry is known up to odometry_ns from the scan's first beam.
+    odometry is known up to odometry_ns from the scan's first beam, at the times at which it is.
     """
     surroundings, found = Surroundings(AssemblerConfig(limits_rate=20.0)), []
     for scan, pitch in told(3.8, **DRIVE):
-        odometry = None if odometry_ns is None else odometry_of(x, scan.stamp_ns + odometry_ns)
+        odometry = None
+        if odometry_ns is not None and known((scan.stamp_ns - START_NS) / 1e9):
+            odometry = odometry_of(x, scan.stamp_ns + odometry_ns)
         add(surroundings, scan, pitch, odometry)
         made_for = 0.92 / math.tan(surroundings.shape().pitch_max)
         now = (scan.stamp_ns + DELAY_NS - START_NS) / 1e9
@@ -100,6 +102,13 @@ def test_a_jump_of_odometry_does_not_move_the_limits():
     jumping = lags(DELAY_NS, lambda t: SPEED * t + 3.0 * (t > 2.09))
     assert (jumping > 0.0).all()
     assert (jumping < 0.3 + 0.1).all()
+
+
+def test_the_way_without_odometry_is_not_counted_when_it_comes_back():
+    """What was seen on that way was seen from nearer already."""
+    missing = lags(DELAY_NS, known=lambda t: not 1.0 < t < 2.5)
+    assert (missing > 0.0).all()
+    assert (missing < 0.3 + 0.8 + 0.1).all()  # half of the window, as without odometry
 
 
 def test_when_time_goes_back_everything_starts_anew():
