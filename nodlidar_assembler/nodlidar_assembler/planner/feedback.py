@@ -22,8 +22,9 @@ SPREAD = 0.15
 CANDIDATES = 61
 # Of the sweep to come the best so many, so far apart, are looked at with the one that follows.
 LOOKED_AT, APART = 4, 5
-# Heights that are told apart in a row.
-FINE = 8
+# Heights that are told apart in a row: so many, but none closer than so many samples, by which a
+# servo is off anyway.
+FINE, CLOSEST = 8, 12
 # What a cell that the sweep to come should hit is still worth to the one after it.
 DOUBT = 0.15
 
@@ -63,7 +64,8 @@ class Feedback:
         # In mid-sweep, where it is least, the error of a turn displaces a beam by 0.7 of it.
         late = math.sqrt(0.5) * timing_error / task.sample_time
         self.lateness = Lateness(float(self._candidates[-1]), late)
-        self._samples_per_sweep = samples_per_sweep
+        self._row_height = task.row_height(samples_per_sweep)
+        self._fine = min(FINE, math.ceil(self._row_height / CLOSEST))
         edges = np.minimum(np.arange(task.rows + 1) * task.cell, task.span)
         self._row_worth = task.cell / np.diff(edges)
         self.unseen = np.ones((task.columns, task.rows), dtype=np.bool_)
@@ -139,12 +141,12 @@ class Feedback:
         since, column = self._passes(turn, durations[-1])
         progress = self.lateness.progress(since, durations[:, None])
         height = progress if going_up else 1.0 - progress
-        index = (height * (self._task.span / self._task.cell * FINE)).astype(np.int64)
+        index = (height * (self._task.span / self._task.cell * self._fine)).astype(np.int64)
         hit = worth[column, np.minimum(index, worth.shape[1] - 1)]
         return np.asarray(np.where(since < durations[:, None], hit, 0.0).sum(axis=1))
 
     def _worth(self, unseen: Floats) -> Floats:
-        """Return what a beam at each height of each column is worth, (columns, rows * FINE).
+        """Return what a beam at each height of each column is worth, (columns, heights).
 
         Low rows are hit the more seldom. Cells beside seen ones are worth more: what is left
         shall not be crumbs, each of which takes a sweep of its own. The error of the turns blurs
@@ -152,11 +154,9 @@ class Feedback:
         """
         seen_beside = 2.0 - np.roll(unseen, 1, axis=0) - np.roll(unseen, -1, axis=0)
         worth = unseen * self._row_worth * (1.0 + seen_beside)
-        heights = max(1, round(self._task.span / self._task.cell * FINE))
-        fine = np.repeat(worth, FINE, axis=1)[:, :heights]
-        blur = _gaussian(
-            self.lateness.spread / self._task.row_height(self._samples_per_sweep) * FINE
-        )
+        heights = max(1, round(self._task.span / self._task.cell * self._fine))
+        fine = np.repeat(worth, self._fine, axis=1)[:, :heights]
+        blur = _gaussian(self.lateness.spread / self._row_height * self._fine)
         reach = len(blur) // 2
         padded = np.pad(fine, ((0, 0), (reach, reach)), mode='symmetric')
         windows = np.lib.stride_tricks.sliding_window_view(padded, len(blur), axis=1)
