@@ -1,7 +1,7 @@
 """What each estimator costs in accuracy, in the room, encoder steps and turn-arounds included."""
 
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pitch_estimator import ESTIMATORS, PitchEstimator
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
 from nodlidar_bringup.evaluation import (
     FAR,
     MAX_JOINT_GAP,

@@ -13,15 +13,15 @@ import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from nodlidar_assembler.bag import JOINT_STATE, SCAN
-from nodlidar_assembler.bag_assembly import BagAssembly
-from nodlidar_assembler.bag_clouds import Topics, write_clouds
-from nodlidar_assembler.bag_odometry import TF
-from nodlidar_assembler.bag_source import BagSource
-from nodlidar_assembler.bag_tf import BagTf
+from nodlidar_assembler.bags.bag_assembly import BagAssembly
+from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bags.bag_odometry import TF
+from nodlidar_assembler.bags.bag_source import BagSource
+from nodlidar_assembler.bags.bag_tf import BagTf
+from nodlidar_assembler.bags.read_bag import JOINT_STATE, SCAN
+from nodlidar_assembler.bags.sensor_log import assemble_log
+from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.pipeline import Pipeline
-from nodlidar_assembler.sensor_log import assemble_log
 from nodlidar_bringup.evaluation import simulated_log
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.scene import load_scene

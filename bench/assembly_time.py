@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 import timeit
 
+from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.cloud_message import cloud_message
-from nodlidar_assembler.ego_motion import Odometry, Poses
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pipeline import Pipeline, Scan
-from nodlidar_assembler.pitch_estimator import ESTIMATORS
-from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate

@@ -3,10 +3,10 @@
 from array import array
 from dataclasses import dataclass
 
-from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT
-from nodlidar_assembler.pipeline import Pipeline
-from nodlidar_assembler.points import POINT
-from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.points import POINT
 from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log
 from nodlidar_common.nod import NS_PER_S
 import numpy as np

@@ -9,7 +9,7 @@ its points are put together without.
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_bringup.evaluation import points_of, simulated_log, simulated_odometry, xyz_of
 from nodlidar_common.parameters import limits_of
 from nodlidar_sim.base import to_space

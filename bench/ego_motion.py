@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.ego_motion import Odometry, USUAL_MOTION
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import Odometry, USUAL_MOTION
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_bringup.evaluation import (
     FAR,
     moved_surface_rms,

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from itertools import product
 
-from nodlidar_assembler.ego_motion import Odometry, USUAL_MOTION
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pipeline import Pipeline, Scan
-from nodlidar_assembler.pitch_estimator import ESTIMATORS
-from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.ego_motion import Odometry, USUAL_MOTION
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry, xyz_of
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.simulation import Recording

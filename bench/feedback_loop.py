@@ -4,11 +4,11 @@ In virtual time, with the servo at byte level and late in turning; every beam go
 motion is. The planned nod goes through the same loop, and the same count of what was seen.
 """
 
-from nodlidar_assembler.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT
-from nodlidar_assembler.nod_controller import NodController
-from nodlidar_assembler.pipeline import Scan
+from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.control.nod_controller import NodController
 import numpy as np
 
 from bench.phase_lock import Faults, Rig, TRUE_BEAM_NS, URG

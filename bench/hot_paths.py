@@ -11,15 +11,15 @@ from itertools import product
 import time
 
 from nodlidar_assembler.cloud_message import cloud_message
+from nodlidar_assembler.clouds.ego_motion import Odometry
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Odometry
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pipeline import Pipeline
-from nodlidar_assembler.pitch_estimator import ESTIMATORS
+from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_assembler.planner.choice import quick_choice, samples_in_band
 from nodlidar_assembler.planner.feedback import Feedback
 from nodlidar_assembler.planner.task import Task
-from nodlidar_assembler.surroundings import Surroundings
 from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode

@@ -7,7 +7,7 @@ its sweep.
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.nod_clock import NodShape
+from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 import numpy as np
 

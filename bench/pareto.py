@@ -11,12 +11,12 @@ from math import degrees, inf, isfinite, pi, sin, tau
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.control.runtime_coverage import largest_square
 from nodlidar_assembler.planner.choice import quick_choice, samples_in_band
 from nodlidar_assembler.planner.task import Task
-from nodlidar_assembler.runtime_coverage import largest_square
 from nodlidar_bringup.evaluation import (
     FAR,
     near_beams,

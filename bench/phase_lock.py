@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 import math
 
-from nodlidar_assembler.geometry import ScanGeometry
-from nodlidar_assembler.nod_clock import NodClock, NodShape
-from nodlidar_assembler.turns import TurnFinder
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.turns import TurnFinder
+from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.nod_commands import NodCommands

@@ -14,9 +14,9 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from nodlidar_assembler.nod_clock import NodClock, NodShape
-from nodlidar_assembler.pipeline import Pipeline, Scan
-from nodlidar_assembler.pitch_limits import (
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.control.nod_clock import NodClock, NodShape
+from nodlidar_assembler.control.pitch_limits import (
     limits_at,
     PitchLimits,
     PitchLimitsConfig,

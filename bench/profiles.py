@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from functools import partial
 import time
 
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.cloud_message import cloud_message
+from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_assembler.node import Assembler
-from nodlidar_assembler.pipeline import Pipeline
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_assembler.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.surroundings import Surroundings
 from nodlidar_bringup.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_bringup.launched import keep_apart
 from nodlidar_common.messages import time_message

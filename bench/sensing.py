@@ -3,7 +3,7 @@
 from itertools import product
 import math
 
-from nodlidar_assembler.pitch_estimator import LEG_MARGIN, PitchEstimator
+from nodlidar_assembler.clouds.pitch_estimator import LEG_MARGIN, PitchEstimator
 from nodlidar_bringup.evaluation import MAX_JOINT_GAP
 from nodlidar_sim.sensor_model import SensorModel
 

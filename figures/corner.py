@@ -7,9 +7,9 @@ import matplotlib
 matplotlib.use('Agg')
 from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pitch_estimator import ESTIMATORS, PitchEstimator
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
 from nodlidar_bringup.evaluation import (
     FAR,
     MAX_JOINT_GAP,

@@ -10,9 +10,9 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from nodlidar_assembler.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
+from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig, CLOUD_MODES, EGO_MOTION_MODES
-from nodlidar_assembler.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S

@@ -1,8 +1,8 @@
 """The frames of clouds in odometry, told to TF when they are first used."""
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.origins import frame_of, OF_ODOMETRY
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.origins import frame_of, OF_ODOMETRY
 from nodlidar_common.messages import time_message
 from rclpy.node import Node
 from tf2_ros import StaticTransformBroadcaster

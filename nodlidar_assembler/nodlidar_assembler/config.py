@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.pitch_estimator import ESTIMATORS, JOINT_STEP, LEG_MARGIN
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, JOINT_STEP, LEG_MARGIN
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter

@@ -4,8 +4,8 @@ from collections import Counter
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.scan_to_cloud import ScanToCloud
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.filters.scan_to_cloud import ScanToCloud
 from nodlidar_common.nod import NS_PER_S
 from rclpy.node import Node
 

@@ -2,12 +2,12 @@
 
 import math
 
+from nodlidar_assembler.clouds.geometry import Beams
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.geometry import Beams
-from nodlidar_assembler.nod_clock import NodShape
-from nodlidar_assembler.nod_controller import NodController
-from nodlidar_assembler.pipeline import Scan
-from nodlidar_assembler.scan_message import geometry_from_message
+from nodlidar_assembler.control.nod_clock import NodShape
+from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_assembler.filters.scan_message import geometry_from_message
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NS_PER_S

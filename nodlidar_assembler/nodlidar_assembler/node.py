@@ -4,19 +4,19 @@ import sys
 from typing import Any
 
 from message_filters import Subscriber
-from nodlidar_assembler.assembly import Points
 from nodlidar_assembler.cloud_frames import CloudFrames
 from nodlidar_assembler.cloud_message import cloud_message
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import Odometry
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_assembler.coverage_report import CoverageReport
 from nodlidar_assembler.diagnosis import Diagnosis
-from nodlidar_assembler.ego_motion import Odometry
+from nodlidar_assembler.filters.scan_filter import ScanFilter
+from nodlidar_assembler.filters.scan_to_cloud import ScanToCloud
 from nodlidar_assembler.nod_commander import NodCommander
-from nodlidar_assembler.pipeline import Scan
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
-from nodlidar_assembler.scan_filter import ScanFilter
-from nodlidar_assembler.scan_to_cloud import ScanToCloud
-from nodlidar_assembler.surroundings import Surroundings
 from nodlidar_assembler.tf_odometry import TfOdometry
 from nodlidar_common.node import run
 from nodlidar_common.node_parameters import declare

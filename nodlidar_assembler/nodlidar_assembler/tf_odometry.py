@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from nodlidar_assembler.odometry_history import OdometryHistory
-from nodlidar_assembler.turns import TIME_JUMP_NS
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_common.stamps import time_ns
 from rclpy.clock import ClockType
 from rclpy.node import Node

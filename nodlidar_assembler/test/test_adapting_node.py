@@ -1,8 +1,8 @@
 """The assembler node adapts the nod to what its scans show, while told to."""
 
 from diagnostic_msgs.msg import DiagnosticArray
-from nodlidar_assembler.nod_adaptation import BAND
-from nodlidar_assembler.pitch_limits import limits_at, PitchLimitsConfig
+from nodlidar_assembler.control.nod_adaptation import BAND
+from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.messages import nod_from_message
 from nodlidar_msgs.msg import Coverage, NodCommand

@@ -6,12 +6,12 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from log_messages import scan_message, state_message
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.node import Assembler
-from nodlidar_assembler.pipeline import Pipeline, Scan
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_assembler.sensor_log import assemble_log, SensorLog
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NodTrajectory

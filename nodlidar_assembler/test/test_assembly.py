@@ -4,10 +4,15 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.assembly import assemble
-from nodlidar_assembler.ego_motion import Poses
-from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, revolution_time, ScanGeometry
-from nodlidar_assembler.points import MOVED_POINT, POINT
+from nodlidar_assembler.clouds.assembly import assemble
+from nodlidar_assembler.clouds.ego_motion import Poses
+from nodlidar_assembler.clouds.geometry import (
+    Beams,
+    REFERENCE_MOUNT,
+    revolution_time,
+    ScanGeometry,
+)
+from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
 from nodlidar_common.pose import Pose
 import numpy as np
 import pytest

@@ -3,7 +3,7 @@
 import math
 
 from bags import entries_of, recording, START_NS, write_messages
-from nodlidar_assembler.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_sim.bag import STORE, TOPICS
 import pytest

@@ -6,14 +6,14 @@ import subprocess
 import sys
 
 from bags import entries_of, recording, START_NS, write_bag, write_messages
-from nodlidar_assembler.bag import BagError, read_bag
-from nodlidar_assembler.bag_clouds import Topics, write_clouds
-from nodlidar_assembler.bag_odometry import read_odometry
+from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bags.bag_odometry import read_odometry
+from nodlidar_assembler.bags.point_files import OutputError
+from nodlidar_assembler.bags.read_bag import BagError, read_bag
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.joint_filter import JointFilter
-from nodlidar_assembler.pipeline import Pipeline
-from nodlidar_assembler.point_files import OutputError
-from nodlidar_assembler.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.filters.joint_filter import JointFilter
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from plyfile import PlyData

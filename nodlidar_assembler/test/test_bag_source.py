@@ -1,8 +1,8 @@
 """Messages of bags, whole ones and such that were cut or damaged, against what was written."""
 
 from bags import entries_of, recording, write_messages
-from nodlidar_assembler.bag import BagError, SCAN
-from nodlidar_assembler.bag_source import BagSource
+from nodlidar_assembler.bags.bag_source import BagSource
+from nodlidar_assembler.bags.read_bag import BagError, SCAN
 from nodlidar_sim.bag import TOPICS
 import numpy as np
 import pytest

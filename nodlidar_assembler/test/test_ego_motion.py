@@ -4,7 +4,7 @@ import math
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from nodlidar_assembler.ego_motion import MotionLimits, Odometry, OdometryError, Poses
+from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, OdometryError, Poses
 from nodlidar_common.pose import Pose
 import numpy as np
 import pytest

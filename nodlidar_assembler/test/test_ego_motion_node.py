@@ -7,13 +7,13 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
 from log_messages import scan_message, state_message
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Odometry, Poses
-from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.node import Assembler
-from nodlidar_assembler.pipeline import Pipeline, Scan
-from nodlidar_assembler.pitch_limits import limits_at, PitchLimitsConfig
-from nodlidar_assembler.sensor_log import assemble_log, SensorLog
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import time_message
 from nodlidar_common.nod import NodTrajectory

@@ -5,10 +5,10 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from nodlidar_assembler.assembly import assemble
-from nodlidar_assembler.ego_motion import Poses
-from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.assembly import assemble
+from nodlidar_assembler.clouds.ego_motion import Poses
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 from nodlidar_common.errors import ParameterError
 import numpy as np
 import pytest

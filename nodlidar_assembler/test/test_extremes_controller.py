@@ -3,11 +3,11 @@
 from dataclasses import fields
 import math
 
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.nod_controller import NodController
-from nodlidar_assembler.pipeline import Scan
-from nodlidar_assembler.surroundings import Surroundings
+from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
 import numpy as np

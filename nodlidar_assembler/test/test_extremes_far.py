@@ -4,11 +4,11 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.assembly import assemble
-from nodlidar_assembler.ego_motion import MotionLimits, Odometry, OdometryError, Poses
-from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.origins import frame_of, origin_near
-from nodlidar_assembler.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.assembly import assemble
+from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, OdometryError, Poses
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.origins import frame_of, origin_near
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 import numpy as np
 import pytest
 

@@ -3,8 +3,8 @@
 from fractions import Fraction
 import math
 
-from nodlidar_assembler.geometry import ScanGeometry
-from nodlidar_assembler.nod_clock import NodClock, NodShape
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.planner.pattern import Pattern
 import numpy as np
 import pytest

@@ -5,9 +5,9 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from message_filters import SimpleFilter
-from nodlidar_assembler.bracket_filter import BracketFilter
-from nodlidar_assembler.pitch import PitchError
-from nodlidar_assembler.pitch_estimator import ESTIMATORS, PitchEstimator
+from nodlidar_assembler.clouds.pitch import PitchError
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
+from nodlidar_assembler.filters.bracket_filter import BracketFilter
 from nodlidar_common.messages import time_message
 import numpy as np
 import pytest

@@ -5,8 +5,8 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.ego_motion import MotionLimits, Odometry, OdometryError, Poses
-from nodlidar_assembler.pitch import beam_pitch
+from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, OdometryError, Poses
+from nodlidar_assembler.clouds.pitch import beam_pitch
 import numpy as np
 import pytest
 

@@ -4,9 +4,9 @@ from fractions import Fraction
 import math
 import pickle
 
-from nodlidar_assembler.geometry import REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.pipeline import LONGEST_SWEEP, Pipeline, Scan
-from nodlidar_assembler.turns import TurnFinder
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP, Pipeline, Scan
+from nodlidar_assembler.clouds.turns import TurnFinder
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
 import pytest

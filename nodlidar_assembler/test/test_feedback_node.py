@@ -1,6 +1,6 @@
 """The assembler node chooses sweep after sweep, in the time of the data."""
 
-from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_common.messages import nod_from_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand

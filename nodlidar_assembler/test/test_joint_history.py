@@ -2,7 +2,7 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.joint_history import JointHistory, SPAN_NS
+from nodlidar_assembler.clouds.joint_history import JointHistory, SPAN_NS
 
 instants = st.integers(0, 20)
 

@@ -4,7 +4,7 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.leg_model import leg_pitch, LegModelError, OTHER_MOTION, TOO_FEW
+from nodlidar_assembler.clouds.leg_model import leg_pitch, LegModelError, OTHER_MOTION, TOO_FEW
 from nodlidar_sim.motion import blended_motion
 import numpy as np
 import pytest

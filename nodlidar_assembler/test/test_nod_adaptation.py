@@ -6,8 +6,8 @@ from time import perf_counter
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.nod_adaptation import BAND, choices, MARGIN, NodAdaptation
-from nodlidar_assembler.pitch_limits import limits_at, PitchLimits, PitchLimitsConfig
+from nodlidar_assembler.control.nod_adaptation import BAND, choices, MARGIN, NodAdaptation
+from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits, PitchLimitsConfig
 from nodlidar_assembler.planner.task import Task
 from nodlidar_assembler.planner.timing_error import under_error
 from nodlidar_common.errors import ParameterError

@@ -5,8 +5,8 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from message_filters import SimpleFilter
-from nodlidar_assembler.odometry_filter import OdometryFilter
-from nodlidar_assembler.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.filters.odometry_filter import OdometryFilter
 from nodlidar_common.messages import time_message
 from nodlidar_common.stamps import time_ns
 import numpy as np

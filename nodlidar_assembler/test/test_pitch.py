@@ -5,7 +5,7 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.pitch import beam_pitch, ordered_samples, PitchError
+from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, PitchError
 import numpy as np
 import pytest
 from transforms3d.axangles import axangle2mat

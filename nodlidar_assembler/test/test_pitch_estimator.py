@@ -1,9 +1,9 @@
 """The chosen estimator on simulated data: what it asks for, its errors, and its fallback."""
 
-from nodlidar_assembler.leg_model import OTHER_MOTION, TOO_FEW
-from nodlidar_assembler.pitch import beam_pitch, PitchError
-from nodlidar_assembler.pitch_estimator import PitchEstimator
-from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.leg_model import OTHER_MOTION, TOO_FEW
+from nodlidar_assembler.clouds.pitch import beam_pitch, PitchError
+from nodlidar_assembler.clouds.pitch_estimator import PitchEstimator
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.motion import triangle_motion
 import numpy as np

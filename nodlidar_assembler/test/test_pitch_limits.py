@@ -5,7 +5,7 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.pitch_limits import (
+from nodlidar_assembler.control.pitch_limits import (
     limits_at,
     PitchLimits,
     PitchLimitsConfig,

@@ -5,8 +5,8 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.geometry import ScanGeometry
-from nodlidar_assembler.nod_clock import NodClock, NodShape
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_common.errors import ParameterError
 import numpy as np

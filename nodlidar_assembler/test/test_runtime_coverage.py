@@ -7,9 +7,9 @@ from time import perf_counter
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from nodlidar_assembler.control.runtime_coverage import largest_square, RuntimeCoverage
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
-from nodlidar_assembler.runtime_coverage import largest_square, RuntimeCoverage
 from nodlidar_common.errors import ParameterError
 import numpy as np
 import pytest

@@ -5,8 +5,8 @@ import math
 
 from message_filters import SimpleFilter
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.joint_filter import JointFilter
-from nodlidar_assembler.scan_filter import ScanFilter
+from nodlidar_assembler.filters.joint_filter import JointFilter
+from nodlidar_assembler.filters.scan_filter import ScanFilter
 import pytest
 from sensor_msgs.msg import JointState, LaserScan
 

@@ -3,13 +3,13 @@
 from dataclasses import replace
 import math
 
+from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Odometry, Poses
-from nodlidar_assembler.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.nod_adaptation import BAND
-from nodlidar_assembler.pipeline import Scan
-from nodlidar_assembler.pitch_limits import limits_at, PitchLimitsConfig
-from nodlidar_assembler.surroundings import Surroundings
+from nodlidar_assembler.control.nod_adaptation import BAND
+from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
+from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.scene import load_scene

@@ -2,10 +2,10 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.points import POINT
-from nodlidar_assembler.sweeps import SweepGatherer
-from nodlidar_assembler.turns import TurnFinder
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.clouds.sweeps import SweepGatherer
+from nodlidar_assembler.clouds.turns import TurnFinder
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
 

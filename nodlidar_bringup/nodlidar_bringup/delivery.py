@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bag import BagError
+from nodlidar_assembler.bags.read_bag import BagError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 import numpy as np

@@ -8,11 +8,11 @@ import shutil
 import sys
 import time
 
-from nodlidar_assembler.bag import read_bag
-from nodlidar_assembler.bag_odometry import read_odometry
-from nodlidar_assembler.geometry import REFERENCE_MOUNT as MOUNT
-from nodlidar_assembler.pitch_estimator import ESTIMATORS
-from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_assembler.bags.bag_odometry import read_odometry
+from nodlidar_assembler.bags.read_bag import read_bag
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT as MOUNT
+from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_bringup.delivery import read_delivery, read_start_ns
 from nodlidar_bringup.evaluation import (
     moved_surface_rms,

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Odometry, Poses
-from nodlidar_assembler.geometry import ScanGeometry
-from nodlidar_assembler.pipeline import Pipeline, Scan
-from nodlidar_assembler.sensor_log import assemble_log, SensorLog
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import Recording

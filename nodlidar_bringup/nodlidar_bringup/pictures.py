@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap, Normalize
 import matplotlib.pyplot as plt
-from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_bringup.delivery import Delivery
 from nodlidar_bringup.evaluation import FAR
 import numpy as np

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from nodlidar_assembler.ego_motion import Odometry, Poses, USUAL_MOTION
-from nodlidar_assembler.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.pipeline import Pipeline
-from nodlidar_assembler.sensor_log import assemble_log
+from nodlidar_assembler.bags.sensor_log import assemble_log
+from nodlidar_assembler.clouds.ego_motion import Odometry, Poses, USUAL_MOTION
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_bringup.evaluation import (
     moved_surface_rms,
     near_beams,

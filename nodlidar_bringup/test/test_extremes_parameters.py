@@ -4,7 +4,7 @@ from dataclasses import fields
 import math
 
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.pitch_limits import PitchLimitsConfig
+from nodlidar_assembler.control.pitch_limits import PitchLimitsConfig
 from nodlidar_assembler.planner.plan_options import Request
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of

@@ -1,7 +1,7 @@
 """The demo's picture and PLY file: what is seen where, and what other programs read."""
 
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.points import POINT
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.points import POINT
 from nodlidar_bringup.evaluation import xyz_of
 from nodlidar_bringup.pictures import seen_from, write_picture, write_ply
 import numpy as np

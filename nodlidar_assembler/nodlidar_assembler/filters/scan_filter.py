@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from message_filters import SimpleFilter
-from nodlidar_assembler.scan_message import geometry_from_message
+from nodlidar_assembler.filters.scan_message import geometry_from_message
 from nodlidar_common.errors import ParameterError
 from sensor_msgs.msg import LaserScan
 

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.ego_motion import Poses
-from nodlidar_assembler.geometry import Beams
-from nodlidar_assembler.origins import OF_ODOMETRY, Origin, origin_near
-from nodlidar_assembler.points import MOVED_POINT, POINT
+from nodlidar_assembler.clouds.ego_motion import Poses
+from nodlidar_assembler.clouds.geometry import Beams
+from nodlidar_assembler.clouds.origins import OF_ODOMETRY, Origin, origin_near
+from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from message_filters import SimpleFilter
-from nodlidar_assembler.joint_history import JointHistory
-from nodlidar_assembler.turns import TIME_JUMP_NS
-from nodlidar_assembler.waiting_filter import WaitingFilter
+from nodlidar_assembler.clouds.joint_history import JointHistory
+from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
+from nodlidar_assembler.filters.waiting_filter import WaitingFilter
 from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import LaserScan
 

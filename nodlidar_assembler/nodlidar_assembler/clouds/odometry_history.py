@@ -3,7 +3,7 @@
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 
-from nodlidar_assembler.ego_motion import Odometry, Poses
+from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from nodlidar_assembler.bag_odometry import carried, fixed_pose
-from nodlidar_assembler.ego_motion import Odometry
-from nodlidar_assembler.odometry_history import OdometryHistory
-from nodlidar_assembler.turns import TIME_JUMP_NS
+from nodlidar_assembler.bags.bag_odometry import carried, fixed_pose
+from nodlidar_assembler.clouds.ego_motion import Odometry
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 

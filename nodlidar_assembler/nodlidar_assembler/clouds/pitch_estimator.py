@@ -2,8 +2,8 @@
 
 from collections import Counter
 
-from nodlidar_assembler.leg_model import leg_pitch, LegModelError
-from nodlidar_assembler.pitch import beam_pitch, ordered_samples
+from nodlidar_assembler.clouds.leg_model import leg_pitch, LegModelError
+from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray

@@ -10,9 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bag import BagError
-from nodlidar_assembler.cut_mcap import CutMcapReader
-from nodlidar_assembler.cut_sqlite import CutSqliteReader
+from nodlidar_assembler.bags.cut_mcap import CutMcapReader
+from nodlidar_assembler.bags.cut_sqlite import CutSqliteReader
+from nodlidar_assembler.bags.read_bag import BagError
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores

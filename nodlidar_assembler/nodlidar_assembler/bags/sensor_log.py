@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.ego_motion import Odometry, OdometryError
-from nodlidar_assembler.pipeline import Pipeline, Scan
-from nodlidar_assembler.pitch import PitchError
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryError
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pitch import PitchError
 import numpy as np
 from numpy.typing import NDArray
 

@@ -6,8 +6,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bag import BagError
-from nodlidar_assembler.ego_motion import LENGTH_TOLERANCE, Odometry, Poses
+from nodlidar_assembler.bags.read_bag import BagError
+from nodlidar_assembler.clouds.ego_motion import LENGTH_TOLERANCE, Odometry, Poses
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 import numpy as np

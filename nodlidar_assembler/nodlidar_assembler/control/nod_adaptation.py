@@ -8,8 +8,8 @@ stays until limits or cells have become others, or the servo cannot hold it: it 
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.nod_clock import NodShape
-from nodlidar_assembler.pitch_limits import limits_at, PitchLimits
+from nodlidar_assembler.control.nod_clock import NodShape
+from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits
 from nodlidar_assembler.planner.choice import quick_choice
 from nodlidar_assembler.planner.schedule import even_rows
 from nodlidar_assembler.planner.task import Task

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from nodlidar_assembler.odometry_steps import dots, lengths, Steps
+from nodlidar_assembler.clouds.odometry_steps import dots, lengths, Steps
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.pose import Pose
 import numpy as np

@@ -8,11 +8,11 @@ from collections import deque
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.geometry import ScanGeometry
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_assembler.planner.feedback import Feedback
 from nodlidar_assembler.planner.schedule import even_rows
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
-from nodlidar_assembler.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 import numpy as np

@@ -3,8 +3,8 @@
 from collections import Counter
 
 from message_filters import SimpleFilter
+from nodlidar_assembler.clouds.pitch import LARGEST
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.pitch import LARGEST
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import JointState

@@ -2,15 +2,19 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.assembly import assemble
+from nodlidar_assembler.clouds.assembly import assemble
+from nodlidar_assembler.clouds.ego_motion import Odometry, rotated
+from nodlidar_assembler.clouds.geometry import Beams, revolution_time
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Odometry, rotated
-from nodlidar_assembler.geometry import Beams, revolution_time
-from nodlidar_assembler.nod_adaptation import NodAdaptation
-from nodlidar_assembler.nod_clock import NodShape
-from nodlidar_assembler.pipeline import Scan
-from nodlidar_assembler.pitch_limits import PitchLimits, PitchLimitsConfig, ranges_that_count
-from nodlidar_assembler.runtime_coverage import Covered, MAX_FINEST_CELLS, RuntimeCoverage
+from nodlidar_assembler.control.nod_adaptation import NodAdaptation
+from nodlidar_assembler.control.nod_clock import NodShape
+from nodlidar_assembler.control.pitch_limits import (
+    PitchLimits,
+    PitchLimitsConfig,
+    ranges_that_count,
+)
+from nodlidar_assembler.control.runtime_coverage import Covered, MAX_FINEST_CELLS, RuntimeCoverage
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np

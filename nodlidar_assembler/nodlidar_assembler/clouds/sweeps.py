@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from nodlidar_assembler.assembly import Points
+from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 

@@ -3,11 +3,11 @@
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.geometry import Beams, ScanGeometry
-from nodlidar_assembler.nod_clock import NodClock, NodShape
-from nodlidar_assembler.pipeline import Scan
+from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +98,14 @@ class NodController:
 
     def _begin(self, planned: NodTrajectory) -> ChosenSweeps:
         config = self._config
-        task = replace(config.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
+        # Of cells narrower than a step some never have a beam, and there are too many to choose.
+        step = math.tau / config.steps_per_revolution
+        task = replace(
+            config.task,
+            distance=min(config.object_distance, config.object_size / (2.0 * math.sin(step / 2))),
+            pitch_min=planned.pitch_min,
+            pitch_max=planned.pitch_max,
+        )
         beam_period = planned.sweep_duration / planned.samples_per_sweep
         fewest = math.ceil(planned.span / (config.max_nod_speed * beam_period))
         return ChosenSweeps(task, planned, config.timing_error, fewest)

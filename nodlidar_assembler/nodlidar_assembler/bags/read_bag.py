@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.pipeline import Scan
-from nodlidar_assembler.pitch import ordered_samples
-from nodlidar_assembler.scan_message import scan_from_message
-from nodlidar_assembler.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.pitch import ordered_samples
+from nodlidar_assembler.filters.scan_message import scan_from_message
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.stamps import time_ns
 import numpy as np

@@ -8,7 +8,7 @@ it in each coordinate. The shift is whole metres, which a float64 takes off with
 
 from collections.abc import Sequence
 
-from nodlidar_assembler.ego_motion import OdometryError
+from nodlidar_assembler.clouds.ego_motion import OdometryError
 
 # Between origins [m].
 SPACING = 16_384

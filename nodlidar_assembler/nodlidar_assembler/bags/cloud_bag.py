@@ -4,9 +4,9 @@ from pathlib import Path
 import shutil
 from typing import Any
 
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.bag_odometry import TF
-from nodlidar_assembler.origins import OF_ODOMETRY
+from nodlidar_assembler.bags.bag_odometry import TF
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.origins import OF_ODOMETRY
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from rosbags.interfaces import Connection

@@ -5,17 +5,17 @@ from collections.abc import Callable
 from typing import Protocol
 
 from message_filters import SimpleFilter
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.bracket_filter import BracketFilter
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryError
+from nodlidar_assembler.clouds.joint_history import JointSamples
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Odometry, OdometryError
-from nodlidar_assembler.joint_filter import JointFilter
-from nodlidar_assembler.joint_history import JointSamples
-from nodlidar_assembler.odometry_filter import OdometryFilter
-from nodlidar_assembler.odometry_history import OdometryHistory
-from nodlidar_assembler.pipeline import Pipeline, Scan
-from nodlidar_assembler.pitch import PitchError
-from nodlidar_assembler.scan_message import geometry_from_message, scan_from_message
+from nodlidar_assembler.filters.bracket_filter import BracketFilter
+from nodlidar_assembler.filters.joint_filter import JointFilter
+from nodlidar_assembler.filters.odometry_filter import OdometryFilter
+from nodlidar_assembler.filters.scan_message import geometry_from_message, scan_from_message
 from sensor_msgs.msg import LaserScan
 
 # Told of a scan whose pitch is known, the clouds that are complete with it, and its odometry.

@@ -3,8 +3,8 @@
 from functools import lru_cache
 from typing import Any
 
-from nodlidar_assembler.geometry import ScanGeometry
-from nodlidar_assembler.pipeline import Scan
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_common.stamps import time_ns
 import numpy as np
 

@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.assembly import assemble, Points
+from nodlidar_assembler.clouds.assembly import assemble, Points
+from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, USUAL_MOTION
+from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
+from nodlidar_assembler.clouds.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
+from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
+from nodlidar_assembler.clouds.sweeps import SweepGatherer
+from nodlidar_assembler.clouds.turns import TurnFinder
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import MotionLimits, Odometry, USUAL_MOTION
-from nodlidar_assembler.geometry import Beams, ScanGeometry
-from nodlidar_assembler.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
-from nodlidar_assembler.points import MOVED_POINT, POINT
-from nodlidar_assembler.sweeps import SweepGatherer
-from nodlidar_assembler.turns import TurnFinder
 from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 from message_filters import SimpleFilter
-from nodlidar_assembler.ego_motion import OdometryError
-from nodlidar_assembler.joint_history import JointSamples
-from nodlidar_assembler.odometry_history import OdometryHistory
-from nodlidar_assembler.waiting_filter import WaitingFilter
+from nodlidar_assembler.clouds.ego_motion import OdometryError
+from nodlidar_assembler.clouds.joint_history import JointSamples
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.filters.waiting_filter import WaitingFilter
 from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import LaserScan
 

@@ -9,8 +9,8 @@ pattern").
 from dataclasses import dataclass
 import math
 
-from nodlidar_assembler.geometry import revolution_time, ScanGeometry
-from nodlidar_assembler.revolutions import Revolutions
+from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
+from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 

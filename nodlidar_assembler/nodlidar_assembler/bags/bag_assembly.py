@@ -4,17 +4,17 @@ from collections import Counter
 from collections.abc import Callable
 
 from message_filters import SimpleFilter
-from nodlidar_assembler.assembly import Points
-from nodlidar_assembler.bag import JOINT_STATE, SCAN
-from nodlidar_assembler.bag_odometry import TF
-from nodlidar_assembler.bag_source import Recorded
-from nodlidar_assembler.bag_tf import BagTf
+from nodlidar_assembler.bags.bag_odometry import TF
+from nodlidar_assembler.bags.bag_source import Recorded
+from nodlidar_assembler.bags.bag_tf import BagTf
+from nodlidar_assembler.bags.read_bag import JOINT_STATE, SCAN
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import Odometry
+from nodlidar_assembler.clouds.origins import frame_of
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ego_motion import Odometry
-from nodlidar_assembler.origins import frame_of
-from nodlidar_assembler.pipeline import Scan
-from nodlidar_assembler.scan_filter import ScanFilter
-from nodlidar_assembler.scan_to_cloud import ScanToCloud
+from nodlidar_assembler.filters.scan_filter import ScanFilter
+from nodlidar_assembler.filters.scan_to_cloud import ScanToCloud
 from nodlidar_common.nod import NS_PER_S
 
 # A cloud, the frame that it is in, and when the node would have published it [ns].

@@ -1,0 +1,1 @@
+"""Recorded scans, joint states and odometry to clouds in files, without a ROS graph."""
