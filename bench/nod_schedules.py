@@ -118,7 +118,7 @@ def _planned(base: int) -> Nod:
         turns.append(turns[-1] + feedback.next_duration(turns[-1], going_up))
         feedback.saw(turns[-2], turns[-1], going_up)
         if not feedback.unseen.any():
-            feedback.unseen[:] = True
+            feedback.forget()
     return Nod(f'each sweep planned, {base} +- {SPREAD:.0%}', FULL_CIRCLE, np.array(turns))
 
 

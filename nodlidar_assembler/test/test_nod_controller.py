@@ -107,8 +107,8 @@ def test_another_shape_goes_on_from_the_sweep_that_is_under_way():
     assert max(map(abs, jumps)) < 0.015  # by as much as the limits have come nearer
 
 
-def test_all_cells_can_be_seen_also_where_the_object_is_narrower_than_a_step():
-    """At 4 degrees from beam to beam, of cells of 2.9 degrees some would never have one."""
+def test_cells_that_no_step_sees_are_not_waited_for():
+    """At 4 degrees from step to step, of columns of 2.9 degrees some have none."""
     step = math.tau / 90
     coarse = ScanGeometry(60, -30 * step, step, 0.1 / 90, 0.02, 5.6)
     controller = NodController(

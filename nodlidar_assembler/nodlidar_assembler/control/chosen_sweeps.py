@@ -97,7 +97,7 @@ class ChosenSweeps:
         if complete:
             self.rounds, self.round_time = self.rounds + 1, taken
         if complete or taken > LONGEST_ROUND:
-            self._feedback.unseen[:] = True
+            self._feedback.forget()
             self._round_ns = end_ns
 
     def _measure(self, times_ns: NDArray[np.int64], pitch: NDArray[np.float64]) -> None:

@@ -98,14 +98,7 @@ class NodController:
 
     def _begin(self, planned: NodTrajectory) -> ChosenSweeps:
         config = self._config
-        # Of cells narrower than a step some never have a beam, and there are too many to choose.
-        step = math.tau / config.steps_per_revolution
-        task = replace(
-            config.task,
-            distance=min(config.object_distance, config.object_size / (2.0 * math.sin(step / 2))),
-            pitch_min=planned.pitch_min,
-            pitch_max=planned.pitch_max,
-        )
+        task = replace(config.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
         beam_period = planned.sweep_duration / planned.samples_per_sweep
         fewest = math.ceil(planned.span / (config.max_nod_speed * beam_period))
         return ChosenSweeps(task, planned, config.timing_error, fewest)

@@ -46,7 +46,7 @@ class Feedback:
     Attributes
     ----------
     unseen
-        Whether each cell is unseen, shape (columns, rows).
+        Whether each cell is unseen, shape (columns, rows); not where no step can see it.
     lateness
         Of the servo, against steady sweeps.
     """
@@ -68,7 +68,12 @@ class Feedback:
         self._fine = min(FINE, math.ceil(self._row_height / CLOSEST))
         edges = np.minimum(np.arange(task.rows + 1) * task.cell, task.span)
         self._row_worth = task.cell / np.diff(edges)
-        self.unseen = np.ones((task.columns, task.rows), dtype=np.bool_)
+        self.unseen = np.zeros((task.columns, task.rows), dtype=np.bool_)
+        self.forget()
+
+    def forget(self) -> None:
+        """Take all cells for unseen again."""
+        self.unseen[self._columns] = True
 
     def saw(self, turn: float, next_turn: float, going_up: bool) -> Integers:
         """Mark what the samples between two turns hit; return the first that hit each new cell.
