@@ -7,7 +7,7 @@ from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
-NOD_MODES = ('coprime', 'feedback')
+NOD_MODES = ('coprime', 'feedback', 'interlaced')
 LEAST_SPAN = 1e-6  # of the nod [rad]
 CLOUD_MODES = ('scan', 'sweep')
 EGO_MOTION_MODES = ('off', 'beam')
@@ -147,7 +147,8 @@ class AssemblerConfig:
     nod_mode: str = parameter(
         'coprime',
         'coprime: the planned nod, its phase tied to the lidar; feedback: every sweep is a little '
-        'longer or shorter than planned, so that beams fall where none has been yet',
+        'longer or shorter than planned, so that beams fall where none has been yet; interlaced: '
+        'slow sweeps up, of samples_per_sweep at most, between each other, and fast returns',
         choices=NOD_MODES,
     )
     command_rate: float = parameter(

@@ -1,6 +1,8 @@
 """Which nod is commanded, in either mode."""
 
 from copy import deepcopy
+from dataclasses import replace
+import itertools
 import math
 
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
@@ -8,6 +10,7 @@ from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_common.errors import ParameterError
 import numpy as np
 import pytest
 
@@ -116,3 +119,34 @@ def test_cells_that_no_step_sees_are_not_waited_for():
     )
     run(controller, 300, beams=Beams(coarse, REFERENCE_MOUNT))
     assert controller.round_time < 20.0
+
+
+def test_interlaced_commands_the_sweeps_of_the_schedule_in_turn():
+    """Each slow sweep up is followed by a fast return; together they take whole revolutions."""
+    config = AssemblerConfig(nod_mode='interlaced', samples_per_sweep=12001)
+    commands = {start_ns: nod for nod, start_ns in run(NodController(config), 150)}
+    begun = sorted(commands)[1:]
+    upward = [float(commands[start].velocity(start + 1000)) > 0.0 for start in begun]
+    assert all(up != after for up, after in itertools.pairwise(upward))
+    taken = [commands[start].samples_per_sweep for start in begun]
+    least = 1.2272 / (config.max_nod_speed * 0.1 / 1024)
+    for up, samples in zip(upward, taken, strict=True):
+        assert least <= samples <= 12001
+        assert (samples > 8000) == up
+    first = upward.index(True)
+    assert sum(taken[first : first + 8]) % 1024 == 0
+
+
+def test_interlaced_needs_time_for_its_sweeps():
+    controller = NodController(AssemblerConfig(nod_mode='interlaced', samples_per_sweep=1501))
+    with pytest.raises(ParameterError, match='most_samples'):
+        run(controller, 1)
+    assert controller.command[0].samples_per_sweep == 1501
+
+
+def test_interlaced_does_not_mind_a_lidar_that_turns_to_the_right():
+    config = AssemblerConfig(nod_mode='interlaced', samples_per_sweep=12001)
+    controller = NodController(config)
+    geometry = replace(URG, angle_min=-URG.angle_min, angle_increment=-STEP)
+    mirrored = Beams(geometry, REFERENCE_MOUNT)
+    assert len({start for _, start in run(controller, 60, beams=mirrored)}) > 5

@@ -1,4 +1,4 @@
-"""The nod commanded sweep by sweep, each of a duration that hits what is unseen.
+"""The nod commanded sweep by sweep: each of a duration that hits what is unseen, or by a schedule.
 
 A sweep is chosen shortly before it begins, while the one before it is under way: late enough to
 know where nearly all beams went, early enough for the command to reach the servo.
@@ -11,7 +11,7 @@ import math
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_assembler.planner.feedback import Feedback
-from nodlidar_assembler.planner.schedule import even_rows
+from nodlidar_assembler.planner.schedule import even_rows, Schedule
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
@@ -39,6 +39,8 @@ class ChosenSweeps:
         Standard deviation of the turns' instants [s].
     fewest_samples
         The N_s of the highest speed.
+    schedule
+        Sweeps to take in turn instead of choosing them, the first one up.
 
     Attributes
     ----------
@@ -47,11 +49,17 @@ class ChosenSweeps:
     """
 
     def __init__(
-        self, task: Task, planned: NodTrajectory, timing_error: float, fewest_samples: int
+        self,
+        task: Task,
+        planned: NodTrajectory,
+        timing_error: float,
+        fewest_samples: int,
+        schedule: Schedule | None = None,
     ) -> None:
         n_s = planned.samples_per_sweep
         self._feedback = Feedback(even_rows(task), n_s, timing_error, fewest_samples)
         self._steps = task.steps_per_revolution
+        self._schedule, self._next = schedule, 0
         # The sweeps that the beams to come may belong to, and the instants [ns] they count from.
         self._commanded = deque([(planned.reference_time_ns, planned)])
         self.rounds, self.round_time = 0, math.nan
@@ -130,9 +138,10 @@ class ChosenSweeps:
         Raises
         ------
         ParameterError
-            If the lidar turns to the right: the cells are passed to the left.
+            If there is no schedule, and the lidar turns to the right: the cells are passed to the
+            left.
         """
-        if geometry.angle_increment < 0.0:
+        if geometry.angle_increment < 0.0 and self._schedule is None:
             limit = "positive for nod_mode 'feedback'"
             raise ParameterError('angle_increment', limit, geometry.angle_increment)
         leg = math.floor(float(self.nod.sweeps(now_ns)))
@@ -144,7 +153,7 @@ class ChosenSweeps:
         going_up = leg % 2 == 1
         beam_period = lidar.period / self._steps
         begin, turn = (self._sample(t, lidar, geometry) for t in (begin_ns, turn_ns))
-        duration = self._feedback.next_duration(turn, going_up, under_way=(begin, turn - begin))
+        duration = self._duration(turn, going_up, under_way=(begin, turn - begin))
         sweep = duration * beam_period
         chosen = replace(
             self.nod,
@@ -154,6 +163,17 @@ class ChosenSweeps:
         )
         self._commanded.append((turn_ns, chosen))
         return True
+
+    def _duration(self, turn: float, going_up: bool, under_way: tuple[float, float]) -> float:
+        """Return the duration of the next sweep, in samples; see Feedback.next_duration."""
+        if self._schedule is None:
+            return self._feedback.next_duration(turn, going_up, under_way)
+        sweeps = self._schedule.sweeps
+        if going_up != (self._next % 2 == 0):  # it was too late to choose one of them
+            self._next += 1
+        duration = sweeps[self._next % len(sweeps)]
+        self._next += 1
+        return float(duration)
 
     def _sample(self, time_ns: int, lidar: Revolutions, geometry: ScanGeometry) -> float:
         """Return the sample of an instant [ns]: its remainder by N_L is the lidar's step."""

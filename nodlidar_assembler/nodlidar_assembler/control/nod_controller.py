@@ -8,16 +8,21 @@ from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
+from nodlidar_assembler.planner.schedule import even_rows, shortest_interlaced
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
 from numpy.typing import NDArray
+
+# Of interlaced sweeps: takes up what the servo is off, in the rows of the slowest N_s and others.
+OVERLAP = 0.3
 
 
 class NodController:
     """Keeps the nod tied to the lidar's clock, whatever shape it is to have.
 
     With nod_mode 'coprime' it is the planned nod for as long as its shape stays. With 'feedback'
-    every sweep is chosen for the cells that are unseen; a new shape begins with the planned nod.
+    every sweep is chosen for the cells that are unseen; with 'interlaced' slow sweeps up, of N_s
+    at most, lie between each other, and returns are fast. A new shape begins with the planned nod.
 
     Parameters
     ----------
@@ -87,7 +92,8 @@ class NodController:
         Raises
         ------
         ParameterError
-            If sweeps cannot be chosen for this lidar; see ChosenSweeps.choose.
+            If sweeps cannot be chosen for this lidar, or not be interlaced with so few samples;
+            see ChosenSweeps.choose and shortest_interlaced.
         """
         if self._config.nod_mode == 'coprime' or self._clock.nod is None:
             return False
@@ -101,4 +107,8 @@ class NodController:
         task = replace(config.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
         beam_period = planned.sweep_duration / planned.samples_per_sweep
         fewest = math.ceil(planned.span / (config.max_nod_speed * beam_period))
-        return ChosenSweeps(task, planned, config.timing_error, fewest)
+        schedule = None
+        if config.nod_mode == 'interlaced':
+            most = planned.samples_per_sweep
+            schedule = shortest_interlaced(even_rows(task), fewest, most, OVERLAP)
+        return ChosenSweeps(task, planned, config.timing_error, fewest, schedule)
