@@ -30,6 +30,7 @@ class NodCommands:
         self._tracker: NodTracker | None = None
         self._upcoming: tuple[int, NodTrajectory] | None = None
         self._received_ns: int | None = None
+        self._refused_for = '', ''
         self.refused = 0
         self.refusal = ''
 
@@ -63,14 +64,16 @@ class NodCommands:
         self._upcoming = (start_ns, nod)
         self._received_ns = now_ns
 
-    def refuse(self, reason: str, now_ns: int) -> bool:
+    def refuse(self, error: ParameterError, now_ns: int) -> bool:
         """Count a refused command, which is a sign of life; return whether the reason is new.
 
-        Good and bad commands may alternate, if they come from two publishers.
+        Good and bad commands may alternate, if they come from two publishers, and the value that
+        is beyond a limit may be another each time.
         """
-        new = reason != self.refusal
+        reason = error.key, error.limit
+        new = reason != self._refused_for
         self.refused += 1
-        self.refusal = reason
+        self.refusal, self._refused_for = str(error), reason
         self._received_ns = now_ns
         return new
 

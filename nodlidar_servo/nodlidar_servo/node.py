@@ -63,7 +63,7 @@ class ServoNode(DeviceNode):
             start_ns = time_ns(message.start_time)
             self._commands.accept(nod_from_message(message), now_ns, start_ns)
         except ParameterError as error:
-            if self._commands.refuse(str(error), now_ns):
+            if self._commands.refuse(error, now_ns):
                 self.get_logger().error(f'nod command refused: {error}')
 
     def _tell_status(self) -> None:

@@ -1,5 +1,6 @@
 from types import SimpleNamespace
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
@@ -8,6 +9,7 @@ from nodlidar_servo.servo import Limits, Sample
 from nodlidar_servo.servo_loop import LoopFigures
 import pytest
 
+TOO_FAR = ParameterError('pitch_max', 'at most 0.8 rad', 1.2)
 SECOND = 1_000_000_000
 NOD = NodTrajectory(-0.6, 0.6, 0.4, 4001, 0)
 
@@ -91,9 +93,9 @@ def test_a_slow_adapter_a_refusal_and_silence_are_warnings(diagnosis, commands):
     diagnosis.connected(
         SimpleNamespace(torque=False, shut_down=0, limits=Limits(80, 6.0, 19.0, 36)), 'slow'
     )
-    commands.refuse('too far', 0)
+    commands.refuse(TOO_FAR, 0)
     warnings = diagnosis.report(5 * SECOND)[1]
-    assert warnings == ['nod command refused: too far', 'no nod commands: torque off', 'slow']
+    assert warnings == [f'nod command refused: {TOO_FAR}', 'no nod commands: torque off', 'slow']
 
 
 def test_a_servo_that_is_gone_leaves_only_what_was_counted(diagnosis):
@@ -104,9 +106,9 @@ def test_a_servo_that_is_gone_leaves_only_what_was_counted(diagnosis):
 
 
 def test_a_refusal_is_a_warning_even_if_good_commands_follow_but_only_once(diagnosis, commands):
-    commands.refuse('too far', 0)
+    commands.refuse(TOO_FAR, 0)
     commands.accept(NOD, 0)
-    assert diagnosis.report(SECOND)[1] == ['nod command refused: too far']
+    assert diagnosis.report(SECOND)[1] == [f'nod command refused: {TOO_FAR}']
     assert diagnosis.report(SECOND)[1] == []
 
 

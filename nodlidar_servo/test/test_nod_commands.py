@@ -10,6 +10,8 @@ SECOND = 1_000_000_000
 NOD = NodTrajectory(-0.6, 0.6, 0.4, 4001, 0)
 OTHER = NodTrajectory(-0.5, 0.5, 0.4, 4001, 0)
 TOO_FAR = NodTrajectory(-0.6, 0.9, 0.4, 4001, 0)
+FAR = ParameterError('pitch_max', 'at most 0.8 rad', 1.2)
+FAST = ParameterError('sweep_duration', 'at least 0.2 s', 0.1)
 
 
 def test_without_a_command_there_is_nothing_to_follow():
@@ -87,10 +89,10 @@ def test_a_refused_command_keeps_the_former_one_alive_and_is_counted():
     commands.accept(NOD, 0)
     with pytest.raises(ParameterError, match='pitch_max'):
         commands.accept(TOO_FAR, SECOND)
-    assert commands.refuse('too far', SECOND)
-    assert not commands.refuse('too far', SECOND)
+    assert commands.refuse(FAR, SECOND)
+    assert not commands.refuse(FAR, SECOND)
     assert commands.refused == 2
-    assert commands.refusal == 'too far'
+    assert commands.refusal == str(FAR)
     assert commands.tracker(2 * SECOND).nod == NOD
 
 
@@ -99,9 +101,17 @@ def test_a_refusal_between_good_commands_is_new_once():
     news = []
     for _ in range(3):
         commands.accept(NOD, 0)
-        news.append(commands.refuse('too far', 0))
+        news.append(commands.refuse(FAR, 0))
     assert news == [True, False, False]
-    assert commands.refuse('too fast', 0)
+    assert commands.refuse(FAST, 0)
+
+
+def test_another_value_beyond_the_same_limit_is_no_news():
+    """A nod that is tuned to the lidar has another duration each time."""
+    commands = NodCommands(ServoConfig())
+    assert commands.refuse(ParameterError('sweep_duration', 'at least 0.2 s', 0.11), 0)
+    assert not commands.refuse(ParameterError('sweep_duration', 'at least 0.2 s', 0.12), 0)
+    assert commands.refusal == "'sweep_duration' must be at least 0.2 s, but is 0.12"
 
 
 def test_a_clock_that_is_set_back_does_not_keep_an_old_command_alive():
@@ -112,5 +122,5 @@ def test_a_clock_that_is_set_back_does_not_keep_an_old_command_alive():
 
 def test_only_refused_commands_give_nothing_to_follow():
     commands = NodCommands(ServoConfig())
-    commands.refuse('too far', 0)
+    commands.refuse(FAR, 0)
     assert commands.tracker(0) is None
