@@ -168,6 +168,8 @@ def test_ply_pcd_and_mcap_hold_the_same_points(bag, tmp_path):
     comments = '\n'.join(PlyData.read(tmp_path / 'out.ply').comments)
     assert 'frame nodlidar_base_link' in comments
     assert f'since {first_ns} ns' in comments
+    # Open3D passes over what is called ushort.
+    assert b'property uint16 ring\n' in (tmp_path / 'out.ply').read_bytes()[:1024]
 
 
 def test_what_is_malformed_is_counted_and_the_rest_is_read(simulated, tmp_path):

@@ -20,7 +20,7 @@ RECORD = np.dtype(
 )
 # The number of points comes last but stands in front: room is left for the header.
 _HEADER_LENGTH = 1024
-_PLY_TYPES = {'f4': 'float', 'f8': 'double', 'u2': 'ushort'}
+_PLY_TYPES = {'f4': 'float', 'f8': 'double', 'u2': 'uint16'}
 
 
 class OutputError(NodlidarError):
