@@ -311,6 +311,12 @@ def test_a_bag_without_scans_or_clouds_is_an_error_and_leaves_the_old_file(simul
     assert (tmp_path / 'out.ply').read_text() == 'old'
 
 
+def test_a_joint_that_is_not_there_is_told_with_those_that_are(bag, tmp_path):
+    message = r"40 no joint state .* \(no joint state tells of 'tilt', but of 'nod_joint'\)"
+    with pytest.raises(BagError, match=message):
+        write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(joint_name='tilt'), TOPICS)
+
+
 @pytest.mark.parametrize('suffix', ['ply', 'mcap'])
 def test_when_it_is_interrupted_nothing_is_left(bag, tmp_path, suffix):
     def interrupt(now_ns, first_ns, last_ns):

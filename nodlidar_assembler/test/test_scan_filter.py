@@ -113,6 +113,16 @@ def test_other_joints_are_passed_over_and_the_own_one_is_found_among_them():
     assert (passed, drops) == ([0.1], {})
 
 
+def test_it_is_told_which_joints_there_are_until_the_own_one_is_heard():
+    source = SimpleFilter()
+    joint = JointFilter(source, AssemblerConfig(joint_name='nod'), Counter())
+    assert joint.trouble == 'no joint state was heard'
+    source.signalMessage(joint_state(name=['leg', 'arm']))
+    assert joint.trouble == "no joint state tells of 'nod', but of 'arm', 'leg'"
+    source.signalMessage(joint_state())
+    assert joint.trouble == ''
+
+
 def test_a_joint_of_another_convention_is_taken_as_it_is_meant():
     """A joint that is at 0.3 where the beams are level, goes down, and is told 20 ms late."""
     source, passed = SimpleFilter(), []

@@ -65,6 +65,11 @@ class BagAssembly:
         """How many scans were made otherwise than asked for, by what was done and the reason."""
         return self._to_cloud.remarks
 
+    @property
+    def aside(self) -> str:
+        """Why joint samples or odometry never came, in parentheses; empty if they did."""
+        return self._to_cloud.aside
+
     def add(self, recorded: Recorded, msgtype: str) -> None:
         """Take a message of one of the types SCAN, JOINT_STATE and TF."""
         self._now_ns = max(self._now_ns, recorded.time_ns)

@@ -134,7 +134,8 @@ def _check_result(source: BagSource, assembly: BagAssembly) -> None:
         raise BagError(f"'{source.path}' has no scan")
     if not assembly.counts['clouds']:
         reasons = ', '.join(f'{n} {reason}' for reason, n in assembly.drops.items())
-        raise BagError(f'no cloud comes of {scans} scans: {reasons or "none has a measurement"}')
+        why = f'{reasons}{assembly.aside}' if reasons else 'none has a measurement'
+        raise BagError(f'no cloud comes of {scans} scans: {why}')
 
 
 def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:

@@ -33,11 +33,25 @@ class JointFilter(SimpleFilter):
         self._sign = 1.0 if config.joint_positive == 'up' else -1.0
         self._delay_ns = round(config.joint_delay * NS_PER_S)
         self._drops = drops
+        self._heard = False
+        self._others: set[str] = set()
         source.registerCallback(self._add)
+
+    @property
+    def trouble(self) -> str:
+        """Why no joint state told of the joint, in words; empty if one did."""
+        if self._heard:
+            return ''
+        if not self._others:
+            return 'no joint state was heard'
+        others = ', '.join(f"'{name}'" for name in sorted(self._others))
+        return f"no joint state tells of '{self._joint_name}', but of {others}"
 
     def _add(self, message: JointState) -> None:
         if self._joint_name not in message.name:
+            self._others.update(message.name)
             return
+        self._heard = True
         index = message.name.index(self._joint_name)
         told = index < len(message.position) and abs(message.position[index]) <= LARGEST
         measured_ns = time_ns(message.header.stamp) - self._delay_ns

@@ -78,15 +78,15 @@ class ScanToCloud:
         self.pipeline = Pipeline.configured(config)
         self._config, self._odometry = config, odometry
         self._on_made, self._warn = on_made, warn
-        joint = JointFilter(states, config, self.drops)
-        joint.registerCallback(self.pipeline.add_sample)
+        self._joint = JointFilter(states, config, self.drops)
+        self._joint.registerCallback(self.pipeline.add_sample)
         bracket = BracketFilter(
             scans,
-            joint,
+            self._joint,
             self._duration_ns,
             config.deadline,
             now_ns,
-            lambda scan, reason: self.drop(reason),
+            lambda scan, reason: self.drop(reason, self.aside),
             self.pipeline.estimator.margin_ns,
         )
         self._waiting: list[BracketFilter | OdometryFilter] = [bracket]
@@ -119,6 +119,14 @@ class ScanToCloud:
             **{f'slerp instead of trajectory: {reason}': n for reason, n in fallbacks.items()},
         }
 
+    @property
+    def aside(self) -> str:
+        """Why joint samples or odometry never came, in parentheses; empty if they did."""
+        if self._joint.trouble:
+            return f' ({self._joint.trouble})'
+        tf = self._odometry.trouble if self._odometry is not None else ''
+        return f' (TF: {tf})' if tf else ''
+
     def release(self) -> None:
         """Let go what has waited for too long; call it twice in a deadline at least."""
         for waiting in self._waiting:
@@ -146,11 +154,9 @@ class ScanToCloud:
             self._on_made(told, clouds, odometry)
 
     def _odometry_missing(self, scan: LaserScan, samples: JointSamples, reason: str) -> None:
-        trouble = self._odometry.trouble if self._odometry is not None else ''
-        detail = f' (TF: {trouble})' if trouble else ''
         if self._config.without_odometry == 'drop':
-            self.drop(reason, detail)
+            self.drop(reason, self.aside)
             return
         self._uncompensated[reason] += 1
-        self._warn(f'motion not compensated: {reason}{detail}')
+        self._warn(f'motion not compensated: {reason}{self.aside}')
         self._assemble(scan, samples)
