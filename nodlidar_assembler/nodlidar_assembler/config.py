@@ -194,6 +194,14 @@ class AssemblerConfig:
         minimum=0.01,
         maximum=100.0,
     )
+    max_nod_acceleration: float = parameter(
+        150.0,
+        'Acceleration that the servo is sure to reach: N_s rises likewise where turning around '
+        'would take more than the whole sweep',
+        unit='rad/s^2',
+        minimum=1.0,
+        maximum=10_000.0,
+    )
     timing_error: float = parameter(
         0.003,
         "How far off the servo's turns are, as a standard deviation: with adapted limits the N_s "

@@ -17,8 +17,8 @@ S = 1_000_000_000
 START_NS = 1_700_000_000 * S
 OF_THE_NOD = (
     'pitch_min', 'pitch_max', 'samples_per_sweep', 'steps_per_revolution', 'band_bottom',
-    'band_top', 'sensor_height', 'limits_rate', 'max_nod_speed', 'timing_error',
-    'object_size', 'object_distance', 'coverage_window',
+    'band_top', 'sensor_height', 'limits_rate', 'max_nod_speed',
+    'max_nod_acceleration', 'timing_error', 'object_size', 'object_distance', 'coverage_window',
 )  # fmt: skip
 EDGES = [
     (field.name, edge)

@@ -37,7 +37,7 @@ def test_all_choices_are_coprime_slow_enough_and_about_the_planned_n_s(planned, 
 
 def adaptation(config=WIDE, planned=4001, fastest=6.0, n_l=1024):
     task = Task(steps_per_revolution=n_l)
-    return NodAdaptation(PitchLimits(config), task, planned, fastest, ERROR)
+    return NodAdaptation(PitchLimits(config), task, planned, fastest, 150.0, ERROR)
 
 
 def approach(adapting, ranges, start_ns=START_NS, beam_period=BEAM):
@@ -149,12 +149,24 @@ def test_a_choice_hardly_delays_a_command():
 @pytest.mark.parametrize(
     ('key', 'arguments'),
     [
-        ('samples_per_sweep', (0, 3.0, ERROR)),
-        ('fastest', (4001, 0.0, ERROR)),
-        ('fastest', (4001, math.nan, ERROR)),
-        ('timing_error', (4001, 3.0, -0.001)),
+        ('samples_per_sweep', (0, 3.0, 150.0, ERROR)),
+        ('fastest', (4001, 0.0, 150.0, ERROR)),
+        ('fastest', (4001, math.nan, 150.0, ERROR)),
+        ('acceleration', (4001, 3.0, 0.0, ERROR)),
+        ('timing_error', (4001, 3.0, 150.0, -0.001)),
     ],
 )
 def test_what_makes_no_nod_is_named(key, arguments):
     with pytest.raises(ParameterError, match=f"'{key}'"):
         NodAdaptation(PitchLimits(WIDE), Task(), *arguments)
+
+
+@pytest.mark.parametrize('distance', [0.5, 2.0, 4.0, 9.0])
+@pytest.mark.parametrize('n_l', [1024, 400])
+def test_an_rx_24f_takes_every_sweep_also_of_a_lidar_at_40_hz(distance, n_l):
+    """Between narrow limits it is the acceleration that makes a sweep take its time."""
+    beam_period = 0.025 / n_l
+    shape = approach(adaptation(planned=n_l), [distance] * 20, beam_period=beam_period)[-1]
+    span = shape.pitch_max - shape.pitch_min
+    peak = min(126.0 / 60.0 * math.tau, math.sqrt(span * 200.0))
+    assert shape.samples_per_sweep * beam_period >= span / peak + peak / 200.0

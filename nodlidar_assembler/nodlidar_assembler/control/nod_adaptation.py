@@ -27,6 +27,23 @@ CHOICES, SAMPLES = 32, 256_000
 MARGIN = 0.1
 
 
+def fewest_samples(span: float, fastest: float, acceleration: float, beam_period: float) -> int:
+    """Return the N_s from which on a servo gets over a span [rad] from turn to turn.
+
+    Parameters
+    ----------
+    span
+        From limit to limit [rad].
+    fastest, acceleration
+        What the servo holds [rad/s] and is sure to reach [rad/s^2]: between two turns it speeds up
+        and brakes, which takes 2 sqrt(span / acceleration) at least.
+    beam_period
+        Of the lidar, dark steps counted [s].
+    """
+    shortest = max(span / fastest, 2.0 * math.sqrt(span / acceleration))
+    return math.ceil(shortest / beam_period)
+
+
 def choices(planned: int, fewest: int, steps_per_revolution: int) -> NDArray[np.int64]:
     """Return N_s to choose from, the nearest to the planned one first, shape (n,).
 
@@ -68,29 +85,38 @@ class NodAdaptation:
         The smallest object, the greatest distance that it is looked for at, and the lidar.
     planned
         N_s that is wanted.
-    fastest
-        Speed that the servo holds [rad/s].
+    fastest, acceleration
+        What the servo holds [rad/s] and is sure to reach [rad/s^2].
     timing_error
         Standard deviation of the instants at which the servo turns [s].
 
     Raises
     ------
     ParameterError
-        If N_s or the speed is not positive, or the error negative.
+        If N_s, speed or acceleration is not positive, or the error negative.
     """
 
     def __init__(
-        self, limits: PitchLimits, task: Task, planned: int, fastest: float, timing_error: float
+        self,
+        limits: PitchLimits,
+        task: Task,
+        planned: int,
+        fastest: float,
+        acceleration: float,
+        timing_error: float,
     ) -> None:
         if planned < 1:
             raise ParameterError('samples_per_sweep', 'at least 1', planned)
         if not 0.0 < fastest < math.inf:
             raise ParameterError('fastest', 'above 0 rad/s and finite', fastest)
+        if not 0.0 < acceleration < math.inf:
+            raise ParameterError('acceleration', 'above 0 rad/s^2 and finite', acceleration)
         if not 0.0 <= timing_error < math.inf:
             raise ParameterError('timing_error', 'at least 0 s and finite', timing_error)
         self.limits = limits
         self._task, self._planned = task, planned
-        self._fastest, self._timing_error = fastest, timing_error
+        self._fastest, self._acceleration = fastest, acceleration
+        self._timing_error = timing_error
         self._samples = 0
         self._chosen_for: Task | None = None
 
@@ -105,7 +131,8 @@ class NodAdaptation:
         low, high = self.limits.limits(time_ns)
         task = self._task_ahead()
         # The servo must hold it on the way from wider limits, too.
-        fewest = math.ceil(max(high - low, task.span) / (self._fastest * beam_period))
+        widest = max(high - low, task.span)
+        fewest = fewest_samples(widest, self._fastest, self._acceleration, beam_period)
         if not self._stays(task, fewest):
             self._samples, self._chosen_for = self._choice(task, fewest, beam_period), task
         return NodShape(low, high, self._samples)

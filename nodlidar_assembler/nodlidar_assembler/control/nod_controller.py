@@ -7,6 +7,7 @@ from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.control.nod_adaptation import fewest_samples
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.planner.schedule import even_rows, shortest_interlaced
 from nodlidar_common.nod import NodTrajectory
@@ -106,7 +107,9 @@ class NodController:
         config = self._config
         task = replace(config.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
         beam_period = planned.sweep_duration / planned.samples_per_sweep
-        fewest = math.ceil(planned.span / (config.max_nod_speed * beam_period))
+        fewest = fewest_samples(
+            planned.span, config.max_nod_speed, config.max_nod_acceleration, beam_period
+        )
         schedule = None
         if config.nod_mode == 'interlaced':
             most = planned.samples_per_sweep

@@ -67,6 +67,7 @@ class Surroundings:
             config.task,
             config.samples_per_sweep,
             config.max_nod_speed,
+            config.max_nod_acceleration,
             config.timing_error,
         )
         rows = min(config.samples_per_sweep, MAX_FINEST_CELLS // config.steps_per_revolution)
