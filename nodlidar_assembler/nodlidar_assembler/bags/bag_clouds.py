@@ -124,8 +124,13 @@ def _wanted(source: BagSource, topics: Topics, config: AssemblerConfig) -> dict[
 def _tf(source: BagSource, topics: Topics, config: AssemblerConfig) -> BagTf | None:
     if config.ego_motion == 'off':
         return None
-    static = (recorded.message for recorded in source.messages({f'{topics.tf}_static': TF}))
-    return BagTf(config.odom_frame, config.frame_id, static)
+    static, moving = (
+        (recorded.message for recorded in source.messages({topic: TF}))
+        for topic in (f'{topics.tf}_static', topics.tf)
+    )
+    tf = BagTf(config.odom_frame, config.frame_id, static, moving)
+    del source.unreadable[topics.tf]  # they will be read again, and counted then
+    return tf
 
 
 def _check_result(source: BagSource, assembly: BagAssembly) -> None:

@@ -3,12 +3,20 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from nodlidar_assembler.bags.bag_odometry import carried, fixed_pose
+from nodlidar_assembler.bags.bag_odometry import carried, Fixed, fixed_pose
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
+import numpy as np
+from numpy.typing import NDArray
+
+# Parent and child.
+Ends = tuple[str, str]
+
+# A transform that changes by less [m], or as an element of its quaternion, is fixed.
+_STILL = 1e-4
 
 
 class MountedHistory(OdometryHistory):
@@ -40,6 +48,9 @@ class BagTf:
         Frame of odometry, and the frame whose pose in it is wanted.
     static
         All TFMessages with fixed transforms.
+    moving
+        All others. They are looked through unless odometry soon turns up in them: those that never
+        change are fixed, too, as in bags of ROS 1, which has no topic for fixed ones.
 
     Attributes
     ----------
@@ -47,8 +58,6 @@ class BagTf:
         The frame's odometry.
     carrier
         What the frame is fixed to.
-    trouble
-        Empty: what a bag lacks is found out by its reader.
 
     Raises
     ------
@@ -56,18 +65,34 @@ class BagTf:
         If a fixed transform is no pose.
     """
 
-    def __init__(self, odom_frame: str, frame: str, static: Iterable[Any]) -> None:
+    def __init__(
+        self,
+        odom_frame: str,
+        frame: str,
+        static: Iterable[Any],
+        moving: Iterable[Any] = (),
+    ) -> None:
         fixed = {
             entry.child_frame_id: (entry.header.frame_id, fixed_pose(entry.transform))
             for message in static
             for entry in message.transforms
         }
-        self._odom_frame = odom_frame
+        carrier, _ = carried(frame, fixed)
+        fixed |= _never_moving(moving, odom_frame, carrier)
         self.carrier, mount = carried(frame, fixed)
         self.history = MountedHistory(mount)
-        self.trouble = ''
+        self._wanted = odom_frame, self.carrier
+        self._seen: set[Ends] = set()
         self._on_sample: Callable[[], None] = lambda: None
         self._on_time_back: Callable[[], None] = lambda: None
+
+    @property
+    def trouble(self) -> str:
+        """Why there is no odometry, in words; empty if there is."""
+        if self._wanted in self._seen:
+            return ''
+        wanted, *seen = (f"'{a}' to '{b}'" for a, b in (self._wanted, *sorted(self._seen)))
+        return f'no transform from {wanted}' + (f', but from {", ".join(seen)}' if seen else '')
 
     def register(self, on_sample: Callable[[], None], on_time_back: Callable[[], None]) -> None:
         """Set what is called after each new sample, and when time went back."""
@@ -77,7 +102,8 @@ class BagTf:
         """Take the transforms of a TFMessage."""
         for entry in message.transforms:
             ends = entry.header.frame_id, entry.child_frame_id
-            if ends == (self._odom_frame, self.carrier):
+            self._seen.add(ends)
+            if ends == self._wanted:
                 self._add(time_ns(entry.header.stamp), entry.transform)
 
     def _add(self, stamp_ns: int, transform: Any) -> None:
@@ -87,3 +113,27 @@ class BagTf:
         p, q = transform.translation, transform.rotation
         self.history.add(stamp_ns, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
         self._on_sample()
+
+
+def _never_moving(messages: Iterable[Any], odom_frame: str, carrier: str) -> Fixed:
+    """Return the transforms that never change; none if the carrier's odometry turns up."""
+    first: dict[Ends, Any] = {}
+    moved: set[Ends] = set()
+    for message in messages:
+        for entry in message.transforms:
+            ends = entry.header.frame_id, entry.child_frame_id
+            if ends == (odom_frame, carrier):
+                return {}
+            now = _numbers(entry.transform)
+            if np.abs(now - _numbers(first.setdefault(ends, entry.transform))).max() > _STILL:
+                moved.add(ends)
+    return {
+        child: (parent, fixed_pose(first[parent, child]))
+        for parent, child in sorted(first.keys() - moved)
+        if parent != odom_frame
+    }
+
+
+def _numbers(transform: Any) -> NDArray[np.float64]:
+    p, q = transform.translation, transform.rotation
+    return np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])

@@ -1,0 +1,80 @@
+"""Odometry from the transforms of bags that are not laid out as our own."""
+
+from bags import entries_of, recording, write_messages
+from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bags.read_bag import BagError
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_sim.bag import TYPES
+import pytest
+
+CONFIG = AssemblerConfig(ego_motion='beam')
+
+
+@pytest.fixture(scope='module')
+def driving():
+    return recording(2.0, velocity=(0.4, 0.5))
+
+
+def points_of(bag, tmp_path, config=CONFIG):
+    write_clouds(bag, tmp_path / 'out.ply', config, Topics())
+    return (tmp_path / 'out.ply').read_bytes()
+
+
+def as_in_ros_1(entries):
+    """Return the messages with fixed transforms on /tf, told again and again for a later time."""
+    [(_, _, mount)] = [entry for entry in entries if entry[1] == '/tf_static']
+    odometry = [entry for entry in entries if entry[1] == '/tf']
+    others = [entry for entry in entries if not entry[1].startswith('/tf')]
+    again = [(time_ns, '/tf', mount) for time_ns, _, _ in odometry[::5]]
+    return sorted([*others, *odometry, *again], key=lambda entry: entry[0])
+
+
+def test_fixed_transforms_may_be_on_tf(driving, tmp_path):
+    entries = entries_of(driving)
+    expected = points_of(write_messages(tmp_path / 'bag', entries), tmp_path)
+    other = write_messages(tmp_path / 'other', as_in_ros_1(entries))
+    assert points_of(other, tmp_path) == expected
+
+
+def test_messages_on_tf_that_cannot_be_told_are_counted_once(driving, tmp_path):
+    entries = [*as_in_ros_1(entries_of(driving)), (2**62, '/tf', b'\x00\x01\x00\x00')]
+    bag = write_messages(tmp_path / 'bag', entries)
+    summary = write_clouds(bag, tmp_path / 'out.ply', CONFIG, Topics())
+    assert '1 on /tf could not be told' in summary.notes
+
+
+@pytest.mark.parametrize(
+    ('config', 'message'),
+    [
+        (
+            AssemblerConfig(ego_motion='beam', odom_frame='map'),
+            r"\(TF: no transform from 'map' to 'base_link', but from 'odom' to 'base_link'\)",
+        ),
+        (
+            AssemblerConfig(ego_motion='beam', frame_id='tower'),
+            r"\(TF: no transform from 'odom' to 'tower', but from 'odom' to 'base_link'\)",
+        ),
+    ],
+)
+def test_the_frames_that_there_are_are_told(driving, tmp_path, config, message):
+    bag = write_messages(tmp_path / 'bag', entries_of(driving))
+    with pytest.raises(BagError, match=message):
+        points_of(bag, tmp_path, config)
+
+
+def test_transforms_that_move_in_a_row_are_told(driving, tmp_path):
+    entries = as_in_ros_1(entries_of(driving))
+    for k, (time_ns, topic, message) in enumerate(entries):
+        [entry] = message.transforms if topic == '/tf' else [None]
+        if entry is not None and entry.child_frame_id == 'nodlidar_base_link':
+            old = entry.transform
+            lifted = TYPES['geometry_msgs/msg/Vector3'](0.0, 0.0, 1e-3 * k)
+            moved = TYPES['geometry_msgs/msg/Transform'](lifted, old.rotation)
+            stamped = TYPES['geometry_msgs/msg/TransformStamped'](
+                entry.header, entry.child_frame_id, moved
+            )
+            entries[k] = time_ns, topic, TYPES['tf2_msgs/msg/TFMessage']([stamped])
+    bag = write_messages(tmp_path / 'bag', entries)
+    message = "no transform from 'odom' to 'nodlidar_base_link', but from 'base_link' to 'nodli"
+    with pytest.raises(BagError, match=message):
+        points_of(bag, tmp_path)
