@@ -17,6 +17,8 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 class CoverageReport:
     """Publishes coverage whenever the diagnostics are told, once a second, and tells it there.
 
+    Without new beams it is not published again: it is not of the last seconds any more.
+
     Parameters
     ----------
     node, updater
@@ -39,6 +41,7 @@ class CoverageReport:
     ) -> None:
         self._clock = node.get_clock()
         self._covered, self._nod = covered, nod
+        self._until_ns: int | None = None
         self._told = Coverage(
             window=config.coverage_window, cell=config.task.cell, cells=config.task.cells
         )
@@ -53,8 +56,12 @@ class CoverageReport:
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
         covered = self._covered()
-        self._publish(covered)
-        status.summary(DiagnosticStatus.OK, f'{covered.seen:.1%} of the cells seen')
+        if covered.until_ns == self._until_ns:
+            status.summary(DiagnosticStatus.STALE, 'no beams have come since it was told')
+        else:
+            self._publish(covered)
+            status.summary(DiagnosticStatus.OK, f'{covered.seen:.1%} of the cells seen')
+        self._until_ns = covered.until_ns
         status.add('beams', str(covered.beams))
         status.add('share of cells seen', f'{covered.seen:.4f}')
         status.add('largest hole [rad]', f'{covered.hole:.4f}')

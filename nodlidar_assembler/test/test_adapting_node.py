@@ -1,6 +1,6 @@
 """The assembler node adapts the nod to what its scans show, while told to."""
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodlidar_assembler.control.nod_adaptation import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.planner.task import Task
@@ -12,6 +12,7 @@ from test_assembler_node import bench, log
 
 __all__ = ['log']
 
+STALE = DiagnosticStatus.STALE
 FIXED = (-0.6136, 0.6136)
 
 
@@ -88,6 +89,22 @@ def test_coverage_is_published_of_cells_as_large_as_told(log):
     assert told.largest_hole <= task.span
     assert told.least_repeats == 0.0
     assert 0.0 <= told.repeats < 0.05
+
+
+def test_coverage_is_not_told_again_when_no_beams_come(log):
+    with bench() as running:
+        running.feed(log)
+        messages, told = running.out[Coverage], running.out[DiagnosticArray]
+
+        def stale():
+            statuses = [status for array in told for status in array.status]
+            return [s for s in statuses if 'coverage' in s.name and s.level == STALE]
+
+        running.spin_until(lambda: messages and messages[-1].beams >= 25 * 681)
+        before = len(stale())
+        running.spin_until(lambda: len(stale()) >= before + 3)
+    beams = [message.beams for message in messages]
+    assert beams == sorted(set(beams))  # each time more
 
 
 def test_without_a_window_coverage_is_not_told(log):

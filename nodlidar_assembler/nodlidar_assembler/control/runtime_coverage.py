@@ -24,6 +24,8 @@ class Covered:
 
     Attributes
     ----------
+    until_ns
+        End of the window: the instant of the last beam [ns]; None before the first one.
     beams
         Beams in the region.
     seen
@@ -38,6 +40,7 @@ class Covered:
         cells of the finest grid.
     """
 
+    until_ns: int | None
     beams: int
     seen: float
     hole: float
@@ -120,6 +123,7 @@ class RuntimeCoverage:
         hole = min(largest_square(unseen, self.task.full_circle) * self.task.cell, self._widest())
         beams = max(self._beams, 1)
         return Covered(
+            until_ns=self._last_ns,
             beams=self._beams,
             seen=self._cells.occupied / self.task.cells,
             hole=hole,
