@@ -164,3 +164,9 @@ def test_what_is_no_bag_is_refused(tmp_path, content, suffix):
 def test_a_bag_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(BagError, match=r"there is no '.*nowhere'"):
         span_of(tmp_path / 'nowhere')
+
+
+def test_a_bag_of_ros_1_is_refused_with_the_way_to_make_one_of_ros_2(tmp_path):
+    (tmp_path / 'old.bag').write_bytes(b'#ROSBAG V2.0\n')
+    with pytest.raises(BagError, match=r'of ROS 1: rosbags-convert --src .*old\.bag --dst '):
+        BagSource(tmp_path / 'old.bag').__enter__()

@@ -69,6 +69,9 @@ class BagSource:
     def __enter__(self) -> BagSource:
         if not self.path.exists():
             raise BagError(f"there is no '{self.path}'")
+        if self.path.suffix == '.bag':
+            convert = f'rosbags-convert --src {self.path} --dst {self.path.with_suffix("")}'
+            raise BagError(f"'{self.path}' is a bag of ROS 1: {convert} makes one of ROS 2")
         if not self.path.is_dir() or (self.path / 'metadata.yaml').exists():
             reader, why = self._opened(partial(Reader, self.path))
             if reader is not None:
