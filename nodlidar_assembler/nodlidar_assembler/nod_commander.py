@@ -87,7 +87,8 @@ class NodCommander:
         """Publish the command while scans come: without them the servo shall let go."""
         now_ns = self._now_ns()
         command = self._controller.command
-        silent = now_ns - self._last_scan_ns > self._config.scan_timeout * NS_PER_S
+        # A clock that was set back must not keep the nod going.
+        silent = abs(now_ns - self._last_scan_ns) > self._config.scan_timeout * NS_PER_S
         if command is not None and not silent:
             nod, start_ns = command
             self._commands.publish(nod_to_message(nod, now_ns, self._config.frame_id, start_ns))

@@ -2,6 +2,7 @@
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_common.messages import nod_from_message, time_message
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 import pytest
@@ -43,3 +44,21 @@ def test_sweeps_follow_each_other_as_chosen(log):
         nod = following
     assert len({nod.samples_per_sweep for nod in chosen.values()}) > 2
     assert {(nod.pitch_min, nod.pitch_max) for nod in chosen.values()} == {(-0.6136, 0.6136)}
+
+
+def test_without_scans_commands_stop_also_after_the_clock_was_set_back(log):
+    with bench('use_sim_time:=true') as running:
+        clock, commands = running.feeder.create_publisher(Clock, '/clock', 10), []
+
+        def set_to(now_ns):
+            clock.publish(Clock(clock=time_message(now_ns)))
+            running.spin_until(lambda: running.node.get_clock().now().nanoseconds == now_ns)
+            commands.append(len(running.out[NodCommand]))
+
+        begin_ns = log.scans[0].stamp_ns
+        set_to(begin_ns)
+        running.feed(log)
+        running.spin_until(lambda: running.out[NodCommand])
+        for later in range(60):  # 6 s, an hour before; scans are missed after 2 s
+            set_to(begin_ns - 3600 * NS_PER_S + later * 100_000_000)
+    assert commands[30] == commands[-1]
