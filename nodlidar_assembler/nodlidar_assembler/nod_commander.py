@@ -2,7 +2,7 @@
 
 import math
 
-from nodlidar_assembler.clouds.geometry import Beams
+from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodShape
@@ -53,12 +53,14 @@ class NodCommander:
         """Keep the nod tied to the lidar's revolutions; its first command goes out at once."""
         first = self._controller.command is None
         self._last_scan_ns = self._now_ns()
+        geometry = geometry_from_message(scan)
         try:
-            self._controller.add_scan(geometry_from_message(scan), time_ns(scan.header.stamp))
+            self._controller.add_scan(geometry, time_ns(scan.header.stamp))
         except ParameterError as error:
             self._error(f'no nod commanded: {error}')
         else:
             if first:
+                self._warn_of_other_steps(geometry)
                 self._publish()
 
     def adapt(
@@ -99,6 +101,16 @@ class NodCommander:
             self._node.get_logger().warning(
                 f'samples_per_sweep = {n_s} and steps_per_revolution = {n_l} share the divisor '
                 f'{math.gcd(n_s, n_l)}: samples repeat'
+            )
+
+    def _warn_of_other_steps(self, geometry: ScanGeometry) -> None:
+        """Warn if N_L is not that of a lidar, which may thin its beams: N_s would be another."""
+        steps, told = self._config.steps_per_revolution, math.tau / abs(geometry.angle_increment)
+        thinned = max(round(steps / told), 1)
+        if abs(steps / (thinned * told) - 1.0) > 0.01:
+            self._node.get_logger().warning(
+                f'steps_per_revolution = {steps}, but angle_increment of the scan tells {told:.0f}'
+                ': the nod is not coprime with this lidar'
             )
 
     def _error(self, text: str) -> None:
