@@ -35,6 +35,20 @@ class AssemblerConfig:
         minimum=-1.0,
         maximum=1.0,
     )
+    scan_delay: float = parameter(
+        0.0,
+        'How much later than their first beam the stamps of scans are',
+        unit='s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
+    time_increment: float = parameter(
+        0.0,
+        'Time between beams where scans tell none; 0: all beams of a scan are of one instant',
+        unit='s',
+        minimum=0.0,
+        maximum=1.0,
+    )
     frame_id: str = parameter(
         'nodlidar_base_link', 'Frame of the clouds: fixed, origin on the nod axis, x forward, z up'
     )

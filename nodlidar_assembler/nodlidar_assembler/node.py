@@ -52,7 +52,9 @@ class Assembler(Node):
         """Return what makes clouds of messages, with all its inputs."""
         config = self.config
         scans = ScanFilter(
-            self._subscriber(LaserScan, 'scan', 10), lambda reason: self._to_cloud.drop(reason)
+            self._subscriber(LaserScan, 'scan', 10),
+            config,
+            lambda reason: self._to_cloud.drop(reason),
         )
         scans.registerCallback(self._scan_arrived)
         odometry = None

@@ -1,6 +1,7 @@
 """Clouds of bags: against the pipeline, the simulator's truth, and independent readers."""
 
 from collections import Counter
+from dataclasses import replace
 import math
 import subprocess
 import sys
@@ -216,6 +217,28 @@ def test_messages_that_come_late_and_out_of_order_are_put_in_order(simulated, tm
     distance = simulated.world.surface_distance(near, np.full(len(near), START_NS))
     # A joint state that comes after the one behind it is missed at the turn-arounds at most.
     assert np.sqrt(np.mean(distance**2)) < 0.02
+
+
+def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_path):
+    entries = entries_of(driving)
+    config = AssemblerConfig(ego_motion='beam', time_in_compensated_clouds=True)
+    bag = write_messages(tmp_path / 'bag', entries)
+    write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
+    expected = clouds_in(tmp_path / 'out.mcap')
+    for _, topic, message in entries:
+        if topic == '/scan':
+            late_ns = time_ns(message.header.stamp) + 70_000_000
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(late_ns, 10**9)
+            message.time_increment = 0.0
+    bag = write_messages(tmp_path / 'other', entries)
+    told = replace(config, scan_delay=0.07, time_increment=0.1 / 1024)
+    write_clouds(bag, tmp_path / 'out.mcap', told, TOPICS)
+    found = clouds_in(tmp_path / 'out.mcap')
+    assert len(found) == len(expected) == 40
+    for (_, cloud, points), (_, other, others) in zip(found, expected, strict=True):
+        assert time_ns(cloud.header.stamp) == time_ns(other.header.stamp)
+        np.testing.assert_allclose(xyz_of(points), xyz_of(others), atol=1e-6)
+        np.testing.assert_allclose(points['time'], others['time'], atol=1e-8)
 
 
 def test_a_scan_without_its_joint_states_is_dropped_at_the_deadline(simulated, tmp_path):

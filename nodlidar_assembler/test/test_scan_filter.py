@@ -7,6 +7,7 @@ from message_filters import SimpleFilter
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.filters.joint_filter import JointFilter
 from nodlidar_assembler.filters.scan_filter import ScanFilter
+from nodlidar_common.stamps import time_ns
 import pytest
 from sensor_msgs.msg import JointState, LaserScan
 
@@ -31,9 +32,10 @@ def joint_state(sec=1_700_000_000, **fields):
     return message
 
 
-def passed_and_dropped(message):
+def passed_and_dropped(message, **parameters):
     source, passed, dropped = SimpleFilter(), [], []
-    ScanFilter(source, dropped.append).registerCallback(passed.append)
+    config = AssemblerConfig(**parameters)
+    ScanFilter(source, config, dropped.append).registerCallback(passed.append)
     source.signalMessage(message)
     return passed, dropped
 
@@ -79,6 +81,24 @@ def test_a_scan_before_1970_is_dropped():
     message = scan()
     message.header.stamp.sec = -1
     assert passed_and_dropped(message) == ([], ['stamp must be after 1970'])
+
+
+def test_a_scan_stamped_at_its_end_is_taken_from_its_first_beam_on():
+    message = scan()
+    message.header.stamp.sec, message.header.stamp.nanosec = 5, 10_000_000
+    [passed], _ = passed_and_dropped(message, scan_delay=0.025)
+    assert time_ns(passed.header.stamp) == 4_985_000_000
+
+
+def test_a_scan_that_a_delay_leads_before_1970_is_dropped():
+    assert passed_and_dropped(scan(), scan_delay=0.1) == ([], ['stamp must be after 1970'])
+
+
+def test_the_time_between_beams_is_as_given_only_where_scans_tell_none():
+    [passed], _ = passed_and_dropped(scan(time_increment=0.0), time_increment=1e-5)
+    assert passed.time_increment == 1e-5
+    [passed], _ = passed_and_dropped(scan(), time_increment=1e-5)
+    assert passed.time_increment == 0.1 / 1024
 
 
 def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():

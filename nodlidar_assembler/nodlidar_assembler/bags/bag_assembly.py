@@ -48,7 +48,7 @@ class BagAssembly:
         self._scans, self._states = SimpleFilter(), SimpleFilter()
         self._to_cloud = ScanToCloud(
             config,
-            ScanFilter(self._scans, lambda reason: self._to_cloud.drop(reason)),
+            ScanFilter(self._scans, config, lambda reason: self._to_cloud.drop(reason)),
             self._states,
             tf,
             lambda: self._now_ns,

@@ -3,30 +3,50 @@
 from collections.abc import Callable
 
 from message_filters import SimpleFilter
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.filters.scan_message import geometry_from_message
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import LaserScan
 
 
 class ScanFilter(SimpleFilter):
-    """Passes on well-formed scans, and gives the reason to `on_drop` for each of the others."""
+    """Passes on well-formed scans; gives the reason to `on_drop` for each of the others.
 
-    def __init__(self, source: SimpleFilter, on_drop: Callable[[str], None]) -> None:
+    Parameters
+    ----------
+    source
+        Of the scans.
+    config
+        Tells how their times are to be taken; scans are changed accordingly.
+    on_drop
+        Called with the reason when one is dropped.
+    """
+
+    def __init__(
+        self, source: SimpleFilter, config: AssemblerConfig, on_drop: Callable[[str], None]
+    ) -> None:
         super().__init__()
+        self._delay_ns = round(config.scan_delay * NS_PER_S)
+        self._time_increment = config.time_increment
         self._on_drop = on_drop
         source.registerCallback(self._add)
 
     def _add(self, scan: LaserScan) -> None:
         try:
-            _check(scan)
+            self._take_times(scan)
+            geometry_from_message(scan)
         except ParameterError as error:
             # Without the value: reasons are counted, and must not be as many as there are values.
             self._on_drop(f'{error.key} must be {error.limit}')
         else:
             self.signalMessage(scan)
 
-
-def _check(scan: LaserScan) -> None:
-    if scan.header.stamp.sec < 0:
-        raise ParameterError('stamp', 'after 1970', scan.header.stamp.sec)
-    geometry_from_message(scan)
+    def _take_times(self, scan: LaserScan) -> None:
+        first_ns = time_ns(scan.header.stamp) - self._delay_ns
+        if first_ns < 0:
+            raise ParameterError('stamp', 'after 1970', first_ns / NS_PER_S)
+        scan.header.stamp.sec, scan.header.stamp.nanosec = divmod(first_ns, NS_PER_S)
+        if scan.time_increment == 0.0:
+            scan.time_increment = self._time_increment
