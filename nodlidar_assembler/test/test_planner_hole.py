@@ -3,7 +3,7 @@
 from dataclasses import replace
 import math
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.planner.hole import exceeds, largest_hole, largest_side, least_side
 from nodlidar_assembler.planner.pattern import Pattern
@@ -138,6 +138,14 @@ def test_turns_on_time_leave_the_holes_of_the_pattern():
 
 @settings(max_examples=200, deadline=None)
 @given(cases(), st.floats(0.0, 1.5))
+@example(
+    (
+        Task(pitch_min=-1.0167315080289792, pitch_max=0.625, steps_per_revolution=3),
+        Pattern(3, 3, 0.0),
+        0,
+    ),
+    0.0,
+)
 def test_exceeding_a_side_is_having_a_larger_hole(case, part):
     task, pattern, samples = case
     duration = samples * task.sample_time

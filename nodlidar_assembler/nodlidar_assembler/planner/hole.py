@@ -240,7 +240,7 @@ def _wider(
         left, right, low, high = left[open_], right[open_], low[open_], high[open_]
         width = edges.azimuth[right] - edges.azimuth[left]
         gap, bottom = gaps(edges.first_step + left + 1, edges.first_step + right - 1)
-        side = np.minimum(width, row * gap)
+        side = np.minimum(width, np.minimum(row * gap, limit))
         best = int(np.argmax(side))
         if side[best] > square.side:
             square = _Square(float(side[best]), int(left[best]), float(bottom[best]))
