@@ -232,13 +232,16 @@ def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_
             message.time_increment = 0.0
     bag = write_messages(tmp_path / 'other', entries)
     told = replace(config, scan_delay=0.07, time_increment=0.1 / 1024)
-    write_clouds(bag, tmp_path / 'out.mcap', told, TOPICS)
+    summary = write_clouds(bag, tmp_path / 'out.mcap', told, TOPICS)
+    assert not summary.assembly.remarks
     found = clouds_in(tmp_path / 'out.mcap')
     assert len(found) == len(expected) == 40
     for (_, cloud, points), (_, other, others) in zip(found, expected, strict=True):
         assert time_ns(cloud.header.stamp) == time_ns(other.header.stamp)
         np.testing.assert_allclose(xyz_of(points), xyz_of(others), atol=1e-6)
         np.testing.assert_allclose(points['time'], others['time'], atol=1e-8)
+    summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
+    assert summary.assembly.remarks == {'all beams of one instant: time_increment is 0': 40}
 
 
 def test_a_scan_without_its_joint_states_is_dropped_at_the_deadline(simulated, tmp_path):

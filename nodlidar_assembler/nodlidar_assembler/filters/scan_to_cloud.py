@@ -74,7 +74,7 @@ class ScanToCloud:
         warn: Callable[[str], None] = lambda text: None,
     ) -> None:
         self.drops: Counter[str] = Counter()
-        self._uncompensated: Counter[str] = Counter()
+        self._otherwise: Counter[str] = Counter()
         self.pipeline = Pipeline.configured(config)
         self._config, self._odometry = config, odometry
         self._on_made, self._warn = on_made, warn
@@ -115,7 +115,7 @@ class ScanToCloud:
         """How many scans were made otherwise than asked for, by what was done and the reason."""
         fallbacks = self.pipeline.estimator.fallbacks
         return {
-            **{f'uncompensated: {reason}': n for reason, n in self._uncompensated.items()},
+            **self._otherwise,
             **{f'slerp instead of trajectory: {reason}': n for reason, n in fallbacks.items()},
         }
 
@@ -151,12 +151,14 @@ class ScanToCloud:
         except OdometryError as error:
             self._odometry_missing(scan, samples, error.reason)
         else:
+            if told.geometry.time_increment == 0.0:
+                self._otherwise['all beams of one instant: time_increment is 0'] += 1
             self._on_made(told, clouds, odometry)
 
     def _odometry_missing(self, scan: LaserScan, samples: JointSamples, reason: str) -> None:
         if self._config.without_odometry == 'drop':
             self.drop(reason, self.aside)
             return
-        self._uncompensated[reason] += 1
+        self._otherwise[f'uncompensated: {reason}'] += 1
         self._warn(f'motion not compensated: {reason}{self.aside}')
         self._assemble(scan, samples)
