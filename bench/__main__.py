@@ -26,6 +26,7 @@ from bench import (
     profiles,
     sensing,
     simulation_speed,
+    stages,
 )
 from bench.names import parsed
 from bench.page import fill_pages
@@ -41,6 +42,7 @@ MEASUREMENTS = {
     'effects': effects,
     'live': live,
     'profiles': profiles,
+    'stages': stages,
     'estimators': estimators,
     'sensing': sensing,
     'clouds': clouds,

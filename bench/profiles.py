@@ -8,28 +8,23 @@ other nodes.
 
 from dataclasses import dataclass
 from functools import partial
-import time
 
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.surroundings import Surroundings
-from nodlidar_assembler.node import Assembler
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_bringup.evaluation import FAR, near_beams, simulated_log, surface_rms
-from nodlidar_bringup.launched import keep_apart
-from nodlidar_common.messages import time_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording
 import numpy as np
-import rclpy
-from sensor_msgs.msg import JointState, LaserScan
 
 from bench.accuracy import pitch_rms
 from bench.hot_paths import interleaved
 from bench.reference import simulated_room
+from bench.replay import messages_of, times_per_scan
 from bench.report import Row
 
 DURATION = 20.0
@@ -39,7 +34,6 @@ TURN_ERROR = 0.003
 FEEDBACK_RATE = {'fast': 20.0, 'balanced': 100.0, 'accurate': 100.0}  # nodlidar_bringup/config
 BALANCED = 'balanced'
 ERROR, COMPUTATION = 'distance to balanced', 'computation to balanced'
-Timed = tuple[int, LaserScan | JointState]
 TITLE = f'Profiles: the room, {DURATION:.0f} s at N_s = 4001, turns {TURN_ERROR * 1e3:.0f} ms off'
 
 
@@ -133,56 +127,7 @@ def _compute(log: SensorLog, config: AssemblerConfig) -> None:
 
 
 def callback_times(recordings: dict[str, Recording]) -> dict[str, float]:
-    """Return the time that the node's callbacks take per scan, in the median of rounds [s]."""
-    keep_apart()
-    messages = {name: _messages(simulated_log(r)) for name, r in recordings.items()}
-    rounds = [{name: _replayed(name, m) for name, m in messages.items()} for _ in range(ROUNDS)]
-    return {name: float(np.median([round_[name] for round_ in rounds])) for name in recordings}
-
-
-def _replayed(profile: str, messages: list[Timed]) -> float:
-    """Give messages to a node's callbacks; return the time that all take per scan [s].
-
-    Its timers are called as often as they would be.
-    """
-    rclpy.init(args=['--ros-args', '-p', f'profile:={profile}', '--log-level', 'error'])
-    node = Assembler()
-    assert node.config == PROFILES[profile]
-    callbacks = {s.msg_type: s.callback for s in node.subscriptions}
-    calls = [(at_ns, partial(callbacks[type(m)], m)) for at_ns, m in messages]
-    for timer in node.timers:
-        calls += [(at_ns, timer.callback) for at_ns in _ticks(messages, timer.timer_period_ns)]
-    calls.sort(key=lambda call: call[0])
-    begin = time.thread_time()
-    for _, call in calls:
-        call()
-    took = time.thread_time() - begin
-    node.destroy_node()
-    rclpy.shutdown()
-    return took / sum(isinstance(message, LaserScan) for _, message in messages)
-
-
-def _ticks(messages: list[Timed], period_ns: int) -> range:
-    return range(messages[0][0] + period_ns, messages[-1][0], period_ns)
-
-
-def _messages(log: SensorLog) -> list[Timed]:
-    """Return scans, each after its last beam, and joint states in the order of their time."""
-    timed: list[Timed] = []
-    for scan in log.scans:
-        geometry = scan.geometry
-        message = LaserScan(
-            angle_min=geometry.angle_min,
-            angle_increment=geometry.angle_increment,
-            time_increment=geometry.time_increment,
-            range_min=geometry.range_min,
-            range_max=geometry.range_max,
-            ranges=scan.ranges,
-        )
-        message.header.stamp = time_message(scan.stamp_ns)
-        timed.append((scan.stamp_ns + NS_PER_S // 15, message))
-    for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True):
-        state = JointState(name=['nod_joint'], position=[float(pitch)])
-        state.header.stamp = time_message(int(stamp_ns))
-        timed.append((int(stamp_ns), state))
-    return sorted(timed, key=lambda entry: entry[0])
+    """Return the time that the node's callbacks take per scan [s]."""
+    messages = {name: messages_of(simulated_log(r)) for name, r in recordings.items()}
+    replays = {name: ([f'profile:={name}'], m) for name, m in messages.items()}
+    return times_per_scan(replays, ROUNDS)

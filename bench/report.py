@@ -18,6 +18,7 @@ from rich.table import Table
 RESULTS = Path(__file__).parent / 'results'
 DIGITS = 6  # significant ones that are recorded
 VERSIONS = ('numpy', 'rclpy')
+WRITTEN = (':!bench/results', ':!docs', ':!*.md')  # by measurements, not run by them
 
 # What is measured -> a number or words. The unit is in the key, in brackets.
 Row = dict[str, Any]
@@ -81,10 +82,16 @@ def recorded(name: str) -> dict[str, Any]:
 
 
 def commit() -> str:
-    """Return the commit that is checked out, and whether anything was changed since."""
-    command = ['git', 'describe', '--always', '--dirty', '--abbrev=12']
-    run = subprocess.run(command, cwd=RESULTS.parent, capture_output=True, text=True)
-    return run.stdout.strip() or 'unknown'
+    """Return the commit that is checked out, and whether what is run was changed since."""
+    changes = ['status', '--porcelain', '--untracked-files=no', '--', '.', *WRITTEN]
+    changed = '-dirty' if _git(*changes) else ''
+    return (_git('rev-parse', '--short=12', 'HEAD') or 'unknown') + changed
+
+
+def _git(*arguments: str) -> str:
+    command = ['git', *arguments]
+    run = subprocess.run(command, cwd=RESULTS.parent.parent, capture_output=True, text=True)
+    return run.stdout.strip()
 
 
 def _rounded(value: object) -> object:

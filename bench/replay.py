@@ -1,0 +1,82 @@
+"""The real assembler node's callbacks, given the messages of a log one after the other."""
+
+from functools import partial
+import time
+
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.node import Assembler
+from nodlidar_bringup.launched import keep_apart
+from nodlidar_common.messages import time_message
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+import rclpy
+from sensor_msgs.msg import JointState, LaserScan
+
+# Time of arrival [ns] and message.
+Timed = tuple[int, LaserScan | JointState]
+
+
+def times_per_scan(
+    replays: dict[str, tuple[list[str], list[Timed]]], rounds: int
+) -> dict[str, float]:
+    """Return what callbacks take per scan, by name, in the median of rounds that go through all.
+
+    Parameters
+    ----------
+    replays
+        By name, parameters of the node as ``name:=value``, and messages.
+    rounds
+        How often everything is replayed.
+    """
+    keep_apart()
+    times = [[_replayed(*replay) for replay in replays.values()] for _ in range(rounds)]
+    return dict(zip(replays, np.median(times, axis=0).tolist(), strict=True))
+
+
+def _replayed(parameters: list[str], messages: list[Timed]) -> float:
+    """Give messages to a node's callbacks; return the time that all take per scan [s].
+
+    Its timers are called as often as they would be.
+    """
+    given = [word for parameter in parameters for word in ('-p', parameter)]
+    rclpy.init(args=['--ros-args', *given, '--log-level', 'error'])
+    node = Assembler()
+    callbacks = {s.msg_type: s.callback for s in node.subscriptions}
+    calls = [(at_ns, partial(callbacks[type(m)], m)) for at_ns, m in messages]
+    for timer in node.timers:
+        calls += [(at_ns, timer.callback) for at_ns in _ticks(messages, timer.timer_period_ns)]
+    calls.sort(key=lambda call: call[0])
+    begin = time.thread_time()
+    for _, call in calls:
+        call()
+    took = time.thread_time() - begin
+    node.destroy_node()
+    rclpy.shutdown()
+    return took / sum(isinstance(message, LaserScan) for _, message in messages)
+
+
+def _ticks(messages: list[Timed], period_ns: int) -> range:
+    return range(messages[0][0] + period_ns, messages[-1][0], period_ns)
+
+
+def messages_of(log: SensorLog) -> list[Timed]:
+    """Return scans, each after its last beam, and joint states in the order of their time."""
+    timed: list[Timed] = []
+    for scan in log.scans:
+        geometry = scan.geometry
+        message = LaserScan(
+            angle_min=geometry.angle_min,
+            angle_increment=geometry.angle_increment,
+            time_increment=geometry.time_increment,
+            range_min=geometry.range_min,
+            range_max=geometry.range_max,
+            ranges=scan.ranges,
+            intensities=[] if scan.intensities is None else scan.intensities,
+        )
+        message.header.stamp = time_message(scan.stamp_ns)
+        timed.append((scan.stamp_ns + NS_PER_S // 15, message))
+    for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True):
+        state = JointState(name=['nod_joint'], position=[float(pitch)])
+        state.header.stamp = time_message(int(stamp_ns))
+        timed.append((int(stamp_ns), state))
+    return sorted(timed, key=lambda entry: entry[0])
