@@ -62,6 +62,8 @@ class Diagnosis:
             return DiagnosticStatus.STALE, 'no scan has come yet'
         if silence > self._scan_timeout:
             return DiagnosticStatus.ERROR, f'no scan for {silence:.1f} s'
+        if silence < -self._scan_timeout:
+            return DiagnosticStatus.ERROR, 'no scan since the clock was set back'
         if new_drops:
             reason, count = new_drops.most_common(1)[0]
             return DiagnosticStatus.WARN, f'{count} dropped: {reason}'

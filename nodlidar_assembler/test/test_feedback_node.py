@@ -1,5 +1,6 @@
 """The assembler node chooses sweep after sweep, in the time of the data."""
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_common.messages import nod_from_message, time_message
 from nodlidar_common.nod import NS_PER_S
@@ -47,6 +48,12 @@ def test_sweeps_follow_each_other_as_chosen(log):
 
 
 def test_without_scans_commands_stop_also_after_the_clock_was_set_back(log):
+    """And the diagnostics tell that none comes."""
+
+    def told():
+        statuses = [s for array in running.out[DiagnosticArray] for s in array.status]
+        return [(s.level, s.message) for s in statuses if 'clouds' in s.name]
+
     with bench('use_sim_time:=true') as running:
         clock, commands = running.feeder.create_publisher(Clock, '/clock', 10), []
 
@@ -61,4 +68,6 @@ def test_without_scans_commands_stop_also_after_the_clock_was_set_back(log):
         running.spin_until(lambda: running.out[NodCommand])
         for later in range(60):  # 6 s, an hour before; scans are missed after 2 s
             set_to(begin_ns - 3600 * NS_PER_S + later * 100_000_000)
+        running.spin_until(lambda: told()[-1][0] != DiagnosticStatus.OK)
     assert commands[30] == commands[-1]
+    assert told()[-1] == (DiagnosticStatus.ERROR, 'no scan since the clock was set back')
