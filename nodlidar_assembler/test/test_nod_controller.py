@@ -150,3 +150,19 @@ def test_interlaced_does_not_mind_a_lidar_that_turns_to_the_right():
     geometry = replace(URG, angle_min=-URG.angle_min, angle_increment=-STEP)
     mirrored = Beams(geometry, REFERENCE_MOUNT)
     assert len({start for _, start in run(controller, 60, beams=mirrored)}) > 5
+
+
+def test_a_lidar_that_sweeps_cannot_be_chosen_for_keeps_the_nod_in_its_phase():
+    reversed_urg = ScanGeometry(682, 340 * STEP, -STEP, 0.1 / 1024, 0.02, 5.6)
+    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    clock = NodClock(NodShape(-0.6136, 0.6136, 4001), 1024)
+    for number in range(20):  # whose clock is 100 ppm slow
+        with pytest.raises(ParameterError, match='angle_increment'):
+            run(
+                controller,
+                1,
+                since_ns=BEGIN_NS + number * 100_010_000,
+                beams=Beams(reversed_urg, REFERENCE_MOUNT),
+            )
+        clock.add_scan(reversed_urg, BEGIN_NS + number * 100_010_000)
+        assert controller.command == (clock.nod, 0)

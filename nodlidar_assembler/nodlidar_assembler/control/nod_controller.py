@@ -10,6 +10,7 @@ from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.nod_adaptation import fewest_samples
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.planner.schedule import even_rows, shortest_interlaced
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
 from numpy.typing import NDArray
@@ -94,14 +95,18 @@ class NodController:
         ------
         ParameterError
             If sweeps cannot be chosen for this lidar, or not be interlaced with so few samples;
-            see ChosenSweeps.choose and shortest_interlaced.
+            see ChosenSweeps.choose and shortest_interlaced. The nod is the planned one then.
         """
         if self._config.nod_mode == 'coprime' or self._clock.nod is None:
             return False
         if self._sweeps is None:
             self._sweeps = self._begin(self._clock.nod)
         self._sweeps.saw(scan.stamp_ns + beams.offset_ns, scan.geometry.azimuth, pitch)
-        return self._sweeps.choose(now_ns, self._clock.revolutions, scan.geometry)
+        try:
+            return self._sweeps.choose(now_ns, self._clock.revolutions, scan.geometry)
+        except ParameterError:
+            self._sweeps = None
+            raise
 
     def _begin(self, planned: NodTrajectory) -> ChosenSweeps:
         config = self._config
