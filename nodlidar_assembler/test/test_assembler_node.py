@@ -24,7 +24,7 @@ import pytest
 from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
 
@@ -187,6 +187,12 @@ def test_without_commanding_there_is_no_command(log):
     with bench('command_nod:=false') as running:
         assert 'nod_command' not in dict(running.node.get_topic_names_and_types())
         assert all(p.topic_name != '/nod_command' for p in running.node.publishers)
+
+
+def test_scans_sent_by_best_effort_are_heard_if_the_node_is_told_so():
+    with bench('qos_overrides./scan.subscription.reliability:=best_effort') as running:
+        publisher = running.feeder.create_publisher(LaserScan, 'scan', qos_profile_sensor_data)
+        running.spin_until(publisher.get_subscription_count)
 
 
 def test_scans_without_joint_states_are_dropped_counted_and_diagnosed(log):
