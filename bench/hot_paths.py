@@ -48,10 +48,10 @@ def results(rounds: int = ROUNDS) -> list[Row]:
         {
             WHAT: name,
             TIME: own * 1e6,
-            IN_YARDSTICKS: own / yardstick,
+            IN_YARDSTICKS: own / beside,
             SIZE: int(np.size(action())),
         }
-        for (name, action), (own, yardstick) in zip(paths.items(), times, strict=True)
+        for (name, action), (own, beside) in zip(paths.items(), times, strict=True)
     ]
 
 

@@ -48,10 +48,11 @@ class Found:
     callbacks: float
 
 
-def results() -> list[Row]:
+def results(rounds: int = ROUNDS) -> list[Row]:
     """Return errors, latency and times of each profile, and their ratios to balanced."""
     recordings = {name: _recording(rate) for name, rate in FEEDBACK_RATE.items()}
-    computation, callbacks = computation_times(recordings), callback_times(recordings)
+    computation = computation_times(recordings, rounds)
+    callbacks = callback_times(recordings, rounds)
     found = {
         name: Found(
             pitch_rms(recordings[name], Pipeline.configured(config).estimator),
@@ -100,11 +101,11 @@ def added_latency(log: SensorLog, config: AssemblerConfig) -> float:
     return float(np.median(log.sample_ns[last[there]] - ends_ns[there])) / NS_PER_S
 
 
-def computation_times(recordings: dict[str, Recording]) -> dict[str, float]:
+def computation_times(recordings: dict[str, Recording], rounds: int) -> dict[str, float]:
     """Return the time of all computation per scan [s]."""
     logs = {name: simulated_log(simulated) for name, simulated in recordings.items()}
     actions = {name: partial(_compute, log, PROFILES[name]) for name, log in logs.items()}
-    times = interleaved(actions, ROUNDS)
+    times = interleaved(actions, rounds)
     return {
         name: own / len(log.scans)
         for (name, log), (own, _) in zip(logs.items(), times, strict=True)
@@ -126,8 +127,8 @@ def _compute(log: SensorLog, config: AssemblerConfig) -> None:
             surroundings.covered()
 
 
-def callback_times(recordings: dict[str, Recording]) -> dict[str, float]:
+def callback_times(recordings: dict[str, Recording], rounds: int) -> dict[str, float]:
     """Return the time that the node's callbacks take per scan [s]."""
     messages = {name: messages_of(simulated_log(r)) for name, r in recordings.items()}
     replays = {name: ([f'profile:={name}'], m) for name, m in messages.items()}
-    return times_per_scan(replays, ROUNDS)
+    return times_per_scan(replays, rounds)

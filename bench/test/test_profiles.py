@@ -14,7 +14,7 @@ PROFILE_FILES = RESULTS.parent.parent / 'nodlidar_bringup' / 'config' / 'profile
 @pytest.fixture(scope='module')
 def rows():
     keep_apart()
-    return {row['profile']: row for row in results()}
+    return {row['profile']: row for row in results(rounds=3)}
 
 
 def test_rates_are_those_that_are_launched():
