@@ -107,7 +107,7 @@ class Assembler(Node):
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
         if config.adapt_limits and not self.config.adapt_limits:
-            self._surroundings.restart()  # so that the limits set out from the present ones
+            self._surroundings.restart_limits()  # so that the limits set out from the present ones
         self.config = config
 
 

@@ -148,3 +148,12 @@ def test_a_margin_does_not_replace_the_bracket():
     bench.filter.release()
     assert bench.released == []
     assert bench.dropped == [(75, BracketFilter.NO_HISTORY), (145, BracketFilter.LATE)]
+
+
+def test_a_clock_that_is_set_back_makes_no_scan_wait_without_end():
+    bench = Bench()
+    bench.joint(0)
+    bench.scan(10)
+    bench.now -= 3600_000 * MS
+    bench.filter.release()
+    assert bench.dropped == [(10, BracketFilter.LATE)]

@@ -113,10 +113,33 @@ def test_the_way_without_odometry_is_not_counted_when_it_comes_back():
 
 def test_when_time_goes_back_everything_starts_anew():
     surroundings = Surroundings(AssemblerConfig())
-    for scan, pitch in told(2.0) + told(1.0):
+    for scan, pitch in told(3.0) + told(1.0):
         add(surroundings, scan, pitch)
         assert surroundings.shape() is not None
     assert surroundings.covered().beams == 10 * 681
+
+
+def test_a_scan_that_comes_twice_or_too_late_changes_no_limits():
+    """They neither start anew nor go back in time."""
+    surroundings, once = (Surroundings(AssemblerConfig()) for _ in range(2))
+    scans = told(2.0)
+    for scan, pitch in scans:
+        add(once, scan, pitch)
+    for before, (scan, pitch) in zip([scans[0], *scans], scans, strict=False):
+        add(surroundings, scan, pitch)
+        add(surroundings, scan, pitch)
+        add(surroundings, *before)
+    assert surroundings.shape() == once.shape()
+
+
+def test_limits_that_set_out_anew_leave_what_was_covered():
+    surroundings = Surroundings(AssemblerConfig())
+    for scan, pitch in told(2.0):
+        add(surroundings, scan, pitch)
+    before = surroundings.shape()
+    surroundings.restart_limits()
+    assert surroundings.covered().beams == 20 * 681
+    assert surroundings.shape() != before
 
 
 def test_without_a_window_coverage_is_not_kept_and_limits_are_the_same():

@@ -6,6 +6,7 @@ from nodlidar_assembler.clouds.assembly import assemble
 from nodlidar_assembler.clouds.ego_motion import Odometry, rotated
 from nodlidar_assembler.clouds.geometry import Beams, revolution_time
 from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape
@@ -50,6 +51,17 @@ class Surroundings:
     def restart(self) -> None:
         """Forget all scans."""
         config = self._config
+        self.restart_limits()
+        rows = min(config.samples_per_sweep, MAX_FINEST_CELLS // config.steps_per_revolution)
+        self._coverage: RuntimeCoverage | None = None
+        if config.coverage_window > 0.0:
+            self._coverage = RuntimeCoverage(config.task, rows, config.coverage_window)
+        self._beam_period = 0.0
+        self._last_ns = 0
+
+    def restart_limits(self) -> None:
+        """Let the limits set out from the configured ones; what was covered stays."""
+        config = self._config
         span = config.pitch_max - config.pitch_min
         self._limits = PitchLimits(
             PitchLimitsConfig(
@@ -70,25 +82,17 @@ class Surroundings:
             config.max_nod_acceleration,
             config.timing_error,
         )
-        rows = min(config.samples_per_sweep, MAX_FINEST_CELLS // config.steps_per_revolution)
-        self._coverage: RuntimeCoverage | None = None
-        if config.coverage_window > 0.0:
-            self._coverage = RuntimeCoverage(config.task, rows, config.coverage_window)
-        self._beam_period = 0.0
-        self._stamp_ns: int | None = None
-        self._last_ns = 0
         self._now: _Place | None = None
 
     def add_scan(self, scan: Scan, beams: Beams, pitch: NDArray[np.float64]) -> None:
         """Add a scan, and the pitch of its beams [rad], to what was covered."""
-        if self._stamp_ns is not None and scan.stamp_ns <= self._stamp_ns:
+        if self._last_ns - scan.stamp_ns > TIME_JUMP_NS:
             self.restart()
         geometry = beams.geometry
         if self._coverage is not None:
-            # Stamps that are estimated anew may let a scan begin just before the last one's end.
+            # Scans may come twice or out of order, and estimated stamps be a little too early.
             times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
             self._coverage.add(times_ns, geometry.azimuth, pitch)
-        self._stamp_ns = scan.stamp_ns
         self._last_ns = max(scan.stamp_ns + beams.duration_ns, self._last_ns)
         # Not the time between beams, which are fewer than steps where the lidar thins them.
         self._beam_period = revolution_time(geometry) / self._config.steps_per_revolution
@@ -113,7 +117,7 @@ class Surroundings:
         else:
             middle_ns = scan.stamp_ns + beams.duration_ns // 2
             ranges = ranges - self._move(_place(odometry, middle_ns), odometry)
-        self._limits.update(scan.stamp_ns, ranges)
+        self._limits.update(self._last_ns, ranges)
 
     def covered(self) -> Covered:
         """Return what the window of time up to the last scan has covered.

@@ -43,7 +43,9 @@ class WaitingFilter(SimpleFilter):
         """Let every scan go that can by now; for the deadline, call it by a timer."""
         while self._waiting:
             arrival_ns, message = self._waiting[0]
-            if not self._settled(self._now_ns() - arrival_ns > self._deadline_ns, *message):
+            # A clock that was set back makes the wait negative; it must not become an endless one.
+            overdue = not 0 <= self._now_ns() - arrival_ns <= self._deadline_ns
+            if not self._settled(overdue, *message):
                 return
             self._waiting.popleft()
 
