@@ -49,6 +49,13 @@ class AssemblerConfig:
         minimum=0.0,
         maximum=1.0,
     )
+    max_range: float = parameter(
+        0.0,
+        'Ranges beyond it count as nothing; with 0 only those that the scan calls too far do',
+        unit='m',
+        minimum=0.0,
+        maximum=1e6,
+    )
     frame_id: str = parameter(
         'nodlidar_base_link', 'Frame of the clouds: fixed, origin on the nod axis, x forward, z up'
     )
@@ -76,6 +83,13 @@ class AssemblerConfig:
     )
     cloud_mode: str = parameter(
         'scan', 'One cloud per scan, or per sweep (cut at the turn-around)', choices=CLOUD_MODES
+    )
+    sweeps_per_cloud: int = parameter(
+        1,
+        'With clouds per sweep, how many sweeps make one: four to eight, compensated, are what '
+        'programs that match clouds need; none lasts longer than 30 s',
+        minimum=1,
+        maximum=100,
     )
     laser_xyz: tuple[float, float, float] = parameter(
         (0.0, 0.0, 0.080), 'Optical centre of the lidar in the nodding frame', unit='m'

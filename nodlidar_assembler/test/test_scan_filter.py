@@ -101,6 +101,12 @@ def test_the_time_between_beams_is_as_given_only_where_scans_tell_none():
     assert passed.time_increment == 0.1 / 1024
 
 
+@pytest.mark.parametrize(('max_range', 'taken'), [(0.0, 5.6), (4.0, 4.0), (10.0, 5.6)])
+def test_what_is_too_far_is_what_the_scan_or_the_parameter_says(max_range, taken):
+    [passed], _ = passed_and_dropped(scan(range_max=5.6), max_range=max_range)
+    assert passed.range_max == pytest.approx(taken)
+
+
 def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():
     reasons = {tuple(passed_and_dropped(scan(time_increment=-t))[1]) for t in (1e-4, 2e-4)}
     assert len(reasons) == 1

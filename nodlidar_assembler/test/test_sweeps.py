@@ -87,6 +87,20 @@ def test_clouds_are_cut_at_the_turns_even_inside_a_scan_and_lose_nothing(turns_m
         begin = end
 
 
+@given(st.lists(st.integers(1, 999), unique=True, max_size=9), st.integers(1, 4))
+def test_several_sweeps_make_one_cloud_and_nothing_is_lost(turns_ms, sweeps):
+    turns_ms = sorted(turns_ms)
+    gatherer = SweepGatherer(max_duration=30.0, sweeps=sweeps)
+    for turn in turns_ms:
+        gatherer.add_turn(START_NS + turn * 1_000_000)
+    scans = [scan_of(START_NS + k * 100_000_000) for k in range(11)]
+    clouds = [cloud for scan in scans for cloud in gatherer.add_scan(scan)]
+    ends = turns_ms[sweeps - 1 :: sweeps]
+    assert [int(cloud.data['x'][-1]) + 1 for cloud in clouds] == ends
+    told = [x for cloud in clouds for x in cloud.data['x'].tolist()]
+    assert told == list(range(ends[-1] if ends else 0))
+
+
 def test_a_nod_that_stands_still_does_not_gather_without_end():
     gatherer = SweepGatherer(max_duration=1.0)
     clouds = [

@@ -49,6 +49,8 @@ class Pipeline:
         Of the estimator 'trajectory', see PitchEstimator.
     moved_point
         What points in the frame of odometry are: MOVED_POINT, or POINT if they shall have times.
+    sweeps_per_cloud
+        With the mode 'sweep', how many make one cloud.
 
     Attributes
     ----------
@@ -68,6 +70,7 @@ class Pipeline:
         joint_step: float = JOINT_STEP,
         leg_margin: float = LEG_MARGIN,
         moved_point: np.dtype[np.void] = MOVED_POINT,
+        sweeps_per_cloud: int = 1,
     ) -> None:
         self.estimator = PitchEstimator(estimator, max_joint_gap, joint_step, leg_margin)
         self._mount = mount
@@ -76,7 +79,9 @@ class Pipeline:
         self.pitch: NDArray[np.float64] = np.zeros(0)
         self._beams: Beams | None = None
         self._turns = TurnFinder(TURN_HYSTERESIS)
-        self._sweeps = SweepGatherer(LONGEST_SWEEP) if cloud_mode == 'sweep' else None
+        self._sweeps: SweepGatherer | None = None
+        if cloud_mode == 'sweep':
+            self._sweeps = SweepGatherer(LONGEST_SWEEP, sweeps_per_cloud)
 
     @classmethod
     def configured(cls, config: AssemblerConfig) -> 'Pipeline':
@@ -92,6 +97,7 @@ class Pipeline:
             config.joint_step,
             config.leg_margin,
             POINT if config.time_in_compensated_clouds else MOVED_POINT,
+            config.sweeps_per_cloud,
         )
 
     def beams(self, geometry: ScanGeometry) -> Beams:

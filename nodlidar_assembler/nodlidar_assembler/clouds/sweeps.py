@@ -1,4 +1,4 @@
-"""Gathers the points of scans into one cloud per sweep, cut at the turn-around."""
+"""Gathers the points of scans into one cloud per sweep, or several, cut at the turn-around."""
 
 from dataclasses import dataclass, field
 
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(slots=True)
 class SweepGatherer:
-    """Holds points until the turn-around that ends their sweep is known.
+    """Holds points until the turn-around that ends their last sweep is known.
 
     Turns and scans may come in any order: a turn that becomes known late still cuts the scan in
     whose middle it was. The field ``ring`` counts the scans of a cloud from 0.
@@ -17,17 +17,23 @@ class SweepGatherer:
     Attributes
     ----------
     max_duration
-        Longest sweep that is waited for [s]; a cloud is closed then even without a turn, so that a
+        Longest cloud that is waited for [s]; it is closed then even without a turn, so that a
         nod that stands still does not gather points without end.
+    sweeps
+        How many make one cloud.
     """
 
     max_duration: float
+    sweeps: int = 1
     _scans: list[Points] = field(default_factory=list)
     _turns_ns: list[int] = field(default_factory=list)
+    _turned: int = 0  # turns since the last cloud was cut
 
     def add_turn(self, turn_ns: int) -> None:
         """Add the instant of a turn-around [ns]; they ascend."""
-        self._turns_ns.append(turn_ns)
+        self._turned = (self._turned + 1) % self.sweeps
+        if self._turned == 0:
+            self._turns_ns.append(turn_ns)
 
     def add_scan(self, points: Points) -> list[Points]:
         """Add the points of the next scan; return the clouds that are complete by now."""
@@ -38,6 +44,7 @@ class SweepGatherer:
             # Time went back: what came before it ends here.
             clouds.append(self._cut(self._newest_ns() + 1))
             self._turns_ns.clear()
+            self._turned = 0
         elif self._scans and self._age_ns(points) > self.max_duration * NS_PER_S:
             clouds.append(self._cut(self._newest_ns() + 1))
         self._scans.append(points)

@@ -1,6 +1,7 @@
 """Passes on the scans from which points can be made."""
 
 from collections.abc import Callable
+import math
 
 from message_filters import SimpleFilter
 from nodlidar_assembler.config import AssemblerConfig
@@ -19,7 +20,7 @@ class ScanFilter(SimpleFilter):
     source
         Of the scans.
     config
-        Tells how their times are to be taken; scans are changed accordingly.
+        Tells how their times are to be taken, and how far they see; scans are changed accordingly.
     on_drop
         Called with the reason when one is dropped.
     """
@@ -30,12 +31,14 @@ class ScanFilter(SimpleFilter):
         super().__init__()
         self._delay_ns = round(config.scan_delay * NS_PER_S)
         self._time_increment = config.time_increment
+        self._max_range = config.max_range or math.inf
         self._on_drop = on_drop
         source.registerCallback(self._add)
 
     def _add(self, scan: LaserScan) -> None:
         try:
             self._take_times(scan)
+            scan.range_max = min(scan.range_max, self._max_range)
             geometry_from_message(scan)
         except ParameterError as error:
             # Without the value: reasons are counted, and must not be as many as there are values.
