@@ -99,7 +99,7 @@ class Diagnosis:
             warnings.append(f'nod command refused: {self._commands.refusal}')
         self._refused_told = self._commands.refused
         if servo is not None and self._commands.tracker(now_ns) is None:
-            warnings.append('no nod commands: torque off')
+            warnings.append('no nod command to follow: torque off')
         return warnings
 
     @staticmethod
