@@ -95,7 +95,11 @@ def test_a_slow_adapter_a_refusal_and_silence_are_warnings(diagnosis, commands):
     )
     commands.refuse(TOO_FAR, 0)
     warnings = diagnosis.report(5 * SECOND)[1]
-    assert warnings == [f'nod command refused: {TOO_FAR}', 'no nod command to follow: torque off', 'slow']
+    assert warnings == [
+        f'nod command refused: {TOO_FAR}',
+        'no nod command to follow: torque off',
+        'slow',
+    ]
 
 
 def test_a_servo_that_is_gone_leaves_only_what_was_counted(diagnosis):

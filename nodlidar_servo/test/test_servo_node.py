@@ -230,7 +230,9 @@ def test_torque_goes_off_when_commands_stop_and_that_is_diagnosed(commander, emu
         commander.spin_until(lambda: torque(emulator), 'no torque')
         commander.nod = None
         commander.spin_until(lambda: not torque(emulator), 'torque still on')
-        commander.spin_until(lambda: 'no nod command to follow' in commander.message(), 'no warning')
+        commander.spin_until(
+            lambda: 'no nod command to follow' in commander.message(), 'no warning'
+        )
         assert commander.status.level == DiagnosticStatus.WARN
         commander.receive(10)
         commander.nod = nod_from_now()
