@@ -147,7 +147,7 @@ def test_the_table_has_the_plan_and_its_alternatives(run, plan_of):
     rows = {name: value for name, value, *_ in filter(lambda row: len(row) == 2, cells)}
     assert rows['samples per sweep (N_s)'].startswith(str(best['samples_per_sweep']))
     assert f'{best["completion_time"]:.4g} s' in rows['every cell hit once after']
-    assert f'{best["lower_bound"]:.4g} s' in rows['lower bound for any nod']
+    assert f'{best["lower_bound"]:.4g} s' in rows['lower bound, allowed speeds']
     assert 'The best 3' in out
     assert max(map(len, out.splitlines())) <= 100
 

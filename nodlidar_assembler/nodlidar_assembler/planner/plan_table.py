@@ -102,7 +102,7 @@ def _plan_rows(answer: Answer) -> Iterator[tuple[str, str]]:
     yield 'sweep', f'{seconds(plan.sweep_duration)} from limit to limit'
     yield 'start at step 0', f'{angle(pitch)}, {number(plan.phase)} samples past the lower limit'
     yield 'every cell hit once after', seconds(figures.completion_time)
-    yield 'lower bound for any nod', f'{seconds(plan.lower_bound)}{_against_bound(plan)}'
+    yield 'lower bound, allowed speeds', f'{seconds(plan.lower_bound)}{_against_bound(plan)}'
     revisit = f'{seconds(figures.revisit_max)}, {seconds(figures.revisit_mean)} on average'
     yield 'a cell is hit again within', revisit
     yield 'hits of a cell', f'{number(figures.hit_frequency)} Hz on average'
