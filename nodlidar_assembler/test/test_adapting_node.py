@@ -1,6 +1,7 @@
 """The assembler node adapts the nod to what its scans show, while told to."""
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from node_bench import bench
 from nodlidar_assembler.control.nod_adaptation import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.planner.task import Task
@@ -8,7 +9,7 @@ from nodlidar_common.messages import nod_from_message
 from nodlidar_msgs.msg import Coverage, NodCommand
 import pytest
 from rclpy.parameter import Parameter
-from test_assembler_node import bench, log
+from test_assembler_node import log
 
 __all__ = ['log']
 

@@ -1,108 +1,34 @@
 """The assembler node on real DDS, fed with simulated data, against the same data offline."""
 
-from contextlib import contextmanager
 from dataclasses import replace
-import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from log_messages import scan_message, state_message
+from node_bench import BEAM_PERIOD, bench, sensor_log, simulated
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.node import Assembler
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_from_message
-from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.stamps import time_ns
-from nodlidar_msgs.msg import Coverage, NodCommand
+from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim.scene import load_scene
-from nodlidar_sim.simulation import simulate
 import numpy as np
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+from sensor_msgs.msg import LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
 
-START_NS = 1_700_000_000_000_000_000
-BEAM_PERIOD = 0.1 / 1024
 DURATION = 3.0
-LONGEST = 30.0
-SCAN_NS = 66_600_000  # a scan comes after its last beam
 
 
 @pytest.fixture(scope='module')
 def log():
     """Return what the reference sensor tells in the scene 'wall'."""
-    nod = NodTrajectory(-0.6136, 0.6136, 4001 * BEAM_PERIOD, 4001, START_NS)
-    told = simulate(load_scene('wall'), nod, DURATION, start_ns=START_NS)
-    geometry = ScanGeometry(
-        682, np.float32(told.azimuth[0]), np.float32(2 * np.pi / 1024), np.float32(BEAM_PERIOD),
-        np.float32(0.02), np.float32(5.6),
-    )  # fmt: skip
-    scans = [
-        Scan(int(stamp_ns), geometry, ranges.astype(np.float32))
-        for stamp_ns, ranges in zip(told.scan_stamp_ns, told.ranges, strict=True)
-    ]
-    return SensorLog(scans, told.joint_stamp_ns, told.joint_position)
-
-
-class Bench:
-    """An assembler node, a feeder and what came out."""
-
-    def __init__(self, parameters):
-        rclpy.init(args=['--ros-args', *(f for p in parameters for f in ('-p', p))])
-        self.node, self.feeder = Assembler(), rclpy.create_node('feeder')
-        self.executor = SingleThreadedExecutor()
-        for node in (self.node, self.feeder):
-            self.executor.add_node(node)
-        self.out = {PointCloud2: [], NodCommand: [], DiagnosticArray: [], Coverage: []}
-        topics = ('points', 'nod_command', '/diagnostics', 'assembler/coverage')
-        for kind, topic in zip(self.out, topics, strict=True):
-            self.feeder.create_subscription(kind, topic, self.out[kind].append, 50)
-        self._scans = self.feeder.create_publisher(LaserScan, 'scan', 10)
-        self._states = self.feeder.create_publisher(JointState, 'joint_states', 50)
-        inputs = (self._scans, self._states)
-        self.spin_until(lambda: all(p.get_subscription_count() for p in inputs))
-        topics = [p for p in self.node.publishers if p.topic_name in ('/points', '/nod_command')]
-        self.spin_until(lambda: all(p.get_subscription_count() for p in topics))
-
-    def spin_until(self, condition):
-        deadline = time.monotonic() + LONGEST
-        while not condition():
-            assert time.monotonic() < deadline
-            self.executor.spin_once(timeout_sec=0.05)
-
-    def feed(self, log):
-        """Publish a log in the order of its time, letting the node keep up."""
-        messages = [
-            (scan.stamp_ns + SCAN_NS, self._scans, scan_message(scan)) for scan in log.scans
-        ]
-        messages += [
-            (stamp_ns, self._states, state_message(stamp_ns, pitch))
-            for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True)
-        ]
-        for _, publisher, message in sorted(messages, key=lambda entry: entry[0]):
-            publisher.publish(message)
-            self.executor.spin_once(timeout_sec=0.05)
-
-    def close(self):
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.feeder.destroy_node()
-        rclpy.shutdown()
-
-
-@contextmanager
-def bench(*parameters):
-    made = Bench(parameters)
-    try:
-        yield made
-    finally:
-        made.close()
+    return sensor_log(simulated(load_scene('wall'), DURATION))
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import math
 
 from bags import entries_of, recording, START_NS, write_messages
+from node_bench import bench
 from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_sim.bag import STORE, TOPICS
@@ -10,7 +11,6 @@ import pytest
 from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
-from test_assembler_node import bench
 
 KINDS = {'/scan': LaserScan, '/joint_states': JointState}
 DEADLINE = 10.0  # longer than the test: the node's clock is none that a bag knows
@@ -38,7 +38,7 @@ def is_missing(time_ns):
 def clouds_of_node(entries, expected, cloud_mode):
     """Return the clouds that the node publishes of messages, and what it drops."""
     with bench(f'deadline:={DEADLINE}', f'cloud_mode:={cloud_mode}') as running:
-        publishers = {'/scan': running._scans, '/joint_states': running._states}
+        publishers = {'/scan': running.scans, '/joint_states': running.states}
         for _, topic, message in entries:
             raw = bytes(STORE.serialize_cdr(message, TOPICS[topic]))
             publishers[topic].publish(deserialize_message(raw, KINDS[topic]))

@@ -1,43 +1,34 @@
 """The assembler node with odometry from TF, on real DDS, against the same data offline."""
 
-from contextlib import contextmanager
 from dataclasses import replace
-import time
+from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
-from log_messages import scan_message, state_message
+import node_bench
+from node_bench import NodeBench, SCAN_NS, sensor_log, simulated, START_NS
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
-from nodlidar_assembler.node import Assembler
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import time_message
-from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim.scene import load_scene
-from nodlidar_sim.simulation import simulate
 import numpy as np
 import pytest
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
-from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+from sensor_msgs.msg import PointCloud2
 from sensor_msgs_py import point_cloud2
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformListener
 
-START_NS = 1_700_000_000_000_000_000
-BEAM_PERIOD = 0.1 / 1024
-SCAN_NS = 66_600_000  # a scan comes after its last beam
-LONGEST = 30.0
 MOUNT = Pose.from_xyzrpy((0.1, 0.0, 1.0, 0.0, 0.0, 0.0))
 
 
@@ -50,73 +41,38 @@ def log():
 def driven(scene, duration, **motion):
     """Return what the sensor tells of a robot in a scene, and its odometry."""
     moving = replace(load_scene(scene), mount=MOUNT, **motion)
-    nod = NodTrajectory(-0.6136, 0.6136, 4001 * BEAM_PERIOD, 4001, START_NS)
-    told = simulate(moving, nod, duration, start_ns=START_NS)
-    geometry = ScanGeometry(
-        682, np.float32(told.azimuth[0]), np.float32(2 * np.pi / 1024), np.float32(BEAM_PERIOD),
-        np.float32(0.02), np.float32(5.6),
-    )  # fmt: skip
-    scans = [
-        Scan(int(stamp_ns), geometry, ranges.astype(np.float32))
-        for stamp_ns, ranges in zip(told.scan_stamp_ns, told.ranges, strict=True)
-    ]
+    told = simulated(moving, duration)
     x, y, yaw = told.odometry_pose.T
     zero = np.zeros_like(x)
     orientation = np.stack([zero, zero, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
     base = Odometry(told.odometry_stamp_ns, Poses(np.stack([x, y, zero], axis=1), orientation))
-    return SensorLog(scans, told.joint_stamp_ns, told.joint_position, base)
+    return sensor_log(told, base)
 
 
-class Bench:
-    """An assembler node that compensates the motion, a feeder and what came out."""
+class OdometryBench(NodeBench):
+    """An assembler node that compensates the motion, and odometry on TF."""
 
     def __init__(self, parameters):
-        parameters = ('ego_motion:=beam', 'command_nod:=false', *parameters)
-        rclpy.init(args=['--ros-args', *(f for p in parameters for f in ('-p', p))])
-        self.node, self.feeder = Assembler(), rclpy.create_node('feeder')
-        self.executor = SingleThreadedExecutor()
-        for node in (self.node, self.feeder):
-            self.executor.add_node(node)
-        self.clouds, self.diagnostics, self.commands = [], [], []
-        self.feeder.create_subscription(PointCloud2, 'points', self.clouds.append, 50)
-        self.feeder.create_subscription(
-            DiagnosticArray, '/diagnostics', self.diagnostics.append, 50
-        )
-        self.feeder.create_subscription(NodCommand, 'nod_command', self.commands.append, 50)
+        super().__init__(('ego_motion:=beam', 'command_nod:=false', *parameters))
+        kinds = (PointCloud2, DiagnosticArray, NodCommand)
+        self.clouds, self.diagnostics, self.commands = (self.out[kind] for kind in kinds)
         static = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._scans = self.feeder.create_publisher(LaserScan, 'scan', 10)
-        self._states = self.feeder.create_publisher(JointState, 'joint_states', 50)
         self._tf = self.feeder.create_publisher(TFMessage, '/tf', 100)
         self._tf_static = self.feeder.create_publisher(TFMessage, '/tf_static', static)
-        inputs = (self._scans, self._states, self._tf, self._tf_static)
-        self.spin_until(lambda: all(p.get_subscription_count() for p in inputs))
-        cloud = next(p for p in self.node.publishers if p.topic_name == '/points')
-        self.spin_until(cloud.get_subscription_count)
-
-    def spin_until(self, condition):
-        deadline = time.monotonic() + LONGEST
-        while not condition():
-            assert time.monotonic() < deadline
-            self.executor.spin_once(timeout_sec=0.05)
+        self.spin_until_heard(self._tf, self._tf_static)
 
     def feed(self, log, odometry_delay_ns=0):
-        """Publish a log in the order of its time, letting the node keep up."""
+        """Publish a log and its odometry in the order of time, letting the node keep up."""
         mount = transform('base_link', 'nodlidar_base_link', 0, MOUNT.position, (0, 0, 0, 1))
         self._tf_static.publish(TFMessage(transforms=[mount]))
-        messages = [
-            (scan.stamp_ns + SCAN_NS, self._scans, scan_message(scan)) for scan in log.scans
-        ]
-        for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True):
-            messages.append((stamp_ns, self._states, state_message(stamp_ns, pitch)))
+        messages = []
         base = log.odometry
         for stamp_ns, p, q in zip(
             base.time_ns, base.poses.position, base.poses.orientation, strict=True
         ):
             message = TFMessage(transforms=[transform('odom', 'base_link', stamp_ns, p, q)])
             messages.append((stamp_ns + odometry_delay_ns, self._tf, message))
-        for _, publisher, message in sorted(messages, key=lambda entry: entry[0]):
-            publisher.publish(message)
-            self.executor.spin_once(timeout_sec=0.05)
+        super().feed(log, messages)
 
     def reported(self, key):
         """Return the last value of a key in the diagnostics, 0 if there is none."""
@@ -129,20 +85,8 @@ class Bench:
         ]
         return int(found[-1]) if found else 0
 
-    def close(self):
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.feeder.destroy_node()
-        rclpy.shutdown()
 
-
-@contextmanager
-def bench(*parameters):
-    made = Bench(parameters)
-    try:
-        yield made
-    finally:
-        made.close()
+bench = partial(node_bench.bench, kind=OdometryBench)
 
 
 def transform(parent, child, stamp_ns, position, orientation):

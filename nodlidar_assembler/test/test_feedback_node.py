@@ -1,6 +1,7 @@
 """The assembler node chooses sweep after sweep, in the time of the data."""
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from node_bench import bench
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_common.messages import nod_from_message, time_message
 from nodlidar_common.nod import NS_PER_S
@@ -9,7 +10,7 @@ from nodlidar_msgs.msg import NodCommand
 import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
-from test_assembler_node import bench, log
+from test_assembler_node import log
 
 __all__ = ['log']
 
