@@ -10,6 +10,7 @@ from nodlidar_common.messages import time_message
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 import rclpy
+from rclpy.logging import LoggingSeverity
 from sensor_msgs.msg import JointState, LaserScan
 
 # Time of arrival [ns] and message.
@@ -39,8 +40,9 @@ def _replayed(parameters: list[str], messages: list[Timed]) -> float:
     Its timers are called as often as they would be.
     """
     given = [word for parameter in parameters for word in ('-p', parameter)]
-    rclpy.init(args=['--ros-args', *given, '--log-level', 'error'])
+    rclpy.init(args=['--ros-args', *given])
     node = Assembler()
+    node.get_logger().set_level(LoggingSeverity.ERROR)
     callbacks = {s.msg_type: s.callback for s in node.subscriptions}
     calls = [(at_ns, partial(callbacks[type(m)], m)) for at_ns, m in messages]
     for timer in node.timers:
@@ -50,6 +52,8 @@ def _replayed(parameters: list[str], messages: list[Timed]) -> float:
     for _, call in calls:
         call()
     took = time.thread_time() - begin
+    # The level of a name stays for the whole process.
+    node.get_logger().set_level(LoggingSeverity.UNSET)
     node.destroy_node()
     rclpy.shutdown()
     return took / sum(isinstance(message, LaserScan) for _, message in messages)
