@@ -162,7 +162,7 @@ class AssemblerConfig:
     )
     samples_per_sweep: int = parameter(
         4001,
-        'N_s: lidar steps, dark ones counted, in one traverse; coprime with steps_per_revolution',
+        'N_s: lidar steps, dark ones counted, in one sweep; coprime with steps_per_revolution',
         minimum=1,
         maximum=10_000_000,
     )

@@ -85,7 +85,7 @@ class Plan:
     samples_per_sweep, phase
         N_s, and samples that the nod is past its lower limit at sample 0.
     speed, sweep_duration
-        Speed [rad/s] and time of one traverse [s].
+        Speed [rad/s] and time of one sweep [s].
     figures
         Completion, revisits and hit frequency.
     hole

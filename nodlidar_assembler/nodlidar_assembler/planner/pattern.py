@@ -23,7 +23,7 @@ class Pattern:
     steps_per_revolution
         N_L, dark steps counted.
     samples_per_sweep
-        N_s, samples in one traverse between the limits.
+        N_s, samples in one sweep from limit to limit.
     phase
         Samples that the nod is past its lower limit, going up, at sample 0; [0, 2 N_s).
 
