@@ -15,14 +15,10 @@ from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.errors import DeviceError, NodlidarError
 from nodlidar_common.node_parameters import declare
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-
-try:  # It takes half of the time for a message, but not every rclpy of Jazzy has it yet.
-    from rclpy.experimental import EventsExecutor as Executor
-except ImportError:
-    from rclpy.executors import SingleThreadedExecutor as Executor
 
 LOOK_PERIOD = 0.2  # s, between two looks whether to end
 _INACTIVE = (DiagnosticStatus.OK, 'not connected: the node is not active')
@@ -80,7 +76,7 @@ def _ending_signals() -> Iterator[list[int]]:
 
 def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
     # rclpy's spin_until_future_complete keeps some memory for every callback that it runs.
-    executor = Executor()
+    executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:
         while not is_over():
