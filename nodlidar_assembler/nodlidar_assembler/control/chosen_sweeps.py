@@ -12,7 +12,7 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_assembler.planner.feedback import Feedback
 from nodlidar_assembler.planner.schedule import even_rows, Schedule
-from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
+from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 import numpy as np
@@ -58,7 +58,7 @@ class ChosenSweeps:
     ) -> None:
         n_s = planned.samples_per_sweep
         self._feedback = Feedback(even_rows(task), n_s, timing_error, fewest_samples)
-        self._steps = task.steps_per_revolution
+        self._task = task
         self._schedule, self._next = schedule, 0
         # The sweeps that the beams to come may belong to, and the instants [ns] they count from.
         self._commanded = deque([(planned.reference_time_ns, planned)])
@@ -151,7 +151,7 @@ class ChosenSweeps:
         if self.start_ns > now_ns or not LEAST_NOTICE < notice <= longest:
             return False
         going_up = leg % 2 == 1
-        beam_period = lidar.period / self._steps
+        beam_period = lidar.period / self._task.steps_per_revolution
         begin, turn = (self._sample(t, lidar, geometry) for t in (begin_ns, turn_ns))
         duration = self._duration(turn, going_up, under_way=(begin, turn - begin))
         sweep = duration * beam_period
@@ -177,6 +177,6 @@ class ChosenSweeps:
 
     def _sample(self, time_ns: int, lidar: Revolutions, geometry: ScanGeometry) -> float:
         """Return the sample of an instant [ns]: its remainder by N_L is the lidar's step."""
-        turn = math.tau / self._steps
-        first = round((geometry.angle_min - AZIMUTH_OF_STEP_0) / turn) % self._steps
-        return first + (time_ns - lidar.begin_ns) * self._steps / (lidar.period * NS_PER_S)
+        steps = self._task.steps_per_revolution
+        first = int(self._task.step_at(geometry.angle_min))
+        return first + (time_ns - lidar.begin_ns) * steps / (lidar.period * NS_PER_S)

@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 import math
 
-from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, ON_THE_LINE, Task
+from nodlidar_assembler.planner.task import ON_THE_LINE, Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
@@ -146,8 +146,7 @@ class RuntimeCoverage:
     def _located(self, times_ns: Times, azimuth: Floats, pitch: Floats) -> Integers:
         """Return time [ns], cell and finest cell of the beams in the region, shape (3, n)."""
         task, n_s = self.task, self._samples_per_sweep
-        steps = task.steps_per_revolution
-        step = np.rint((azimuth - AZIMUTH_OF_STEP_0) * (steps / math.tau)).astype(np.int64) % steps
+        step = task.step_at(azimuth)
         column = self._column_of_step[step]
         height = (pitch - task.pitch_min) / task.span * n_s
         slack = ON_THE_LINE * n_s

@@ -10,7 +10,7 @@ import math
 from nodlidar_assembler.planner.coverage import column_runs
 from nodlidar_assembler.planner.lateness import Lateness
 from nodlidar_assembler.planner.schedule import rows_of
-from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, ON_THE_LINE, Task
+from nodlidar_assembler.planner.task import ON_THE_LINE, Task
 import numpy as np
 from numpy.typing import NDArray
 
@@ -100,9 +100,8 @@ class Feedback:
     def saw_beams(self, azimuth: Floats, pitch: Floats) -> None:
         """Mark what beams hit, whether they measured something or not; azimuth, pitch [rad]."""
         task = self._task
-        steps = task.steps_per_revolution
-        step = np.rint((azimuth - AZIMUTH_OF_STEP_0) * (steps / math.tau)).astype(np.int64) % steps
-        column, height = self._column_of_step[step], (pitch - task.pitch_min) / task.span
+        column = self._column_of_step[task.step_at(azimuth)]
+        height = (pitch - task.pitch_min) / task.span
         inside = (column >= 0) & (height >= -ON_THE_LINE) & (height <= 1.0 + ON_THE_LINE)
         self.unseen[column[inside], task.row_of_height(height[inside], 1)] = False
 

@@ -98,6 +98,11 @@ class Task:
         step = np.arange(self.steps_per_revolution, dtype=np.float64)
         return AZIMUTH_OF_STEP_0 + step * (math.tau / self.steps_per_revolution)
 
+    def step_at(self, azimuth: NDArray[np.float64] | float) -> NDArray[np.int64]:
+        """Return the step nearest to each azimuth [rad], of the shape of these."""
+        step = (np.asarray(azimuth) - AZIMUTH_OF_STEP_0) * (self.steps_per_revolution / math.tau)
+        return np.asarray(np.rint(step).astype(np.int64) % self.steps_per_revolution)
+
     def column_of_step(self) -> NDArray[np.int64]:
         """Return the column that each step's beam falls in, shape (N_L,); -1 where there is none.
 
