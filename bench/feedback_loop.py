@@ -67,7 +67,7 @@ def rounds(mode: str, n_s: int, lateness: float) -> list[float]:
         rig.commands.accept(nod, rig.clock(), start_ns)
         if revolution >= SETTLED:
             seen = seen or ChosenSweeps(config.task, nod, config.timing_error, 1)
-            seen.saw(times_ns, URG.azimuth, pitch)
+            seen.saw(times_ns, BEAMS.azimuth, pitch)
             taken[seen.rounds] = seen.round_time
     # The first one began in the midst of what the controller had begun before.
     return [time for number, time in taken.items() if number > 1]

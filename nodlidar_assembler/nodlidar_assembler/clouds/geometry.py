@@ -59,11 +59,6 @@ class ScanGeometry:
         if not self.range_min <= self.range_max:
             raise ParameterError('range_max', 'at least range_min', self.range_max)
 
-    @property
-    def azimuth(self) -> NDArray[np.float64]:
-        """Azimuth of every beam [rad], shape (n,)."""
-        return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
-
 
 @dataclass(frozen=True, slots=True)
 class Beams:
@@ -75,6 +70,8 @@ class Beams:
         What the beams were computed from.
     mount
         Pose of the laser in the nodding frame.
+    azimuth
+        Of each beam in the laser's frame [rad], shape (n,).
     direction
         Unit vectors, shape (3, n): a range r ends at ``direction * r + mount.position``.
     offset
@@ -85,15 +82,17 @@ class Beams:
 
     geometry: ScanGeometry
     mount: Pose
+    azimuth: NDArray[np.float64] = field(init=False)
     direction: NDArray[np.float64] = field(init=False)
     offset: NDArray[np.float64] = field(init=False)
     offset_ns: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
         index = np.arange(self.geometry.beams)
-        azimuth = self.geometry.azimuth
+        azimuth = self.geometry.angle_min + self.geometry.angle_increment * index
         in_laser = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)])
         offset = self.geometry.time_increment * index
+        object.__setattr__(self, 'azimuth', azimuth)
         object.__setattr__(self, 'direction', self.mount.rotation @ in_laser)
         object.__setattr__(self, 'offset', offset)
         object.__setattr__(self, 'offset_ns', np.rint(offset * NS_PER_S).astype(np.int64))

@@ -101,7 +101,7 @@ class NodController:
             return False
         if self._sweeps is None:
             self._sweeps = self._begin(self._clock.nod)
-        self._sweeps.saw(scan.stamp_ns + beams.offset_ns, scan.geometry.azimuth, pitch)
+        self._sweeps.saw(scan.stamp_ns + beams.offset_ns, beams.azimuth, pitch)
         try:
             return self._sweeps.choose(now_ns, self._clock.revolutions, scan.geometry)
         except ParameterError:

@@ -88,14 +88,13 @@ class Surroundings:
         """Add a scan, and the pitch of its beams [rad], to what was covered."""
         if self._last_ns - scan.stamp_ns > TIME_JUMP_NS:
             self.restart()
-        geometry = beams.geometry
         if self._coverage is not None:
             # Scans may come twice or out of order, and estimated stamps be a little too early.
             times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
-            self._coverage.add(times_ns, geometry.azimuth, pitch)
+            self._coverage.add(times_ns, beams.azimuth, pitch)
         self._last_ns = max(scan.stamp_ns + beams.duration_ns, self._last_ns)
         # Not the time between beams, which are fewer than steps where the lidar thins them.
-        self._beam_period = revolution_time(geometry) / self._config.steps_per_revolution
+        self._beam_period = revolution_time(beams.geometry) / self._config.steps_per_revolution
 
     def follow(
         self,
