@@ -86,7 +86,7 @@ class ChosenSweeps:
         azimuth: NDArray[np.float64],
         pitch: NDArray[np.float64],
     ) -> None:
-        """Mark what the beams of a scan hit, and how the servo moved.
+        """Mark what the beams of a scan hit and, if sweeps are chosen, how the servo moved.
 
         Parameters
         ----------
@@ -96,7 +96,10 @@ class ChosenSweeps:
             Where they went [rad].
         """
         end_ns = int(times_ns[-1])
-        self._measure(times_ns, pitch)
+        while len(self._commanded) > 1 and self._commanded[1][0] <= times_ns[0]:
+            self._commanded.popleft()
+        if self._schedule is None:
+            self._measure(times_ns, pitch)
         if self._round_ns is None:
             self._round_ns = end_ns
         self._feedback.saw_beams(azimuth, pitch)
@@ -113,11 +116,8 @@ class ChosenSweeps:
 
         The estimate of a pitch may come so late that others were chosen meanwhile.
         """
-        commanded = self._commanded
-        while len(commanded) > 1 and commanded[1][0] <= times_ns[0]:
-            commanded.popleft()
         sweeps, duration = np.empty_like(pitch), np.empty_like(pitch)
-        for number, (start_ns, nod) in enumerate(commanded):
+        for number, (start_ns, nod) in enumerate(self._commanded):
             later = slice(int(np.searchsorted(times_ns, start_ns)) if number else 0, None)
             sweeps[later], duration[later] = nod.sweeps(times_ns[later]), nod.samples_per_sweep
         leg = np.floor(sweeps)
