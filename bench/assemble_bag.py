@@ -15,10 +15,9 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_assembly import BagAssembly
 from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
-from nodlidar_assembler.bags.bag_odometry import TF
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.read_bag import JOINT_STATE, SCAN
+from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig

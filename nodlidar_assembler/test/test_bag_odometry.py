@@ -3,7 +3,7 @@
 import math
 
 from nodlidar_assembler.bags.bag_odometry import read_odometry
-from nodlidar_assembler.bags.read_bag import BagError
+from nodlidar_assembler.bags.bag_types import BagError
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer

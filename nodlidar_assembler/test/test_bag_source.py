@@ -2,7 +2,7 @@
 
 from bags import entries_of, recording, write_messages
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.read_bag import BagError, SCAN
+from nodlidar_assembler.bags.bag_types import BagError, SCAN
 from nodlidar_sim.bag import TOPICS
 import numpy as np
 import pytest

@@ -2,7 +2,7 @@
 
 from bags import entries_of, recording, write_messages
 from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
-from nodlidar_assembler.bags.read_bag import BagError
+from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_sim.bag import TYPES
 import pytest

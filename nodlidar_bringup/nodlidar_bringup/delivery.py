@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.read_bag import BagError
+from nodlidar_assembler.bags.bag_types import BagError, STORE
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
-from rosbags.typesys import get_typestore, Stores
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +39,7 @@ def read_delivery(bag: Path) -> Delivery:
     clouds: list[tuple[int, int]] = []
     dropped: dict[str, Counter[str]] = {}
     points = 0
-    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+    with AnyReader([bag], default_typestore=STORE) as reader:
         for connection, published_ns, raw in reader.messages():
             name = connection.topic.rsplit('/', 1)[-1]
             if name not in ('arrival', 'points', 'diagnostics'):
@@ -81,7 +80,7 @@ def read_start_ns(bag: Path) -> int:
     BagError
         If it did not.
     """
-    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+    with AnyReader([bag], default_typestore=STORE) as reader:
         told = [c for c in reader.connections if c.topic.endswith('/base/start')]
         for connection, _, raw in reader.messages(connections=told):
             message: Any = reader.deserialize(raw, connection.msgtype)

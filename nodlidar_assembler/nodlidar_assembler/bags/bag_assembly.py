@@ -4,10 +4,9 @@ from collections import Counter
 from collections.abc import Callable
 
 from message_filters import SimpleFilter
-from nodlidar_assembler.bags.bag_odometry import TF
 from nodlidar_assembler.bags.bag_source import Recorded
 from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.read_bag import JOINT_STATE, SCAN
+from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.origins import frame_of

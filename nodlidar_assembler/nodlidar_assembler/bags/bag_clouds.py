@@ -8,12 +8,11 @@ import time
 from typing import Protocol
 
 from nodlidar_assembler.bags.bag_assembly import BagAssembly
-from nodlidar_assembler.bags.bag_odometry import TF
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
+from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, TF
 from nodlidar_assembler.bags.cloud_bag import CloudBag
 from nodlidar_assembler.bags.point_files import OutputError, pcd_header, ply_header, PointFile
-from nodlidar_assembler.bags.read_bag import BagError, JOINT_STATE, SCAN
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.config import AssemblerConfig
 

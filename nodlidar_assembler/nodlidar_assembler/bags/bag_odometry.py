@@ -6,16 +6,13 @@ import math
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.read_bag import BagError
+from nodlidar_assembler.bags.bag_types import BagError, STORE, TF
 from nodlidar_assembler.clouds.ego_motion import LENGTH_TOLERANCE, Odometry, Poses
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from rosbags.highlevel import AnyReader
-from rosbags.typesys import get_typestore, Stores
 from transforms3d.quaternions import quat2mat
-
-TF = 'tf2_msgs/msg/TFMessage'
 
 # Parent, and pose in it, of each frame that does not move in its parent.
 Fixed = dict[str, tuple[str, Pose]]
@@ -57,7 +54,7 @@ def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
 
 def _read(path: Path) -> _Transforms:
     found = _Transforms()
-    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+    with AnyReader([path], default_typestore=STORE) as reader:
         wanted = [connection for connection in reader.connections if connection.msgtype == TF]
         for connection, _, raw in reader.messages(connections=wanted):
             message: Any = reader.deserialize(raw, TF)

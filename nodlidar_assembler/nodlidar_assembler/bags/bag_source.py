@@ -10,14 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from nodlidar_assembler.bags.bag_types import BagError, STORE
 from nodlidar_assembler.bags.cut_mcap import CutMcapReader
 from nodlidar_assembler.bags.cut_sqlite import CutSqliteReader
-from nodlidar_assembler.bags.read_bag import BagError
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
-from rosbags.typesys import get_typestore, Stores
-
-STORE = get_typestore(Stores.ROS2_JAZZY)
 
 AnyReader = Reader | CutMcapReader | CutSqliteReader
 _CUT: dict[str, type[CutMcapReader | CutSqliteReader]] = {

@@ -4,17 +4,15 @@ from pathlib import Path
 import shutil
 from typing import Any
 
-from nodlidar_assembler.bags.bag_odometry import TF
+from nodlidar_assembler.bags.bag_types import STORE, TF
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import get_typestore, Stores
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
-STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES: dict[str, Any] = dict(STORE.types)
 _TYPES_OF_FIELDS = {np.dtype(np.float32): 7, np.dtype(np.uint16): 4}  # as in PointField
 

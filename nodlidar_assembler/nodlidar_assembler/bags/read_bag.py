@@ -3,21 +3,14 @@
 from pathlib import Path
 from typing import Any
 
+from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, STORE
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import ordered_samples
 from nodlidar_assembler.filters.scan_message import scan_from_message
-from nodlidar_common.errors import NodlidarError
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from rosbags.highlevel import AnyReader
-from rosbags.typesys import get_typestore, Stores
-
-SCAN, JOINT_STATE = 'sensor_msgs/msg/LaserScan', 'sensor_msgs/msg/JointState'
-
-
-class BagError(NodlidarError):
-    """A bag that lacks what a log needs."""
 
 
 def read_bag(path: Path, joint_name: str) -> SensorLog:
@@ -30,7 +23,7 @@ def read_bag(path: Path, joint_name: str) -> SensorLog:
     """
     scans: list[Scan] = []
     samples: list[tuple[int, float]] = []
-    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+    with AnyReader([path], default_typestore=STORE) as reader:
         wanted = [c for c in reader.connections if c.msgtype in (SCAN, JOINT_STATE)]
         for connection, _, raw in reader.messages(connections=wanted):
             message: Any = reader.deserialize(raw, connection.msgtype)

@@ -1,0 +1,12 @@
+"""What the readers and writers of bags have in common: message types, and their error."""
+
+from nodlidar_common.errors import NodlidarError
+from rosbags.typesys import get_typestore, Stores
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+SCAN, JOINT_STATE = 'sensor_msgs/msg/LaserScan', 'sensor_msgs/msg/JointState'
+TF = 'tf2_msgs/msg/TFMessage'
+
+
+class BagError(NodlidarError):
+    """A bag that cannot be read, or lacks what is needed of it."""
