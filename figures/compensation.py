@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from bench.pitch_compensation import BINS, drive, DRIVES
+from figures.saving import save
 
 LIMITS = {'fixed': False, 'compensated': True}
 
@@ -34,7 +35,5 @@ def draw(folder: Path, console: Console) -> Table:
         shown.set(title=f"'{name}', {end - start:g} m", xlabel='thousands of points per 0.1 m')
     axes[0].set(ylabel='height [m]')
     axes[0].legend()
-    figure.tight_layout()
-    figure.savefig(folder / 'compensation.png', dpi=110)
-    plt.close(figure)
+    save(figure, folder / 'compensation.png')
     return table

@@ -26,6 +26,7 @@ from rich.table import Table
 
 from bench.accuracy import pitch_rms
 from bench.reference import reference_nod, START_NS
+from figures.saving import save
 
 DURATION = 10.0
 # Half the thickness of the slice that is drawn [m]: the corner's edge lies straight ahead.
@@ -57,9 +58,7 @@ def draw(folder: Path, console: Console) -> Table:
                 axes[SHOWN.index(estimator)], points, f'{estimator}: {rms * 1e3:.1f} mm RMS'
             )
     axes[0].legend(loc='upper left', markerscale=4)
-    figure.tight_layout()
-    figure.savefig(folder / 'corner.png', dpi=110)
-    plt.close(figure)
+    save(figure, folder / 'corner.png')
     return table
 
 

@@ -21,6 +21,7 @@ from rich.progress import track
 from rich.table import Table
 
 from bench.reference import FULL_CIRCLE
+from figures.saving import save
 
 STARTS = np.arange(91)
 PUBLISHED = 2745
@@ -62,9 +63,7 @@ def draw(folder: Path, console: Console) -> Table:
         shown.axvline(PUBLISHED, color='white', linewidth=0.8, linestyle=':')
         shown.set(title=title, ylabel='start above limit [deg]', xlabel='N_s')
         figure.colorbar(image, ax=shown, pad=0.01)
-    figure.tight_layout()
-    figure.savefig(folder / 'coverage.png', dpi=100)
-    plt.close(figure)
+    save(figure, folder / 'coverage.png', dpi=100)
     return _findings(maps)
 
 

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from bench.ego_motion import DISTANCE
 from bench.report import recorded, table
+from figures.saving import save
 
 TIMES, DISTANCES = [20, 50, 100, 200, 500, 1000], [0.5, 1, 2, 5, 10, 20, 50, 100]
 MARKERS = {'off': 'o', 'per scan': 's', 'per beam': '^'}
@@ -43,7 +44,5 @@ def draw(folder: Path, _console: Console) -> Table:
     axes.minorticks_off()
     axes.grid(alpha=0.3)
     axes.legend(loc='center left', bbox_to_anchor=(1.0, 0.5), frameon=False)
-    figure.tight_layout()
-    figure.savefig(folder / 'estimators.png', dpi=110)
-    plt.close(figure)
+    save(figure, folder / 'estimators.png')
     return table(found['title'], found['rows'])

@@ -13,6 +13,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from figures.saving import save
+
 N_S, SCANS, SPAN = 4007, 40, pi / 2
 # The span that the speed stated with the figure belongs to.
 SPAN_OF_SPEED = 1.2272
@@ -31,9 +33,7 @@ def draw(folder: Path, console: Console) -> Table:
     axes[0].set_title(f'N_s = {N_S}, {SCANS} scans, span π/2')
     axes[0].legend(loc='upper right', markerscale=12)
     axes[1].set(xlim=(-6, 6), ylim=(-6, 6), title='a part of it')
-    figure.tight_layout()
-    figure.savefig(folder / 'pattern.png', dpi=110)
-    plt.close(figure)
+    save(figure, folder / 'pattern.png')
     return _findings(task)
 
 

@@ -25,6 +25,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from figures.saving import save
+
 Floats = NDArray[np.float64]
 Turns = Callable[[int, float, int], Floats]
 
@@ -91,9 +93,7 @@ def draw(folder: Path, console: Console) -> Table:
     figure, axes = plt.subplots(1, 2, figsize=(11.0, 4.6))
     _draw_shares(axes[0], shares)
     _draw_ratios(axes[1], shares)
-    figure.tight_layout()
-    figure.savefig(folder / 'repeats.png', dpi=110)
-    plt.close(figure)
+    save(figure, folder / 'repeats.png')
     return _findings(shares)
 
 

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from figures.repeats import BLOCK, N_L, TASK
+from figures.saving import save
 
 SAMPLES = 3009, 5009, 7009
 # Errors of the turns [s]: none, and that at which most of Table I's ratios come out.
@@ -41,9 +42,7 @@ def draw(folder: Path, console: Console) -> Table:
         shown.set(xlabel='pitch φ [deg]', title=f'turns {error * 1e3:g} ms off')
     axes[0].set(ylabel='share of beams that repeat', ylim=(0.0, 1.0))
     axes[0].legend(loc='upper center')
-    figure.tight_layout()
-    figure.savefig(folder / 'repeats_by_height.png', dpi=110)
-    plt.close(figure)
+    save(figure, folder / 'repeats_by_height.png')
     return table
 
 

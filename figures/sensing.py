@@ -13,6 +13,7 @@ from rich.table import Table
 from bench.report import recorded, table
 from bench.sensing import ESTIMATORS, TICKS
 from figures.estimators import COLOURS
+from figures.saving import save
 
 LINES = dict(zip(TICKS, ('-', '--'), strict=True))
 
@@ -38,7 +39,5 @@ def draw(folder: Path, _console: Console) -> Table:
     axes.minorticks_off()
     axes.grid(alpha=0.3)
     axes.legend(loc='center left', bbox_to_anchor=(1.0, 0.5), frameon=False)
-    figure.tight_layout()
-    figure.savefig(folder / 'sensing.png', dpi=110)
-    plt.close(figure)
+    save(figure, folder / 'sensing.png')
     return table(found['title'], found['rows'])

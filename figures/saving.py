@@ -1,0 +1,13 @@
+"""Puts a figure into a file, as all of them are."""
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+import matplotlib.pyplot as plt
+
+
+def save(figure: Figure, path: Path, dpi: int = 110) -> None:
+    """Lay a figure out, write it and let it go."""
+    figure.tight_layout()
+    figure.savefig(path, dpi=dpi)
+    plt.close(figure)
