@@ -7,8 +7,8 @@ and with limits that are wider by the rest of that row: what is lower than a cel
 
 import time
 
-from nodlidar_assembler.planner.choice import lower_bound
 from nodlidar_assembler.planner.feedback import Feedback, SPREAD
+from nodlidar_assembler.planner.lower_bound import lower_bound
 from nodlidar_assembler.planner.pattern import HALF_SAMPLE
 from nodlidar_assembler.planner.schedule import whole_rows
 from nodlidar_assembler.planner.task import Task

@@ -17,7 +17,8 @@ from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.surroundings import Surroundings
-from nodlidar_assembler.planner.choice import quick_choice, samples_in_band
+from nodlidar_assembler.planner.band import samples_in_band
+from nodlidar_assembler.planner.choice import quick_choice
 from nodlidar_assembler.planner.feedback import Feedback
 from nodlidar_assembler.planner.task import Task
 from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 import math
 
-from nodlidar_assembler.planner.choice import lower_bound
 from nodlidar_assembler.planner.feedback import Feedback, SPREAD
+from nodlidar_assembler.planner.lower_bound import lower_bound
 from nodlidar_assembler.planner.pattern import HALF_SAMPLE
 from nodlidar_assembler.planner.schedule import (
     first_hits,

@@ -15,7 +15,8 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import largest_square
-from nodlidar_assembler.planner.choice import quick_choice, samples_in_band
+from nodlidar_assembler.planner.band import samples_in_band
+from nodlidar_assembler.planner.choice import quick_choice
 from nodlidar_assembler.planner.task import Task
 from nodlidar_bringup.evaluation import (
     FAR,

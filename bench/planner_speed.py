@@ -6,11 +6,14 @@ from pathlib import Path
 import sys
 import time
 
-from nodlidar_assembler.planner.choice import HOLE_AFTER, quick_choice, samples_in_band, survey
+from nodlidar_assembler.planner.band import samples_in_band
+from nodlidar_assembler.planner.choice import quick_choice
 from nodlidar_assembler.planner.coverage import Coverage
 from nodlidar_assembler.planner.front import Front
 from nodlidar_assembler.planner.hole import largest_hole
+from nodlidar_assembler.planner.objective import HOLE_AFTER
 from nodlidar_assembler.planner.pattern import Pattern
+from nodlidar_assembler.planner.survey import survey
 from nodlidar_assembler.planner.task import Task
 import numpy as np
 

@@ -10,8 +10,9 @@ matplotlib.use('Agg')
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 import matplotlib.pyplot as plt
-from nodlidar_assembler.planner.choice import lower_bound, samples_in_band
+from nodlidar_assembler.planner.band import samples_in_band
 from nodlidar_assembler.planner.coverage import Coverage
+from nodlidar_assembler.planner.lower_bound import lower_bound
 from nodlidar_assembler.planner.pattern import HALF_SAMPLE, Pattern
 from nodlidar_assembler.planner.task import Task
 import numpy as np

@@ -1,11 +1,13 @@
-"""Plain enumeration of a pattern, sample by sample: what the planner is checked with."""
+"""What the planner is checked with: the publication's task, and plain enumeration of a pattern."""
 
 from dataclasses import dataclass
 import math
 
 from nodlidar_assembler.planner.coverage import NEVER
-from nodlidar_assembler.planner.task import MEASURED_FROM, MEASURED_TO
+from nodlidar_assembler.planner.task import MEASURED_FROM, MEASURED_TO, Task
 import numpy as np
+
+PUBLISHED = Task(0.10, 2.0, -math.pi / 4, math.pi / 4, full_circle=True)
 
 
 @dataclass(frozen=True)

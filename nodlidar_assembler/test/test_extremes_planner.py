@@ -3,9 +3,12 @@
 from dataclasses import fields
 import math
 
-from nodlidar_assembler.planner.choice import evaluate, Objective, plans, samples_in_band
+from nodlidar_assembler.planner.band import samples_in_band
+from nodlidar_assembler.planner.choice import plans
 from nodlidar_assembler.planner.coverage import Coverage, MAX_SAMPLES_PER_SWEEP, NEVER
+from nodlidar_assembler.planner.objective import Objective
 from nodlidar_assembler.planner.pattern import Pattern
+from nodlidar_assembler.planner.plan import evaluate
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import limits_of

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.control.nod_adaptation import BAND, choices, MARGIN, NodAdaptation
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits, PitchLimitsConfig
+from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
 from nodlidar_assembler.planner.timing_error import under_error
 from nodlidar_common.errors import ParameterError
@@ -80,7 +81,7 @@ def test_what_is_chosen_completes_sooner_than_what_is_planned():
         assert (shape.pitch_min, shape.pitch_max) == pytest.approx((low, high))
         task = with_whole_rows(min(distance, 2.0), low, high)
         chosen, planned = (
-            under_error(task, n_s, 0.5, ERROR, range(10)).median
+            under_error(task, Pattern(1024, n_s), ERROR, range(10)).median
             for n_s in (shape.samples_per_sweep, 4001)
         )
         gains.append(chosen / planned)

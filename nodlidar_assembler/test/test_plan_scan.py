@@ -6,9 +6,10 @@ import re
 
 from matplotlib.figure import Figure
 from nodlidar_assembler.planner import plan_scan
-from nodlidar_assembler.planner.choice import evaluate, Objective
 from nodlidar_assembler.planner.hole import Hole
+from nodlidar_assembler.planner.objective import Objective
 from nodlidar_assembler.planner.pattern import Pattern
+from nodlidar_assembler.planner.plan import evaluate
 from nodlidar_assembler.planner.plan_options import objective_of
 from nodlidar_assembler.planner.plan_pictures import (
     Candidates,

@@ -18,7 +18,8 @@ from nodlidar_assembler.planner.hole import (
     samples_taken,
 )
 from nodlidar_assembler.planner.pattern import Pattern
-from nodlidar_assembler.planner.search import phase_at, spread
+from nodlidar_assembler.planner.search import spread
+from nodlidar_assembler.planner.start import pattern_from
 from nodlidar_assembler.planner.task import Task
 from nodlidar_assembler.planner.timing_error import hole_under_error, late_turns
 from nodlidar_common.errors import ParameterError
@@ -87,11 +88,9 @@ class Front:
         self._task = task
         self._error = timing_error
         self._progress = progress
-        phases = phase_at(task, samples, start_pitch)
         # In this order the first ones are about as good as any.
         self._patterns = [
-            Pattern(task.steps_per_revolution, int(samples[i]), float(phases[i]))
-            for i in spread(len(samples))
+            pattern_from(task, int(samples[i]), start_pitch) for i in spread(len(samples))
         ]
 
     def choose(self, time_budget: float | None, max_hole: float | None) -> Corner:

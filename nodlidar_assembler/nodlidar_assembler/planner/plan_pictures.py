@@ -11,10 +11,10 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import ScalarFormatter
-from nodlidar_assembler.planner.choice import Plan
 from nodlidar_assembler.planner.front import Corner, RUNS
 from nodlidar_assembler.planner.hole import Hole, largest_hole
 from nodlidar_assembler.planner.pattern import Pattern
+from nodlidar_assembler.planner.plan import Plan
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_assembler.planner.timing_error import hole_under_error, UnderError
 import numpy as np

@@ -9,17 +9,14 @@ import sys
 import time
 from typing import TypeVar
 
-from nodlidar_assembler.planner.choice import (
-    evaluate,
-    Objective,
-    plans,
-    samples_in_band,
-    survey,
-    survey_under_error,
-)
+from nodlidar_assembler.planner.band import samples_in_band
+from nodlidar_assembler.planner.choice import plans
 from nodlidar_assembler.planner.front import Front
+from nodlidar_assembler.planner.objective import Objective
+from nodlidar_assembler.planner.plan import evaluate
 from nodlidar_assembler.planner.plan_options import as_option, objective_of, parse, Request
 from nodlidar_assembler.planner.plan_table import Answer, as_json, print_answer
+from nodlidar_assembler.planner.survey import survey, survey_under_error
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 import numpy as np

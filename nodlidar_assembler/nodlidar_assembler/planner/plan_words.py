@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 import math
 
-from nodlidar_assembler.planner.choice import Plan
 from nodlidar_assembler.planner.pattern import HALF_SAMPLE, Pattern
+from nodlidar_assembler.planner.plan import Plan
 from nodlidar_assembler.planner.task import Task
 import numpy as np
 

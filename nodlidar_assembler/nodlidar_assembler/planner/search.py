@@ -8,9 +8,8 @@ import math
 from typing import Any
 
 from nodlidar_assembler.planner.coverage import column_runs, Coverage, turn_reach
-from nodlidar_assembler.planner.pattern import HALF_SAMPLE, Pattern
+from nodlidar_assembler.planner.start import pattern_from, phase_at
 from nodlidar_assembler.planner.task import Task
-from nodlidar_common.errors import ParameterError
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
@@ -81,24 +80,6 @@ def _bears(task: Task, samples: Integers, guard: float) -> NDArray[np.bool_]:
     return np.asarray(samples * task.row_height(1) >= 2.0 * turn_reach(guard, part))
 
 
-def phase_at(task: Task, samples: Integers, start_pitch: float | None) -> Floats:
-    """Return the phase of each N_s that begins at a pitch [rad], going up; shape as that of N_s.
-
-    Without a pitch it is half a sample past the lower limit.
-
-    Raises
-    ------
-    ParameterError
-        If the pitch lies outside the limits of the nod.
-    """
-    if start_pitch is None:
-        return np.full(np.shape(samples), HALF_SAMPLE)
-    if not task.pitch_min <= start_pitch <= task.pitch_max:
-        limit = f'between pitch_min = {task.pitch_min} and pitch_max = {task.pitch_max} rad'
-        raise ParameterError('start_pitch', limit, start_pitch)
-    return np.asarray(samples * ((start_pitch - task.pitch_min) / task.span))
-
-
 def spread(count: int) -> Integers:
     """Return 0 .. count - 1 in an order of which every beginning is spread evenly."""
     golden = (math.sqrt(5.0) - 1.0) / 2.0
@@ -158,8 +139,7 @@ class _Search:
 
     def _evaluate(self, samples_per_sweep: int) -> None:
         if samples_per_sweep not in self._times:
-            phase = float(phase_at(self._task, np.array(samples_per_sweep), self._start_pitch))
-            pattern = Pattern(self._task.steps_per_revolution, samples_per_sweep, phase)
+            pattern = pattern_from(self._task, samples_per_sweep, self._start_pitch)
             coverage = Coverage(self._task, pattern, self._guard)
             self._times[samples_per_sweep] = coverage.completion_time()
             times = sorted([*self._times.values(), *[self._limit] * self._count])

@@ -38,11 +38,10 @@ class UnderError:
     p90: float
 
 
-def under_error(
-    task: Task, samples_per_sweep: int, phase: float, error: float, seeds: range
-) -> UnderError:
+def under_error(task: Task, pattern: Pattern, error: float, seeds: range) -> UnderError:
     """Return what the completion times of runs are, one for each seed."""
-    times = [completion_run(task, samples_per_sweep, phase, error, seed) for seed in seeds]
+    n_s, phase = pattern.samples_per_sweep, pattern.phase
+    times = [completion_run(task, n_s, phase, error, seed) for seed in seeds]
     return _summary(error, times)
 
 

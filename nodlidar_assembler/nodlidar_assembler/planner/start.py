@@ -1,0 +1,33 @@
+"""Where a nod begins: the phase of a start pitch."""
+
+from nodlidar_assembler.planner.pattern import HALF_SAMPLE, Pattern
+from nodlidar_assembler.planner.task import Task
+from nodlidar_common.errors import ParameterError
+import numpy as np
+from numpy.typing import NDArray
+
+
+def phase_at(
+    task: Task, samples: NDArray[np.int64], start_pitch: float | None
+) -> NDArray[np.float64]:
+    """Return the phase of each N_s that begins at a pitch [rad], going up; shape as that of N_s.
+
+    Without a pitch it is half a sample past the lower limit.
+
+    Raises
+    ------
+    ParameterError
+        If the pitch lies outside the limits of the nod.
+    """
+    if start_pitch is None:
+        return np.full(np.shape(samples), HALF_SAMPLE)
+    if not task.pitch_min <= start_pitch <= task.pitch_max:
+        limit = f'between pitch_min = {task.pitch_min} and pitch_max = {task.pitch_max} rad'
+        raise ParameterError('start_pitch', limit, start_pitch)
+    return np.asarray(samples * ((start_pitch - task.pitch_min) / task.span))
+
+
+def pattern_from(task: Task, samples_per_sweep: int, start_pitch: float | None) -> Pattern:
+    """Return the pattern of a nod over a task's region that begins at a pitch; see `phase_at`."""
+    phase = float(phase_at(task, np.array(samples_per_sweep), start_pitch))
+    return Pattern(task.steps_per_revolution, samples_per_sweep, phase)

@@ -1,0 +1,33 @@
+"""The band of N_s to choose from."""
+
+import math
+
+from nodlidar_assembler.planner.band import samples_in_band
+from nodlidar_assembler.planner.task import Task
+from nodlidar_common.errors import ParameterError
+import numpy as np
+from planner_enumeration import PUBLISHED
+import pytest
+
+
+def test_the_band_is_all_odd_samples_of_the_useful_band():
+    assert np.array_equal(samples_in_band(PUBLISHED), np.arange(1001, 8000, 2))
+
+
+def test_speeds_bound_the_band():
+    samples = samples_in_band(Task(), speed_min=2.0, speed_max=3.0)
+    speeds = [Task().speed(n_s) for n_s in (samples[0], samples[-1])]
+    assert speeds == pytest.approx([3.0, 2.0], rel=1e-3)
+    assert speeds[0] <= 3.0
+    assert speeds[1] >= 2.0
+    assert np.all(np.gcd(samples, 1024) == 1)
+
+
+@pytest.mark.parametrize(
+    ('speeds', 'key'),
+    [((3.0, 2.0), 'speed_max'), ((0.0, 1.0), 'speed_min'), ((math.nan, 1.0), 'speed_min'),
+     ((None, math.inf), 'speed_max'), ((1e-9, 1.0), 'speed_min')],
+)  # fmt: skip
+def test_speeds_that_are_none_are_refused(speeds, key):
+    with pytest.raises(ParameterError, match=key):
+        samples_in_band(Task(), *speeds)
