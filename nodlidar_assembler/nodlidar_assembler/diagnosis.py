@@ -46,6 +46,7 @@ class Diagnosis:
         self._latency = (now_ns - int(cloud.time_ns[-1])) / NS_PER_S
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
+        self._to_cloud.release()
         status.summary(*self._summary())
         for name, count in (self.counts | self._to_cloud.remarks).items():
             status.add(name, str(count))

@@ -61,7 +61,7 @@ class Assembler(Node):
         if config.ego_motion != 'off':
             odometry = TfOdometry(self, config.odom_frame, config.frame_id)
             self._frames = CloudFrames(self, config.odom_frame)
-        way = ScanToCloud(
+        return ScanToCloud(
             config,
             scans,
             self._subscriber(JointState, 'joint_states', 50),
@@ -70,8 +70,6 @@ class Assembler(Node):
             self._made,
             lambda text: self.get_logger().warning(text, throttle_duration_sec=5.0),
         )
-        self.create_timer(config.deadline / 2.0, way.release)
-        return way
 
     def _subscriber(self, kind: Any, topic: str, depth: int) -> Subscriber:
         return Subscriber(

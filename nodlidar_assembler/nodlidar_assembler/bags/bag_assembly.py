@@ -43,7 +43,7 @@ class BagAssembly:
     def __init__(self, config: AssemblerConfig, publish: Publish, tf: BagTf | None = None) -> None:
         self.counts = Counter(scans=0, clouds=0, points=0)
         self._config, self._publish, self._tf = config, publish, tf
-        self._now_ns, self._next_release_ns = 0, 0
+        self._now_ns = 0
         self._scans, self._states = SimpleFilter(), SimpleFilter()
         self._to_cloud = ScanToCloud(
             config,
@@ -79,18 +79,12 @@ class BagAssembly:
             self._states.signalMessage(recorded.message)
         elif msgtype == TF and self._tf is not None:
             self._tf.add(recorded.message)
-        if self._now_ns >= self._next_release_ns:
-            self._release()
 
     def finish(self) -> None:
         """Let the scans that still wait go, as when their deadlines are over."""
         for _ in range(2):  # that for joint samples, and that for odometry
             self._now_ns += round(self._config.deadline * NS_PER_S) + 1
-            self._release()
-
-    def _release(self) -> None:
-        self._to_cloud.release()
-        self._next_release_ns = self._now_ns + round(self._config.deadline / 2.0 * NS_PER_S)
+            self._to_cloud.release()
 
     def _made(self, scan: Scan, clouds: list[Points], odometry: Odometry | None) -> None:
         for cloud in clouds:

@@ -93,6 +93,8 @@ class ScanToCloud:
         if odometry is not None:
             self._waiting.append(self._with(odometry, bracket, now_ns))
         self._waiting[-1].registerCallback(self._assemble)
+        # Not by a timer: waking up costs a node more than a cloud does.
+        self._joint.registerCallback(lambda *sample: self.release())
 
     def _with(
         self, odometry: OdometrySource, bracket: BracketFilter, now_ns: Callable[[], int]
@@ -128,7 +130,10 @@ class ScanToCloud:
         return f' (TF: {tf})' if tf else ''
 
     def release(self) -> None:
-        """Let go what has waited for too long; call it twice in a deadline at least."""
+        """Let go what has waited for too long, as each scan and joint state does.
+
+        Call it now and then where neither may come.
+        """
         for waiting in self._waiting:
             waiting.release()
 

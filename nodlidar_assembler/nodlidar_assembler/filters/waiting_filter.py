@@ -40,7 +40,7 @@ class WaitingFilter(SimpleFilter):
         source.registerCallback(self._add)
 
     def release(self) -> None:
-        """Let every scan go that can by now; for the deadline, call it by a timer."""
+        """Let every scan go that can by now; for the deadline, call it now and then."""
         while self._waiting:
             arrival_ns, message = self._waiting[0]
             # A clock that was set back makes the wait negative; it must not become an endless one.
