@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 import math
 
-from nodlidar_assembler.planner.coverage import NEVER
+from nodlidar_assembler.planner.crossings import NEVER
 from nodlidar_assembler.planner.task import MEASURED_FROM, MEASURED_TO, Task
 import numpy as np
 

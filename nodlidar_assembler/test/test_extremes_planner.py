@@ -5,7 +5,8 @@ import math
 
 from nodlidar_assembler.planner.band import samples_in_band
 from nodlidar_assembler.planner.choice import plans
-from nodlidar_assembler.planner.coverage import Coverage, MAX_SAMPLES_PER_SWEEP, NEVER
+from nodlidar_assembler.planner.coverage import Coverage, MAX_SAMPLES_PER_SWEEP
+from nodlidar_assembler.planner.crossings import NEVER
 from nodlidar_assembler.planner.objective import Objective
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.plan import evaluate

@@ -4,7 +4,8 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.planner.coverage import Coverage, NEVER
+from nodlidar_assembler.planner.coverage import Coverage
+from nodlidar_assembler.planner.crossings import NEVER
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError

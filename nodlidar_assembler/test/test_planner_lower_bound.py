@@ -4,7 +4,7 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.planner.coverage import NEVER
+from nodlidar_assembler.planner.crossings import NEVER
 from nodlidar_assembler.planner.lower_bound import lower_bound
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task

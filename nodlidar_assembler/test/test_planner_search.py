@@ -6,11 +6,11 @@ import time
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.planner.band import samples_in_band
-from nodlidar_assembler.planner.coverage import column_runs, Coverage
+from nodlidar_assembler.planner.coverage import Coverage
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.search import column_completion, soonest
 from nodlidar_assembler.planner.start import pattern_from
-from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.task import column_runs, Task
 import numpy as np
 from planner_enumeration import PUBLISHED
 import pytest

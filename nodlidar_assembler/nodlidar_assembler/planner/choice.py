@@ -3,14 +3,14 @@
 from collections.abc import Iterable
 import math
 
-from nodlidar_assembler.planner.coverage import column_runs, Coverage
+from nodlidar_assembler.planner.coverage import Coverage
 from nodlidar_assembler.planner.hole import largest_hole
 from nodlidar_assembler.planner.objective import Objective
 from nodlidar_assembler.planner.plan import evaluate, Plan
 from nodlidar_assembler.planner.search import soonest
 from nodlidar_assembler.planner.start import pattern_from
 from nodlidar_assembler.planner.survey import Progress
-from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.task import column_runs, Task
 from nodlidar_assembler.planner.timing_error import under_error
 from nodlidar_common.errors import ParameterError
 import numpy as np

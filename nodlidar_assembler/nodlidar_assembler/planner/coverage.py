@@ -1,23 +1,14 @@
-"""How a scan pattern covers the cells of a task, exactly, without going through its samples.
+"""How a scan pattern covers the cells of a task, exactly, without going through its samples."""
 
-Sample n has azimuth step n mod N_L and residue n mod 2 N_s, which tells its row. A column is a run
-of steps; the residues at which the lidar enters it, revolution by revolution, are a rotation of
-the circle of 2 N_s residues by N_L. With g = gcd(N_L, 2 N_s), columns that start at steps equal
-modulo g and are equally wide are crossed alike, some revolutions apart. So there are few classes
-of columns, and the crossings of one column of each class, in order, tell those of all cells.
-"""
-
-from collections.abc import Iterator
 from dataclasses import dataclass
 
+from nodlidar_assembler.planner.crossings import column_classes, NEVER
 from nodlidar_assembler.planner.pattern import Pattern
-from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.task import column_runs, Task
 from nodlidar_common.errors import ParameterError
 import numpy as np
 from numpy.typing import NDArray
 
-# The first hit of a cell that is never hit.
-NEVER = np.iinfo(np.int64).max
 # Bounds on memory; the closed forms of Pattern have none.
 MAX_SAMPLES_PER_SWEEP = 1_000_000
 MAX_CELLS = 20_000_000
@@ -52,27 +43,6 @@ class Figures:
     never_hit_share: float
 
 
-@dataclass(frozen=True, slots=True)
-class _ColumnClass:
-    """Columns that are crossed alike.
-
-    Attributes
-    ----------
-    columns, starts
-        Their numbers among the columns that the lidar sees, and their first steps; shape (c,).
-    key
-        The crossings of the first of them in one period, ascending, shape (k,): row * period + the
-        sample at which it begins, counted from the column's first step in revolution 0.
-    bounds
-        Where each row's crossings begin in the key, and where the last's end; shape (rows + 1,).
-    """
-
-    columns: Integers
-    starts: Integers
-    key: Integers
-    bounds: Integers
-
-
 class Coverage:
     """The coverage of a task's cells by a pattern.
 
@@ -104,7 +74,7 @@ class Coverage:
         starts, widths = column_runs(self._column_of)
         self._check_memory(min(len(starts), 2 * pattern.stride))
         self._seen = self._column_of[starts]
-        self._classes = list(self._column_classes(starts, widths))
+        self._classes = list(column_classes(pattern, self._row_of, self._rows, starts, widths))
         self._never_left = (
             len(widths) == 1
             and widths[0] == len(self._column_of)
@@ -123,7 +93,7 @@ class Coverage:
         self._check_memory(len(self._seen))
         first = np.full((len(self._seen), self._rows), NEVER)
         for column_class in self._classes:
-            first[column_class.columns] = self._first_hits_of(column_class, start)
+            first[column_class.columns] = column_class.first_hits(start)
         step, residue = start % len(self._column_of), start % len(self._row_of)
         if self._column_of[step] >= 0 and self._row_of[residue] >= 0:
             column = np.searchsorted(self._seen, self._column_of[step])
@@ -149,7 +119,7 @@ class Coverage:
         period = self.pattern.period
         longest, crossings, sum_of_longest = 0, 0, 0
         for c in self._classes:
-            gaps = _longest_gaps(c, period)
+            gaps = c.longest_gaps()
             longest = max(longest, int(gaps.max(initial=0)))
             sum_of_longest += int(gaps.sum()) * len(c.columns)
             crossings += len(c.key) * len(c.columns)
@@ -169,68 +139,6 @@ class Coverage:
         if columns * self._rows > MAX_CELLS:
             limit = f'so large that no more than {MAX_CELLS} cells are seen'
             raise ParameterError('object_size', limit, self._task.object_size)
-
-    def _column_classes(self, starts: Integers, widths: Integers) -> Iterator[_ColumnClass]:
-        """Yield the columns in classes of equal width and equal start modulo g."""
-        alike = widths * self.pattern.stride + starts % self.pattern.stride
-        order = np.argsort(alike, kind='stable')
-        for columns in np.split(order, np.flatnonzero(np.diff(alike[order])) + 1):
-            if len(columns):
-                key = self._crossings(int(starts[columns[0]]), int(widths[columns[0]]))
-                rows = np.arange(self._rows + 1) * self.pattern.period
-                yield _ColumnClass(columns, starts[columns], key, np.searchsorted(key, rows))
-
-    def _crossings(self, start: int, width: int) -> Integers:
-        """Return the crossings of a column, as the key of a column class.
-
-        They begin where the lidar enters the column in the row, or where the nod enters the row
-        within the column.
-        """
-        pattern, row_of = self.pattern, self._row_of
-        n_l, period = pattern.steps_per_revolution, pattern.period
-        entered = np.arange(0, period, n_l)
-        row = row_of[(start + entered) % pattern.cycle]
-        always_inside = width == n_l
-        by_column = (row * period + entered)[(row >= 0) & (not always_inside)]
-        first = np.flatnonzero((row_of != np.roll(row_of, 1)) & (row_of >= 0))
-        residue, offset = _pairs(first, start, width, pattern.stride, 0 if always_inside else 1)
-        by_row = (
-            row_of[residue] * period
-            + self.pattern.whole_revolutions(residue - start - offset)
-            + offset
-        )
-        return np.sort(np.concatenate([by_column, by_row]))
-
-    def _first_hits_of(self, c: _ColumnClass, start: int) -> Integers:
-        """Return the first hits in the columns of a class, shape (columns, rows)."""
-        if len(c.key) == 0:
-            return np.full((len(c.columns), self._rows), NEVER)
-        period = self.pattern.period
-        since = (
-            self.pattern.whole_revolutions(c.starts - c.starts[0]) - c.starts + start
-        ) % period
-        order = np.argsort(since)
-        wanted = np.arange(self._rows)[:, None] * period + since[order]
-        found = np.searchsorted(c.key, wanted)
-        next_period = found == c.bounds[1:, None]
-        found = np.where(next_period, c.bounds[:-1, None], found)
-        never = (c.bounds[:-1] == c.bounds[1:])[:, None]
-        hit = c.key[np.minimum(found, len(c.key) - 1)] + period * next_period - wanted
-        first = np.empty((len(order), self._rows), dtype=np.int64)
-        first[order] = np.where(never, NEVER, hit).T
-        return first
-
-
-def column_runs(column_of_step: Integers) -> tuple[Integers, Integers]:
-    """Return the first step and the number of steps of each column that is measured, in order."""
-    begins = np.flatnonzero(column_of_step != np.roll(column_of_step, 1))
-    if len(begins) == 0:
-        begins = np.zeros(1, dtype=np.int64)
-    widths = np.diff(begins, append=begins[0] + len(column_of_step))
-    column = column_of_step[begins]
-    order = np.argsort(column, kind='stable')
-    order = order[column[order] >= 0]
-    return begins[order], widths[order]
 
 
 def _check(task: Task, pattern: Pattern) -> None:
@@ -273,24 +181,3 @@ def turn_reach(error: float, part: NDArray[np.float64]) -> NDArray[np.float64]:
         Part of the sweep that lies between the samples and the turn before them, 0 .. 1.
     """
     return error * np.sqrt(part**2 + (1.0 - part) ** 2)
-
-
-def _pairs(
-    residues: Integers, start: int, width: int, stride: int, least: int
-) -> tuple[Integers, Integers]:
-    """Return the residues and offsets into a column, least to width - 1, that occur together."""
-    offset = (residues - start) % stride + stride * np.arange(-(-width // stride))[:, None]
-    residue = np.broadcast_to(residues, offset.shape)
-    kept = (offset >= least) & (offset < width)
-    return residue[kept], offset[kept]
-
-
-def _longest_gaps(c: _ColumnClass, period: int) -> Integers:
-    """Return the longest gap between crossings in each row that has any, period after period."""
-    begins, ends = c.bounds[:-1], c.bounds[1:]
-    begins, ends = begins[begins < ends], ends[begins < ends]
-    if len(begins) == 0:
-        return np.zeros(0, dtype=np.int64)
-    gap = np.diff(c.key, append=0)
-    gap[ends - 1] = c.key[begins] + period - c.key[ends - 1]
-    return np.asarray(np.maximum.reduceat(gap, begins))

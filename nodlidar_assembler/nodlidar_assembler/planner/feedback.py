@@ -7,10 +7,9 @@ chosen, not far from the planned one, for the unseen cells that it and the one a
 
 import math
 
-from nodlidar_assembler.planner.coverage import column_runs
 from nodlidar_assembler.planner.lateness import Lateness
 from nodlidar_assembler.planner.schedule import rows_of
-from nodlidar_assembler.planner.task import ON_THE_LINE, Task
+from nodlidar_assembler.planner.task import column_runs, ON_THE_LINE, Task
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,8 +3,7 @@
 from bisect import bisect_left
 import math
 
-from nodlidar_assembler.planner.coverage import column_runs
-from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.task import column_runs, Task
 import numpy as np
 
 

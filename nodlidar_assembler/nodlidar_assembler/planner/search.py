@@ -7,9 +7,9 @@ N_s at once, bounds each from below; only those whose bound beats the best so fa
 import math
 from typing import Any
 
-from nodlidar_assembler.planner.coverage import column_runs, Coverage, turn_reach
+from nodlidar_assembler.planner.coverage import Coverage, turn_reach
 from nodlidar_assembler.planner.start import pattern_from, phase_at
-from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.task import column_runs, Task
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 

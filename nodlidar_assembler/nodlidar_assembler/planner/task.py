@@ -135,6 +135,18 @@ class Task:
         return self.span / (samples_per_sweep * self.sample_time)
 
 
+def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first step and the number of steps of each column that is measured, in order."""
+    begins = np.flatnonzero(column_of_step != np.roll(column_of_step, 1))
+    if len(begins) == 0:
+        begins = np.zeros(1, dtype=np.int64)
+    widths = np.diff(begins, append=begins[0] + len(column_of_step))
+    column = column_of_step[begins]
+    order = np.argsort(column, kind='stable')
+    order = order[column[order] >= 0]
+    return begins[order], widths[order]
+
+
 def _cells_in(extent: float, cell: float) -> int:
     return max(1, math.ceil(extent / cell - ON_THE_LINE))
 

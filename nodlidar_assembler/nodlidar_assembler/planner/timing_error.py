@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
-from nodlidar_assembler.planner.coverage import column_runs
 from nodlidar_assembler.planner.hole import largest_hole, samples_taken
 from nodlidar_assembler.planner.pattern import Pattern
-from nodlidar_assembler.planner.task import Task
+from nodlidar_assembler.planner.task import column_runs, Task
 import numpy as np
 from numpy.typing import NDArray
 
