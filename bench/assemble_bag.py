@@ -153,7 +153,7 @@ def _made(bag: Path, config: AssemblerConfig) -> None:
             config, lambda *cloud: None, None if config.ego_motion == 'off' else tf
         )
         for recorded in source.messages(wanted):
-            assembly.add(recorded, wanted[recorded.topic])
+            assembly.add(recorded)
 
 
 def peak_memory(bag: Path, output: Path) -> float:

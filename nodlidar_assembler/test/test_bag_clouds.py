@@ -8,10 +8,9 @@ import sys
 
 from bags import entries_of, recording, START_NS, write_bag, write_messages
 from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
-from nodlidar_assembler.bags.bag_odometry import read_odometry
 from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.bags.point_files import OutputError
-from nodlidar_assembler.bags.read_bag import read_bag
+from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig

@@ -2,8 +2,8 @@
 
 import math
 
-from nodlidar_assembler.bags.bag_odometry import read_odometry
 from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.read_bag import read_odometry
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer

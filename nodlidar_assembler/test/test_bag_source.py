@@ -1,7 +1,7 @@
 """Messages of bags, whole ones and such that were cut or damaged, against what was written."""
 
 from bags import entries_of, recording, write_messages
-from nodlidar_assembler.bags.bag_source import BagSource
+from nodlidar_assembler.bags.bag_source import BagSource, messages_of
 from nodlidar_assembler.bags.bag_types import BagError, SCAN
 from nodlidar_sim.bag import TOPICS
 import numpy as np
@@ -150,6 +150,19 @@ def test_bytes_that_are_no_message_are_counted_and_passed_over(entries, tmp_path
     found, source = read(write_messages(tmp_path / 'bag', [*broken, *entries[:50]]))
     assert len(found) == 50
     assert source.unreadable == {'/scan': 1}
+
+
+def test_as_a_whole_a_bag_is_read_to_its_end_or_refused(entries, mcap, tmp_path):
+    def scans(topic, kind):
+        return kind == SCAN
+
+    found = [(each.time_ns, each.topic) for each in messages_of(mcap, scans)]
+    assert found == [entry for entry in written(entries) if entry[1] == '/scan']
+    broken = [(entries[0][0], '/scan', b'\x00\x01\x00\x00\xff')]
+    unread = write_messages(tmp_path / 'unread', [*broken, *entries[:50]])
+    for path, why in ((cut(mcap, tmp_path / 'cut.mcap', 0.5), 'ends early'), (unread, '/scan')):
+        with pytest.raises(BagError, match=why):
+            list(messages_of(path, scans))
 
 
 @pytest.mark.parametrize('content', [b'', b'none', b'\x89MCAP0\r\n', bytes(5000)])

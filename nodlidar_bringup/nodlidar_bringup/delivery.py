@@ -5,12 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_types import BagError, STORE
+from nodlidar_assembler.bags.bag_source import messages_of
+from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.highlevel import AnyReader
+
+TOLD_BY = ('arrival', 'points', 'diagnostics')
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,27 +36,34 @@ class Delivery:
 
 
 def read_delivery(bag: Path) -> Delivery:
-    """Return what a bag with clouds per scan says about their delivery."""
+    """Return what a bag with clouds per scan says about their delivery.
+
+    Raises
+    ------
+    BagError
+        If the bag cannot be read to its end.
+    """
     arrivals: dict[int, int] = {}
     clouds: list[tuple[int, int]] = []
     dropped: dict[str, Counter[str]] = {}
     points = 0
-    with AnyReader([bag], default_typestore=STORE) as reader:
-        for connection, published_ns, raw in reader.messages():
-            name = connection.topic.rsplit('/', 1)[-1]
-            if name not in ('arrival', 'points', 'diagnostics'):
-                continue
-            message: Any = reader.deserialize(raw, connection.msgtype)
-            if name == 'arrival':
-                arrivals[time_ns(message.time_ref)] = time_ns(message.header.stamp)
-            elif name == 'points':
-                clouds.append((time_ns(message.header.stamp), published_ns))
-                points += message.width
-            else:
-                dropped |= {status.name: _drops_of(status) for status in message.status}
+    for recorded in messages_of(bag, lambda topic, kind: _name(topic) in TOLD_BY):
+        name, message = _name(recorded.topic), recorded.message
+        if name == 'arrival':
+            arrivals[time_ns(message.time_ref)] = time_ns(message.header.stamp)
+        elif name == 'points':
+            clouds.append((time_ns(message.header.stamp), recorded.time_ns))
+            points += message.width
+        else:
+            dropped |= {status.name: _drops_of(status) for status in message.status}
     return Delivery(
         _latency(arrivals, clouds), sum(dropped.values(), Counter()), len(clouds), points
     )
+
+
+def _name(topic: str) -> str:
+    """Return a topic without its namespace."""
+    return topic.rsplit('/', 1)[-1]
 
 
 def _drops_of(status: Any) -> Counter[str]:
@@ -80,9 +89,6 @@ def read_start_ns(bag: Path) -> int:
     BagError
         If it did not.
     """
-    with AnyReader([bag], default_typestore=STORE) as reader:
-        told = [c for c in reader.connections if c.topic.endswith('/base/start')]
-        for connection, _, raw in reader.messages(connections=told):
-            message: Any = reader.deserialize(raw, connection.msgtype)
-            return time_ns(message.header.stamp)
+    for recorded in messages_of(bag, lambda topic, kind: topic.endswith('/base/start')):
+        return time_ns(recorded.message.header.stamp)
     raise BagError(f"'{bag}' does not tell when the simulation began")

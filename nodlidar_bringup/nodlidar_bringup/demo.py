@@ -8,8 +8,7 @@ import shutil
 import sys
 import time
 
-from nodlidar_assembler.bags.bag_odometry import read_odometry
-from nodlidar_assembler.bags.read_bag import read_bag
+from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT as MOUNT
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS

@@ -69,15 +69,15 @@ class BagAssembly:
         """Why joint samples or odometry never came, in parentheses; empty if they did."""
         return self._to_cloud.aside
 
-    def add(self, recorded: Recorded, msgtype: str) -> None:
+    def add(self, recorded: Recorded) -> None:
         """Take a message of one of the types SCAN, JOINT_STATE and TF."""
         self._now_ns = max(self._now_ns, recorded.time_ns)
-        if msgtype == SCAN:
+        if recorded.msgtype == SCAN:
             self.counts['scans'] += 1
             self._scans.signalMessage(recorded.message)
-        elif msgtype == JOINT_STATE:
+        elif recorded.msgtype == JOINT_STATE:
             self._states.signalMessage(recorded.message)
-        elif msgtype == TF and self._tf is not None:
+        elif recorded.msgtype == TF and self._tf is not None:
             self._tf.add(recorded.message)
 
     def finish(self) -> None:

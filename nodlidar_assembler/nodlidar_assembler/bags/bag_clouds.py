@@ -95,7 +95,7 @@ def write_clouds(
         with _output(path, config) as file:
             assembly = BagAssembly(config, file.write, _tf(source, topics, config))
             for k, recorded in enumerate(source.messages(wanted)):
-                assembly.add(recorded, wanted[recorded.topic])
+                assembly.add(recorded)
                 if not k % _MESSAGES_BETWEEN:
                     on_progress(recorded.time_ns, first_ns, last_ns)
             assembly.finish()

@@ -25,9 +25,10 @@ _CUT: dict[str, type[CutMcapReader | CutSqliteReader]] = {
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A message of a bag: its topic, the time at which it was recorded [ns], and itself."""
+    """A message of a bag: its topic and type, when it was recorded [ns], and itself."""
 
     topic: str
+    msgtype: str
     time_ns: int
     message: Any
 
@@ -145,7 +146,23 @@ class BagSource:
             except Exception:  # whatever comes of bytes that are no such message
                 self.unreadable[connection.topic] += 1
             else:
-                yield Recorded(connection.topic, time_ns, message)
+                yield Recorded(connection.topic, connection.msgtype, time_ns, message)
+
+
+def messages_of(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[Recorded]:
+    """Yield the messages of a bag whose topic and type are wanted.
+
+    Raises
+    ------
+    BagError
+        If any of the bag cannot be read.
+    """
+    with BagSource(path) as source:
+        topics = {topic: kind for topic, kind in source.types.items() if wanted(topic, kind)}
+        yield from source.messages(topics)
+        trouble = [*source.notes, *(f'{t} could not be told' for t in source.unreadable)]
+    if trouble:
+        raise BagError(f"'{path}': {'; '.join(trouble)}")
 
 
 def _files(path: Path) -> list[Path]:

@@ -3,14 +3,19 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from nodlidar_assembler.bags.bag_odometry import carried, Fixed, fixed_pose
+from nodlidar_assembler.bags.transforms import (
+    carried,
+    Fixed,
+    fixed_pose,
+    fixed_transforms,
+    numbers,
+)
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 import numpy as np
-from numpy.typing import NDArray
 
 # Parent and child.
 Ends = tuple[str, str]
@@ -72,11 +77,7 @@ class BagTf:
         static: Iterable[Any],
         moving: Iterable[Any] = (),
     ) -> None:
-        fixed = {
-            entry.child_frame_id: (entry.header.frame_id, fixed_pose(entry.transform))
-            for message in static
-            for entry in message.transforms
-        }
+        fixed = fixed_transforms(static)
         carrier, _ = carried(frame, fixed)
         fixed |= _never_moving(moving, odom_frame, carrier)
         self.carrier, mount = carried(frame, fixed)
@@ -124,16 +125,11 @@ def _never_moving(messages: Iterable[Any], odom_frame: str, carrier: str) -> Fix
             ends = entry.header.frame_id, entry.child_frame_id
             if ends == (odom_frame, carrier):
                 return {}
-            now = _numbers(entry.transform)
-            if np.abs(now - _numbers(first.setdefault(ends, entry.transform))).max() > _STILL:
+            now = numbers(entry.transform)
+            if np.abs(now - numbers(first.setdefault(ends, entry.transform))).max() > _STILL:
                 moved.add(ends)
     return {
         child: (parent, fixed_pose(first[parent, child]))
         for parent, child in sorted(first.keys() - moved)
         if parent != odom_frame
     }
-
-
-def _numbers(transform: Any) -> NDArray[np.float64]:
-    p, q = transform.translation, transform.rotation
-    return np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])

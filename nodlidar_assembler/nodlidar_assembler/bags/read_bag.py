@@ -1,16 +1,17 @@
-"""Reads a bag into a log, without ROS."""
+"""Reads a whole bag into arrays, without ROS."""
 
 from pathlib import Path
-from typing import Any
 
-from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, STORE
+from nodlidar_assembler.bags.bag_source import messages_of
+from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, TF
 from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.bags.transforms import carried, fixed_transforms, numbers
+from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import ordered_samples
 from nodlidar_assembler.filters.scan_message import scan_from_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
-from rosbags.highlevel import AnyReader
 
 
 def read_bag(path: Path, joint_name: str) -> SensorLog:
@@ -19,19 +20,17 @@ def read_bag(path: Path, joint_name: str) -> SensorLog:
     Raises
     ------
     BagError
-        If the bag has no scans or no positions of that joint.
+        If the bag has no scans or no positions of that joint, or cannot be read to its end.
     """
     scans: list[Scan] = []
     samples: list[tuple[int, float]] = []
-    with AnyReader([path], default_typestore=STORE) as reader:
-        wanted = [c for c in reader.connections if c.msgtype in (SCAN, JOINT_STATE)]
-        for connection, _, raw in reader.messages(connections=wanted):
-            message: Any = reader.deserialize(raw, connection.msgtype)
-            if connection.msgtype == SCAN:
-                scans.append(scan_from_message(message))
-            elif joint_name in message.name:
-                position = message.position[message.name.index(joint_name)]
-                samples.append((time_ns(message.header.stamp), float(position)))
+    for recorded in messages_of(path, lambda topic, kind: kind in (SCAN, JOINT_STATE)):
+        message = recorded.message
+        if recorded.msgtype == SCAN:
+            scans.append(scan_from_message(message))
+        elif joint_name in message.name:
+            position = message.position[message.name.index(joint_name)]
+            samples.append((time_ns(message.header.stamp), float(position)))
     if not scans:
         raise BagError(f"'{path}' has no scans")
     if not samples:
@@ -39,3 +38,33 @@ def read_bag(path: Path, joint_name: str) -> SensorLog:
     stamps, positions = zip(*samples, strict=True)
     ordered = ordered_samples(np.array(stamps, dtype=np.int64), np.array(positions))
     return SensorLog(sorted(scans, key=lambda scan: scan.stamp_ns), *ordered)
+
+
+def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
+    """Return a frame's odometry: the transforms from odom_frame to what the frame is fixed to.
+
+    Of equal stamps the last one counts.
+
+    Raises
+    ------
+    BagError
+        If there are none (several moving ones in a row are not added up), a fixed one is none, or
+        the bag cannot be read to its end.
+    OdometryError
+        If they are no poses.
+    """
+    static = messages_of(path, lambda topic, kind: kind == TF and topic.endswith('tf_static'))
+    carrier, mount = carried(frame, fixed_transforms(recorded.message for recorded in static))
+    moving = messages_of(path, lambda topic, kind: kind == TF and not topic.endswith('tf_static'))
+    samples = {
+        time_ns(entry.header.stamp): numbers(entry.transform)
+        for recorded in moving
+        for entry in recorded.message.transforms
+        if (entry.header.frame_id, entry.child_frame_id) == (odom_frame, carrier)
+    }
+    if not samples:
+        raise BagError(f"'{path}' has no transforms from '{odom_frame}' to '{carrier}'")
+    stamps = sorted(samples)
+    poses = np.array([samples[stamp] for stamp in stamps])
+    odometry = Odometry(np.array(stamps, dtype=np.int64), Poses(poses[:, :3], poses[:, 3:]))
+    return odometry.mounted(mount)

@@ -1,0 +1,48 @@
+"""The transforms in a bag: the fixed ones from frame to frame, and the numbers of any."""
+
+from collections.abc import Iterable
+import math
+from typing import Any
+
+from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.clouds.ego_motion import LENGTH_TOLERANCE
+from nodlidar_common.pose import Pose
+import numpy as np
+from numpy.typing import NDArray
+from transforms3d.quaternions import quat2mat
+
+# Parent, and pose in it, of each frame that does not move in its parent.
+Fixed = dict[str, tuple[str, Pose]]
+
+
+def fixed_transforms(messages: Iterable[Any]) -> Fixed:
+    """Return those of TFMessages; raises BagError if one is no pose."""
+    return {
+        entry.child_frame_id: (entry.header.frame_id, fixed_pose(entry.transform))
+        for message in messages
+        for entry in message.transforms
+    }
+
+
+def carried(frame: str, fixed: Fixed) -> tuple[str, Pose]:
+    """Return the frame that a frame is fixed to, over any number of fixed ones, and its pose."""
+    mount, carrier, left = Pose.from_xyzrpy((0.0,) * 6), frame, dict(fixed)
+    while carrier in left:
+        parent, pose = left.pop(carrier)
+        mount, carrier = pose @ mount, parent
+    return carrier, mount
+
+
+def fixed_pose(transform: Any) -> Pose:
+    """Return a Transform message's pose; raises BagError if it is none."""
+    x, y, z, *xyz, w = numbers(transform).tolist()
+    length = math.hypot(w, *xyz)
+    if not abs(length - 1.0) <= LENGTH_TOLERANCE:
+        raise BagError(f'a fixed transform has a quaternion of the length {length}')
+    return Pose(np.array([x, y, z]), quat2mat([w, *xyz]))
+
+
+def numbers(transform: Any) -> NDArray[np.float64]:
+    """Return a Transform message's x y z [m] and quaternion x y z w, shape (7,)."""
+    p, q = transform.translation, transform.rotation
+    return np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
