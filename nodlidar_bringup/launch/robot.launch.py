@@ -16,6 +16,7 @@ from launch.substitutions import (
     IfElseSubstitution,
     LaunchConfiguration,
     PathJoinSubstitution,
+    PythonExpression,
 )
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -106,6 +107,17 @@ ARGUMENTS = [
         description='orientation of the sensor in base_link: roll pitch yaw [rad]',
     ),
     DeclareLaunchArgument(
+        'laser_xyz',
+        default_value='0 0 0.080',
+        description='optical centre of the lidar in the nodding frame, whose origin is on the nod '
+        'axis: x y z [m]; that of the simulated one is the default',
+    ),
+    DeclareLaunchArgument(
+        'laser_rpy',
+        default_value='0 0 0',
+        description='orientation of the lidar in the nodding frame: roll pitch yaw [rad]',
+    ),
+    DeclareLaunchArgument(
         'driver_params',
         default_value=share('nodlidar_driver', 'config', 'driver.yaml'),
         description='parameters of the lidar driver, but for port, frame_id and autostart',
@@ -118,7 +130,8 @@ ARGUMENTS = [
     DeclareLaunchArgument(
         'assembler_params',
         default_value=share('nodlidar_assembler', 'config', 'assembler.yaml'),
-        description='parameters of the assembler, but for frame_id and joint_name',
+        description='parameters of the assembler, but for frame_id, joint_name, laser_xyz and '
+        'laser_rpy',
     ),
 ]
 
@@ -136,6 +149,16 @@ IN_ODOM = EqualsSubstitution(LaunchConfiguration('ego_motion'), 'beam')
 def frame(name):
     """Return a frame or joint of this sensor."""
     return ParameterValue([LaunchConfiguration('frame_prefix'), name], value_type=str)
+
+
+def numbers(argument):
+    """Return an argument's numbers as a list, which is a parameter's value."""
+    return PythonExpression(["[float(n) for n in '", LaunchConfiguration(argument), "'.split()]"])
+
+
+def xacro_argument(name, argument=None):
+    """Return the words that give xacro an argument, from that of this file."""
+    return [f' {name}:="', LaunchConfiguration(argument or name), '"']
 
 
 def link(device):
@@ -216,7 +239,12 @@ def generate_launch_description():
         parameters=[
             PROFILE,
             *assembler_params(),
-            {'frame_id': frame('nodlidar_base_link'), 'joint_name': frame('nod_joint')},
+            {
+                'frame_id': frame('nodlidar_base_link'),
+                'joint_name': frame('nod_joint'),
+                'laser_xyz': numbers('laser_xyz'),
+                'laser_rpy': numbers('laser_rpy'),
+            },
         ],
         output='screen',
         on_exit=end_all,
@@ -225,13 +253,12 @@ def generate_launch_description():
         [
             'xacro "',
             share('nodlidar_bringup', 'urdf', 'robot.urdf.xacro'),
-            '" prefix:="',
-            LaunchConfiguration('frame_prefix'),
-            '" mount_xyz:="',
-            LaunchConfiguration('mount_xyz'),
-            '" mount_rpy:="',
-            LaunchConfiguration('mount_rpy'),
             '"',
+            *xacro_argument('prefix', 'frame_prefix'),
+            *xacro_argument('mount_xyz'),
+            *xacro_argument('mount_rpy'),
+            *xacro_argument('laser_xyz'),
+            *xacro_argument('laser_rpy'),
         ]
     )
     state_publisher = Node(

@@ -41,6 +41,9 @@ def test_the_laser_is_where_the_assembler_takes_it_to_be():
     origin = model().joint_map['laser_mount'].origin
     assert tuple(origin.xyz) == AssemblerConfig().laser_xyz
     assert tuple(origin.rpy) == AssemblerConfig().laser_rpy
+    origin = model(laser_xyz='0.01 0 0.05', laser_rpy='0.2 0 0').joint_map['laser_mount'].origin
+    assert tuple(origin.xyz) == (0.01, 0.0, 0.05)
+    assert tuple(origin.rpy) == (0.2, 0.0, 0.0)
 
 
 def test_the_mount_is_where_the_arguments_put_it():

@@ -10,6 +10,7 @@ import numpy as np
 from observer import Observer
 import pytest
 from rcl_interfaces.srv import GetParameters
+from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 import yaml
 
@@ -87,6 +88,25 @@ def test_a_profile_is_the_assembler_s_and_sets_the_servo_s_rate(tmp_path):
     observer.close()
 
 
+def test_the_lidar_s_place_is_the_assembler_s_and_the_model_s(tmp_path):
+    observer = Observer()
+    client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
+    mount = 'laser_xyz:=0.01 0 -5e-2', 'laser_rpy:=0 0 3.141592653589793'
+    frames = 'nodlidar_tilt_link', 'laser', Time()
+    with launched_sensor(tmp_path / 'launch.log', 'scene:=wall', *mount):
+        observer.spin_until(client.service_is_ready, 'the assembler')
+        answer = client.call_async(GetParameters.Request(names=['laser_xyz', 'laser_rpy']))
+        observer.spin_until(answer.done, 'parameters')
+        observer.spin_until(lambda: observer.transforms.can_transform(*frames), 'the model')
+    xyz, rpy = (list(value.double_array_value) for value in answer.result().values)
+    assert (xyz, rpy) == ([0.01, 0.0, -0.05], [0.0, 0.0, np.pi])
+    transform = observer.transforms.lookup_transform(*frames).transform
+    p, q = transform.translation, transform.rotation
+    assert [p.x, p.y, p.z] == pytest.approx(xyz)
+    assert [q.x, q.y, q.z, q.w] == pytest.approx([0.0, 0.0, 1.0, 0.0])
+    observer.close()
+
+
 def ended(log, *arguments):
     """Return the log of a launch that ends by itself."""
     with launched_sensor(log, *arguments) as running:
@@ -107,6 +127,12 @@ def test_a_parameter_of_the_wrong_type_ends_the_launch_and_is_named(tmp_path):
     text = ended(tmp_path / 'launch.log', f'assembler_params:={parameters}')
     assert "'samples_per_sweep' must be of type int, but is 'many'" in text
     assert '[assembler-4] Traceback' not in text
+
+
+def test_a_place_that_is_none_ends_the_launch_and_is_named(tmp_path):
+    assert "'two'" in ended(tmp_path / 'text.log', 'laser_xyz:=0 0 two')
+    text = ended(tmp_path / 'short.log', 'laser_xyz:=0 0')
+    assert "'laser_xyz' must be three numbers" in text
 
 
 def test_an_unknown_choice_is_refused_before_anything_starts(tmp_path):

@@ -26,6 +26,7 @@ __all__ = [
     'IfElseSubstitution',
     'LaunchConfiguration',
     'PathJoinSubstitution',
+    'PythonExpression',
     'SubstitutionFailure',
     'TextSubstitution',
 ]
@@ -109,6 +110,18 @@ class IfElseSubstitution(Substitution):
         if text.lower() not in TRUTHS:
             raise SubstitutionFailure(f"'{text}' is none of {[*TRUTHS]}")
         return perform(context, self._values[TRUTHS[text.lower()]])
+
+
+class PythonExpression(Substitution):
+    """What a Python expression comes to, in which the names of math are known."""
+
+    def __init__(self, expression: SomeSubstitutionsType, **uncovered: Any) -> None:
+        refuse_arguments('PythonExpression', uncovered)
+        self._expression = normalize(expression)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Evaluate it."""
+        return str(eval(perform(context, self._expression), {}, {**vars(math), 'math': math}))
 
 
 class Command(Substitution):

@@ -8,6 +8,7 @@ from launch.substitutions import (
     IfElseSubstitution,
     LaunchConfiguration,
     PathJoinSubstitution,
+    PythonExpression,
     SubstitutionFailure,
     TextSubstitution,
 )
@@ -81,6 +82,13 @@ def test_choice(context):
         perform(context, IfElseSubstitution(WHO, 'a', 'b'))
 
 
+def test_expressions_know_what_is_put_into_them_and_math(context):
+    assert perform(context, PythonExpression(["'", WHO, "'.upper() * 2"])) == 'YOUYOU'
+    assert perform(context, PythonExpression('[floor(1.5), math.floor(2.5)]')) == '[1, 2]'
+    with pytest.raises(NameError):
+        perform(context, PythonExpression(WHO))
+
+
 @pytest.mark.parametrize(('text', 'truth'), [('true', 1), (' TRUE', 1), ('1', 1), ('0 ', 0)])
 def test_conditions_are_texts(context, text, truth):
     assert IfCondition(text).evaluate(context) == bool(truth)
@@ -95,7 +103,9 @@ def test_condition_is_true_or_false(context, text):
 def test_uncovered_substitutions_are_refused():
     import launch.substitutions
 
-    with pytest.raises(NotImplementedError, match='PythonExpression'):
-        _ = launch.substitutions.PythonExpression
+    with pytest.raises(NotImplementedError, match='FindExecutable'):
+        _ = launch.substitutions.FindExecutable
+    with pytest.raises(NotImplementedError, match=r'PythonExpression\(python_modules=\)'):
+        PythonExpression('1', python_modules=['os'])
     with pytest.raises(NotImplementedError, match=r'LaunchConfiguration\(default=\)'):
         LaunchConfiguration('a', default='b')
