@@ -105,7 +105,7 @@ class UrgSensor:
             return message(stream.echo(), b'%02d' % status)
         stream.advance()
         if stream.remaining == 0:
-            self.stream = None
+            self.laser, self.stream = False, None  # section 8.1
         return message(stream.echo(), b'99', stream.request.lines(turn))
 
     def _stop_if_broken(self) -> None:

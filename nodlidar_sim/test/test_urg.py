@@ -117,6 +117,17 @@ def test_scans_come_once_a_rotation_and_the_echo_counts_down():
     assert host.reply() is None
 
 
+def test_the_laser_goes_off_with_the_last_of_the_scans_asked_for():
+    host = Host()
+    host.ask(b'BM')
+    host.ask(b'MD0044072500002')
+    host.reply()
+    assert host.urg.sensor.laser
+    host.reply()
+    assert not host.urg.sensor.laser
+    assert host.status(b'GD0044072501') == '10'
+
+
 def test_an_endless_stream_ends_with_qt():
     host = Host()
     host.ask(b'MS0044072500000')
