@@ -120,8 +120,10 @@ class UrgEmulator:
     def _finish_turn(self) -> None:
         turn, stream = self._clock.turn, self.sensor.stream
         late = self._wire.busy(turn.end_ns)  # a slow port: this scan is skipped
-        for line in self._pending:
-            self._wire.send(self.sensor.execute(line, turn), turn.end_ns)
+        types = [line[:2] for line in self._pending]
+        for i, line in enumerate(self._pending):
+            answer = self.sensor.execute(line, turn, repeated=types[i] in types[:i])
+            self._wire.send(answer, turn.end_ns)
         self._pending.clear()
         self._set_wire_speed()
         if stream is not None and self.sensor.stream is stream and not late:

@@ -73,11 +73,16 @@ class UrgSensor:
         """Answer the next command with an error status."""
         self._error = status
 
-    def execute(self, line: bytes, turn: Turn) -> bytes:
-        """Do what a command says, at the end of a turn, and return the answer."""
+    def execute(self, line: bytes, turn: Turn, repeated: bool = False) -> bytes:
+        """Do what a command says, at the end of a turn, and return the answer.
+
+        Of commands of one type that come at once, only the first is obeyed (section 8).
+        """
         if not self._scip2:
             self._scip2 = line == b'SCIP2.0'
             return line + (b'\n0\n\n' if self._scip2 else b'\nE\n\n')
+        if repeated:
+            return message(line, b'0B')
         before = self.stream
         try:
             lines = self._answer(line, turn)

@@ -297,6 +297,16 @@ def test_a_refused_command_leaves_the_stream_alone():
     assert host.reply()[1] == b'99b'
 
 
+def test_of_commands_of_one_type_that_come_at_once_only_the_first_is_obeyed():
+    host = Host()
+    host.port.write(b'VV\nVV;again\nPP\nMD0044072500001\nMD0044072500002\n')
+    answers = [host.reply()[:2] for _ in range(6)]
+    statuses = [scip.strip_sum(status).decode() for _, status in answers]
+    assert statuses == ['00', '0B', '00', '00', '0B', '99']
+    assert host.reply() is None
+    assert host.status(b'VV') == '00'
+
+
 def test_a_new_stream_replaces_the_old_one():
     host = Host()
     host.ask(b'MD0044072500000')
