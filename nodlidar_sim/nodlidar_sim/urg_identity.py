@@ -46,12 +46,19 @@ def status_lines(
     return _lines(
         MODL=MODEL,
         LASR='ON' if laser else 'OFF',
-        SCSP=f'{"Initial" if speed == STANDARD_SPEED else "Changed"}({speed}[rpm])',
+        SCSP=f'{_speed_level(speed)}({speed}[rpm])',
         MESM='Measuring by Normal Mode' if measuring else 'IDLE',
         SBPS=bit_rate,
         TIME=f'{timer:06X}',
         STAT=status,
     )
+
+
+def _speed_level(speed: int) -> str:
+    """Return how a motor speed [rpm] compares to the standard one, as hokuyoaist reads it."""
+    if speed == STANDARD_SPEED:
+        return 'Initial'
+    return f'{round(100.0 * (1.0 - speed / STANDARD_SPEED))}%Down'
 
 
 def _lines(**values: object) -> list[bytes]:

@@ -378,8 +378,11 @@ def test_identity():
     status = information(b'II')
     assert list(status) == ['MODL', 'LASR', 'SCSP', 'MESM', 'SBPS', 'TIME', 'STAT']
     assert (status['LASR'], status['TIME']) == ('OFF', f'{300:06X}')
+    assert status['SCSP'] == 'Initial(600[rpm])'
     host.ask(b'BM')
-    assert information(b'II')['LASR'] == 'ON'
+    host.ask(b'CR05')
+    status = information(b'II')
+    assert (status['LASR'], status['SCSP']) == ('ON', '5%Down(570[rpm])')
 
 
 @settings(max_examples=60, deadline=None)
