@@ -23,7 +23,7 @@ test: build lint         ## run every test
 lint: .venv/ready-$(ROS)        ## ruff and mypy
 	@$(ACTIVATE) && python -m ruff check . && python -m mypy
 
-bench: build             ## measure what the documentation quotes, into bench/results and docs/tradeoffs.md
+bench: build             ## measure what the documentation quotes, into bench/results and the pages
 	@$(ACTIVATE) && python -m bench --record && python -m figures pareto estimators sensing
 
 compare: build           ## say what got slower than bench/results

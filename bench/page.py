@@ -4,22 +4,30 @@ import re
 
 from bench.report import markdown, recorded, RESULTS
 
-PAGES = tuple(RESULTS.parent.parent / page for page in ('README.md', 'docs/tradeoffs.md'))
-_MARKED = re.compile(r'(<!-- bench: (\w+)(?:: (.*?))? -->\n).*?(<!-- end -->)', re.DOTALL)
+PAGES = tuple(
+    RESULTS.parent.parent / page
+    for page in ('README.md', 'docs/tradeoffs.md', 'docs/nod_schedules.md', 'docs/publication.md')
+)
+_MARKED = re.compile(
+    r'(<!-- bench: (\w+)(?: where (.*?) = (.*?))?(?:: (.*?))? -->\n).*?(<!-- end -->)', re.DOTALL
+)
 
 
 def filled(text: str) -> str:
     """Return a page with the recorded rows between its marks.
 
     The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``; ``<!-- bench: NAME: one;
-    other -->`` takes these columns alone.
+    other -->`` takes these columns alone, ``<!-- bench: NAME where COLUMN = this | that -->``, also
+    with columns behind, these rows.
     """
     return _MARKED.sub(_table, text)
 
 
 def _table(mark: re.Match[str]) -> str:
-    begin, name, columns, end = mark.groups()
+    begin, name, by, values, columns, end = mark.groups()
     rows = recorded(name)['rows']
+    if by is not None:
+        rows = [row for row in rows if str(row[by]) in values.split(' | ')]
     if columns is not None:
         rows = [{column: row[column] for column in columns.split('; ')} for row in rows]
     return f'{begin}{markdown(rows)}\n{end}'

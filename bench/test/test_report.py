@@ -52,6 +52,17 @@ def test_a_page_takes_up_what_is_recorded_between_its_marks(tmp_path, monkeypatc
     assert page.filled(filled) == filled
 
 
+def test_a_page_takes_the_rows_that_it_asks_for(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, 'RESULTS', tmp_path)
+    rows = [{'kind': kind, 'error [ms]': error} for kind in 'abc' for error in (1.0, 3.0)]
+    report.record('some', report.recording(rows, 'Some', 'abc'))
+    text = '<!-- bench: some where MARK -->\n<!-- end -->\n'
+    by_number = page.filled(text.replace('MARK', 'error [ms] = 3.0: kind')).splitlines()
+    assert by_number[3:-1] == ['| a |', '| b |', '| c |']
+    by_words = page.filled(text.replace('MARK', 'kind = a | c')).splitlines()
+    assert by_words[3:-1] == ['| a | 1 |', '| a | 3 |', '| c | 1 |', '| c | 3 |']
+
+
 @pytest.mark.parametrize('path', page.PAGES, ids=lambda path: path.name)
 def test_pages_show_what_is_recorded(path):
     """`make bench` fills them; a number that was edited by hand is found here."""
