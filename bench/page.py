@@ -16,9 +16,9 @@ _MARKED = re.compile(
 def filled(text: str) -> str:
     """Return a page with the recorded rows between its marks.
 
-    The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``; ``<!-- bench: NAME: one;
-    other -->`` takes these columns alone, ``<!-- bench: NAME where COLUMN = this | that -->``, also
-    with columns behind, these rows.
+    The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``. With ``NAME: one; other``
+    the table has these columns alone, with ``NAME where COLUMN = this | that``, also before the
+    colon, these rows.
     """
     return _MARKED.sub(_table, text)
 
