@@ -16,7 +16,7 @@ _MARKED = re.compile(
 def filled(text: str) -> str:
     """Return a page with the recorded rows between its marks.
 
-    The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``. With ``NAME: one; other``
+    The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``. With ``NAME: one; two``
     the table has these columns alone, with ``NAME where COLUMN = this | that``, also before the
     colon, these rows.
     """
