@@ -118,9 +118,14 @@ class Rx24fEmulator:
             self._wire.send(status_packet(own_id, errors, data), answer_ns)
 
     def _answers(self, instruction: Instruction) -> bool:
-        """Tell whether the return level lets an instruction be answered."""
+        """Tell whether an instruction is answered: by the return level, and a ping always.
+
+        Of broadcasts only pings are answered (ROBOTIS, RX-28 and RX-64 manuals, section 4-4).
+        """
         least = {PING: 0, READ: 1}.get(instruction.code, 2) if instruction.sound else 2
-        return instruction.servo_id != BROADCAST and self.table[RETURN_LEVEL] >= least
+        if instruction.servo_id == BROADCAST:
+            return least == 0
+        return self.table[RETURN_LEVEL] >= least
 
     def _execute(self, instruction: Instruction, at_ns: int) -> tuple[Errors, bytes]:
         """Return the errors and the data of the answer to a sound packet."""

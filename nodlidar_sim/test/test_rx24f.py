@@ -189,6 +189,14 @@ def test_broadcast_is_obeyed_and_not_answered(bus):
     assert bus.read(25) == 1
 
 
+@pytest.mark.parametrize('level', [0, 1, 2])
+def test_a_broadcast_ping_is_answered_with_the_own_id(bus, level):
+    bus.write(3, 9)
+    bus.send(3, 16, level, servo_id=9)
+    assert bus.raw(bytes.fromhex('FFFFFE0201FE')) == bytes.fromhex('FFFF090200F4')
+    assert bus.raw(bytes.fromhex('FFFFFE0201FD')) is None
+
+
 def test_a_registered_write_waits_for_action(bus):
     assert bus.send(4, 25, 1) == (0, b'')
     assert (bus.read(25), bus.read(44)) == (0, 1)
