@@ -113,7 +113,7 @@ class Rx24fEmulator:
         errors, data = Errors.CHECKSUM, b''
         if instruction.sound:
             errors, data = self._execute(instruction, at_ns)
-        errors |= self.motor.update(at_ns)
+        errors = self.motor.update(at_ns, errors)
         if answered:
             self._wire.send(status_packet(own_id, errors, data), answer_ns)
 

@@ -82,9 +82,12 @@ class Rx24fMotor:
         if address < GOAL.address + GOAL.size and GOAL.address < address + size:
             self._table[TORQUE_ENABLE] = 1
 
-    def update(self, now_ns: int) -> Errors:
-        """Drive by the registers from now [ns] on, and return what is wrong with the motor."""
-        errors = self._alarms()
+    def update(self, now_ns: int, refusal: Errors) -> Errors:
+        """Drive by the registers from now [ns] on, and return all that is wrong.
+
+        What is wrong with a request counts, too: SHUTDOWN may name it.
+        """
+        errors = refusal | self._alarms()
         if errors & self._table[SHUTDOWN]:
             self._table[TORQUE_LIMIT] = 0
         target = self._wanted()

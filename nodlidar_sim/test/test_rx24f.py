@@ -386,6 +386,13 @@ def test_shutdown_is_only_for_the_causes_that_are_set(bus):
     assert bus.send(2, 34, 2) == (0x04, b'\xff\x03')
 
 
+@pytest.mark.parametrize(('shutdown', 'limit'), [(0x7F, 0), (0x08, 0), (0x24, 1023)])
+def test_a_refused_request_shuts_down_if_it_is_among_the_causes(bus, shutdown, limit):
+    bus.write(18, shutdown)
+    assert bus.write(25, 2) == 0x08
+    assert bus.read(34, 2) == limit
+
+
 def test_jitter_makes_turns_late():
     turns = []
     for jitter in (0.0, 0.05):
