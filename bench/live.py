@@ -1,7 +1,14 @@
-"""The launched system, simulated devices included: latency of the clouds and load of the nodes."""
+"""The launched system, simulated devices included: latency of the clouds and load of the nodes.
+
+Beside it runs a node that receives the assembler's messages and makes nothing of them.
+"""
 
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+import subprocess
+import sys
 import tempfile
 
 from nodlidar_assembler.profiles import PROFILES
@@ -38,11 +45,12 @@ def measure(arguments: list[str]) -> Row:
         values = {'/**': {'ros__parameters': {'feedback_rate': 62.0}}}
         (folder / 'servo.yaml').write_text(yaml.safe_dump(values))
         given = [argument.format(folder=folder) for argument in arguments]
-        with launched_sensor(folder / 'launch.log', *given) as sensor:
+        with launched_sensor(folder / 'launch.log', *given) as sensor, _receiver() as receiver:
             record(folder / 'warm_up', 2.0, sensor, Console(quiet=True))
-            before = _cpu_seconds(sensor.process.pid)
+            before, received_before = _cpu_seconds(sensor.process.pid), _seconds(receiver)
             record(folder / 'bag', DURATION, sensor, Console(quiet=True))
             used = _cpu_seconds(sensor.process.pid) - before
+            receiving = _seconds(receiver) - received_before
         latency = read_delivery(folder / 'bag').latency
     median, high = np.percentile(latency, [50, 99]) * 1e3
     return {
@@ -50,14 +58,28 @@ def measure(arguments: list[str]) -> Row:
         'latency p99 [ms]': float(high),
         **{f'CPU of {node} [%]': used[node] / DURATION * 100.0 for node in NODES},
         'CPU of all nodes [%]': used.total() / DURATION * 100.0,
+        'CPU of a node that only receives [%]': receiving / DURATION * 100.0,
     }
+
+
+@contextmanager
+def _receiver() -> Iterator[psutil.Process]:
+    with subprocess.Popen([sys.executable, '-m', 'bench.receiver']) as child:
+        try:
+            yield psutil.Process(child.pid)
+        finally:
+            child.terminate()
 
 
 def _cpu_seconds(launch_pid: int) -> Counter[str]:
     """Return the processor time that each node has used so far [s]."""
     used: Counter[str] = Counter()
     for child in psutil.Process(launch_pid).children(recursive=True):
-        times = child.cpu_times()
         for node in {Path(part).name for part in child.cmdline()[:2]} & set(NODES):
-            used[node] += times.user + times.system  # type: ignore[assignment]
+            used[node] += _seconds(child)  # type: ignore[assignment]
     return used
+
+
+def _seconds(process: psutil.Process) -> float:
+    times = process.cpu_times()
+    return float(times.user + times.system)
