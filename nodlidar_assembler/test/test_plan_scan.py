@@ -128,6 +128,14 @@ def test_a_start_pitch_is_where_the_nod_is_at_step_0(plan_of):
     assert plan['phase'] == pytest.approx((0.3 + 0.6136) / 1.2272 * 50)
 
 
+@pytest.mark.parametrize('quarters', range(1, 200, 7))
+def test_a_start_at_a_whole_part_of_a_sample_has_the_directions_of_that_phase(plan_of, quarters):
+    start = -0.6136 + 1.2272 / 50 * quarters / 4
+    plan = plan_of(*SMALL, '--samples-per-sweep', '50', '--start-pitch', repr(start))
+    assert plan['phase'] == quarters / 4
+    assert plan['distinct_directions'] == Pattern(64, 50, quarters / 4).distinct_directions
+
+
 def test_another_objective_chooses_otherwise(plan_of):
     by_completion, by_revisit = (
         plan_of(*SMALL, '--objective', o) for o in ('completion', 'revisit')

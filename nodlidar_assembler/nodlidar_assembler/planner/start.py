@@ -6,6 +6,10 @@ from nodlidar_common.errors import ParameterError
 import numpy as np
 from numpy.typing import NDArray
 
+# A whole number of samples past the limit shall be one, however the pitch was rounded: whether
+# it is decides which directions are distinct.
+PHASE_DECIMALS = 8
+
 
 def phase_at(
     task: Task, samples: NDArray[np.int64], start_pitch: float | None
@@ -24,7 +28,8 @@ def phase_at(
     if not task.pitch_min <= start_pitch <= task.pitch_max:
         limit = f'between pitch_min = {task.pitch_min} and pitch_max = {task.pitch_max} rad'
         raise ParameterError('start_pitch', limit, start_pitch)
-    return np.asarray(samples * ((start_pitch - task.pitch_min) / task.span))
+    phase = samples * ((start_pitch - task.pitch_min) / task.span)
+    return np.asarray(np.round(phase, PHASE_DECIMALS))
 
 
 def pattern_from(task: Task, samples_per_sweep: int, start_pitch: float | None) -> Pattern:
