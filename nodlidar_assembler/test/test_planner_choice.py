@@ -37,6 +37,35 @@ def test_weights_choose_by_what_they_weigh():
     assert len(holes) == len(samples)
 
 
+@pytest.mark.parametrize('count', [1, 3, 10])
+def test_ties_go_by_the_longest_revisit_and_then_by_the_hit_frequency(count):
+    task = Task(0.93, 2.0, full_circle=True, steps_per_revolution=55)
+    samples = np.array([n for n in range(107, 133) if math.gcd(n, 55) == 1])
+    figures = dict(zip(samples.tolist(), survey(task, samples), strict=True))
+    order = sorted(
+        figures,
+        key=lambda n_s: (
+            figures[n_s].completion_time,
+            figures[n_s].revisit_max,
+            -figures[n_s].hit_frequency,
+        ),
+    )
+    assert figures[order[0]].completion_time == figures[order[9]].completion_time
+    best = plans(task, samples, Objective(), count=count)
+    assert [plan.samples_per_sweep for plan in best] == order[:count]
+
+
+def test_a_weighted_choice_leaves_out_what_never_completes():
+    samples = np.array([64, 4001, 1024, 4003])
+    weighted = Objective(completion=1.0, revisit=0.5)
+    found = [plan.samples_per_sweep for plan in plans(Task(), samples, weighted)]
+    assert sorted(found) == [4001, 4003]
+    with pytest.raises(ParameterError, match="'object_size' must be so large that with some N_s"):
+        plans(Task(), samples[::2], weighted)
+    with pytest.raises(ParameterError, match="'azimuth' must be such that each of the"):
+        plans(Task(azimuth=3.0), samples, Objective(completion=0.0, revisit=1.0))
+
+
 def test_survey_shows_what_it_goes_through():
     shown = []
     assert (
@@ -84,6 +113,9 @@ def test_what_never_completes_is_refused_by_name():
         plans(Task(0.02, 2.0), np.array([17]), Objective())
     with pytest.raises(ParameterError, match="'azimuth' must be such that each of the"):
         plans(Task(azimuth=3.0), BAND, Objective())
+    circle = Task(0.3, 2.0, full_circle=True, steps_per_revolution=43)  # its last column is narrow
+    with pytest.raises(ParameterError, match="'object_size' must be such that each of the"):
+        plans(circle, BAND, Objective())
     with pytest.raises(ParameterError, match='timing_error'):
         plans(Task(), BAND, Objective(revisit=1.0), timing_error=0.001)
     with pytest.raises(ParameterError, match='start_pitch'):

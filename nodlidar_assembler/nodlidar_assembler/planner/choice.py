@@ -1,6 +1,5 @@
 """The choice of the nod: the N_s that serves an objective best, at speeds that the servo holds."""
 
-from collections.abc import Iterable
 import math
 
 from nodlidar_assembler.planner.coverage import Coverage
@@ -87,19 +86,23 @@ def plans(
     if timing_error > 0.0 and not objective.only_completion:
         raise ParameterError('timing_error', '0 s unless completion alone counts', timing_error)
     fewest = int(samples.min())
-    chosen: Iterable[int]
+    chosen: list[int]
     if timing_error > 0.0:
         chosen = _robust(task, samples, start_pitch, timing_error, progress)[:count]
     elif objective.only_completion:
         chosen = _soonest(task, samples, 0.0, start_pitch, count).tolist()
     else:
-        chosen = progress(samples.tolist())
+        chosen = samples.tolist()
     if timing_error == 0.0:
-        ranks = {n_s: _rank(task, n_s, objective, start_pitch) for n_s in chosen}
-        chosen = sorted(ranks, key=lambda n_s: ranks[n_s])[:count]
+        ranks = {n_s: _rank(task, n_s, objective, start_pitch) for n_s in progress(chosen)}
+        served = [n_s for n_s in ranks if math.isfinite(ranks[n_s][0])]
+        chosen = sorted(served, key=lambda n_s: ranks[n_s])[:count]
+    if not chosen:
+        _check_columns(task)
+        raise _no_rows(task)
     return [
         evaluate(task, n_s, start_pitch, timing_error, objective.hole_after, fewest)
-        for n_s in (progress(chosen) if timing_error > 0.0 else chosen)
+        for n_s in progress(chosen)
     ]
 
 
@@ -116,8 +119,7 @@ def _soonest(
         if len(found):
             return found
         if guard == 0.0:
-            allowed = 'so large that with some N_s every row has a beam'
-            raise ParameterError('object_size', allowed, task.object_size)
+            raise _no_rows(task)
         guard = guard / 2.0 if guard > 1.0 else 0.0
 
 
@@ -126,9 +128,15 @@ def _check_columns(task: Task) -> None:
     seen = len(column_runs(task.column_of_step())[0])
     if seen < task.columns:
         finer = task.cell < math.tau / task.steps_per_revolution
-        key = 'object_size' if finer else 'azimuth'
+        key = 'object_size' if finer or task.full_circle else 'azimuth'
         limit = f'such that each of the {task.columns} columns has a beam, not just {seen}'
         raise ParameterError(key, limit, getattr(task, key))
+
+
+def _no_rows(task: Task) -> ParameterError:
+    """Return the error for a row that has a beam with no N_s."""
+    allowed = 'so large that with some N_s every row has a beam'
+    return ParameterError('object_size', allowed, task.object_size)
 
 
 def _robust(
@@ -140,7 +148,9 @@ def _robust(
 ) -> list[int]:
     """Return a shortlist, in the order of mean and 90th percentile under the timing error."""
     error = timing_error / task.sample_time
-    shortlists = [_soonest(task, samples, g * error, start_pitch, SHORTLIST) for g in GUARDS]
+    shortlists = [
+        _soonest(task, samples, g * error, start_pitch, SHORTLIST)[:SHORTLIST] for g in GUARDS
+    ]
     shortlist = np.unique(np.concatenate(shortlists)).tolist()
     score = {}
     for n_s in progress(shortlist):

@@ -51,7 +51,7 @@ def soonest(
     guard
         See Coverage.
     count
-        How many to return; fewer if no more complete.
+        How many to return; fewer if no more complete, more if others tie with the last.
     start_pitch
         See `phase_at`.
     limit
@@ -111,8 +111,9 @@ class _Search:
         """Return the best of the N_s that were evaluated, and their times [s]."""
         known = np.array([n_s for n_s in samples if int(n_s) in self._times], dtype=np.int64)
         times = np.array([self._times[int(n_s)] for n_s in known])
-        order = np.argsort(times, kind='stable')[: self._count]
-        order = order[times[order] < self._limit]
+        last = times[np.argsort(times)[: self._count]].max(initial=0.0)
+        order = np.argsort(times, kind='stable')
+        order = order[(times[order] <= last) & (times[order] < self._limit)]
         return known[order], times[order]
 
     def _bounds(self, samples: Integers) -> Floats:
