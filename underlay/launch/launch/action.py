@@ -3,13 +3,13 @@
 from collections.abc import Iterable
 from typing import Any
 
-from underlay_refusal import refuse_arguments
+from underlay_refusal import Partial, refuse_arguments
 
 from .conditions import IfCondition
 from .launch_context import LaunchContext
 
 
-class Action:
+class Action(Partial):
     """Something that is executed when it is visited, if its condition holds."""
 
     def __init__(self, *, condition: IfCondition | None = None, **uncovered: Any) -> None:

@@ -1,6 +1,6 @@
 """Conditions made of text."""
 
-from underlay_refusal import refuse
+from underlay_refusal import Partial, refuse
 
 from .launch_context import LaunchContext
 from .substitution import normalize, perform, SomeSubstitutionsType
@@ -15,7 +15,7 @@ class InvalidConditionExpressionError(Exception):
     """A condition's text is neither true nor false."""
 
 
-class IfCondition:
+class IfCondition(Partial):
     """Holds when its text is true, whatever its case and the space around it."""
 
     def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:

@@ -4,8 +4,10 @@ import asyncio
 from types import SimpleNamespace
 from typing import Any
 
+from underlay_refusal import Partial, refuse_arguments
 
-class LaunchContext:
+
+class LaunchContext(Partial):
     """The state of a launch.
 
     Attributes
@@ -16,17 +18,20 @@ class LaunchContext:
         Has the event that is reacted to, if any, as its attribute event.
     is_shutdown
         Whether all that was launched is to end.
+    noninteractive
+        Whether there is no terminal that sends a Ctrl-C to the processes too.
     tasks
         Work that the launch waits for.
 
     """
 
-    def __init__(self, *, noninteractive: bool = False) -> None:
+    def __init__(self, *, noninteractive: bool = False, **uncovered: Any) -> None:
+        refuse_arguments('LaunchContext', uncovered)
         self.launch_configurations: dict[str, str] = {}
         self.locals = SimpleNamespace()
         self.is_shutdown = False
         self.tasks: set[asyncio.Task] = set()
-        self._noninteractive = noninteractive
+        self.noninteractive = noninteractive
         self._send_sigint = True
         self._processes: list[Any] = []
 
@@ -50,6 +55,6 @@ class LaunchContext:
         if self.is_shutdown:
             return
         self.is_shutdown = True
-        self._send_sigint = self._noninteractive or not due_to_sigint
+        self._send_sigint = self.noninteractive or not due_to_sigint
         for process in reversed(self._processes):
             process.end(self._send_sigint)

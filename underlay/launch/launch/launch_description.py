@@ -3,14 +3,14 @@
 from collections.abc import Iterable
 from typing import Any
 
-from underlay_refusal import refuse_arguments
+from underlay_refusal import Partial, refuse_arguments
 
 from .action import Action
 from .actions import DeclareLaunchArgument
 from .launch_context import LaunchContext
 
 
-class LaunchDescription:
+class LaunchDescription(Partial):
     """Actions that are visited in order."""
 
     def __init__(self, initial_entities: Iterable[Action] | None = None, **uncovered: Any) -> None:
@@ -22,5 +22,9 @@ class LaunchDescription:
         return self.entities
 
     def get_launch_arguments(self) -> list[DeclareLaunchArgument]:
-        """Return the launch arguments."""
-        return [entity for entity in self.entities if isinstance(entity, DeclareLaunchArgument)]
+        """Return the launch arguments, of several declarations of one the first."""
+        arguments: dict[str, DeclareLaunchArgument] = {}
+        for entity in self.entities:
+            if isinstance(entity, DeclareLaunchArgument):
+                arguments.setdefault(entity.name, entity)
+        return list(arguments.values())

@@ -3,13 +3,16 @@
 import asyncio
 from signal import SIGINT, Signals, SIGQUIT, SIGTERM
 import traceback
+from typing import Any
+
+from underlay_refusal import Partial, refuse_arguments
 
 from .launch_context import LaunchContext
 from .launch_description import LaunchDescription
 from .log import log, log_directory
 
 
-class LaunchService:
+class LaunchService(Partial):
     """Visits launch descriptions, and waits for the processes that they start.
 
     Parameters
@@ -21,7 +24,10 @@ class LaunchService:
 
     """
 
-    def __init__(self, *, noninteractive: bool = False, debug: bool = False) -> None:
+    def __init__(
+        self, *, noninteractive: bool = False, debug: bool = False, **uncovered: Any
+    ) -> None:
+        refuse_arguments('LaunchService', uncovered)
         self.context = LaunchContext(noninteractive=noninteractive)
         self._debug = debug
         self._descriptions: list[LaunchDescription] = []
@@ -33,14 +39,16 @@ class LaunchService:
         self._descriptions.append(launch_description)
 
     def shutdown(self) -> None:
-        """End all that was launched, and so the run; from any thread while it lasts."""
-        self._loop.call_soon_threadsafe(self.context.shutdown)
+        """End all that was launched, and so the run, if it is on; from any thread."""
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self.context.shutdown)
 
-    def run(self) -> int:
+    def run(self, **uncovered: Any) -> int:
         """Run in the main thread until all processes ended.
 
         Returns 0, or 1 when there was an error; processes that fail are none.
         """
+        refuse_arguments('LaunchService.run', uncovered)
         return asyncio.run(self._run())
 
     async def _run(self) -> int:
@@ -58,6 +66,7 @@ class LaunchService:
             self._on_error(error)
         while self.context.tasks:
             await self._wait()
+        self._loop = None
         return self._return_code
 
     async def _wait(self) -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from underlay_refusal import Partial
+
 from .launch_context import LaunchContext
 
 
-class Substitution:
+class Substitution(Partial):
     """Text that is known only while launching."""
 
     def describe(self) -> str:

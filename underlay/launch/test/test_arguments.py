@@ -35,6 +35,8 @@ def test_choices_are_described_and_hold_for_the_default():
     assert DeclareLaunchArgument('a', choices=['x']).description == "One of: ['x']"
     with pytest.raises(RuntimeError, match='not in provided choices'):
         DeclareLaunchArgument('a', default_value='z', choices=['x'])
+    with pytest.raises(RuntimeError, match='choices arg is empty'):
+        DeclareLaunchArgument('a', choices=[])
 
 
 def test_value_outside_the_choices_is_an_error(launch):
@@ -48,7 +50,8 @@ def test_value_outside_the_choices_is_an_error(launch):
 
 def test_arguments_are_found_in_a_description():
     arguments = [DeclareLaunchArgument('a'), DeclareLaunchArgument('b', default_value='c')]
-    description = LaunchDescription([arguments[0], values('a'), arguments[1]])
+    again = DeclareLaunchArgument('a', default_value='d')
+    description = LaunchDescription([arguments[0], values('a'), arguments[1], again])
     assert description.get_launch_arguments() == arguments
 
 
@@ -77,3 +80,20 @@ def test_uncovered_is_refused():
         DeclareLaunchArgument('a', condition=IfCondition('1'))
     with pytest.raises(NotImplementedError, match=r'ExecuteProcess\(respawn=\)'):
         ExecuteProcess(cmd=['true'], respawn=True)
+    with pytest.raises(NotImplementedError, match='output='):
+        ExecuteProcess(cmd=['true'], output={'both': 'screen'})
+    with pytest.raises(NotImplementedError, match=r'LaunchService\(argv=\)'):
+        launch.LaunchService(argv=[])
+    with pytest.raises(NotImplementedError, match=r'LaunchService\.run\(shutdown_when_idle=\)'):
+        launch.LaunchService().run(shutdown_when_idle=False)
+    with pytest.raises(NotImplementedError, match=r'LaunchContext\(argv=\)'):
+        launch.LaunchContext(argv=[])
+    for thing, name in (
+        (LaunchDescription(), 'add_action'),
+        (launch.LaunchService(), 'emit_event'),
+        (launch.LaunchContext(), 'perform_substitution'),
+        (DeclareLaunchArgument('a'), 'describe'),
+        (LaunchConfiguration('a'), 'variable_name'),
+    ):
+        with pytest.raises(NotImplementedError, match=f'{type(thing).__name__}.{name}'):
+            getattr(thing, name)

@@ -1,10 +1,11 @@
+import copy
 import importlib
 import inspect
 import sys
 import types
 
 import pytest
-from underlay_refusal import refuse, refuse_arguments
+from underlay_refusal import Partial, refuse, refuse_arguments
 
 
 @pytest.fixture
@@ -42,3 +43,20 @@ def test_arguments_left_over_are_refused_by_name():
     refuse_arguments('Node', {})
     with pytest.raises(NotImplementedError, match=r'^Node\(a=, b=\) is not covered'):
         refuse_arguments('Node', {'b': 1, 'a': 2})
+
+
+class Half(Partial):
+    def __init__(self):
+        self.here = 1
+
+    def also(self):
+        pass
+
+
+def test_missing_attribute_is_refused_with_what_there_is():
+    with pytest.raises(NotImplementedError, match=r'^Half\.missing .*: also, here\.'):
+        _ = Half().missing
+
+
+def test_partial_objects_can_be_copied():
+    assert copy.deepcopy(Half()).here == 1

@@ -18,8 +18,8 @@ class DeclareLaunchArgument(Action):
     Raises
     ------
     RuntimeError
-        When the default value, if a plain text, isn't one of the choices; and at the visit for
-        a missing value or one that isn't among the choices.
+        When there are no choices, or the default value, if a plain text, isn't one of them; and
+        at the visit for a missing value or one that isn't among the choices.
 
     """
 
@@ -34,12 +34,14 @@ class DeclareLaunchArgument(Action):
     ) -> None:
         refuse_arguments('DeclareLaunchArgument', uncovered)
         super().__init__()
+        if choices is not None and len(choices) == 0:
+            _fail('Provided choices arg is empty. Use None to ignore the choice list.')
         if choices is not None and isinstance(default_value, str) and default_value not in choices:
             _fail(f'Provided default_value "{default_value}" is not in provided choices {choices}')
         self.name = name
         self.default_value = None if default_value is None else normalize(default_value)
         self.description = _describe(description, choices)
-        self._choices = choices
+        self.choices = choices
 
     def execute(self, context: LaunchContext) -> None:
         """Set the launch configuration, unless it is set, and check it."""
@@ -48,10 +50,10 @@ class DeclareLaunchArgument(Action):
             _fail(f'Required launch argument "{self.name}" was not provided.')
         if value is None:
             value = perform(context, self.default_value)
-        if self._choices is not None and value not in self._choices:
+        if self.choices is not None and value not in self.choices:
             _fail(
                 f'Argument "{self.name}" provided value "{value}" is not valid. '
-                f'Valid options are: {self._choices}'
+                f'Valid options are: {self.choices}'
             )
         context.launch_configurations[self.name] = value
 
