@@ -8,6 +8,7 @@ import subprocess
 from typing import Any
 
 from underlay_refusal import refuse, refuse_arguments
+import yaml
 
 from .conditions import TRUTHS
 from .launch_context import LaunchContext
@@ -72,15 +73,25 @@ class PathJoinSubstitution(Substitution):
 
 
 class EqualsSubstitution(Substitution):
-    """'true' if two texts, truths or numbers are equal, or else 'false'."""
+    """'true' if two texts, truths or numbers are equal, or else 'false'; None is no text."""
 
-    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
-        self._left = normalize(left)
-        self._right = normalize(right)
+    def __init__(self, left: Any, right: Any) -> None:
+        self._left = normalize(_text(left))
+        self._right = normalize(_text(right))
 
     def perform(self, context: LaunchContext) -> str:
         """Compare."""
         return str(_equal(perform(context, self._left), perform(context, self._right))).lower()
+
+
+def _text(value: Any) -> SomeSubstitutionsType:
+    """Return a value as text, unless there are substitutions in it."""
+    parts = value if isinstance(value, (list, tuple)) else [value]
+    if any(isinstance(part, Substitution) for part in parts):
+        return value
+    if value is None:
+        return ''
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _equal(left: str, right: str) -> bool:
@@ -93,7 +104,7 @@ def _equal(left: str, right: str) -> bool:
 
 
 class IfElseSubstitution(Substitution):
-    """One of two texts, by the truth of a third."""
+    """One of two texts, by the truth of a third: '1', '0' or a truth of YAML."""
 
     def __init__(
         self,
@@ -101,23 +112,37 @@ class IfElseSubstitution(Substitution):
         if_value: SomeSubstitutionsType = '',
         else_value: SomeSubstitutionsType = '',
     ) -> None:
+        if if_value == else_value == '':
+            raise RuntimeError('One of if_value and else_value must be specified')
         self._condition = normalize(condition)
         self._values = {True: normalize(if_value), False: normalize(else_value)}
 
     def perform(self, context: LaunchContext) -> str:
         """Return the text that the condition selects; SubstitutionFailure if it is no truth."""
-        text = perform(context, self._condition)
-        if text.lower() not in TRUTHS:
-            raise SubstitutionFailure(f"'{text}' is none of {[*TRUTHS]}")
-        return perform(context, self._values[TRUTHS[text.lower()]])
+        return perform(context, self._values[_truth(perform(context, self._condition))])
+
+
+def _truth(text: str) -> bool:
+    try:
+        truth = yaml.safe_load({'1': 'true', '0': 'false'}.get(text, text))
+    except yaml.YAMLError:
+        truth = None
+    if not isinstance(truth, bool):
+        raise SubstitutionFailure(f"'{text}' is none of 1, 0 and the truths of YAML")
+    return truth
 
 
 class PythonExpression(Substitution):
     """What a Python expression comes to, in which the names of math are known."""
 
-    def __init__(self, expression: SomeSubstitutionsType, **uncovered: Any) -> None:
-        refuse_arguments('PythonExpression', uncovered)
+    def __init__(self, expression: SomeSubstitutionsType, python_modules: Any = None) -> None:
+        if python_modules is not None:
+            refuse_arguments('PythonExpression', {'python_modules': python_modules})
         self._expression = normalize(expression)
+
+    def describe(self) -> str:
+        """Describe the expression, and name the modules that it knows."""
+        return f"PythonExpr({describe(self._expression)}, ['math'])"
 
     def perform(self, context: LaunchContext) -> str:
         """Evaluate it."""
@@ -130,6 +155,10 @@ class Command(Substitution):
     def __init__(self, command: SomeSubstitutionsType, **uncovered: Any) -> None:
         refuse_arguments('Command', uncovered)
         self._command = normalize(command)
+
+    def describe(self) -> str:
+        """Describe the command."""
+        return f'Command({describe(self._command)})'
 
     def perform(self, context: LaunchContext) -> str:
         """Run it, and return its output; SubstitutionFailure if it fails or writes to stderr."""

@@ -37,6 +37,10 @@ def test_parts_are_joined(context):
 def test_descriptions():
     path = PathJoinSubstitution(['/a', WHO])
     assert describe(normalize([path, 'b'])) == "PathJoin(''/a' + LaunchConfig('who')') + 'b'"
+    assert PythonExpression([WHO, '+1']).describe() == (
+        "PythonExpr(LaunchConfig('who') + '+1', ['math'])"
+    )
+    assert Command(['run ', WHO]).describe() == "Command('run ' + LaunchConfig('who'))"
 
 
 def test_configuration_needs_a_value(context):
@@ -69,6 +73,12 @@ def test_command_must_not_fail_or_complain(context):
         ('1.0', '1', 'true'),
         ('0.1', '0.2', 'false'),
         (WHO, 'you', 'true'),
+        (['y', TextSubstitution(text='ou')], WHO, 'true'),
+        (None, '', 'true'),
+        (True, 'True', 'true'),
+        (False, 1, 'false'),
+        (10, 10 + 1e-10, 'true'),
+        (['a', 'b'], 'ab', 'false'),
     ],
 )
 def test_equality_of_texts_truths_and_numbers(context, left, right, equal):
@@ -78,8 +88,19 @@ def test_equality_of_texts_truths_and_numbers(context, left, right, equal):
 def test_choice(context):
     assert perform(context, IfElseSubstitution(LaunchConfiguration('yes'), 'a', WHO)) == 'a'
     assert perform(context, IfElseSubstitution(LaunchConfiguration('no'), 'a', WHO)) == 'you'
-    with pytest.raises(SubstitutionFailure, match="'you' is none of"):
-        perform(context, IfElseSubstitution(WHO, 'a', 'b'))
+    with pytest.raises(RuntimeError, match='must be specified'):
+        IfElseSubstitution('true')
+
+
+@pytest.mark.parametrize(('text', 'choice'), [('on', 'a'), ('No', ''), ('0', ''), ('TRUE', 'a')])
+def test_choice_is_by_the_truths_of_yaml(context, text, choice):
+    assert perform(context, IfElseSubstitution(text, 'a')) == choice
+
+
+@pytest.mark.parametrize('text', ['', 'you', '2', 'tRuE', '{'])
+def test_choice_is_by_nothing_else(context, text):
+    with pytest.raises(SubstitutionFailure, match=f"'{text}' is none of"):
+        perform(context, IfElseSubstitution(text, 'a', 'b'))
 
 
 def test_expressions_know_what_is_put_into_them_and_math(context):
@@ -106,6 +127,8 @@ def test_uncovered_substitutions_are_refused():
     with pytest.raises(NotImplementedError, match='FindExecutable'):
         _ = launch.substitutions.FindExecutable
     with pytest.raises(NotImplementedError, match=r'PythonExpression\(python_modules=\)'):
-        PythonExpression('1', python_modules=['os'])
+        PythonExpression('1', ['os'])
     with pytest.raises(NotImplementedError, match=r'LaunchConfiguration\(default=\)'):
         LaunchConfiguration('a', default='b')
+    with pytest.raises(NotImplementedError, match=r'IfCondition\.describe'):
+        IfCondition('1').describe()
