@@ -62,6 +62,25 @@ def test_destinations_of_output(launch):
     assert "output='own_log' is not covered" in out
 
 
+def test_environment_goes_before_the_destination(launch, monkeypatch):
+    monkeypatch.setenv('OVERRIDE_LAUNCH_PROCESS_OUTPUT', 'both')
+    assert '] out' in launch(shell('echo out', output='log'))[1]
+
+
+def test_process_runs_once(launch):
+    once = shell('echo out')
+    code, out = launch(once, once)
+    assert code == 1
+    assert 'executed more than once' in out
+
+
+@pytest.mark.parametrize('name', ['launch-prefix', 'emulate_tty'])
+def test_uncovered_configuration_is_refused(launch, name):
+    code, out = launch(DeclareLaunchArgument(name, default_value='x'), shell('true'))
+    assert code == 1
+    assert f'ExecuteProcess({name}=) is not covered' in out
+
+
 def test_all_of_a_long_output_arrives(launch):
     _, out = launch(shell('seq 100000'))
     assert [line.split()[-1] for line in out.split('\n') if line.startswith('[p-')] == [
@@ -152,6 +171,13 @@ def test_shutdown_from_another_thread(launch, exits):
     service.include_launch_description(LaunchDescription(entities))
     assert service.run() == 0
     assert exits == {'sleep': -signal.SIGINT}
+
+
+def test_shutdown_of_what_does_not_run_does_nothing():
+    service = LaunchService()
+    service.shutdown()
+    assert service.run() == 0
+    service.shutdown()
 
 
 def test_error_ends_what_was_started(launch, exits):

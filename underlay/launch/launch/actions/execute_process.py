@@ -1,23 +1,28 @@
 """Processes as actions."""
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count
 import os
 from types import SimpleNamespace
 from typing import Any
 
+from underlay_refusal import Partial, refuse_arguments
+
 from ..action import Action
 from ..launch_context import LaunchContext
+from ..log import OUTPUTS
 from ..process import Process
 from ..substitution import normalize, perform, SomeSubstitutionsType
 
 _numbers = count(1)
+# What else launch configurations set in processes.
+_UNCOVERED = ('emulate_tty', 'launch-prefix', 'launch-prefix-filter')
 
 
 @dataclass(frozen=True)
-class ProcessExited:
+class ProcessExited(Partial):
     """The end of a process; a negative returncode is the signal that ended it."""
 
     process_name: str
@@ -39,7 +44,8 @@ class ExecuteProcess(Action):
     name
         Name of the process, by default that of the executable; -1, -2 ... is appended.
     output
-        'screen', 'log' (standard error to the screen too) or 'both'.
+        'screen', 'log' (standard error to the screen too) or 'both'; the environment's
+        OVERRIDE_LAUNCH_PROCESS_OUTPUT goes before it.
     on_exit
         What to visit when the process ended, or a function of event and context that returns it.
 
@@ -55,20 +61,28 @@ class ExecuteProcess(Action):
         **options: Any,
     ) -> None:
         super().__init__(**options)
+        if isinstance(output, Mapping):
+            raise NotImplementedError(f'output={output!r} is not covered, only {[*OUTPUTS]} are')
         self._cmd = [normalize(word) for word in cmd]
         self._name = None if name is None else normalize(name)
-        self._output = normalize(output)
+        self._output = normalize(os.environ.get('OVERRIDE_LAUNCH_PROCESS_OUTPUT', output))
         self._on_exit = on_exit
+        self._is_executed = False
 
     def command(self, context: LaunchContext) -> list[str]:
         """Return the command line as text."""
         return [perform(context, word) for word in self._cmd]
 
     def execute(self, context: LaunchContext) -> None:
-        """Start the process, unless the launch is being shut down."""
+        """Start the process, unless the launch is being shut down; RuntimeError if it was."""
+        configurations = context.launch_configurations
+        refuse_arguments('ExecuteProcess', {k: 1 for k in _UNCOVERED if k in configurations})
         cmd = self.command(context)
         name = os.path.basename(cmd[0]) if self._name is None else perform(context, self._name)
         process = Process(f'{name}-{next(_numbers)}', cmd, perform(context, self._output))
+        if self._is_executed:
+            raise RuntimeError(f"ExecuteProcess action '{process.name}': executed more than once")
+        self._is_executed = True
         context.tasks.add(asyncio.create_task(self._run(process, context)))
 
     async def _run(self, process: Process, context: LaunchContext) -> None:
