@@ -37,10 +37,26 @@ def samples_in_band(
     fewest, most = math.ceil(fewest - 1e-9), math.floor(most + 1e-9)
     if most - fewest > MAX_CHOICES:
         limit = f'at least {task.speed(fewest + MAX_CHOICES):.3g} rad/s, for {MAX_CHOICES} choices'
-        raise ParameterError('speed_min', limit, speed_min)
-    samples: NDArray[np.int64] = np.arange(max(1, fewest), most + 1)
+        raise ParameterError('speed_min', limit, speed_min or task.speed(most))
+    fewest = max(1, fewest)
+    samples: NDArray[np.int64] = np.arange(fewest, most + 1)
     samples = samples[np.gcd(samples, task.steps_per_revolution) == 1]
     if len(samples) == 0:
-        limit = f'above the lower limit and such that an N_s of {fewest} to {most} is allowed'
-        raise ParameterError('speed_max', limit, speed_max)
+        raise _none_between(task, fewest, most, speed_min, speed_max)
     return samples
+
+
+def _none_between(
+    task: Task, fewest: int, most: int, speed_min: float | None, speed_max: float | None
+) -> ParameterError:
+    """Return the error for a band without N_s, about a limit that was given."""
+    if speed_max is None or most < 1:
+        key, value = 'speed_min', speed_min
+        limit = f'at most {task.speed(fewest):.4g} rad/s, that of N_s = {fewest}'
+    else:
+        key, value = 'speed_max', speed_max
+        limit = f'at least {task.speed(most):.4g} rad/s, that of N_s = {most}'
+        limit += ', or speed_min given as well' if speed_min is None else ''
+    if fewest <= most:
+        limit = f'such that one N_s of {fewest} to {most} is coprime with N_L'
+    return ParameterError(key, limit, value)

@@ -77,7 +77,7 @@ class Request:
     )
     samples_per_sweep: int | None = parameter(
         None,
-        'Evaluate this N_s instead of choosing one',
+        'Evaluate this N_s, whatever its speed, instead of choosing one',
         minimum=1,
         maximum=MAX_SAMPLES_PER_SWEEP,
     )
