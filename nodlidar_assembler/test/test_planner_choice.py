@@ -55,6 +55,13 @@ def test_ties_go_by_the_longest_revisit_and_then_by_the_hit_frequency(count):
     assert [plan.samples_per_sweep for plan in best] == order[:count]
 
 
+def test_holes_that_rounding_makes_differ_tie():
+    task = Task(0.3, 1.0, steps_per_revolution=49)
+    best = plans(task, np.array([59, 67]), Objective(0.0, 0.0, 1.0, hole_after=0.7), count=2)
+    assert best[0].hole == pytest.approx(best[1].hole, abs=1e-12)
+    assert best[0].figures.revisit_max < best[1].figures.revisit_max
+
+
 def test_a_weighted_choice_leaves_out_what_never_completes():
     samples = np.array([64, 4001, 1024, 4003])
     weighted = Objective(completion=1.0, revisit=0.5)

@@ -24,6 +24,8 @@ QUICK_GUARD = 0.75
 GUARDS = (0.5, 0.75, 1.0)
 SHORTLIST = 12
 CHOOSING_RUNS = range(40)
+# Holes that differ by less are as large; computed ones differ by rounding.
+HOLE_DECIMALS = 10
 
 
 def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> int:
@@ -173,5 +175,5 @@ def _rank(
         score += objective.revisit * figures.revisit_max
     if objective.hole > 0.0:
         hole = largest_hole(task, pattern, objective.hole_after)
-        score += objective.hole * hole.side
+        score += objective.hole * round(hole.side, HOLE_DECIMALS)
     return score, figures.revisit_max, -figures.hit_frequency
