@@ -41,6 +41,12 @@ class TextSubstitution(Substitution):
         return self.text
 
 
+def is_substitution(value: object) -> bool:
+    """Tell if a value is a substitution, or a list or tuple with one in it."""
+    parts = value if isinstance(value, (list, tuple)) else [value]
+    return any(isinstance(part, Substitution) for part in parts)
+
+
 def normalize(value: SomeSubstitutionsType) -> list[Substitution]:
     """Return a list of substitutions from a text, a substitution or several of them.
 

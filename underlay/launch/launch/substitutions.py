@@ -14,6 +14,7 @@ from .conditions import TRUTHS
 from .launch_context import LaunchContext
 from .substitution import (
     describe,
+    is_substitution,
     normalize,
     perform,
     SomeSubstitutionsType,
@@ -86,8 +87,7 @@ class EqualsSubstitution(Substitution):
 
 def _text(value: Any) -> SomeSubstitutionsType:
     """Return a value as text, unless there are substitutions in it."""
-    parts = value if isinstance(value, (list, tuple)) else [value]
-    if any(isinstance(part, Substitution) for part in parts):
+    if is_substitution(value):
         return value
     if value is None:
         return ''

@@ -57,37 +57,60 @@ def test_parameter_dictionary(prefix, context):
         'truth': True,
         'text': '1',
         'ints': [1, 2],
+        'floats': [1, 2.5],
+        'group': {'truths': (True, False), 'inner': {'text': 'a'}},
         'number': TextSubstitution(text='3'),
         'list': TextSubstitution(text='[1, 2]'),
         'empty': TextSubstitution(text=''),
         'joined': ParameterValue(['a', WHO]),
+        'digit': ParameterValue('3'),
         'as_text': ParameterValue(TextSubstitution(text='3'), value_type=str),
     }
     expected = {
         **given,
+        'floats': [1.0, 2.5],
+        'group.truths': [True, False],
+        'group.inner.text': 'a',
         'number': 3,
         'list': [1, 2],
         'empty': '',
         'joined': 'ayou',
+        'digit': '3',
         'as_text': '3',
     }
+    del expected['group']
     one = node(name='n', namespace='a', parameters=[given])
     assert parameters_of(context, one) == [{'/a/n': {'ros__parameters': expected}}]
     unnamed = node(namespace='a', parameters=[{'a': 1}])
     assert parameters_of(context, unnamed) == [{'/**': {'ros__parameters': {'a': 1}}}]
 
 
-@pytest.mark.parametrize('value', [[WHO], object()])
-def test_value_that_no_parameter_can_have(prefix, context, value):
-    with pytest.raises(yaml.YAMLError):
-        parameters_of(context, node(parameters=[{'a': value}]))
+@pytest.mark.parametrize('value', [object(), None, {1, 2}, [], [1, 'a'], [1, [2]]])
+def test_value_that_no_parameter_can_have(value):
+    with pytest.raises(TypeError, match='cannot have the value'):
+        node(parameters=[{'group': {'a': value}}])
+
+
+@pytest.mark.parametrize('text', ['null', '[]', '[1, a]', '{a: 1}', '2026-01-01', '['])
+def test_text_that_no_parameter_can_be(context, text):
+    with pytest.raises(ValueError, match='cannot have the value'):
+        ParameterValue(TextSubstitution(text=text)).evaluate(context)
+
+
+def test_uncovered_parameters_are_refused(context):
+    for parameters in ({'a': [WHO, 'b']}, {WHO: 1}):
+        with pytest.raises(NotImplementedError, match=r'not covered'):
+            node(parameters=[parameters])
+    for value in (3, ['a', 'b']):
+        with pytest.raises(NotImplementedError, match='only text is'):
+            ParameterValue(value)
 
 
 def test_parameter_files(prefix, launch, context, capsys):
     path = prefix / 'p.yaml'
     path.write_text('/**: {ros__parameters: {a: 1}}')
-    one = node(parameters=[str(path), [str(prefix), '/none.yaml']])
-    assert one.command(context)[1:] == ['--ros-args', '--params-file', str(path)]
+    one = node(parameters=[str(path), path, [str(prefix), '/none.yaml']])
+    assert one.command(context)[1:] == ['--ros-args', *(2 * ['--params-file', str(path)])]
     assert f'Parameter file path is not a file: {prefix}/none.yaml' in capsys.readouterr().out
 
 
@@ -126,6 +149,8 @@ def test_uncovered_is_refused_by_launch_ros():
         _ = launch_ros.actions.LifecycleNode
     with pytest.raises(NotImplementedError, match=r'Node\(remappings=\)'):
         node(remappings=[('a', 'b')])
+    with pytest.raises(NotImplementedError, match='without package'):
+        Node(executable='echo')
     with pytest.raises(NotImplementedError, match='value_type'):
         ParameterValue('1', value_type=int)
     with pytest.raises(TypeError, match='list'):

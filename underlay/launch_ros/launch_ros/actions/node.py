@@ -11,10 +11,10 @@ from launch.substitution import normalize, perform
 from rclpy.validate_namespace import validate_namespace
 from rclpy.validate_node_name import validate_node_name
 
-from ..parameter_files import write_parameters
+from ..parameter_files import normalize_parameters, write_parameters
 from ..substitutions import ExecutableInPackage
 
-Parameters = Mapping[str, Any] | SomeSubstitutionsType
+Parameters = Mapping[str, Any] | SomeSubstitutionsType | os.PathLike[str]
 
 
 class Node(ExecuteProcess):
@@ -36,8 +36,8 @@ class Node(ExecuteProcess):
     def __init__(
         self,
         *,
-        package: SomeSubstitutionsType,
         executable: SomeSubstitutionsType,
+        package: SomeSubstitutionsType | None = None,
         name: SomeSubstitutionsType | None = None,
         namespace: SomeSubstitutionsType | None = None,
         parameters: list[Parameters] | None = None,
@@ -46,13 +46,13 @@ class Node(ExecuteProcess):
     ) -> None:
         if not isinstance(parameters, (list, type(None))):
             raise TypeError(f"Node: expected a list of 'parameters', got {parameters!r}")
+        if package is None:
+            raise NotImplementedError('Node without package is not covered')
         path = ExecutableInPackage(package=package, executable=executable)
         super().__init__(cmd=[path, *(arguments or []), '--ros-args'], **options)
         self._node_name = None if name is None else normalize(name)
         self._namespace = None if namespace is None else normalize(namespace)
-        self._parameters = [
-            x if isinstance(x, Mapping) else normalize(x) for x in parameters or []
-        ]
+        self._parameters = [_normalize(each) for each in parameters or []]
 
     def command(self, context: LaunchContext) -> list[str]:
         """Return the whole command line as text."""
@@ -71,6 +71,13 @@ class Node(ExecuteProcess):
         for parameters in self._parameters:
             cmd += _parameter_arguments(context, parameters, full_name)
         return cmd
+
+
+def _normalize(parameters: Parameters) -> Any:
+    if isinstance(parameters, Mapping):
+        return normalize_parameters(parameters)
+    path = os.fspath(parameters) if isinstance(parameters, os.PathLike) else parameters
+    return normalize(path)
 
 
 def _parameter_arguments(context: LaunchContext, parameters: Any, node: str) -> list[str]:
