@@ -90,6 +90,7 @@ class ScipClient:
         """
         self._port.send('')
         self._port.drain()
+        trouble = DeviceError('the device does not answer as a SCIP 2.0 lidar does')
         for _ in range(_ATTEMPTS):
             try:
                 status, _ = self._ask('QT')
@@ -100,7 +101,9 @@ class ScipClient:
                 return
             if status in _WAY_BACK:
                 self._ask(_WAY_BACK[status])
-        raise DeviceError('the device does not answer as a SCIP 2.0 lidar does')
+            else:
+                trouble = _refused('QT', status)
+        raise trouble
 
     def version(self) -> identity.Version:
         """Ask for make, firmware and serial number."""

@@ -164,6 +164,21 @@ def test_a_session_starts_from_any_state(options, commands):
     assert client.state().health == 'Sensor works well.'
 
 
+def test_a_lidar_in_firmware_update_mode_is_told_as_such():
+    rig = Rig()
+    rig.emulator.sensor.firmware_update = True
+    with pytest.raises(DeviceError, match=r"'QT' with status 0I: .* firmware update mode"):
+        ScipClient(rig.port, rig.clock, 1.0).start_session()
+
+
+def test_a_lidar_that_stays_in_scip_1_1_is_told_as_such():
+    port = ScriptedPort(b'')
+    client = ScipClient(port, lambda: 0, 1.0)
+    port.write = lambda command: port.data.extend(command + b'E\n\n' if command.strip() else b'')
+    with pytest.raises(DeviceError, match='does not answer as a SCIP 2.0 lidar'):
+        client.start_session()
+
+
 def test_half_a_command_of_another_program_does_no_harm():
     rig = Rig()
     rig.port.write(b'MD0044')
