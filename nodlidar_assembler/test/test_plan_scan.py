@@ -256,6 +256,14 @@ def test_a_timing_error_is_planned_for_and_compared(run, plan_of):
     assert 'nominal best' in out
 
 
+@pytest.mark.parametrize('error', ['0.05', '0.3', '1'])
+def test_a_timing_error_that_upsets_whole_sweeps_has_a_plan_too(plan_of, recwarn, error):
+    plan = plan_of(*SMALL, '--timing-error', error)
+    assert 0.0 < plan['under_error']['median'] <= plan['under_error']['p90']
+    assert 0.0 < plan['hole_under_error']['median'] <= plan['hole_under_error']['p90']
+    assert len(recwarn) == 0
+
+
 @pytest.mark.parametrize(
     ('options', 'said'),
     [

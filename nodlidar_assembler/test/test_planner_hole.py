@@ -108,7 +108,7 @@ def late_beams(task, pattern, samples, turns):
 
 
 @settings(max_examples=300, deadline=None)
-@given(cases(), st.floats(0.0, 0.3), st.integers(0, 999))
+@given(cases(), st.one_of(st.floats(0.0, 0.3), st.floats(0.3, 9.0)), st.integers(0, 999))
 def test_late_turns_leave_the_holes_of_their_beams(case, part, seed):
     task, pattern, samples = case
     error = part * pattern.samples_per_sweep
@@ -116,13 +116,7 @@ def test_late_turns_leave_the_holes_of_their_beams(case, part, seed):
     azimuth, pitch = unrolled(task, *late_beams(task, pattern, samples, turns))
     expected = widest_at(task, azimuth, pitch)
     duration = samples * task.sample_time
-    try:
-        hole = largest_hole(task, pattern, duration, turns)
-    except ParameterError:
-        sweeps = np.diff(turns)
-        spacing = task.span / max(sweeps[sweeps > 0.0].min(), 1.0)
-        assert expected <= spacing + 1e-9
-        return
+    hole = largest_hole(task, pattern, duration, turns)
     assert hole.side == pytest.approx(expected, abs=1e-8)
     assert exceeds(task, pattern, duration, hole.side - 1e-9, turns)
     assert not exceeds(task, pattern, duration, hole.side + 1e-9, turns)

@@ -145,11 +145,24 @@ class LateBeamGaps(BeamGaps):
 
     @property
     def work_between_samples(self) -> int:
-        """More than anyone has: such a nod has no cycle."""
-        return 2**62
+        """How many array elements between_samples() goes through for one window at most."""
+        return self.runs * self._revolution
+
+    def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+        """Return the highest gap between the samples of each window, and where it begins.
+
+        As between_runs(), but going through the samples, since such a nod has no cycle: where a
+        sweep is so short that samples are far apart within a run.
+        """
+        a, b = self._runs_of(first, last)
+        n = a[:, :, None] + np.arange(max(1, int((b - a).max()) + 1))
+        height = np.where(n <= b[:, :, None], self._folded(n)[1], self._turn)
+        height = np.sort(height.reshape(len(first), -1), axis=1)
+        return _highest(_append(height, self._turn) - _prepend(height, 0.0), _prepend(height, 0.0))
 
     def _folded(self, n: Integers) -> tuple[Integers, Floats]:
-        leg = np.clip(np.searchsorted(self._turns, n, side='right') - 1, 0, len(self._turns) - 2)
+        n = np.clip(n, 0, max(0, self._end - 1))  # what is outside belongs to no run
+        leg = np.searchsorted(self._turns, n, side='right') - 1
         part = (n - self._turns[leg]) / (self._turns[leg + 1] - self._turns[leg])
         return leg, self._turn * np.where(leg % 2 == 0, part, 1.0 - part)
 

@@ -100,7 +100,7 @@ def largest_hole(
         Time since sample 0 [s]: samples 0 <= n < duration / T_s were taken. After a period of the
         pattern nothing changes, so infinity is the end.
     turns
-        If these are off: see `beam_gaps.LateBeamGaps`. Holes must then not be as small as rows.
+        If these are off: see `beam_gaps.LateBeamGaps`.
 
     Raises
     ------

@@ -182,6 +182,8 @@ def _check_picture(path: Path) -> None:
 
 
 def _flag(name: str) -> str:
+    if name == 'duration':
+        return '--time-budget, or hole_after of --objective,'
     return '--object' if name == 'object_size' else '--' + name.replace('_', '-')
 
 

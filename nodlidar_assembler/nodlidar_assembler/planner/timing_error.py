@@ -130,7 +130,8 @@ def turn_instants(
     seed
         Of the random errors.
     """
-    sweep = np.arange(-2, last // samples_per_sweep + 5)
+    far = int(4.0 * error / samples_per_sweep)  # sweeps by which turns may be off
+    sweep = np.arange(-2 - 2 * far, last // samples_per_sweep + 5 + 2 * far)
     noise = np.random.default_rng(seed).normal(0.0, error, len(sweep))
     return np.asarray(np.maximum.accumulate(sweep * samples_per_sweep - phase + noise))
 
