@@ -11,6 +11,7 @@ from nodlidar_servo.dynamixel_bus import (
     ByteStream,
     DynamixelBus,
     LateReplyError,
+    NoAnswerError,
     RefusedError,
     Reply,
     ReplyError,
@@ -101,11 +102,10 @@ class Servo:
         self._wire = WireTime.of_read(_PRESENT.size, config.baud_rate, self._return_delay_ns())
 
     def _set_up(self) -> Limits:
-        eeprom = self._bus.read(Register.MODEL, _EEPROM.size).data
-        number, delay, cw, ccw, *limits, torque, level, shutdown = _EEPROM.unpack(eeprom)
+        number, delay, cw, ccw, *limits, torque, level, shutdown = self._read_eeprom()
         self._check_model(number)
         if level != _REPLY_TO_ALL:
-            self._bus.post(Register.RETURN_LEVEL, bytes([_REPLY_TO_ALL]))
+            self._have_writes_confirmed()
         self.set_torque(False)
         self._check_angle_limits(cw, ccw)
         if delay != 0:  # the EEPROM wears out
@@ -115,6 +115,26 @@ class Servo:
         self._bus.write(Register.TORQUE_LIMIT, limit.to_bytes(2, 'little'))
         hottest, lowest, highest = limits
         return Limits(hottest, lowest / 10.0, highest / 10.0, shutdown)
+
+    def _read_eeprom(self) -> tuple[int, ...]:
+        try:
+            eeprom = self._bus.read(Register.MODEL, _EEPROM.size)
+        except NoAnswerError:  # it may have been told to answer nothing but pings
+            self._post_return_level()
+            eeprom = self._bus.read(Register.MODEL, _EEPROM.size)
+        return _EEPROM.unpack(eeprom.data)
+
+    def _have_writes_confirmed(self) -> None:
+        self._post_return_level()
+        level = self._bus.read(Register.RETURN_LEVEL, 1).data[0]
+        if level != _REPLY_TO_ALL:
+            raise DeviceError(
+                f'the servo confirms no writes (its status return level, address 16, is {level})'
+                ' and is locked: switch its power off and on'
+            )
+
+    def _post_return_level(self) -> None:
+        self._bus.post(Register.RETURN_LEVEL, bytes([_REPLY_TO_ALL]))
 
     def _clear_return_delay(self) -> None:
         """Write the EEPROM; if that is locked, the delay stays and the stamps allow for it."""

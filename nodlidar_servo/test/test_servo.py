@@ -80,11 +80,19 @@ def test_a_locked_eeprom_keeps_its_delay_and_the_stamps_stay_right():
     assert servo.sample().stamp_ns == sent_ns + 80_000 + 250_000
 
 
-def test_a_servo_that_confirms_no_writes_is_told_to():
+@pytest.mark.parametrize('level', [0, 1])
+def test_a_servo_that_answers_no_writes_or_not_even_reads_is_told_to(level):
     bench = Bench()
-    bench[table.RETURN_LEVEL] = 1
+    bench[table.RETURN_LEVEL] = level
     bench.connect()
     assert bench[table.RETURN_LEVEL] == 2
+
+
+def test_a_servo_that_confirms_no_writes_and_is_locked_is_told_as_such():
+    bench = Bench()
+    bench[table.RETURN_LEVEL], bench[table.LOCK] = 1, 1
+    with pytest.raises(DeviceError, match=r'address 16, is 1.* and is locked'):
+        bench.connect()
 
 
 def test_another_model_is_named():
