@@ -110,6 +110,8 @@ class Servo:
         self._check_angle_limits(cw, ccw)
         if delay != 0:  # the EEPROM wears out
             self._clear_return_delay()
+        if torque == 0:
+            raise DeviceError('the maximum torque of the servo (address 14) is 0: it cannot move')
         # Rewriting the torque limit also revives a motor that has shut itself down.
         limit = round(self._config.torque_limit * torque)
         self._bus.write(Register.TORQUE_LIMIT, limit.to_bytes(2, 'little'))
@@ -153,6 +155,10 @@ class Servo:
         if cw == ccw == 0:
             raise DeviceError(
                 'the servo is in wheel mode: set its CW and CCW angle limits (addresses 6 and 8)'
+            )
+        if cw > ccw:
+            raise DeviceError(
+                f'the CW angle limit of the servo (address 6), {cw}, is above its CCW one, {ccw}'
             )
         for key in ('pitch_lower_limit', 'pitch_upper_limit'):
             pitch = getattr(self._config, key)

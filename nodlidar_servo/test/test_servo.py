@@ -123,6 +123,20 @@ def test_limits_in_the_servo_that_are_tighter_than_the_mounts_are_named():
         bench.connect()
 
 
+def test_limits_in_the_servo_that_leave_nothing_between_them_are_told():
+    bench = Bench()
+    bench[table.CW_LIMIT], bench[table.CCW_LIMIT] = 800, 200
+    with pytest.raises(DeviceError, match=r'address 6\), 800, is above its CCW one, 200'):
+        bench.connect()
+
+
+def test_a_servo_that_is_allowed_no_torque_is_told():
+    bench = Bench()
+    bench[table.MAX_TORQUE] = 0
+    with pytest.raises(DeviceError, match=r'maximum torque .*\(address 14\) is 0'):
+        bench.connect()
+
+
 def test_another_id_does_not_answer():
     with pytest.raises(NoAnswerError, match='ID 7 does not answer'):
         Bench().connect(ServoConfig(servo_id=7))
