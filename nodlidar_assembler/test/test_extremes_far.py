@@ -72,7 +72,7 @@ def test_each_origin_has_a_frame_of_its_own(position, frame):
 
 
 def test_a_sweep_across_two_origins_is_one_cloud_in_the_frame_of_its_first_scan():
-    seconds = np.linspace(0.0, 40.0, 401)  # a traverse is closed after 30 s at the latest
+    seconds = np.linspace(0.0, 40.0, 401)  # a sweep is closed after 30 s at the latest
     x = 1_007_616.0 - 8.0 + 0.4 * seconds  # 20 s to the middle between two origins
     zero = np.zeros_like(x)
     odometry = Odometry(

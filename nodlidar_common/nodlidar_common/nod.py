@@ -19,9 +19,9 @@ class NodTrajectory:
     pitch_min, pitch_max
         Limits of the nod [rad], positive up.
     sweep_duration
-        Time of one traverse between the limits [s]: samples_per_sweep beam periods.
+        Time of one sweep, from limit to limit [s]: samples_per_sweep beam periods.
     samples_per_sweep
-        N_s, the beams (dark ones counted) that the lidar emits in one traverse.
+        N_s, the beams (dark ones counted) that the lidar emits in one sweep.
     reference_time_ns
         An instant [ns] at which the nod is at pitch_min, going up.
 
