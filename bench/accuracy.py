@@ -49,7 +49,7 @@ def results() -> list[Row]:
 
 def pitch_rms(simulated: Recording, told: PitchEstimator) -> float:
     """Return the RMS error of the beams' pitch [rad]."""
-    offset = np.arange(len(simulated.azimuth)) * simulated.sensor.time_increment
+    offset = np.arange(len(simulated.azimuth), dtype=np.float64) * simulated.sensor.time_increment
     log = simulated_log(simulated)
     errors = []
     for times_ns, true in zip(simulated.true_time_ns, simulated.true_pitch, strict=True):

@@ -2,6 +2,7 @@
 
 from array import array
 from dataclasses import dataclass
+from functools import partial
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
@@ -57,7 +58,7 @@ def _by_numbers(log: SensorLog) -> list[Row]:
     given = pipeline.beams(scan.geometry), scan.ranges, pipeline.pitch
     exact = _assembled(NUMBERS[1], *given)
     times = interleaved(
-        {numbers.name: lambda n=numbers: _bytes(_assembled(n, *given)) for numbers in NUMBERS},
+        {numbers.name: partial(_bytes, numbers, *given) for numbers in NUMBERS},
         ROUNDS,
     )
     return [
@@ -87,9 +88,15 @@ def _assembled(
     return data
 
 
-def _bytes(data: NDArray[np.void]) -> 'array[int]':
+def _bytes(
+    numbers: Numbers,
+    beams: Beams,
+    ranges: NDArray[np.float32],
+    pitch: NDArray[np.float64],
+) -> 'array[int]':
+    """Return the same as the bytes of a message."""
     message = array('B')
-    message.frombytes(data.view(np.uint8).data)
+    message.frombytes(_assembled(numbers, beams, ranges, pitch).view(np.uint8).data)
     return message
 
 
@@ -101,7 +108,7 @@ def _rounding(data: NDArray[np.void], exact: NDArray[np.void]) -> float:
 def _by_mode(log: SensorLog) -> list[Row]:
     """Return what it takes to make clouds, and how old points are when theirs is complete."""
     modes = ('scan', 'sweep')
-    times = interleaved({mode: lambda m=mode: _ages(log, m) for mode in modes}, ROUNDS // 4)
+    times = interleaved({mode: partial(_ages, log, mode) for mode in modes}, ROUNDS // 4)
     rows = []
     for mode, (own, _) in zip(modes, times, strict=True):
         ages = _ages(log, mode)

@@ -12,6 +12,7 @@ from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.simulation import Recording
 import numpy as np
+from numpy.typing import NDArray
 from transforms3d.quaternions import quat2mat
 
 from bench.ego_motion import beam_rms, DISTANCE, recording, scan_rms, SPEED, TURN_RATE
@@ -57,7 +58,7 @@ def _action(estimator: str, motion: str, log: SensorLog, odometry: Odometry) -> 
     margin_ns, end_ns = pipeline.estimator.margin_ns, _end_ns(scan)
     around = log.samples_around(scan.stamp_ns - margin_ns, end_ns + margin_ns)
     samples = log.sample_ns[around], log.sample_pitch[around]
-    near = np.abs(odometry.time_ns - scan.stamp_ns) < ODOMETRY_NS
+    near = np.flatnonzero(np.abs(odometry.time_ns - scan.stamp_ns) < ODOMETRY_NS)
     given = Odometry(odometry.time_ns[near], odometry.poses[near])
     if motion == 'per beam':
         return lambda: pipeline.add_scan(scan, *samples, given)
@@ -89,9 +90,10 @@ def latency(log: SensorLog, odometry: Odometry, estimator: str, motion: str) -> 
     return float(np.median(waited)) / NS_PER_S
 
 
-def _next(samples_ns: np.ndarray, times_ns: np.ndarray) -> np.ndarray:
+def _next(samples_ns: NDArray[np.int64], times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the first sample that is not before each time, or the last one."""
-    return samples_ns[np.minimum(np.searchsorted(samples_ns, times_ns), len(samples_ns) - 1)]
+    after = np.searchsorted(samples_ns, times_ns)
+    return np.asarray(samples_ns[np.minimum(after, len(samples_ns) - 1)])
 
 
 def _pipeline(estimator: str) -> Pipeline:

@@ -5,7 +5,7 @@ what else the machine does hits both; times are of the processor, and the lower 
 `python -m bench --compare` compares with what was recorded.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import product
 import time
@@ -27,6 +27,7 @@ from nodlidar_common.scip import decode, encode
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.reference import FULL_CIRCLE, reference_nod, simulated_room, START_NS
 from bench.report import Row
@@ -50,7 +51,7 @@ def results(rounds: int = ROUNDS) -> list[Row]:
             WHAT: name,
             TIME: own * 1e6,
             IN_YARDSTICKS: own / beside,
-            SIZE: int(np.size(action())),
+            SIZE: np.asarray(action()).size,
         }
         for (name, action), (own, beside) in zip(paths.items(), times, strict=True)
     ]
@@ -72,7 +73,7 @@ def comparison(rows: list[Row], before: list[Row]) -> list[Row]:
     ]
 
 
-def interleaved(actions: dict[str, Action], rounds: int) -> list[tuple[float, float]]:
+def interleaved(actions: Mapping[str, Action], rounds: int) -> list[tuple[float, float]]:
     """Return the time of each action, and that of the yardstick beside it [s]: lower quartiles.
 
     Rounds go through all actions, so that a disturbance hits a round of each and not one action.
@@ -89,7 +90,7 @@ def interleaved(actions: dict[str, Action], rounds: int) -> list[tuple[float, fl
 
 def yardstick() -> float:
     """Do a fixed piece of work like that of a scan: arrays of 682, calls and arithmetic."""
-    x = np.arange(682.0)
+    x: NDArray[np.float64] = np.arange(682, dtype=np.float64)
     for _ in range(20):
         x = np.sqrt(x * x + 1.0)
     return float(x.sum())
@@ -131,7 +132,7 @@ def _scan_action(estimator: str, moving: bool) -> Action:
     end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
     around = log.samples_around(scan.stamp_ns - margin_ns, end_ns + margin_ns)
     samples = log.sample_ns[around], log.sample_pitch[around]
-    near = np.abs(odometry.time_ns - scan.stamp_ns) < NS_PER_S // 5
+    near = np.flatnonzero(np.abs(odometry.time_ns - scan.stamp_ns) < NS_PER_S // 5)
     given = Odometry(odometry.time_ns[near], odometry.poses[near]) if moving else None
     return lambda: pipeline.add_scan(scan, *samples, given)[0].data
 
@@ -163,7 +164,7 @@ def _decoding() -> Action:
     return lambda: decode(data, 3)
 
 
-def _simulation() -> np.ndarray:
+def _simulation() -> NDArray[np.float64]:
     return simulate(load_scene('room'), reference_nod(), 1.0, start_ns=START_NS).ranges
 
 

@@ -95,7 +95,7 @@ def _best(task: Task, fewest: int) -> int:
 
 
 def _steady(task: Task, n_s: float, name: str = '') -> Nod:
-    sweeps = np.arange(math.ceil(HORIZON / task.sample_time / n_s) + 2)
+    sweeps = np.arange(math.ceil(HORIZON / task.sample_time / n_s) + 2, dtype=np.float64)
     return Nod(name or f'steady {n_s}', task, sweeps * n_s - HALF_SAMPLE)
 
 

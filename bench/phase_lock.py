@@ -22,6 +22,7 @@ from nodlidar_sim.rx24f_motor import TICK
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.reference import SAMPLES_PER_SWEEP, SPAN, START_NS
 from bench.report import Row
@@ -81,7 +82,7 @@ class Kept:
     phase_offset: float
 
 
-def kept(turns_ns: np.ndarray) -> Kept:
+def kept(turns_ns: NDArray[np.int64]) -> Kept:
     """Return what turn-arounds [ns] make of the nod that was wanted."""
     beams = (turns_ns - START_NS) / TRUE_BEAM_NS
     number = np.arange(len(beams))
@@ -118,11 +119,11 @@ class Rig:
             cycle()
         return kept(self._turns())
 
-    def _turns(self) -> np.ndarray:
+    def _turns(self) -> NDArray[np.int64]:
         finder = TurnFinder(0.02)
         times = np.arange(START_NS, self.clock(), NS_PER_S // 1000)
         found = map(finder.add, times.tolist(), self.motion.position(times).tolist())
-        turns = np.array([turn for turn in found if turn is not None])
+        turns = np.array([turn for turn in found if turn is not None], dtype=np.int64)
         return turns[turns > START_NS + round(SETTLING * NS_PER_S)]
 
 

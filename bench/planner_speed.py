@@ -1,6 +1,7 @@
 """How fast the planner is, against going through all samples, or through all N_s."""
 
 from collections.abc import Callable
+from functools import partial
 from math import pi, radians
 from pathlib import Path
 import sys
@@ -47,9 +48,9 @@ def results() -> list[Row]:
     ]
     for name, task in TASKS.items():
         samples = samples_in_band(task)
-        everything = _time(lambda t=task, s=samples: survey(t, s[::35]), 1) * 35
+        everything = _time(partial(survey, task, samples[::35]), 1) * 35
         for error in (0.0, 0.003):
-            choice = _time(lambda t=task, s=samples, e=error: quick_choice(t, s, e), 5)
+            choice = _time(partial(quick_choice, task, samples, error), 5)
             what = f'choice of {len(samples)} N_s, {error * 1e3:g} ms of error: {name}'
             rows.append(_row(what, choice, 'figures of each', everything))
     rows += _front_rows(Task())

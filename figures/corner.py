@@ -21,6 +21,7 @@ from nodlidar_bringup.evaluation import (
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
@@ -62,12 +63,12 @@ def draw(folder: Path, console: Console) -> Table:
     return table
 
 
-def _going_up(points: Points) -> np.ndarray:
+def _going_up(points: Points) -> NDArray[np.bool_]:
     return reference_nod().velocity(points.time_ns) > 0.0
 
 
-def _in_slice(points: Points) -> np.ndarray:
-    return (np.abs(points.data['y']) < SLICE) & (points.data['x'] > 0.0)
+def _in_slice(points: Points) -> NDArray[np.bool_]:
+    return np.asarray((np.abs(points.data['y']) < SLICE) & (points.data['x'] > 0.0))
 
 
 def _draw_profile(axes: Axes, points: Points, title: str) -> None:

@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import Task
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
@@ -37,7 +38,7 @@ def draw(folder: Path, console: Console) -> Table:
     return _findings(task)
 
 
-def _beams(task: Task, going_up: bool) -> tuple[np.ndarray, np.ndarray]:
+def _beams(task: Task, going_up: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return azimuth and pitch [deg] of the measured samples of one direction of the nod."""
     pattern = Pattern(task.steps_per_revolution, N_S)
     n = np.arange(SCANS * task.steps_per_revolution)
