@@ -11,12 +11,12 @@ from rclpy.time import Time
 from tf2_ros._core import FrameTree, Link
 from tf2_ros._rigid import compose, normalized, Rigid
 from tf2_ros.exceptions import InvalidArgumentException, TransformException
-from underlay_refusal import refuse
+from underlay_refusal import Partial
 
 _NO_WAIT = Duration()
 
 
-class Buffer:
+class Buffer(Partial):
     """Remembers the transforms of the last `cache_time` (10 s) and looks up any between them.
 
     Times are ``rclpy.time.Time`` or messages; 0 asks for the latest that the frames have in
@@ -169,9 +169,6 @@ class Buffer:
         asked = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return _can(lambda: self.lookup_transform_full_core(*asked))
 
-    def __getattr__(self, name):
-        return _refuse(name)
-
     def _set(self, message, authority, is_static):
         t, r = message.transform.translation, message.transform.rotation
         pose = Rigid((t.x, t.y, t.z), (r.x, r.y, r.z, r.w))
@@ -220,9 +217,6 @@ class Buffer:
         self._waiting.append(fulfil)
         fulfil()
         return future
-
-
-_refuse = refuse('tf2_ros.Buffer', [name for name in vars(Buffer) if not name.startswith('_')])
 
 
 def _can(lookup):
