@@ -40,7 +40,7 @@ class UrgSensor:
     bit_rate
         At power-up [bit/s].
     scip11
-        Start in SCIP 1.1, of which nothing but the change to SCIP 2.0 is understood.
+        Start in SCIP 1.1, of which only the version and the change to SCIP 2.0 are understood.
 
     Attributes
     ----------
@@ -79,8 +79,7 @@ class UrgSensor:
         Of commands of one type that come at once, only the first is obeyed (section 8).
         """
         if not self._scip2:
-            self._scip2 = line == b'SCIP2.0'
-            return line + (b'\n0\n\n' if self._scip2 else b'\nE\n\n')
+            return self._answer_in_scip11(line)
         if repeated:
             return message(line, b'0B')
         before = self.stream
@@ -116,6 +115,13 @@ class UrgSensor:
     def _stop_if_broken(self) -> None:
         if self.faults.malfunction:
             self.laser, self.stream = False, None
+
+    def _answer_in_scip11(self, line: bytes) -> bytes:
+        """Answer without sums: to V, and to the change to SCIP 2.0."""
+        self._scip2 = line == b'SCIP2.0'
+        lines = [text[:-2] for text in version_lines(self._serial_number)] if line == b'V' else []
+        status = b'0' if self._scip2 or lines else b'E'
+        return b'\n'.join([line, status, *lines]) + b'\n\n'
 
     def _answer(self, line: bytes, turn: Turn) -> list[bytes]:
         """Return the lines of the answer to an obeyed command; raises CommandError."""

@@ -353,6 +353,9 @@ def test_a_sensor_that_powers_up_in_scip_1_1():
     host = Host(scip11=True)
     assert host.ask(b'QT') == [b'QT', b'E']
     assert host.ask(b'VV') == [b'VV', b'E']
+    version = host.ask(b'V')
+    assert version[:3] == [b'V', b'0', b'VEND:Hokuyo Automatic Co.,Ltd.']
+    assert [line[:5] for line in version[3:]] == [b'PROD:', b'FIRM:', b'PROT:', b'SERI:']
     assert host.ask(b'SCIP2.0') == [b'SCIP2.0', b'0']
     assert host.status(b'QT') == '00'
     assert host.status(b'SCIP2.0') == '0E'
