@@ -3,6 +3,7 @@
 import asyncio
 from asyncio.subprocess import create_subprocess_exec, DEVNULL
 from contextlib import suppress
+import os
 from signal import SIGINT, SIGKILL, Signals, SIGTERM
 import traceback
 
@@ -76,7 +77,8 @@ class Process:
     def _send(self, signal: Signals) -> None:
         self._log('INFO', f"sending signal '{signal.name}' to process[{self.name}]")
         with suppress(ProcessLookupError):  # it ended, which is what was wanted
-            self._process.send_signal(signal)
+            # Process.send_signal() may reap the process itself, and asyncio miss the exit code.
+            os.kill(self.pid, signal)
 
     def _writer(self, destinations):
         return lambda line: write(f'[{self.name}] {line}', destinations)

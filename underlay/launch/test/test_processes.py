@@ -1,9 +1,11 @@
 """Processes in a launch; those that wait for another wait for its file or its end."""
 
+import asyncio
 import os
 from pathlib import Path
 import signal
 import subprocess
+import sys
 import threading
 
 from launch import LaunchDescription, LaunchService
@@ -65,6 +67,31 @@ def test_destinations_of_output(launch):
 def test_environment_goes_before_the_destination(launch, monkeypatch):
     monkeypatch.setenv('OVERRIDE_LAUNCH_PROCESS_OUTPUT', 'both')
     assert '] out' in launch(shell('echo out', output='log'))[1]
+
+
+@pytest.fixture
+def reap_in_the_loop():
+    """Have ended processes wait for the event loop, as they do from Python 3.12 on."""
+    if sys.version_info < (3, 12):
+        policy = asyncio.get_event_loop_policy()
+        policy.set_child_watcher(asyncio.PidfdChildWatcher())
+        yield
+        policy.set_child_watcher(asyncio.ThreadedChildWatcher())
+    else:
+        yield
+
+
+def test_signal_that_comes_too_late_does_not_cost_the_exit_code(
+    launch, exits, reap_in_the_loop, tmp_path
+):
+    def shutdown_after_the_other_ended(event, context):
+        (tmp_path / 'go').touch()
+        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOWAIT)
+        return Shutdown()
+
+    other = shell(f'until test -e {tmp_path}/go; do sleep 0.01; done; exit 7', on_exit=exits)
+    launch(other, shell('true', on_exit=shutdown_after_the_other_ended))
+    assert exits == {'p': 7}
 
 
 def test_process_runs_once(launch):
