@@ -21,8 +21,10 @@ def normalize_parameters(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 def _normalize(parameters: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
     for name, value in parameters.items():
+        if is_substitution(name):
+            raise NotImplementedError(f'substitutions in a name, {name!r}, are not covered')
         if not isinstance(name, str):
-            raise NotImplementedError(f'a parameter named {name!r} is not covered, only text is')
+            raise TypeError(f'a parameter cannot have the name {name!r}')
         if isinstance(value, Mapping):
             yield from _normalize(value, f'{prefix}{name}.')
         else:

@@ -91,6 +91,11 @@ def test_value_that_no_parameter_can_have(value):
         node(parameters=[{'group': {'a': value}}])
 
 
+def test_name_that_no_parameter_can_have():
+    with pytest.raises(TypeError, match='cannot have the name 5'):
+        node(parameters=[{'group': {5: 'a'}}])
+
+
 @pytest.mark.parametrize('text', ['null', '[]', '[1, a]', '{a: 1}', '2026-01-01', '['])
 def test_text_that_no_parameter_can_be(context, text):
     with pytest.raises(ValueError, match='cannot have the value'):
@@ -98,7 +103,7 @@ def test_text_that_no_parameter_can_be(context, text):
 
 
 def test_uncovered_parameters_are_refused(context):
-    for parameters in ({'a': [WHO, 'b']}, {WHO: 1}):
+    for parameters in ({'a': [WHO, 'b']}, {WHO: 1}, {('a', WHO): 1}):
         with pytest.raises(NotImplementedError, match=r'not covered'):
             node(parameters=[parameters])
     for value in (3, ['a', 'b']):
