@@ -103,6 +103,17 @@ def test_of_an_sqlite_file_that_ends_early_the_messages_before_are_read(entries,
     assert span_of(path) == (whole[0][0], whole[len(found) - 1][0] + 1)
 
 
+@pytest.mark.parametrize('share', [0.5, 0.6, 0.7, 0.8])
+def test_of_an_sqlite_file_that_ends_in_its_messages_those_that_are_left_are_read(tmp_path, share):
+    entries = entries_of(recording(3.0))
+    path = write_messages(tmp_path / 'bag', entries, StoragePlugin.SQLITE3)
+    [file] = path.glob('*.db3')
+    file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
+    found, _ = read(path)
+    assert set(found) <= set(written(entries))
+    assert len(found) > (share - 0.3) * len(entries)
+
+
 def test_an_sqlite_file_without_the_way_to_its_messages_is_refused(entries, tmp_path):
     path = write_messages(tmp_path / 'bag', entries, StoragePlugin.SQLITE3)
     [file] = path.glob('*.db3')

@@ -19,7 +19,7 @@ from rosbags.rosbag2 import ReaderError
 
 
 class CutSqliteReader:
-    """A .db3 file without its last pages: rows are taken one by one, up to the first that is gone.
+    """A .db3 file without its last pages: rows are taken one by one, but for those that are gone.
 
     Attributes
     ----------
@@ -69,7 +69,9 @@ class CutSqliteReader:
     def _rows(self, columns: str) -> Iterator[tuple[Any, ...]]:
         """Yield columns of the messages as far as they can be read."""
         with suppress(sqlite3.DatabaseError):
-            yield from self._database.execute(f'SELECT {columns} FROM messages ORDER BY id')
+            for row in self._database.execute(f'SELECT {columns} FROM messages ORDER BY id'):
+                if None not in row:  # what the file is too short for reads as nothing
+                    yield row
 
     def _connection(self, number: int, topic: str, msgtype: str) -> Connection:
         unknown = MessageDefinition(MessageDefinitionFormat.NONE, '')
