@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 import signal
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
@@ -11,7 +12,8 @@ from rclpy.exceptions import InvalidParameterValueException, ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSPolicyKind, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
 from robot_state_publisher.kinematics import Joint, parse, UrdfError
@@ -21,6 +23,8 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_LATCHED_POLICIES = (QoSPolicyKind.DEPTH, QoSPolicyKind.HISTORY, QoSPolicyKind.RELIABILITY)
+_POLICIES = (*_LATCHED_POLICIES, QoSPolicyKind.DURABILITY)
 
 
 class RobotStatePublisher(Node):
@@ -34,8 +38,10 @@ class RobotStatePublisher(Node):
         self.declare_parameter('ignore_timestamp', False)
         self._throttle = Throttle()
         self._static: dict[str, TransformStamped] = {}
-        self._tf = self.create_publisher(TFMessage, '/tf', 100)
-        self._tf_static = self.create_publisher(TFMessage, '/tf_static', _LATCHED)
+        self._tf = self._create_transform_publisher('/tf', 100, _POLICIES)
+        self._tf_static = self._create_transform_publisher(
+            '/tf_static', _LATCHED, _LATCHED_POLICIES
+        )
         self._description = self.create_publisher(String, 'robot_description', _LATCHED)
         self._set_up(description)
         self.create_subscription(
@@ -47,6 +53,10 @@ class RobotStatePublisher(Node):
         )
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
+
+    def _create_transform_publisher(self, topic: str, qos: Any, policies: Any) -> Publisher:
+        options = QoSOverridingOptions(policies)
+        return self.create_publisher(TFMessage, topic, qos, qos_overriding_options=options)
 
     def _set_up(self, description: str) -> None:
         """Take over a description and publish it with its fixed joints."""

@@ -99,6 +99,15 @@ def test_fixed_joints_moving_joints_and_description(start):
     assert nod.transform.rotation.w == pytest.approx(0.96891242171064480)
 
 
+@pytest.mark.parametrize('topic', ['/tf', '/tf_static'])
+def test_qos_of_transforms_can_be_overridden(start, topic):
+    override = {f'qos_overrides.{topic}.publisher.depth': 7}
+    system = start(robot_description=URDF, **override)
+    assert system.node.get_parameter(*override).value == 7
+    [publisher] = [p for p in system.node.publishers if p.topic_name == topic]
+    assert publisher.qos_profile.depth == 7
+
+
 def test_moving_joints_are_throttled_by_their_stamps(start):
     system = start(robot_description=URDF)
     for stamp in (1000, 1049, 1050, 1060, 1100):
