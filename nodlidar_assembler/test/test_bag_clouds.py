@@ -337,6 +337,14 @@ def test_a_bag_without_scans_or_clouds_is_an_error_and_leaves_the_old_file(simul
     assert (tmp_path / 'out.ply').read_text() == 'old'
 
 
+def test_what_a_bag_lacks_is_told_with_what_is_wrong_with_it(bag, tmp_path):
+    [file] = bag.glob('*.mcap')
+    cut = tmp_path / 'cut.mcap'
+    cut.write_bytes(file.read_bytes()[:1000])
+    with pytest.raises(BagError, match=r"no topic /scan; it has none; .*'cut.mcap' ends early"):
+        write_clouds(cut, tmp_path / 'out.ply', AssemblerConfig(), Topics())
+
+
 def test_a_joint_that_is_not_there_is_told_with_those_that_are(bag, tmp_path):
     message = r"40 no joint state .* \(no joint state tells of 'tilt', but of 'nod_joint'\)"
     with pytest.raises(BagError, match=message):

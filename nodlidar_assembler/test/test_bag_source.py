@@ -156,6 +156,56 @@ def test_from_a_damaged_chunk_on_nothing_is_read_and_it_is_said(entries, tmp_pat
     assert any('damaged' in note for note in source.notes)
 
 
+def test_messages_that_are_gone_from_a_file_are_counted(entries, tmp_path):
+    path = write_messages(tmp_path / 'bag', entries)
+    [file] = path.glob('*.mcap')
+    data = bytearray(file.read_bytes())
+    middle = data.index(b'\x05', len(data) // 2)
+    data[middle : middle + 4096] = bytes(4096)  # records of no kind: passed over by any reader
+    file.write_bytes(data)
+    found, source = read(path)
+    gone = len(entries) - len(found) - source.unreadable.total()
+    assert gone > 0
+    assert source.notes == [f'the bag is damaged: {gone} messages are gone']
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_messages_that_are_compressed_each_need_the_metadata(entries, tmp_path, storage):
+    each = CompressionMode.MESSAGE, CompressionFormat.ZSTD
+    path = write_messages(tmp_path / 'bag', entries[:200], storage, each)
+    assert len(read(path)[0]) == 200
+    [file] = [file for file in path.iterdir() if file.suffix != '.yaml']
+    found, source = read(file)
+    assert not found
+    assert source.unreadable.total() == 200
+    assert source.notes == ['each message is compressed: give the folder with metadata.yaml']
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_a_compressed_file_without_its_metadata_is_to_be_unpacked(entries, tmp_path, storage):
+    whole = CompressionMode.FILE, CompressionFormat.ZSTD
+    path = write_messages(tmp_path / 'bag', entries[:200], storage, whole)
+    assert len(read(path)[0]) == 200
+    (path / 'metadata.yaml').unlink()
+    [file] = path.iterdir()
+    for bag in (path, file):
+        with pytest.raises(
+            BagError, match=r"'bag\..*\.zstd' is compressed: unpack it with unzstd"
+        ):
+            read(bag)
+
+
+def test_what_a_library_says_of_a_bag_becomes_one_line(entries, tmp_path):
+    path = write_messages(tmp_path / 'bag', entries[:200])
+    metadata = path / 'metadata.yaml'
+    metadata.write_text(f'{metadata.read_text()}\n  cut: [')
+    found, source = read(path)
+    assert len(found) == 200
+    [note] = source.notes
+    assert 'metadata.yaml' in note
+    assert '\n' not in note
+
+
 def test_bytes_that_are_no_message_are_counted_and_passed_over(entries, tmp_path):
     broken = [(entries[0][0], '/scan', b'\x00\x01\x00\x00\xff')]
     found, source = read(write_messages(tmp_path / 'bag', [*broken, *entries[:50]]))

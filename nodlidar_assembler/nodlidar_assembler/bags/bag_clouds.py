@@ -88,7 +88,7 @@ def write_clouds(
     """
     _check_output(path, bag, config)
     begin = time.perf_counter()
-    with BagSource(bag) as source:
+    with BagSource(bag) as source, _with_its_trouble(source):
         wanted = _wanted(source, topics, config)
         first_ns, last_ns = source.span_ns
         replaced = [f"'{path}' was there and was replaced"] if path.exists() else []
@@ -100,9 +100,22 @@ def write_clouds(
                     on_progress(recorded.time_ns, first_ns, last_ns)
             assembly.finish()
             _check_result(source, assembly)
-        unread = [f'{n} on {topic} could not be told' for topic, n in source.unreadable.items()]
-        notes = [*source.notes, *unread, *replaced]
+        notes = [*_trouble(source), *replaced]
     return Summary(assembly, first_ns, last_ns, time.perf_counter() - begin, notes)
+
+
+def _trouble(source: BagSource) -> list[str]:
+    unread = [f'{n} on {topic} could not be told' for topic, n in source.unreadable.items()]
+    return [*source.notes, *unread]
+
+
+@contextmanager
+def _with_its_trouble(source: BagSource) -> Iterator[None]:
+    """Say what is wrong with a bag where it lacks something."""
+    try:
+        yield
+    except BagError as error:
+        raise BagError('; '.join([str(error), *_trouble(source)])) from error
 
 
 def _wanted(source: BagSource, topics: Topics, config: AssemblerConfig) -> dict[str, str]:

@@ -14,13 +14,15 @@ from nodlidar_assembler.bags.bag_types import BagError, STORE
 from nodlidar_assembler.bags.cut_mcap import CutMcapReader
 from nodlidar_assembler.bags.cut_sqlite import CutSqliteReader
 from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader
+from rosbags.rosbag2 import Reader, ReaderError
 
 AnyReader = Reader | CutMcapReader | CutSqliteReader
 _CUT: dict[str, type[CutMcapReader | CutSqliteReader]] = {
     '.mcap': CutMcapReader,
     '.db3': CutSqliteReader,
 }
+_COMPRESSED = '.zstd'
+_ZSTD_FRAME = b'\x28\xb5\x2f\xfd'  # what it begins with; a message begins with 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +88,9 @@ class BagSource:
 
     def _open_files(self) -> None:
         for file in _files(self.path):
+            if file.suffix == _COMPRESSED:
+                self.notes.append(f"'{file.name}' is compressed: unpack it with unzstd")
+                continue
             reader, why = self._opened(partial(Reader, file))
             if reader is None and file.suffix in _CUT:
                 reader, why = self._opened(partial(_CUT[file.suffix], file))
@@ -103,7 +108,7 @@ class BagSource:
             reader = make()
             reader.open()
         except Exception as error:  # whatever a file that is none leads the library to
-            return None, str(error)
+            return None, _in_a_line(error)
         self._stack.callback(reader.close)
         return reader, ''
 
@@ -131,22 +136,29 @@ class BagSource:
                 yield from self._messages_of(reader, connections)
 
     def _messages_of(self, reader: AnyReader, connections: list[Connection]) -> Iterator[Recorded]:
-        raw = reader.messages(connections)
+        raw, missing = reader.messages(connections), sum(each.msgcount for each in connections)
         while True:
             try:
                 connection, time_ns, data = next(raw)
             except StopIteration:
+                if missing > 0:
+                    self._note(f'the bag is damaged: {missing} messages are gone')
                 return
             except Exception as error:  # whatever the decompressor or the database raises
-                note = f'the bag is damaged, the rest is left out: {error}'
-                self.notes += [] if note in self.notes else [note]
+                self._note(f'the bag is damaged, the rest is left out: {_in_a_line(error)}')
                 return
+            missing -= 1
             try:
                 message = STORE.deserialize_cdr(data, connection.msgtype)
             except Exception:  # whatever comes of bytes that are no such message
                 self.unreadable[connection.topic] += 1
+                if data[: len(_ZSTD_FRAME)] == _ZSTD_FRAME:
+                    self._note('each message is compressed: give the folder with metadata.yaml')
             else:
                 yield Recorded(connection.topic, connection.msgtype, time_ns, message)
+
+    def _note(self, note: str) -> None:
+        self.notes += [] if note in self.notes else [note]
 
 
 def messages_of(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[Recorded]:
@@ -165,9 +177,17 @@ def messages_of(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[Reco
         raise BagError(f"'{path}': {'; '.join(trouble)}")
 
 
+def _in_a_line(error: Exception) -> str:
+    """Return what a library says is wrong; with the error's kind where it stumbled itself."""
+    text = ' '.join(str(error).split())
+    return text if isinstance(error, ReaderError) else f'damaged ({type(error).__name__}: {text})'
+
+
 def _files(path: Path) -> list[Path]:
     """Return the files of a bag: of one that was split, in the order of their numbers."""
     if not path.is_dir():
         return [path]
-    found = [file for file in path.iterdir() if file.suffix in ('.mcap', '.db3')]
+    there = list(path.iterdir())
+    found = [file for file in there if file.suffix in _CUT]
+    found += [f for f in there if f.suffix == _COMPRESSED and f.with_suffix('') not in found]
     return sorted(found, key=lambda file: (len(file.name), file.name))
