@@ -12,6 +12,7 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
+from nodlidar_assembler.command_line import LineParser
 from nodlidar_assembler.config import AssemblerConfig, CLOUD_MODES, EGO_MOTION_MODES
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.errors import NodlidarError
@@ -113,7 +114,7 @@ def _chosen(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog='assemble_bag', description=__doc__)
+    parser = LineParser('assemble_bag', __doc__)
     parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
     kinds = ', '.join(SUFFIXES)
     parser.add_argument('output', type=Path, help=f'file to write or replace: {kinds}')

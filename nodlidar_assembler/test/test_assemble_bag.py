@@ -102,6 +102,18 @@ def test_topics_may_be_given_without_the_slash(bag, tmp_path, capsys):
     assert 'no topic /front/scan; it has /joint_states' in capsys.readouterr().err
 
 
-def test_an_unknown_option_is_refused(bag, tmp_path):
+@pytest.mark.parametrize(
+    ('arguments', 'said'),
+    [
+        (['out.ply', '--estimator', 'best'], ['--estimator', "'best'", 'slerp']),
+        (['out.ply', '--estim', 'slerp'], ['--estim']),
+        ([], ['output']),
+    ],
+)
+def test_a_command_line_that_is_none_is_refused_in_a_line(bag, capsys, arguments, said):
     with pytest.raises(SystemExit, match='2'):
-        run(bag, tmp_path / 'out.ply', '--estimator', 'best')
+        run(bag, *arguments)
+    error = capsys.readouterr().err
+    assert error.startswith('assemble_bag: ')
+    assert error.count('\n') == 1
+    assert [part for part in said if part not in error] == []

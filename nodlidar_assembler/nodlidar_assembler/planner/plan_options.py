@@ -5,8 +5,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, Field, fields
 import os
 from pathlib import Path
-from typing import Any, get_args, NoReturn
+from typing import Any, get_args
 
+from nodlidar_assembler.command_line import LineParser
 from nodlidar_assembler.planner.coverage import MAX_SAMPLES_PER_SWEEP
 from nodlidar_assembler.planner.front import PATIENCE
 from nodlidar_assembler.planner.objective import Objective
@@ -110,13 +111,6 @@ class Request:
                 raise ParameterError(key, 'left out with --time-budget and --max-hole', value)
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f'{self.prog}: {message}\n')
-
-
 def parse(argv: Sequence[str] | None) -> tuple[Task, Request]:
     """Return what a command line asks for.
 
@@ -127,7 +121,7 @@ def parse(argv: Sequence[str] | None) -> tuple[Task, Request]:
     SystemExit
         After --help, or with status 2 and a line on stderr for what is no option.
     """
-    parser = _Parser(prog='plan_scan', description=_DESCRIPTION, allow_abbrev=False)
+    parser = LineParser('plan_scan', _DESCRIPTION)
     for title, of in (('what must be found, and by which lidar', Task), ('the nod', Request)):
         group = parser.add_argument_group(title)
         for option_field in fields(of):
