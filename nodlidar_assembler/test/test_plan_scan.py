@@ -280,6 +280,7 @@ def test_a_timing_error_that_upsets_whole_sweeps_has_a_plan_too(plan_of, recwarn
         (['--objective', 'hole', '--timing-error', '0.001'], ["'--timing-error'", 'is 0.001']),
         (['--start-pitch', '1'], ["'--start-pitch'", '0.6136', 'is 1.0']),
         (['--objective', 'speed'], ["'--objective'", 'completion', "'speed'"]),
+        (['--objective', 'hole=1,hole=2'], ["'--objective'", 'once', "'hole=1,hole=2'"]),
         (['--objective', 'hole=-1'], ["'--objective'", 'below 0', "'hole=-1'"]),
         (['--timing-error', '-1e3'], ['--timing-error']),
         (['--timing-error', '2'], ["'--timing-error'", '1.0', 'is 2.0']),

@@ -149,7 +149,9 @@ def objective_of(text: str) -> Objective:
     given: dict[str, float] = {}
     for term in text.split(','):
         name, equals, weight = term.partition('=')
-        given[name.strip()] = _number(weight if equals else '1', text)
+        if (name := name.strip()) in given:
+            raise ParameterError('objective', f'{_OBJECTIVE}, each once', text)
+        given[name] = _number(weight if equals else '1', text)
     weights = {name: given.pop(name, 0.0) for name in ('completion', 'revisit', 'hole')}
     hole_after = given.pop('hole_after', Objective().hole_after)
     if given or not any(weights.values()) or hole_after == 0.0:
