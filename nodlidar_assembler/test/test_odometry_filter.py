@@ -5,11 +5,13 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from message_filters import SimpleFilter
+from nodlidar_assembler.clouds.ego_motion import MotionLimits
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.filters.odometry_filter import OdometryFilter
 from nodlidar_common.messages import time_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
+import pytest
 from sensor_msgs.msg import LaserScan
 
 MS = 1_000_000
@@ -144,6 +146,17 @@ def test_the_history_has_the_last_10_s_of_what_was_newer_each_time(stamps):
     kept = history.around(START, START + 30_000 * MS)
     assert list((kept.time_ns - START) // MS) == expected
     assert list(kept.poses.position[:, 0]) == expected
+
+
+@pytest.mark.parametrize(('ms', 'around'), [(0, [0, 20]), (20, [20, 40]), (40, [20, 40])])
+def test_an_instant_at_a_sample_has_another_one_beside_it(ms, around):
+    history, at_ns = OdometryHistory(), START + ms * MS
+    for each in (0, 20, 40):
+        history.add(START + each * MS, (float(each), 0.0, 0.0), UNTURNED)
+    kept = history.around(at_ns, at_ns)
+    assert list((kept.time_ns - START) // MS) == around
+    limits = MotionLimits(max_gap=0.1, max_speed=math.inf, max_turn_rate=math.inf)
+    assert kept.at(np.array([at_ns]), limits).position[0, 0] == ms
 
 
 @given(st.permutations([('scan', 100 * k) for k in range(5)]), st.integers(0, 5))

@@ -42,15 +42,16 @@ class OdometryHistory:
         self._forget(len(self._times_ns))
 
     def around(self, begin_ns: int, end_ns: int) -> Odometry:
-        """Return the samples that bracket an interval [ns] most closely.
+        """Return the samples, at least two, that bracket an interval [ns] most closely.
 
         Raises
         ------
         OdometryError
             If one of them is no pose.
         """
-        first = max(bisect_right(self._times_ns, begin_ns) - 1, 0)
-        chosen = slice(first, bisect_left(self._times_ns, end_ns) + 1)
+        first = bisect_right(self._times_ns, begin_ns) - 1
+        first = max(min(first, len(self._times_ns) - 2), 0)  # also at the very newest
+        chosen = slice(first, max(bisect_left(self._times_ns, end_ns) + 1, first + 2))
         position = np.array(self._positions[chosen], dtype=np.float64).reshape(-1, 3)
         orientation = np.array(self._orientations[chosen], dtype=np.float64).reshape(-1, 4)
         time_ns = np.array(self._times_ns[chosen], dtype=np.int64)
