@@ -5,19 +5,19 @@ import math
 import re
 
 from matplotlib.figure import Figure
-from nodlidar_assembler.planner import plan_scan
-from nodlidar_assembler.planner.hole import Hole
-from nodlidar_assembler.planner.objective import Objective
-from nodlidar_assembler.planner.pattern import Pattern
-from nodlidar_assembler.planner.plan import evaluate
-from nodlidar_assembler.planner.plan_options import objective_of
-from nodlidar_assembler.planner.plan_pictures import (
+from nodlidar_assembler.plan_scan import command
+from nodlidar_assembler.plan_scan.options import objective_of
+from nodlidar_assembler.plan_scan.pictures import (
     Candidates,
     draw_completion,
     draw_pattern,
     outline_hole,
 )
-from nodlidar_assembler.planner.plan_words import notes
+from nodlidar_assembler.plan_scan.words import notes
+from nodlidar_assembler.planner.hole import Hole
+from nodlidar_assembler.planner.objective import Objective
+from nodlidar_assembler.planner.pattern import Pattern
+from nodlidar_assembler.planner.plan import evaluate
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
@@ -44,7 +44,7 @@ def run(capsys):
 
     def run(*options):
         try:
-            status = plan_scan.main(options)
+            status = command.main(options)
         except SystemExit as exit_:
             status = exit_.code
         return status, *capsys.readouterr()
@@ -319,7 +319,7 @@ def test_an_interruption_is_quiet(run, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(plan_scan, 'plans', interrupted)
+    monkeypatch.setattr(command, 'plans', interrupted)
     assert run(*SMALL) == (130, '', '')
 
 
@@ -458,14 +458,14 @@ def test_candidates_that_never_complete_are_marked():
 
 def test_a_progress_bar_appears_on_stderr_when_it_takes_long(capsys, monkeypatch):
     monkeypatch.setenv('FORCE_COLOR', '1')
-    assert list(plan_scan.progress(range(5))) == [0, 1, 2, 3, 4]
+    assert list(command.progress(range(5))) == [0, 1, 2, 3, 4]
     assert capsys.readouterr() == ('', '')
-    monkeypatch.setattr(plan_scan, 'PATIENCE', -1.0)
+    monkeypatch.setattr(command, 'PATIENCE', -1.0)
     monkeypatch.setenv('FORCE_COLOR', '')
-    assert list(plan_scan.progress(range(5))) == [0, 1, 2, 3, 4]
+    assert list(command.progress(range(5))) == [0, 1, 2, 3, 4]
     assert capsys.readouterr() == ('', '')
     monkeypatch.setenv('FORCE_COLOR', '1')  # as on a terminal
-    assert list(plan_scan.progress(range(5))) == [0, 1, 2, 3, 4]
+    assert list(command.progress(range(5))) == [0, 1, 2, 3, 4]
     out, err = capsys.readouterr()
     assert out == ''
     assert 'looking at N_s' in err

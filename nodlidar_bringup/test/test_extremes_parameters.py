@@ -5,7 +5,7 @@ import math
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.pitch_limits import PitchLimitsConfig
-from nodlidar_assembler.planner.plan_options import Request
+from nodlidar_assembler.plan_scan.options import Request
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
 from nodlidar_driver.config import DriverConfig

@@ -5,11 +5,11 @@ from dataclasses import asdict, dataclass
 import math
 from typing import Any
 
+from nodlidar_assembler.plan_scan.words import angle, notes, number, seconds
 from nodlidar_assembler.planner.front import Corner
 from nodlidar_assembler.planner.objective import Objective
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.plan import Plan
-from nodlidar_assembler.planner.plan_words import angle, notes, number, seconds
 from nodlidar_assembler.planner.task import Task
 import numpy as np
 from rich import box

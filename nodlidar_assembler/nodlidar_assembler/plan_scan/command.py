@@ -9,13 +9,13 @@ import sys
 import time
 from typing import TypeVar
 
+from nodlidar_assembler.plan_scan.options import as_option, objective_of, parse, Request
+from nodlidar_assembler.plan_scan.table import Answer, as_json, print_answer
 from nodlidar_assembler.planner.band import samples_in_band
 from nodlidar_assembler.planner.choice import plans
 from nodlidar_assembler.planner.front import Front
 from nodlidar_assembler.planner.objective import Objective
 from nodlidar_assembler.planner.plan import evaluate
-from nodlidar_assembler.planner.plan_options import as_option, objective_of, parse, Request
-from nodlidar_assembler.planner.plan_table import Answer, as_json, print_answer
 from nodlidar_assembler.planner.survey import survey, survey_under_error
 from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
@@ -130,7 +130,7 @@ def progress(items: Iterable[T]) -> Iterator[T]:
 
 def _plot(path: Path, answer: Answer, request: Request) -> None:
     # Imported here: matplotlib takes as long as all the rest.
-    from nodlidar_assembler.planner.plan_pictures import (
+    from nodlidar_assembler.plan_scan.pictures import (
         Candidates,
         write_front_picture,
         write_picture,
