@@ -42,6 +42,12 @@ class TfOdometry(TransformListener):
         """Set what is called after each new sample, and when time went back."""
         self._on_sample, self._on_time_back = on_sample, on_time_back
 
+    def unregister(self) -> None:
+        """Stop listening."""
+        super().unregister()
+        # Or the node's clock goes on calling what is gone, and refuses what takes its place.
+        self.buffer.jump_handle.unregister()
+
     def callback(self, data: TFMessage) -> None:
         """Take the transforms of a message."""
         self._note_parents(data)

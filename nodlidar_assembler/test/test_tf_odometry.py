@@ -1,5 +1,7 @@
 """Odometry as it is noted from TF messages, in any order, late, missing and going back."""
 
+import gc
+
 from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.tf_odometry import TfOdometry
 from nodlidar_common.messages import time_message
@@ -124,3 +126,9 @@ def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):
     bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
     assert bench.samples == 0
     assert bench.tf.trouble == "'pivot' is fixed in 'odom'"
+
+
+def test_one_after_the_other_may_listen_with_the_clock_of_a_node(node):
+    for _ in range(30):
+        TfOdometry(node, 'odom', 'pivot').unregister()
+        gc.collect()  # what is made next may lie where the last one was
