@@ -25,7 +25,7 @@ def test_the_wall_comes_nearer_as_odometry_says(tmp_path):
     arguments = ('scene:=wall', 'route:=approach', 'base:=odometry')
     with launched_sensor(log, *arguments) as running:
         odometry, scans, states = map(observer.messages.get, ('odom', 'scan', 'joint_states'))
-        enough = lambda: len(scans) > 20 and len(states) > 100 and len(odometry) > 100  # noqa: E731
+        enough = lambda: len(scans) > 20 and len(states) > 200 and len(odometry) > 100  # noqa: E731
         observer.spin_until(lambda: enough() or not running.running(), 'scans and odometry')
         assert running.running(), log.read_text()
         joined = lambda: observer.transforms.can_transform('odom', 'laser', Time())  # noqa: E731

@@ -92,7 +92,7 @@ def test_when_odometry_dies_scans_are_dropped_and_counted_until_it_lives_again(t
     ):
         clouds, odometry, diagnostics = map(observer.messages.get, [t for _, t in topics])
         with odometry_process(tmp_path) as process:
-            observer.spin_until(lambda: len(clouds) >= 10, 'clouds with odometry')
+            observer.spin_until(lambda: len(clouds) >= 10 and odometry, 'clouds with odometry')
             process.kill()
             process.wait()
             before, _ = drops(diagnostics, LATE)

@@ -182,23 +182,24 @@ def test_it_nods_and_tells_the_truth(commander, emulator, motion, ports):
     assert commander.values()['voltage [V]'] == '12.0'
 
 
+def on_time(status):
+    return abs(status.measured_samples_per_sweep - 4001) < 20 and abs(status.phase_error) < 0.01
+
+
 def test_it_tells_how_well_it_follows(commander, ports):
     with active(commander, ports):
         commander.spin_until(lambda: commander.nod_status, 'no status')
         assert not commander.nod_status[-1].following
         assert math.isnan(commander.nod_status[-1].phase_error)
         commander.nod = nod_from_now()
-        commander.spin_until(
-            lambda: commander.nod_status[-1].measured_samples_per_sweep > 0.0, 'no measured N_s'
-        )
+        # In time, since a turn that the host delays is made up for.
+        commander.spin_until(lambda: on_time(commander.nod_status[-1]), 'no N_s and phase')
         commander.spin_until(lambda: 'phase error [ms]' in commander.values(), 'no diagnostics')
     status, nod = commander.nod_status[-1], commander.nod
     assert status.following
     assert status.samples_per_sweep == 4001
     assert (status.pitch_min, status.pitch_max) == (nod.pitch_min, nod.pitch_max)
     assert status.speed == pytest.approx(nod.speed)
-    assert status.measured_samples_per_sweep == pytest.approx(4001, rel=0.005)
-    assert abs(status.phase_error) < 0.01
     assert commander.values()['samples per sweep, commanded'] == '4001'
 
 
