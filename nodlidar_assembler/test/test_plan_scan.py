@@ -460,7 +460,7 @@ def test_a_progress_bar_appears_on_stderr_when_it_takes_long(capsys, monkeypatch
     monkeypatch.setenv('FORCE_COLOR', '1')
     assert list(command.progress(range(5))) == [0, 1, 2, 3, 4]
     assert capsys.readouterr() == ('', '')
-    monkeypatch.setattr(command, 'PATIENCE', -1.0)
+    monkeypatch.setattr(command, 'BAR_AFTER', -1.0)
     monkeypatch.setenv('FORCE_COLOR', '')
     assert list(command.progress(range(5))) == [0, 1, 2, 3, 4]
     assert capsys.readouterr() == ('', '')

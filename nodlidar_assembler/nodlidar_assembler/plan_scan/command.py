@@ -26,7 +26,7 @@ from rich.progress import Progress
 
 T = TypeVar('T')
 
-PATIENCE = 0.5  # s, before a progress bar appears
+BAR_AFTER = 0.5  # s, before a progress bar appears
 SHOWN_UNDER_ERROR = 120  # N_s whose runs under a timing error are drawn
 ON_FRONT_UNDER_ERROR = 120  # N_s that the front under a timing error is made of
 WIDTH = 100  # of tables that do not go to a terminal
@@ -120,7 +120,7 @@ def progress(items: Iterable[T]) -> Iterator[T]:
         for item in items:
             yield item
             bar.advance(work)
-            if not shown and time.monotonic() - began > PATIENCE:
+            if not shown and time.monotonic() - began > BAR_AFTER:
                 bar.start()
                 shown = True
     finally:

@@ -22,6 +22,10 @@ _DESCRIPTION = (
     'lidar finds an object soonest, or the largest hole between its beams is small. Angles are in '
     'radians unless said otherwise, positive pitch is up.'
 )
+_NAMED_OTHERWISE = {
+    'object_size': '--object',
+    'duration': '--time-budget, or hole_after of --objective,',  # the planner's
+}
 _KINDS = {int: ('N', 'a whole number'), float: ('X', 'a number'), str: ('TEXT', 'a text')}
 
 
@@ -178,9 +182,7 @@ def _check_picture(path: Path) -> None:
 
 
 def _flag(name: str) -> str:
-    if name == 'duration':
-        return '--time-budget, or hole_after of --objective,'
-    return '--object' if name == 'object_size' else '--' + name.replace('_', '-')
+    return _NAMED_OTHERWISE.get(name) or '--' + name.replace('_', '-')
 
 
 def _add_option(group: Any, option_field: 'Field[Any]') -> None:
