@@ -1,0 +1,87 @@
+"""Makes a device safe when the node that drives it is killed.
+
+A node that gets SIGKILL, or crashes, cannot switch its motor or laser off. A small process waits
+for the end of a pipe that only the node holds open. When the node is gone, whatever the reason,
+the process sends the device its stop request on the node's port, until the device confirms.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+import subprocess
+import sys
+
+from nodlidar_common import guard_process
+
+_DISMISSAL_TIMEOUT = 1.0  # s; it takes some 10 ms
+
+
+@dataclass(frozen=True, slots=True)
+class StopRequest:
+    """What makes a device safe.
+
+    Attributes
+    ----------
+    device
+        What the device is called in the guard's message.
+    request
+        The bytes to send.
+    confirmation
+        Regular expression of the bytes that confirm it.
+    """
+
+    device: str
+    request: bytes
+    confirmation: bytes
+
+
+class Guard:
+    """A process that makes a device safe as soon as this process is gone.
+
+    Parameters
+    ----------
+    port
+        File descriptor of the device's open port. The guard shares it, so that no other process
+        can lock the port before the device is safe.
+    stop
+        What makes the device safe.
+
+    Raises
+    ------
+    OSError
+        If the process cannot be started.
+    """
+
+    def __init__(self, port: int, stop: StopRequest) -> None:
+        self._process = subprocess.Popen(
+            [
+                sys.executable,
+                '-IS',  # starts in some 10 ms: nothing but the standard library
+                str(Path(guard_process.__file__)),
+                str(port),
+                stop.device,
+                stop.request.hex(),
+                stop.confirmation.hex(),
+            ],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            pass_fds=[port],
+            start_new_session=True,  # a Ctrl-C or a kill of the process group is not for the guard
+        )
+        assert self._process.stdout is not None
+        with self._process.stdout as output:
+            if output.read() != guard_process.READY:
+                raise OSError('the guard of the port could not be started')
+
+    def dismiss(self) -> None:
+        """End the guard without a stop request: the device is safe, or gone."""
+        assert self._process.stdin is not None
+        with suppress(BrokenPipeError):
+            self._process.stdin.write(guard_process.DISMISSED)
+            self._process.stdin.close()
+        try:
+            self._process.wait(_DISMISSAL_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+

@@ -1,0 +1,74 @@
+"""The program of a guard: see :mod:`nodlidar_common.guard`.
+
+It is run by its path and imports little, so that it starts fast and stays small.
+"""
+
+import os
+import re
+import select
+import signal
+import sys
+import time
+
+READY = b'ready'
+DISMISSED = b'dismissed'
+ATTEMPTS = 10
+ANSWER_TIMEOUT = 0.15  # s; longer than a rotation of the lidar, which answers once in each
+_LONGEST_ANSWER = 4096
+
+
+def make_safe(port: int, request: bytes, confirmation: bytes) -> bool:
+    """Send a stop request until it is confirmed; return whether it was.
+
+    Parameters
+    ----------
+    port
+        File descriptor of the open port, blocking or not.
+    request, confirmation
+        As of :class:`nodlidar_common.guard.StopRequest`.
+
+    Raises
+    ------
+    OSError
+        If the port is gone.
+    """
+    for _ in range(ATTEMPTS):
+        if select.select([], [port], [], ANSWER_TIMEOUT)[1]:
+            os.write(port, request)
+            if _is_confirmed(port, confirmation):
+                return True
+    return False
+
+
+def _is_confirmed(port: int, confirmation: bytes) -> bool:
+    received, deadline = b'', time.monotonic() + ANSWER_TIMEOUT
+    while (remaining := deadline - time.monotonic()) > 0.0:
+        if select.select([port], [], [], remaining)[0]:
+            data = os.read(port, _LONGEST_ANSWER)
+            if not data:
+                raise OSError('the port hung up')
+            received = (received + data)[-_LONGEST_ANSWER:]
+            if re.search(confirmation, received):
+                return True
+    return False
+
+
+def main(port: str, device: str, request: str, confirmation: str) -> None:
+    """Wait for the end of standard input, then make the device safe unless that was asked for."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    sys.stdout.buffer.write(READY)
+    sys.stdout.close()
+    os.close(1)
+    if sys.stdin.buffer.read() == DISMISSED:
+        return
+    try:
+        safe = make_safe(int(port), bytes.fromhex(request), bytes.fromhex(confirmation))
+        result = 'it is safe now' if safe else 'it did not confirm that it is safe'
+    except OSError as error:
+        result = f'it could not be reached: {error}'
+    print(f"The node of the {device} was killed; the {device}'s guard: {result}", file=sys.stderr)
+
+
+if __name__ == '__main__':
+    main(*sys.argv[1:])
