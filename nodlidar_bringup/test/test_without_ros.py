@@ -8,7 +8,7 @@ import sys
 import pytest
 
 WITH_ROS = {
-    'nodlidar_common': {'messages', 'node', 'node_parameters'},
+    'nodlidar_common': {'device_node', 'messages', 'node', 'node_parameters'},
     'nodlidar_driver': {'messages', 'node'},
     'nodlidar_servo': {'nod_status', 'node'},
     'nodlidar_sim': {'base_node'},

@@ -1,33 +1,27 @@
-"""The shells of the nodes: how one runs and ends, and how one keeps a serial device connected."""
+"""How a node runs and ends."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import signal
 import sys
-import termios
-import threading
 import traceback
-from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
-from diagnostic_updater import DiagnosticStatusWrapper, Updater
-from lifecycle_msgs.srv import ChangeState
-from nodlidar_common.errors import DeviceError, NodlidarError
-from nodlidar_common.node_parameters import declare
+from nodlidar_common.device_node import DeviceNode
+from nodlidar_common.errors import NodlidarError
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LOOK_PERIOD = 0.2  # s, between two looks whether to end
-_INACTIVE = (DiagnosticStatus.OK, 'not connected: the node is not active')
-_CONNECTING = (DiagnosticStatus.OK, 'connecting')
-_CONNECTED = (DiagnosticStatus.OK, 'connected')
+_ERROR_PERIOD = 5.0  # s, between two reports of internal errors
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Run a node until a signal ends it or it failed; return the exit status."""
+    """Run a node until a signal ends it or it failed; return the exit status.
+
+    An exception in a callback does not end the node: it is logged with its cause.
+    """
     with _ending_signals() as received:
         try:
             _init(args)
@@ -80,172 +74,18 @@ def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
     executor.add_node(node)
     try:
         while not is_over():
-            executor.spin_once(timeout_sec=LOOK_PERIOD)
+            _spin_once(executor, node)
     finally:
         executor.shutdown()
 
 
-class DeviceNode(LifecycleNode):
-    """A lifecycle node that keeps one serial device connected while it is active.
-
-    A thread connects, runs cycles and, when the device fails or goes away, disconnects and tries
-    again after `reconnect_delay` seconds, for as long as the node is active: a port that is not
-    there yet is a diagnosed state, not a failed start. Subclasses give the four steps below; their
-    configuration has the fields `port`, `reconnect_delay` and `autostart`.
-    """
-
-    def __init__(self, name: str, config_class: type[Any]) -> None:
-        super().__init__(name)
-        self._survive_impossible_transitions()
-        self.config = declare(self, config_class, self._configuration_changed)
-        self.failed = False
-        self.connections = 0
-        self._state = _INACTIVE
-        self._stop = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._updater: Updater | None = None
-
-    # What a subclass provides.
-
-    def connect(self) -> None:
-        """Open the device and make it ready; raises DeviceError.
-
-        What may take longer than a second asks :meth:`keep_going` and raises StoppedError.
-        """
-        raise NotImplementedError
-
-    def cycle(self) -> None:
-        """Do one round of work, blocking at most about a second; raises DeviceError."""
-        raise NotImplementedError
-
-    def disconnect(self) -> None:
-        """Leave the device safe and close it; called after any failure, never raises."""
-        raise NotImplementedError
-
-    def diagnose(self, status: DiagnosticStatusWrapper) -> None:
-        """Add the device's own figures to its diagnostic status, which is OK so far."""
-
-    def _configuration_changed(self, config: Any) -> None:
-        self.config = config
-
-    # The life cycle.
-
-    def _survive_impossible_transitions(self) -> None:
-        """Refuse a request for a transition that the present state does not have.
-
-        rclpy of Jazzy raises an error out of the service instead, which ends the node
-        (ros2/rclpy#1209).
-        """
-        service = next(s for s in self.services if s.srv_type is ChangeState)
-        change_state = service.callback
-
-        def change_or_refuse(
-            request: ChangeState.Request, response: ChangeState.Response
-        ) -> ChangeState.Response:
-            try:
-                return change_state(request, response)
-            except RuntimeError as error:
-                self.get_logger().error(f'transition refused: {error}')
-                response.success = False
-                return response
-
-        service.callback = change_or_refuse
-
-    def start_if_told(self) -> None:
-        """Configure and activate the node if its parameter `autostart` says so.
-
-        A launch file that does the same by requests and events needs them to arrive, which ROS
-        does not promise while the nodes are still finding each other.
-        """
-        if self.config.autostart:
-            self.trigger_configure()
-            self.trigger_activate()
-
-    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start the diagnostics."""
-        if self._updater is None:
-            self._updater = Updater(self)
-            self._updater.setHardwareID(self.config.port)
-            self._updater.add('device', self._diagnose)
-        return super().on_configure(state)
-
-    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start the thread that keeps the device connected."""
-        result = super().on_activate(state)
-        self._stop.clear()
-        self._state = _CONNECTING
-        self._thread = threading.Thread(target=self._work, name='device', daemon=True)
-        self._thread.start()
-        return result
-
-    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop the thread, which leaves the device safe."""
-        self.stop()
-        return super().on_deactivate(state)
-
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop the thread, whatever state the node is in."""
-        self.stop()
-        return super().on_shutdown(state)
-
-    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop the thread and go back to unconfigured."""
-        self.stop()
-        return super().on_error(state)
-
-    def destroy_node(self) -> None:
-        """Stop the thread before anything that it uses goes away."""
-        self.stop()
-        super().destroy_node()
-
-    def stop(self) -> None:
-        """Stop the device's thread and wait for it; does nothing when there is none."""
-        self._stop.set()
-        if self._thread is not None:
-            self._thread.join()
-            self._thread = None
-
-    def keep_going(self) -> bool:
-        """Tell whether the device's thread is to go on; what waits for long asks now and then."""
-        return not self._stop.is_set()
-
-    # The device's thread.
-
-    def _work(self) -> None:
-        try:
-            while self.keep_going():
-                try:
-                    self._stay_connected()
-                except (DeviceError, OSError, termios.error) as error:
-                    if self.keep_going():
-                        self._report(str(error))
-                finally:
-                    self.disconnect()
-                self._stop.wait(self.config.reconnect_delay)
-            self._state = _INACTIVE
-        except Exception:
-            self.get_logger().fatal('internal error, shutting down:\n' + traceback.format_exc())
-            self.failed = True
-
-    def _stay_connected(self) -> None:
-        self.connect()
-        self.connections += 1
-        self._state = _CONNECTED
-        self.get_logger().info(f"connected to '{self.config.port}'")
-        while self.keep_going():
-            self.cycle()
-
-    def _report(self, trouble: str) -> None:
-        """Log a trouble once for as long as it lasts."""
-        if trouble != self._state[1]:
-            self.get_logger().error(
-                f'{trouble}; trying again every {self.config.reconnect_delay} s'
-            )
-        self._state = (DiagnosticStatus.ERROR, trouble)
-
-    def _diagnose(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        status.summary(*self._state)
-        status.add('port', self.config.port)
-        status.add('connections', str(self.connections))
-        self.diagnose(status)
-        return status
+def _spin_once(executor: SingleThreadedExecutor, node: Node) -> None:
+    try:
+        executor.spin_once(timeout_sec=LOOK_PERIOD)
+    except ExternalShutdownException:
+        raise
+    except Exception:
+        node.get_logger().error(
+            'internal error in a callback, going on:\n' + traceback.format_exc(),
+            throttle_duration_sec=_ERROR_PERIOD,
+        )

@@ -21,11 +21,11 @@ Config = TypeVar('Config')
 _INTEGER_BOUND = 2**63 - 1
 
 
-def descriptor(config_field: 'Field[Any]') -> ParameterDescriptor:
+def descriptor(config_field: 'Field[Any]', read_only: bool) -> ParameterDescriptor:
     """Return the descriptor that `ros2 param describe` shows for a field."""
     limits = limits_of(config_field)
     text = f'{limits.description} [{limits.unit}]' if limits.unit else limits.description
-    result = ParameterDescriptor(description=text, read_only=not limits.live)
+    result = ParameterDescriptor(description=text, read_only=read_only)
     if limits.choices:
         result.additional_constraints = limits.in_words()
     if limits.minimum is None and limits.maximum is None:
@@ -48,12 +48,14 @@ def declare(
     config_class: type[Config],
     on_change: Callable[[Config], None] | None = None,
     defaults: Config | None = None,
+    is_configured: Callable[[], bool] | None = None,
 ) -> Config:
     """Declare every field of a configuration as a parameter and return what the user set.
 
     What the user did not set is as in `defaults`, or else as the class has it.
     Live parameters may be set while the node runs: `on_change` is then given the new
-    configuration, once it has passed the same checks as the first one.
+    configuration, once it has passed the same checks as the first one. The others are read-only,
+    or for a lifecycle node, which passes `is_configured`, can be set until it is configured.
 
     Raises
     ------
@@ -62,7 +64,9 @@ def declare(
     """
     defaults = config_class() if defaults is None else defaults
     values = {
-        f.name: _declare_one(node, f, getattr(defaults, f.name))
+        f.name: _declare_one(
+            node, f, getattr(defaults, f.name), not limits_of(f).live and is_configured is None
+        )
         for f in fields(config_class)  # type: ignore[arg-type]
     }
     config = config_class(**values)
@@ -78,7 +82,9 @@ def declare(
 
     def validate(parameters: list[Parameter]) -> SetParametersResult:
         try:
-            changed(parameters)
+            new = changed(parameters)
+            if is_configured is not None and is_configured():
+                _check_live(current[0], new)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -95,10 +101,19 @@ def declare(
     return config
 
 
-def _declare_one(node: Node, config_field: 'Field[Any]', default: Any) -> Any:
+def _check_live(old: Any, new: Any) -> None:
+    """Raise ParameterError if a parameter that is not live has changed."""
+    for each in fields(old):
+        before, after = getattr(old, each.name), getattr(new, each.name)
+        if before != after and not limits_of(each).live:
+            limit = f'{before!r} until the node is deactivated and cleaned up'
+            raise ParameterError(each.name, limit, after)
+
+
+def _declare_one(node: Node, config_field: 'Field[Any]', default: Any, read_only: bool) -> Any:
     key = config_field.name
     try:
-        value = node.declare_parameter(key, default, descriptor(config_field)).value
+        value = node.declare_parameter(key, default, descriptor(config_field, read_only)).value
     except InvalidParameterTypeException as error:
         raise ParameterError(key, _type_in_words(config_field), _given(node, key)) from error
     except InvalidParameterValueException as error:

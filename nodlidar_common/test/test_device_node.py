@@ -12,8 +12,9 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from nodlidar_common.device_node import DeviceNode
 from nodlidar_common.errors import DeviceError, ParameterError, StoppedError
-from nodlidar_common.node import DeviceNode, run
+from nodlidar_common.node import run
 from nodlidar_common.parameters import parameter
 import pytest
 import rclpy
@@ -30,6 +31,7 @@ LONGEST = 30.0  # s; only a failing test waits so long
 @dataclass(frozen=True, slots=True)
 class Config:
     port: str = parameter('/dev/fake', 'Device file')
+    beams: int = parameter(1, 'Beams', minimum=1)
     reconnect_delay: float = parameter(0.001, 'Delay', unit='s', minimum=0.0, live=True)
     autostart: bool = parameter(False, 'Start by itself')
 
@@ -41,6 +43,9 @@ class FakeDevice(DeviceNode):
         self.steps = queue.Queue()
         self.orders = queue.Queue()
         super().__init__('fake', Config)
+
+    def configure(self):
+        self.beams = self.config.beams
 
     def connect(self):
         self.steps.put('connect')
@@ -134,7 +139,6 @@ def test_an_error_of_the_port_itself_is_the_devices_and_not_the_programs(device,
     for order in ('first', trouble, 'second'):
         device.orders.put(order)
     assert device.next_steps(5) == ['connect', 'first', 'disconnect', 'connect', 'second']
-    assert not device.failed
 
 
 def test_a_connection_that_is_given_up_on_deactivation_is_no_trouble(device):
@@ -268,7 +272,7 @@ def test_a_node_starts_by_itself_only_if_told(autostart):
 
     def make():
         made.append(FakeDevice())
-        made[0].orders.put(ZeroDivisionError('ends the node if it connects'))
+        made[0].orders.put('there')
         made[0].create_timer(0.3, lambda: setattr(made[0], 'failed', True))
         return made[0]
 
@@ -277,15 +281,61 @@ def test_a_node_starts_by_itself_only_if_told(autostart):
     assert made[0].steps.empty() != autostart
 
 
-def test_unexpected_exception_ends_the_process_as_failed():
-    made = []
+def test_a_fault_of_the_program_leaves_the_device_safe_and_is_tried_again(device, capfd):
+    activate(device)
+    device.orders.put('first')
+    device.orders.put(ZeroDivisionError('a fault of the program'))
+    assert device.next_steps(4) == ['connect', 'first', 'disconnect', 'connect']
+    trouble = "internal error: ZeroDivisionError('a fault of the program')"
+    assert status_with(device, trouble).level == DiagnosticStatus.ERROR
+    device.orders.put('second')
+    assert status_with(device, 'connected').level == DiagnosticStatus.OK
+    assert 'Traceback' in capfd.readouterr().err
 
-    def make():
-        made.append(active_device(ZeroDivisionError('a fault of the program')))
-        return made[0]
 
-    assert run(make) == 1
-    assert made[0].next_steps(3) == ['connect', 'there', 'disconnect']
+def test_a_fault_in_disconnecting_does_not_end_the_device_s_thread(device):
+    disconnect, device.disconnect = device.disconnect, lambda: device.obey(ValueError('a fault'))
+    activate(device)
+    device.orders.put(DeviceError('unplugged'))
+    assert device.next_steps(2) == ['connect', 'connect']
+    device.disconnect = disconnect
+    device.orders.put('there')
+    assert device.next_steps(1) == ['there']
+
+
+def test_an_exception_in_a_callback_is_logged_and_the_node_goes_on(capfd):
+    class Faulty(Node):
+        def __init__(self):
+            super().__init__('faulty')
+            self.failed = False
+            self.calls = 0
+            self.create_timer(0.001, self.call)
+
+        def call(self):
+            self.calls += 1
+            self.failed = self.calls == 5
+            raise ZeroDivisionError('a fault of the program')
+
+    assert run(Faulty) == 1  # by its fifth call
+    log = capfd.readouterr().err
+    assert log.count('internal error in a callback') == 1
+    assert 'ZeroDivisionError: a fault of the program' in log
+
+
+def test_parameters_can_be_set_until_the_node_is_configured(device):
+    [unconfigured] = device.set_parameters([Parameter('beams', value=2)])
+    assert unconfigured.successful
+    assert device.trigger_configure() == SUCCESS
+    assert device.beams == 2
+    [configured] = device.set_parameters([Parameter('beams', value=3)])
+    assert configured.reason == (
+        "'beams' must be 2 until the node is deactivated and cleaned up, but is 3"
+    )
+    assert device.set_parameters([Parameter('reconnect_delay', value=2.0)])[0].successful
+    assert device.trigger_cleanup() == SUCCESS
+    assert device.set_parameters([Parameter('beams', value=3)])[0].successful
+    assert device.trigger_configure() == SUCCESS
+    assert device.beams == 3
 
 
 def test_a_node_that_runs_keeps_no_memory_for_its_callbacks():

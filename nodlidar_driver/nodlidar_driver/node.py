@@ -6,14 +6,16 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
+from nodlidar_common.device_node import DeviceNode
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.node import DeviceNode, run
+from nodlidar_common.node import run
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.diagnosis import Diagnosis
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.messages import arrival_message, fill_scan, scan_template
+from nodlidar_driver.scip_client import STOP
 from nodlidar_driver.scip_port import READ_TIMEOUT
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -26,8 +28,7 @@ class Driver(DeviceNode):
 
     def __init__(self) -> None:
         super().__init__('driver', DriverConfig)
-        self._window = self.config.window()
-        self._diagnosis = Diagnosis(self._window)
+        self.configure()
         self._port: serial.Serial | None = None
         self._lidar: Lidar | None = None
         overridable = QoSOverridingOptions.with_default_policies()
@@ -38,10 +39,16 @@ class Driver(DeviceNode):
             TimeReference, '~/arrival', QoSProfile(depth=10), qos_overriding_options=overridable
         )
 
+    def configure(self) -> None:
+        """Choose the beams."""
+        self._window = self.config.window()
+        self._diagnosis = Diagnosis(self._window)
+
     def connect(self) -> None:
         """Open the port and bring the lidar to streaming."""
         config = self.config
         self._port = open_port(config.port, config.baud_rate, READ_TIMEOUT)
+        self.guard(self._port.fileno(), STOP)
         self._lidar = Lidar(
             self._port, self._window, time.time_ns, config.timeout, self.keep_going
         )

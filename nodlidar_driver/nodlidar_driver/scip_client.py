@@ -7,6 +7,7 @@ import re
 
 from nodlidar_common import scip
 from nodlidar_common.errors import DeviceError
+from nodlidar_common.guard import StopRequest
 from nodlidar_common.scip import ScipError
 from nodlidar_driver import identity
 from nodlidar_driver import scip_status as status_of
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
 _WAY_BACK = {status_of.SCIP_1_1_ERROR: 'SCIP2.0', status_of.NOT_IN_THIS_STATE: 'TM2'}
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
-_STOPPED = re.compile(rb'QT\n(00P|0Ee)\n\n')  # the latter in time mode, with the laser off
+STOP = StopRequest('lidar', b'QT\n', rb'QT\n(00P|0Ee)\n\n')  # 0E in time mode, with the laser off
 
 CHECKSUM = 'checksum'
 INCOMPLETE = 'incomplete'
@@ -164,7 +165,7 @@ class ScipClient:
     def stop(self) -> None:
         """Stop streaming and turn the laser off, in half a second; DeviceError if unconfirmed."""
         self._port.send('QT')
-        if not _STOPPED.search(self._port.drain()):
+        if not re.search(STOP.confirmation, self._port.drain()):
             raise DeviceError('the lidar did not confirm that its laser is off')
 
     def _information(self, command: str) -> dict[str, str]:

@@ -311,3 +311,15 @@ def test_a_signal_turns_the_laser_off_and_ends_the_program(manager, ports, emula
         process.kill()
     assert process.returncode == 0, errors
     assert not emulator.sensor.laser
+
+
+def test_a_killed_driver_s_laser_is_turned_off(ports, emulator):
+    deadline = time.monotonic() + TIMEOUT
+    with start({'port': ports['lidar'], 'autostart': 'true'}, 'killed') as process:
+        while emulator.sensor.stream is None:
+            assert time.monotonic() < deadline, 'no stream'
+            time.sleep(0.01)
+        process.kill()
+        while emulator.sensor.laser:
+            assert time.monotonic() < deadline, 'the laser is on'
+            time.sleep(0.01)

@@ -7,6 +7,7 @@ a reply without data they raise IndexError, and on a short one they take the che
 
 from collections.abc import Callable
 from dataclasses import dataclass
+import re
 from typing import Protocol
 
 from dynamixel_sdk import (
@@ -104,6 +105,20 @@ class Reply:
     status: int
     sent_ns: int
     received_ns: int
+
+
+def write_packet(servo_id: int, address: int, data: bytes) -> bytes:
+    """Return the bytes of a write request of Protocol 1.0."""
+    body = bytes([servo_id, len(data) + 3, INST_WRITE, address, *data])
+    return b'\xff\xff' + body + bytes([~sum(body) & 0xFF])
+
+
+def write_confirmation(servo_id: int) -> bytes:
+    """Return the regular expression of the replies that confirm a write, whatever is reported."""
+    replies = (bytes([servo_id, 2, status]) for status in range(256) if not status & REFUSALS)
+    return b'|'.join(
+        re.escape(b'\xff\xff' + body + bytes([~sum(body) & 0xFF])) for body in replies
+    )
 
 
 def status_names(status: int) -> str:

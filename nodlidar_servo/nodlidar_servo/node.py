@@ -5,10 +5,11 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
+from nodlidar_common.device_node import DeviceNode
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.node import DeviceNode, run
+from nodlidar_common.node import run
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
@@ -18,7 +19,7 @@ from nodlidar_servo.dynamixel_bus import REPLY_TIMEOUT
 from nodlidar_servo.latency import reduce_latency
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.nod_status import status_message
-from nodlidar_servo.servo import Sample, Servo
+from nodlidar_servo.servo import Sample, Servo, torque_off
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -33,14 +34,9 @@ class ServoNode(DeviceNode):
 
     def __init__(self) -> None:
         super().__init__('servo', ServoConfig)
-        self._commands = NodCommands(self.config)
-        self._figures = LoopFigures()
-        self._diagnosis = Diagnosis(self._figures, self._commands)
+        self.configure()
         self._port: serial.Serial | None = None
         self._servo: Servo | None = None
-        self._message = JointState(
-            name=[self.config.joint_name], position=[0.0], velocity=[0.0], effort=[0.0]
-        )
         overriding = QoSOverridingOptions.with_default_policies()
         self._joint_states = self.create_lifecycle_publisher(
             JointState, 'joint_states', QoSProfile(depth=50), qos_overriding_options=overriding
@@ -56,6 +52,15 @@ class ServoNode(DeviceNode):
             QoSProfile(depth=10),
             qos_overriding_options=overriding,
         ).topic_name
+
+    def configure(self) -> None:
+        """Begin to count, and forget the commands so far: the limits may be others."""
+        self._commands = NodCommands(self.config)
+        self._figures = LoopFigures()
+        self._diagnosis = Diagnosis(self._figures, self._commands)
+        self._message = JointState(
+            name=[self.config.joint_name], position=[0.0], velocity=[0.0], effort=[0.0]
+        )
 
     def _on_command(self, message: NodCommand) -> None:
         now_ns = time.time_ns()
@@ -74,6 +79,7 @@ class ServoNode(DeviceNode):
     def connect(self) -> None:
         """Open the port and set the servo up."""
         self._port = open_port(self.config.port, self.config.baud_rate, REPLY_TIMEOUT)
+        self.guard(self._port.fileno(), torque_off(self.config.servo_id))
         warning = reduce_latency(self._port)
         if warning:
             self.get_logger().warning(warning)

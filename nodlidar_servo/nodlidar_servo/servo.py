@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import struct
 
 from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.guard import StopRequest
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.dynamixel_bus import (
     ByteStream,
@@ -15,6 +16,8 @@ from nodlidar_servo.dynamixel_bus import (
     RefusedError,
     Reply,
     ReplyError,
+    write_confirmation,
+    write_packet,
 )
 from nodlidar_servo.models import load_share, MODELS, Register
 from nodlidar_servo.sample_time import excess_ns, sample_time_ns, WireTime
@@ -63,6 +66,12 @@ class Sample:
     voltage: float
     temperature: int
     status: int
+
+
+def torque_off(servo_id: int) -> StopRequest:
+    """Return what makes a servo let go."""
+    request = write_packet(servo_id, Register.TORQUE_ENABLE, bytes([False]))
+    return StopRequest('servo', request, write_confirmation(servo_id))
 
 
 class Servo:

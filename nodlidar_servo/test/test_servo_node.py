@@ -225,6 +225,14 @@ def test_torque_goes_off_and_the_node_ends_cleanly_on_a_signal(commander, emulat
     assert not torque(emulator)
 
 
+def test_torque_goes_off_when_the_node_is_killed(commander, emulator, ports):
+    with active(commander, ports) as process:
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: torque(emulator), 'no torque')
+        process.kill()
+        commander.spin_until(lambda: not torque(emulator), 'torque on')
+
+
 def test_torque_goes_off_when_commands_stop_and_that_is_diagnosed(commander, emulator, ports):
     with active(commander, ports, 'command_timeout:=0.5'):
         commander.nod = nod_from_now()
