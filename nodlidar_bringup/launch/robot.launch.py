@@ -2,33 +2,28 @@
 
 A second sensor runs under another namespace, with its frames told apart by a prefix:
 `ros2 launch nodlidar_bringup robot.launch.py namespace:=left frame_prefix:=left_`.
+
+All arguments are checked before any node is started. The end of any node but RViz ends all; when
+the launch itself is gone, even killed, the kernel ends them (SIGTERM).
 """
 
 import os
 import tempfile
+import uuid
 
+from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, Shutdown
-from launch.conditions import IfCondition
-from launch.substitutions import (
-    Command,
-    EqualsSubstitution,
-    IfElseSubstitution,
-    LaunchConfiguration,
-    PathJoinSubstitution,
-    PythonExpression,
-)
-from launch_ros.actions import Node
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
+from nodlidar_bringup import arguments
+from nodlidar_bringup.tied_node import tied_node
 
-# The emulated devices' links; the process id keeps two launches apart, the namespace two sensors.
-LINKS = os.path.join(tempfile.gettempdir(), f'nodlidar-{os.getpid()}')
+TF_RATE = 1000.0  # Hz, at most: a transform for each joint state, or TF is late by up to 50 ms
 
 
-def share(package, *path):
+def share(package, path):
     """Return a file in a package's share folder."""
-    return PathJoinSubstitution([FindPackageShare(package), *path])
+    return os.path.join(get_package_share_directory(package), path)
 
 
 ARGUMENTS = [
@@ -63,15 +58,15 @@ ARGUMENTS = [
         'base',
         default_value='route',
         choices=['route', 'odometry', 'cmd_vel'],
-        description='the base (hardware:=sim); route: drives it and tells nobody; odometry: '
+        description='the base (hardware:=sim); route: follows the route without odometry; odometry: '
         'publishes odom and its transform; cmd_vel: publishes, and drives as that topic says',
     ),
     DeclareLaunchArgument(
         'profile',
         default_value='balanced',
         choices=['fast', 'balanced', 'accurate'],
-        description='how much accuracy is worth how much time (docs/tradeoffs.md); what the '
-        'files of parameters say goes before it',
+        description='how much accuracy is worth how much time (docs/tradeoffs.md); the '
+        'parameter files override it',
     ),
     DeclareLaunchArgument(
         'ego_motion',
@@ -119,64 +114,21 @@ ARGUMENTS = [
     ),
     DeclareLaunchArgument(
         'driver_params',
-        default_value=share('nodlidar_driver', 'config', 'driver.yaml'),
+        default_value=share('nodlidar_driver', 'config/driver.yaml'),
         description='parameters of the lidar driver, but for port, frame_id and autostart',
     ),
     DeclareLaunchArgument(
         'servo_params',
-        default_value=share('nodlidar_servo', 'config', 'servo.yaml'),
+        default_value=share('nodlidar_servo', 'config/servo.yaml'),
         description='parameters of the servo node, but for port, joint_name and autostart',
     ),
     DeclareLaunchArgument(
         'assembler_params',
-        default_value=share('nodlidar_assembler', 'config', 'assembler.yaml'),
+        default_value=share('nodlidar_assembler', 'config/assembler.yaml'),
         description='parameters of the assembler, but for frame_id, joint_name, laser_xyz and '
         'laser_rpy',
     ),
 ]
-
-NAMESPACE = LaunchConfiguration('namespace')
-PROFILE = [
-    share('nodlidar_bringup', 'config', 'profiles'),
-    '/',
-    LaunchConfiguration('profile'),
-    '.yaml',
-]
-IN_SIM = EqualsSubstitution(LaunchConfiguration('hardware'), 'sim')
-IN_ODOM = EqualsSubstitution(LaunchConfiguration('ego_motion'), 'beam')
-
-
-def frame(name):
-    """Return a frame or joint of this sensor."""
-    return ParameterValue([LaunchConfiguration('frame_prefix'), name], value_type=str)
-
-
-def numbers(argument):
-    """Return an argument's numbers as a list, which is a parameter's value."""
-    return PythonExpression(["[float(n) for n in '", LaunchConfiguration(argument), "'.split()]"])
-
-
-def xacro_argument(name, argument=None):
-    """Return the words that give xacro an argument, from that of this file."""
-    return [f' {name}:="', LaunchConfiguration(argument or name), '"']
-
-
-def link(device):
-    """Return where a device's emulator is linked to."""
-    return [f'{LINKS}/', NAMESPACE, f'/{device}']
-
-
-def port(device):
-    """Return a device's port: its own, or in simulation the link to its emulator."""
-    real = LaunchConfiguration(f'{device}_port')
-    return ParameterValue(IfElseSubstitution(IN_SIM, link(device), real), value_type=str)
-
-
-def assembler_params():
-    """Return the assembler's YAML files; the later one takes precedence."""
-    params = LaunchConfiguration('assembler_params')
-    beam = share('nodlidar_bringup', 'config', 'ego_motion.yaml')
-    return [params, IfElseSubstitution(IN_ODOM, beam, params)]
 
 
 def end_all(event, context):
@@ -184,111 +136,152 @@ def end_all(event, context):
     return None if context.is_shutdown else Shutdown(reason=f'{event.process_name} ended')
 
 
+def text(value):
+    """Return a parameter that stays a text, whatever YAML would make of it."""
+    return ParameterValue(value, value_type=str)
+
+
+class Sensor:
+    """The nodes of one sensor.
+
+    Parameters
+    ----------
+    context
+        Of the launch.
+
+    Raises
+    ------
+    NodlidarError
+        If an argument is not as it must be.
+    """
+
+    def __init__(self, context):
+        self.context = context
+        self.values = {each.name: context.launch_configurations[each.name] for each in ARGUMENTS}
+        arguments.check(self.values)
+        self.in_sim = self.values['hardware'] == 'sim'
+        self.in_odom = self.values['ego_motion'] == 'beam'
+        # Emulators make this folder and remove it; no other sensor has the same.
+        self.links = os.path.join(tempfile.gettempdir(), f'nodlidar-{uuid.uuid4().hex}')
+
+    def nodes(self):
+        """Return all nodes; raises NodlidarError if one is not installed."""
+        nodes = [self.driver(), self.servo(), self.assembler(), self.state_publisher()]
+        if self.in_sim:
+            nodes.insert(0, self.emulators())
+        if self.values['rviz'] == 'true':
+            nodes.append(self.rviz())
+        return nodes
+
+    def node(self, package, executable, **options):
+        """Return a node in the sensor's namespace."""
+        namespace = self.values['namespace']
+        return tied_node(self.context, package, executable, namespace=namespace, **options)
+
+    def frame(self, name):
+        """Return a frame or joint of this sensor."""
+        return self.values['frame_prefix'] + name
+
+    def port(self, device):
+        """Return a device's port: its own, or in simulation the link to its emulator."""
+        return os.path.join(self.links, device) if self.in_sim else self.values[f'{device}_port']
+
+    def emulators(self):
+        """Return the program of the emulated devices."""
+        return self.node(
+            'nodlidar_sim',
+            'emulate',
+            name='base',
+            arguments=[
+                '--lidar-link',
+                self.port('lidar'),
+                '--servo-link',
+                self.port('servo'),
+                '--scene',
+                self.values['scene'],
+                f'--route={self.values["route"]}',
+                '--base',
+                self.values['base'],
+            ],
+            on_exit=end_all,
+        )
+
+    def driver(self):
+        """Return the lidar's driver."""
+        own = {
+            'port': text(self.port('lidar')),
+            'frame_id': text(self.frame('laser')),
+            'autostart': True,
+        }
+        return self.node(
+            'nodlidar_driver',
+            'driver',
+            name='driver',
+            parameters=[self.values['driver_params'], own],
+            on_exit=end_all,
+        )
+
+    def servo(self):
+        """Return the servo's node."""
+        own = {
+            'port': text(self.port('servo')),
+            'joint_name': text(self.frame('nod_joint')),
+            'autostart': True,
+        }
+        return self.node(
+            'nodlidar_servo',
+            'servo',
+            name='servo',
+            parameters=[self.profile(), self.values['servo_params'], own],
+            on_exit=end_all,
+        )
+
+    def assembler(self):
+        """Return the assembler."""
+        files = [self.profile(), self.values['assembler_params']]
+        if self.in_odom:
+            files.append(share('nodlidar_bringup', 'config/ego_motion.yaml'))
+        own = {
+            'frame_id': text(self.frame('nodlidar_base_link')),
+            'joint_name': text(self.frame('nod_joint')),
+            'laser_xyz': arguments.numbers('laser_xyz', self.values['laser_xyz']),
+            'laser_rpy': arguments.numbers('laser_rpy', self.values['laser_rpy']),
+        }
+        return self.node(
+            'nodlidar_assembler',
+            'assembler',
+            name='assembler',
+            parameters=[*files, own],
+            on_exit=end_all,
+        )
+
+    def profile(self):
+        """Return the parameter file of the profile; those of the nodes take precedence."""
+        return share('nodlidar_bringup', f'config/profiles/{self.values["profile"]}.yaml')
+
+    def state_publisher(self):
+        """Return the node that publishes the robot model and its transforms."""
+        places = ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy')
+        description = arguments.robot_description(
+            share('nodlidar_bringup', 'urdf/robot.urdf.xacro'),
+            {name: self.values[name] for name in places} | {'prefix': self.frame('')},
+        )
+        return self.node(
+            'robot_state_publisher',
+            'robot_state_publisher',
+            parameters=[{'robot_description': text(description), 'publish_frequency': TF_RATE}],
+            on_exit=end_all,
+        )
+
+    def rviz(self):
+        """Return RViz, with the world standing still."""
+        view = share('nodlidar_bringup', 'rviz/nodlidar.rviz')
+        fixed = 'odom' if self.in_odom else 'base_link'
+        return self.node('rviz2', 'rviz2', arguments=['-d', view, '-f', fixed])
+
+
 def generate_launch_description():
-    """Return the sensor's nodes; the end of any of them, but not of RViz, ends all."""
-    emulators = Node(
-        package='nodlidar_sim',
-        executable='emulate',
-        name='base',
-        namespace=NAMESPACE,
-        arguments=[
-            '--lidar-link',
-            link('lidar'),
-            '--servo-link',
-            link('servo'),
-            '--scene',
-            LaunchConfiguration('scene'),
-            ['--route=', LaunchConfiguration('route')],
-            '--base',
-            LaunchConfiguration('base'),
-        ],
-        output='screen',
-        condition=IfCondition(IN_SIM),
-        on_exit=end_all,
-    )
-    driver = Node(
-        package='nodlidar_driver',
-        executable='driver',
-        name='driver',
-        namespace=NAMESPACE,
-        parameters=[
-            LaunchConfiguration('driver_params'),
-            {'port': port('lidar'), 'frame_id': frame('laser'), 'autostart': True},
-        ],
-        output='screen',
-        on_exit=end_all,
-    )
-    servo = Node(
-        package='nodlidar_servo',
-        executable='servo',
-        name='servo',
-        namespace=NAMESPACE,
-        parameters=[
-            PROFILE,
-            LaunchConfiguration('servo_params'),
-            {'port': port('servo'), 'joint_name': frame('nod_joint'), 'autostart': True},
-        ],
-        output='screen',
-        on_exit=end_all,
-    )
-    assembler = Node(
-        package='nodlidar_assembler',
-        executable='assembler',
-        name='assembler',
-        namespace=NAMESPACE,
-        parameters=[
-            PROFILE,
-            *assembler_params(),
-            {
-                'frame_id': frame('nodlidar_base_link'),
-                'joint_name': frame('nod_joint'),
-                'laser_xyz': numbers('laser_xyz'),
-                'laser_rpy': numbers('laser_rpy'),
-            },
-        ],
-        output='screen',
-        on_exit=end_all,
-    )
-    description = Command(
-        [
-            'xacro "',
-            share('nodlidar_bringup', 'urdf', 'robot.urdf.xacro'),
-            '"',
-            *xacro_argument('prefix', 'frame_prefix'),
-            *xacro_argument('mount_xyz'),
-            *xacro_argument('mount_rpy'),
-            *xacro_argument('laser_xyz'),
-            *xacro_argument('laser_rpy'),
-        ]
-    )
-    state_publisher = Node(
-        package='robot_state_publisher',
-        executable='robot_state_publisher',
-        namespace=NAMESPACE,
-        parameters=[{'robot_description': ParameterValue(description, value_type=str)}],
-        output='screen',
-        on_exit=end_all,
-    )
-    rviz = Node(
-        package='rviz2',
-        executable='rviz2',
-        namespace=NAMESPACE,
-        arguments=[
-            '-d',
-            share('nodlidar_bringup', 'rviz', 'nodlidar.rviz'),
-            '-f',
-            IfElseSubstitution(IN_ODOM, 'odom', 'base_link'),
-        ],
-        condition=IfCondition(LaunchConfiguration('rviz')),
-    )
+    """Return the launch arguments, and what makes the nodes once these are known."""
     return LaunchDescription(
-        [
-            *ARGUMENTS,
-            emulators,
-            driver,
-            servo,
-            assembler,
-            state_publisher,
-            rviz,
-        ]
+        [*ARGUMENTS, OpaqueFunction(function=lambda context: Sensor(context).nodes())]
     )

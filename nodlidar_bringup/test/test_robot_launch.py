@@ -18,6 +18,7 @@ import pytest
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
+from tf2_msgs.msg import TFMessage
 
 STEP = 2 * math.pi / 1024
 SCANS = 30
@@ -128,6 +129,23 @@ def test_the_laser_s_transform_is_the_joint_s_position(launched):
     assert (t.x, t.y, t.z) == pytest.approx(
         (-0.08 * math.sin(pitch), 0.0, 0.08 * math.cos(pitch)), abs=1e-6
     )
+
+
+def test_every_joint_state_becomes_a_transform(launched):
+    observer, _, _ = launched
+    heard = []
+    observer.node.create_subscription(TFMessage, '/tf', heard.append, 100)
+    states = observer.messages['joint_states']
+
+    def stamps():
+        transforms = [transform for message in heard for transform in message.transforms]
+        return {time_ns(each.header.stamp) for each in transforms}
+
+    observer.spin_until(lambda: len(stamps()) > 100, 'transforms')
+    first, last = min(stamps()), max(stamps())
+    between = {at for at in (time_ns(state.header.stamp) for state in states) if first < at < last}
+    missing = between - stamps()
+    assert len(missing) < 0.05 * len(between)  # where the host lets a message go
 
 
 def test_every_node_reports_ok(launched):

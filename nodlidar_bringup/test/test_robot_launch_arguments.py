@@ -116,11 +116,20 @@ def ended(log, *arguments):
         return log.read_text()
 
 
-def test_an_unknown_scene_ends_the_launch_and_names_the_known_ones(tmp_path):
-    text = ended(tmp_path / 'launch.log', 'scene:=moon')
-    assert 'moon' in text
-    assert all(name in text for name in ('corner', 'corridor', 'room', 'wall'))
-    assert '[emulate-1] Traceback' not in text
+@pytest.mark.parametrize(
+    ('argument', 'words'),
+    [
+        ('laser_xyz:=0 0', "'laser_xyz' must be three numbers [m], separated by spaces"),
+        ('rviz:=true', "package 'rviz2' is not installed"),
+        ('hardware:=toy', 'Argument "hardware" provided value "toy" is not valid'),
+    ],
+)
+def test_a_wrong_argument_is_named_in_one_line_before_anything_starts(tmp_path, argument, words):
+    text = ended(tmp_path / 'launch.log', argument)
+    line = [line for line in text.splitlines() if words in line][-1]
+    assert '[ERROR] [launch]' in line
+    assert 'process started' not in text
+    assert 'Traceback' not in text
 
 
 def test_a_parameter_of_the_wrong_type_ends_the_launch_and_is_named(tmp_path):
@@ -129,16 +138,3 @@ def test_a_parameter_of_the_wrong_type_ends_the_launch_and_is_named(tmp_path):
     text = ended(tmp_path / 'launch.log', f'assembler_params:={parameters}')
     assert "'samples_per_sweep' must be of type int, but is 'many'" in text
     assert '[assembler-4] Traceback' not in text
-
-
-def test_a_place_that_is_none_ends_the_launch_and_is_named(tmp_path):
-    assert "'two'" in ended(tmp_path / 'text.log', 'laser_xyz:=0 0 two')
-    text = ended(tmp_path / 'short.log', 'laser_xyz:=0 0')
-    assert "'laser_xyz' must be three numbers" in text
-
-
-def test_an_unknown_choice_is_refused_before_anything_starts(tmp_path):
-    text = ended(tmp_path / 'launch.log', 'hardware:=toy')
-    assert 'hardware' in text
-    assert 'toy' in text
-    assert 'process started' not in text

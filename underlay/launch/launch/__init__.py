@@ -2,7 +2,7 @@
 
 from underlay_refusal import refuse
 
-from . import actions, conditions, substitutions
+from . import actions, substitutions
 from .action import Action
 from .launch_context import LaunchContext
 from .launch_description import LaunchDescription
@@ -17,7 +17,6 @@ __all__ = [
     'SomeSubstitutionsType',
     'Substitution',
     'actions',
-    'conditions',
     'substitutions',
 ]
 __getattr__ = refuse(__name__, __all__)

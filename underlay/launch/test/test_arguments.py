@@ -1,6 +1,5 @@
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess
-from launch.conditions import IfCondition
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 import pytest
 
@@ -55,17 +54,25 @@ def test_arguments_are_found_in_a_description():
     assert description.get_launch_arguments() == arguments
 
 
-def test_conditions(launch):
-    def echo(word, condition):
-        return ExecuteProcess(cmd=['echo', word], output='screen', condition=condition)
+def test_a_function_returns_what_to_visit_next(launch):
+    def chosen(context):
+        return [values('a')] if context.launch_configurations['a'] == '1' else None
 
-    code, out = launch(echo('never', IfCondition('0')), echo('always', IfCondition('true')))
-    assert code == 0
-    assert 'never' not in out
-    assert '] always\n' in out
-    code, out = launch(echo('unclear', IfCondition('perhaps')))
+    for value, count in (('1', 1), ('2', 0)):
+        argument = DeclareLaunchArgument('a', default_value=value)
+        code, out = launch(argument, OpaqueFunction(function=chosen))
+        assert code == 0
+        assert out.count('] values: 1\n') == count
+
+
+def test_what_a_function_raises_ends_the_launch(launch):
+    def fail(context):
+        raise ValueError('not as it must be')
+
+    code, out = launch(OpaqueFunction(function=fail), ExecuteProcess(cmd=['true']))
     assert code == 1
-    assert "invalid condition expression, got 'perhaps'" in out
+    assert 'Caught exception in launch (see debug for traceback): not as it must be' in out
+    assert 'process started' not in out
 
 
 def test_uncovered_is_refused():
@@ -77,7 +84,7 @@ def test_uncovered_is_refused():
     with pytest.raises(NotImplementedError, match='GroupAction'):
         _ = launch.actions.GroupAction
     with pytest.raises(NotImplementedError, match=r'DeclareLaunchArgument\(condition=\)'):
-        DeclareLaunchArgument('a', condition=IfCondition('1'))
+        DeclareLaunchArgument('a', condition=None)
     with pytest.raises(NotImplementedError, match=r'ExecuteProcess\(respawn=\)'):
         ExecuteProcess(cmd=['true'], respawn=True)
     with pytest.raises(NotImplementedError, match='output='):

@@ -5,29 +5,14 @@ from __future__ import annotations
 import os
 import shutil
 
-from ament_index_python.packages import get_package_prefix, get_package_share_directory
+from ament_index_python.packages import get_package_prefix
 from launch import LaunchContext, SomeSubstitutionsType, Substitution
-from launch.substitution import describe, normalize, perform
+from launch.substitution import normalize, perform
 from launch.substitutions import SubstitutionFailure
 from underlay_refusal import refuse
 
-__all__ = ['ExecutableInPackage', 'FindPackageShare']
+__all__ = ['ExecutableInPackage']
 __getattr__ = refuse(__name__, __all__)
-
-
-class FindPackageShare(Substitution):
-    """The share directory of a package; PackageNotFoundError if it isn't installed."""
-
-    def __init__(self, package: SomeSubstitutionsType) -> None:
-        self.package = normalize(package)
-
-    def describe(self) -> str:
-        """Name the package."""
-        return f'FindPackageShare(pkg={describe(self.package)})'
-
-    def perform(self, context: LaunchContext) -> str:
-        """Look in the ament index."""
-        return get_package_share_directory(perform(context, self.package))
 
 
 class ExecutableInPackage(Substitution):

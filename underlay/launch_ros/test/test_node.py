@@ -6,7 +6,7 @@ from launch.actions import ExecuteProcess
 from launch.substitutions import LaunchConfiguration, SubstitutionFailure, TextSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
+from launch_ros.substitutions import ExecutableInPackage
 import pytest
 import yaml
 
@@ -120,10 +120,10 @@ def test_parameter_files(prefix, launch, context, capsys):
 
 
 def test_packages(prefix, context):
-    assert FindPackageShare(['sam', 'ple']).perform(context) == str(prefix / 'share/sample')
-    assert FindPackageShare('sample').describe() == "FindPackageShare(pkg='sample')"
+    name = ExecutableInPackage('echo', ['sam', 'ple'])
+    assert name.perform(context) == str(prefix / 'lib/sample/echo')
     with pytest.raises(PackageNotFoundError):
-        FindPackageShare('missing').perform(context)
+        ExecutableInPackage('echo', 'missing').perform(context)
 
 
 @pytest.mark.parametrize('executable', ['none', 'data'])
@@ -143,8 +143,15 @@ def test_node_is_run(prefix, launch):
     seen = []
     on_exit = lambda event, context: seen.append(event.returncode)  # noqa: E731
     _, out = launch(node(name='n', arguments=['hello'], on_exit=on_exit))
+    assert '[echo-' in out
     assert '] hello --ros-args -r __node:=n\n' in out
     assert seen == [0]
+
+
+def test_prefix_and_name_of_the_process(prefix, launch):
+    _, out = launch(node(prefix="sh -c 'echo by $0 $1; exec $0 $1'", exec_name=['n', 'ode']))
+    said = [line.split('] ', 1)[1] for line in out.splitlines() if line.startswith('[node-')]
+    assert said == [f'by {prefix}/lib/sample/echo --ros-args', '--ros-args']
 
 
 def test_uncovered_is_refused_by_launch_ros():

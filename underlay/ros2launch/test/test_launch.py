@@ -9,14 +9,14 @@ from ros2launch.command import LaunchCommand
 FILE = """
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration
 
 def generate_launch_description():
     who = LaunchConfiguration('who')
     return LaunchDescription([
         DeclareLaunchArgument('need', description='what is needed'),
         DeclareLaunchArgument('who', default_value='you', choices=['you', 'me']),
-        DeclareLaunchArgument('at', default_value=PathJoinSubstitution(['/', who])),
+        DeclareLaunchArgument('at', default_value=['/', who]),
         DeclareLaunchArgument('empty', default_value=''),
         ExecuteProcess(cmd=['echo', 'given', LaunchConfiguration('need'), who], output='screen'),
     ])
@@ -33,7 +33,7 @@ Arguments (pass arguments as '<name>:=<value>'):
 
     'at':
         no description given
-        (default: PathJoin(''/' + LaunchConfig('who')'))
+        (default: '/' + LaunchConfig('who'))
 
     'empty':
         no description given

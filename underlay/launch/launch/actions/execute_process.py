@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count
 import os
+import shlex
 from types import SimpleNamespace
 from typing import Any
 
@@ -41,8 +42,10 @@ class ExecuteProcess(Action):
     ----------
     cmd
         The command and its arguments.
+    prefix
+        Words that come first, as a shell splits them.
     name
-        Name of the process, by default that of the executable; -1, -2 ... is appended.
+        Name of the process, by default that of the first word; -1, -2 ... is appended.
     output
         'screen', 'log' (standard error to the screen too) or 'both'; the environment's
         OVERRIDE_LAUNCH_PROCESS_OUTPUT goes before it.
@@ -55,6 +58,7 @@ class ExecuteProcess(Action):
         self,
         *,
         cmd: Iterable[SomeSubstitutionsType],
+        prefix: SomeSubstitutionsType = '',
         name: SomeSubstitutionsType | None = None,
         output: SomeSubstitutionsType = 'log',
         on_exit: Reaction | Callable[[ProcessExited, LaunchContext], Reaction] = None,
@@ -64,6 +68,7 @@ class ExecuteProcess(Action):
         if isinstance(output, Mapping):
             raise NotImplementedError(f'output={output!r} is not covered, only {[*OUTPUTS]} are')
         self._cmd = [normalize(word) for word in cmd]
+        self._prefix = normalize(prefix)
         self._name = None if name is None else normalize(name)
         self._output = normalize(os.environ.get('OVERRIDE_LAUNCH_PROCESS_OUTPUT', output))
         self._on_exit = on_exit
@@ -71,7 +76,8 @@ class ExecuteProcess(Action):
 
     def command(self, context: LaunchContext) -> list[str]:
         """Return the command line as text."""
-        return [perform(context, word) for word in self._cmd]
+        prefix = shlex.split(perform(context, self._prefix))
+        return prefix + [perform(context, word) for word in self._cmd]
 
     def execute(self, context: LaunchContext) -> None:
         """Start the process, unless the launch is being shut down; RuntimeError if it was."""

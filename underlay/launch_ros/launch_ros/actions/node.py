@@ -30,6 +30,8 @@ class Node(ExecuteProcess):
         Paths of parameter files and dictionaries of parameters; later ones take precedence.
     arguments
         Other arguments, which come first.
+    exec_name
+        Name of the process, by default that of the executable.
 
     """
 
@@ -42,6 +44,7 @@ class Node(ExecuteProcess):
         namespace: SomeSubstitutionsType | None = None,
         parameters: list[Parameters] | None = None,
         arguments: Iterable[SomeSubstitutionsType] | None = None,
+        exec_name: SomeSubstitutionsType | None = None,
         **options: Any,
     ) -> None:
         if not isinstance(parameters, (list, type(None))):
@@ -49,7 +52,7 @@ class Node(ExecuteProcess):
         if package is None:
             raise NotImplementedError('Node without package is not covered')
         path = ExecutableInPackage(package=package, executable=executable)
-        super().__init__(cmd=[path, *(arguments or []), '--ros-args'], **options)
+        super().__init__(cmd=[path, *(arguments or []), '--ros-args'], name=exec_name, **options)
         self._node_name = None if name is None else normalize(name)
         self._namespace = None if namespace is None else normalize(namespace)
         self._parameters = [_normalize(each) for each in parameters or []]

@@ -1,0 +1,80 @@
+"""Checks of the launch arguments, before any node is started."""
+
+from collections.abc import Mapping
+import math
+from pathlib import Path
+import re
+
+from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_sim.scene import load_scene
+import xacro
+import yaml
+
+_NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
+_FRAME_PREFIX = re.compile(r'([A-Za-z0-9_][A-Za-z0-9_./-]*)?')
+
+
+def check(values: Mapping[str, str]) -> None:
+    """Raise ParameterError if an argument that has no list of choices is not as it must be."""
+    check_namespace(values['namespace'])
+    check_frame_prefix(values['frame_prefix'])
+    for name in ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy'):
+        numbers(name, values[name])
+    for name in ('driver_params', 'servo_params', 'assembler_params'):
+        check_parameter_file(name, values[name])
+    if values['hardware'] == 'sim':
+        load_scene(values['scene'], values['route'] or None)
+
+
+def numbers(name: str, text: str) -> list[float]:
+    """Return the three finite numbers of an argument such as '0 0 0.08'; raises ParameterError."""
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) != 3 or not all(map(math.isfinite, values)):
+        unit = 'rad' if name.endswith('_rpy') else 'm'
+        raise ParameterError(name, f'three numbers [{unit}], separated by spaces', text)
+    return values
+
+
+def check_namespace(text: str) -> None:
+    """Raise ParameterError if a namespace of nodes is not valid in ROS."""
+    if not _NAMESPACE.fullmatch(text):
+        allowed = "letters, digits, '_' and '/', no part of it beginning with a digit"
+        raise ParameterError('namespace', allowed, text)
+
+
+def check_frame_prefix(text: str) -> None:
+    """Raise ParameterError if a prefix makes frames that tf2 or the robot model do not allow."""
+    if not _FRAME_PREFIX.fullmatch(text):
+        allowed = "letters, digits and any of '_./-', the first one a letter, a digit or '_'"
+        raise ParameterError('frame_prefix', allowed, text)
+
+
+def check_parameter_file(name: str, path: str) -> None:
+    """Raise ParameterError if an argument is not the path of a parameter file.
+
+    ROS starts a node with its defaults if the file is missing.
+    """
+    try:
+        content = yaml.safe_load(Path(path).read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        problem = ' '.join(str(error).split())
+        raise ParameterError(name, 'a YAML file of parameters', f'{path} ({problem})') from error
+    if not isinstance(content, dict):
+        raise ParameterError(name, "a YAML file of parameters, such as '/**: ...'", path)
+
+
+def robot_description(path: str, arguments: Mapping[str, str]) -> str:
+    """Return the URDF that a xacro file makes with some arguments.
+
+    Raises
+    ------
+    NodlidarError
+        If xacro cannot make it.
+    """
+    try:
+        return str(xacro.process_file(path, mappings=dict(arguments)).toxml())
+    except Exception as error:  # xacro's own, those of XML and of Python expressions
+        raise NodlidarError(f"xacro cannot process '{path}': {error}") from error

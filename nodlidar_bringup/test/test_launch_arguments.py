@@ -1,0 +1,87 @@
+"""The checks of the launch arguments, without a launch."""
+
+from pathlib import Path
+
+from nodlidar_bringup.arguments import check, numbers, robot_description
+from nodlidar_common.errors import NodlidarError
+import pytest
+
+XACRO = Path(__file__).parents[1] / 'urdf' / 'robot.urdf.xacro'
+PLACES = {
+    'mount_xyz': '0 0 1.0',
+    'mount_rpy': '0 0 0',
+    'laser_xyz': '0 0 0.080',
+    'laser_rpy': '0 0 0',
+}
+
+
+@pytest.fixture
+def values(tmp_path):
+    """Return arguments that are as they must be."""
+    path = tmp_path / 'params.yaml'
+    path.write_text('/**:\n  ros__parameters: {}\n')
+    files = dict.fromkeys(('driver_params', 'servo_params', 'assembler_params'), str(path))
+    scene = {'hardware': 'sim', 'scene': 'room', 'route': ''}
+    return {'namespace': '', 'frame_prefix': '', **PLACES, **files, **scene}
+
+
+@pytest.mark.parametrize(
+    'change',
+    [
+        {},
+        {'namespace': '/left/front_2/', 'frame_prefix': 'left_'},
+        {'frame_prefix': 'robot-1/left.'},
+        {'mount_xyz': ' -1e-3\t+.5 7 ', 'route': 'turn', 'scene': 'wall'},
+        {'hardware': 'real', 'scene': 'moon'},
+    ],
+)
+def test_good_arguments_pass(values, change):
+    check(values | change)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'words'),
+    [
+        ('laser_xyz', '0 0', "'laser_xyz' must be three numbers [m], separated by spaces"),
+        ('laser_xyz', 'a b c', "but is 'a b c'"),
+        ('mount_rpy', '0 0 nan', "'mount_rpy' must be three numbers [rad]"),
+        ('mount_xyz', '0 0 inf', "'mount_xyz' must be three numbers [m]"),
+        ('mount_xyz', '0 0 1" foo', "'mount_xyz' must be three numbers [m]"),
+        ('frame_prefix', 'a b', "'frame_prefix' must be letters, digits"),
+        ('frame_prefix', '/left', "'frame_prefix' must be letters, digits"),
+        ('frame_prefix', '"><link/>', "'frame_prefix' must be letters, digits"),
+        ('namespace', '2nd', "'namespace' must be letters, digits"),
+        ('namespace', 'a//b', "'namespace' must be letters, digits"),
+        ('driver_params', 'none.yaml', "'driver_params' must be a YAML file of parameters"),
+        ('servo_params', '', "'servo_params' must be a YAML file of parameters"),
+        ('scene', 'moon', "'scene' must be one of corner, corridor, crossing, room, wall, or a"),
+        ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
+    ],
+)
+def test_a_wrong_argument_is_named_with_what_is_allowed(values, name, value, words):
+    with pytest.raises(NodlidarError) as caught:
+        check(values | {name: value})
+    assert words in str(caught.value)
+    assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('content', ['[1, 2', '- a', 'text', '\x80', ''])
+def test_a_file_that_holds_no_parameters_is_named(values, tmp_path, content):
+    path = tmp_path / 'wrong.yaml'
+    path.write_bytes(content.encode('latin-1'))
+    with pytest.raises(NodlidarError, match="'servo_params' must be a YAML file") as caught:
+        check(values | {'servo_params': str(path)})
+    assert str(path) in str(caught.value)
+    assert '\n' not in str(caught.value)
+
+
+def test_numbers_are_taken_as_they_are():
+    assert numbers('laser_xyz', '0.01 0 -5e-2') == [0.01, 0.0, -0.05]
+
+
+def test_a_robot_model_is_made_or_what_is_wrong_with_it_is_told(tmp_path):
+    assert 'xyz="0 0 0.080"' in robot_description(str(XACRO), PLACES | {'prefix': 'left_'})
+    path = tmp_path / 'broken.urdf.xacro'
+    path.write_text('<robot')
+    with pytest.raises(NodlidarError, match=f"xacro cannot process '{path}'"):
+        robot_description(str(path), {})

@@ -1,0 +1,56 @@
+"""What a launch that is killed leaves behind: no process, no laser, no torque."""
+
+import os
+import signal
+import time
+
+from nodlidar_bringup.launched import launched_sensor
+from nodlidar_sim.emulate import make_devices
+from nodlidar_sim.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.rx24f_table import TORQUE_ENABLE
+from nodlidar_sim.scene import load_scene
+import psutil
+import pytest
+
+LONGEST = 30.0  # s; only a failing test waits so long
+
+
+def wait_until(condition, what):
+    deadline = time.monotonic() + LONGEST
+    while not condition():
+        assert time.monotonic() < deadline, what
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize(
+    ('victim', 'end'),
+    [
+        ('launch', signal.SIGKILL),
+        ('launch', signal.SIGSEGV),
+        ('servo', signal.SIGKILL),
+        ('all', signal.SIGKILL),
+    ],
+)
+def test_a_kill_ends_all_nodes_with_torque_and_laser_off(tmp_path, victim, end):
+    devices = make_devices(load_scene('wall'), time.time_ns(), seed=0)
+    links = {name: tmp_path / name for name in devices}
+    lidar, servo = devices['lidar'].sensor, devices['servo'].table
+    ports = [f'{name}_port:={link}' for name, link in links.items()]
+    with (
+        PseudoTerminals(devices, links),
+        launched_sensor(tmp_path / 'launch.log', 'hardware:=real', *ports) as running,
+    ):
+        wait_until(lambda: lidar.laser and servo[TORQUE_ENABLE], 'it does not nod')
+        processes = psutil.Process(running.process.pid).children(recursive=True)
+        nodes = {each.name(): each for each in processes}
+        if victim == 'all':
+            os.killpg(running.process.pid, end)
+        elif victim == 'launch':
+            running.process.send_signal(end)
+        else:
+            nodes[victim].send_signal(end)
+        wait_until(lambda: not lidar.laser, 'the laser is on')
+        wait_until(lambda: not servo[TORQUE_ENABLE], 'the torque is on')
+        running.process.wait(LONGEST)
+        _, left = psutil.wait_procs(processes, LONGEST)
+        assert not left
