@@ -65,7 +65,8 @@ def _ending_signals() -> Iterator[list[int]]:
         yield received
     finally:
         for number, handler in before.items():
-            signal.signal(number, handler)
+            # A second Ctrl-C would break off what the first one has begun.
+            signal.signal(number, signal.SIG_IGN if received else handler)
 
 
 def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
