@@ -3,6 +3,7 @@
 import argparse
 import sys
 
+from rich import get_console
 from rich.console import Console
 
 from bench import (
@@ -14,6 +15,7 @@ from bench import (
     effects,
     ego_motion,
     estimators,
+    faults,
     feedback_loop,
     hot_paths,
     limit_changes,
@@ -41,6 +43,7 @@ MEASUREMENTS = {
     'simulation_speed': simulation_speed,
     'effects': effects,
     'live': live,
+    'faults': faults,
     'profiles': profiles,
     'stages': stages,
     'estimators': estimators,
@@ -71,7 +74,7 @@ def main() -> None:
         help='tell what got slower than was recorded; the exit status is 1 if anything did',
     )
     arguments = parsed(parser, MEASUREMENTS)
-    console = Console()
+    console = get_console()
     if arguments.compare:
         sys.exit(_compare(console))
     measured_at = commit()

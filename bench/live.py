@@ -20,11 +20,11 @@ import psutil
 from rich.console import Console
 import yaml
 
+from bench.node_processes import node_processes, NODES
 from bench.report import Row
 
 DURATION = 20.0
 TITLE = f'The launched sensor in the room, {DURATION:.0f} s'
-NODES = ('driver', 'servo', 'assembler', 'robot_state_publisher')
 SETUPS = {
     **{f'profile {name}': [f'profile:={name}'] for name in PROFILES},
     # What an adapter with a latency timer of 16 ms lets through.
@@ -74,9 +74,8 @@ def _receiver() -> Iterator[psutil.Process]:
 def _cpu_seconds(launch_pid: int) -> Counter[str]:
     """Return the processor time that each node has used so far [s]."""
     used: Counter[str] = Counter()
-    for child in psutil.Process(launch_pid).children(recursive=True):
-        for node in {Path(part).name for part in child.cmdline()[:2]} & set(NODES):
-            used[node] += _seconds(child)  # type: ignore[assignment]
+    for node, process in node_processes(launch_pid).items():
+        used[node] += _seconds(process)  # type: ignore[assignment]
     return used
 
 

@@ -1,11 +1,11 @@
 """A device with bad wiring, for tests of what hosts make of it."""
 
 from nodlidar_sim.device import Device
-import numpy as np
+from nodlidar_sim.faulty_line import FaultyLine
 
 
-class FaultyDevice:
-    """A device whose bytes to the host are damaged, lost, cut off or late.
+class FaultyDevice(FaultyLine):
+    """A device behind a bad connection: as a line, it is the one from the device to the host.
 
     Parameters
     ----------
@@ -16,24 +16,18 @@ class FaultyDevice:
 
     Attributes
     ----------
-    corrupt_rate
-        Share of the bytes that have one bit flipped.
-    drop_rate
-        Share of the bytes that are lost.
-    mute
-        Nothing at all reaches the host.
+    to_device
+        The line from the host to the device.
     stalled_until_ns
         Before this time nothing passes, in either direction; the device hears it all then.
     """
 
     def __init__(self, device: Device, seed: int = 0) -> None:
-        self.corrupt_rate = 0.0
-        self.drop_rate = 0.0
-        self.mute = False
+        super().__init__(seed)
+        self.to_device = FaultyLine([seed, 1])
         self.stalled_until_ns = 0
         self._held = b''
         self._device = device
-        self._rng = np.random.default_rng(seed)
 
     def receive(self, data: bytes, now_ns: int) -> None:
         """Pass on the host's bytes."""
@@ -45,30 +39,23 @@ class FaultyDevice:
         if now_ns < self.stalled_until_ns:
             return b''
         self._pass_on(now_ns)
-        data = self._device.transmit(now_ns)
-        if self.mute:
-            return b''
-        if self.corrupt_rate > 0.0:
-            data = self._corrupt(data)
-        if self.drop_rate > 0.0:
-            data = self._drop(data)
-        return data
+        return self.carry(self._device.transmit(now_ns), now_ns)
 
     def next_event_ns(self) -> int | None:
-        """Return the device's next event."""
-        return self.stalled_until_ns if self._held else self._device.next_event_ns()
+        """Return when bytes next come out, or the device's next event."""
+        if self._held:
+            return self.stalled_until_ns
+        events = (
+            self._device.next_event_ns(),
+            super().next_event_ns(),
+            self.to_device.next_event_ns(),
+        )
+        return min((event for event in events if event is not None), default=None)
 
     def _pass_on(self, now_ns: int) -> None:
-        if self._held and now_ns >= self.stalled_until_ns:
-            held, self._held = self._held, b''
-            self._device.receive(held, now_ns)
-
-    def _corrupt(self, data: bytes) -> bytes:
-        sound = np.frombuffer(data, np.uint8)
-        bits = np.left_shift(1, self._rng.integers(0, 8, sound.size)).astype(np.uint8)
-        hit = self._rng.random(sound.size) < self.corrupt_rate
-        return np.where(hit, sound ^ bits, sound).astype(np.uint8).tobytes()
-
-    def _drop(self, data: bytes) -> bytes:
-        sound = np.frombuffer(data, np.uint8)
-        return sound[self._rng.random(sound.size) >= self.drop_rate].tobytes()
+        if now_ns < self.stalled_until_ns:
+            return
+        held, self._held = self._held, b''
+        heard = self.to_device.carry(held, now_ns)
+        if heard:
+            self._device.receive(heard, now_ns)

@@ -94,6 +94,10 @@ class PseudoTerminals:
         """Return how many bytes were lost because the host did not read them."""
         return self._terminals[name].buffer.dropped
 
+    def in_use(self, name: str) -> bool:
+        """Tell whether a host has a device open."""
+        return self._terminals[name].in_use
+
     def close_device(self, name: str) -> None:
         """Pull a device's cable: its terminal hangs up, its link goes."""
         with self._lock:

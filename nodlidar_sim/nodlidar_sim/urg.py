@@ -4,10 +4,12 @@ Every command is answered at the end of the turn during which it came, as a reco
 sensor shows, and a scan is sent at the end of the turn that measured it.
 """
 
+from collections.abc import Callable
 import re
 
 from nodlidar_sim.effects import Measure
 from nodlidar_sim.urg_clock import UrgClock
+from nodlidar_sim.urg_scan import Turn
 from nodlidar_sim.urg_sensor import MAX_LINE, UrgSensor
 from nodlidar_sim.wire import BITS_PER_BYTE, Wire
 
@@ -48,6 +50,9 @@ class UrgEmulator:
         Its state; tests make it fail there.
     lost_commands
         Commands that came while eight others were waiting for the end of the turn.
+    on_scan
+        Told of each turn of a stream right before it is sent: its truth can be noted, its timer
+        spoilt.
     """
 
     def __init__(
@@ -63,6 +68,7 @@ class UrgEmulator:
         serial_number: str = 'H0000001',
     ) -> None:
         self.lost_commands = 0
+        self.on_scan: Callable[[Turn], None] = lambda turn: None
         self._measure = measure
         self._clock = UrgClock(start_ns, clock_rate, timer, rotation_phase)
         self.sensor = UrgSensor(self._clock, serial_number, bit_rate or _CLASSIC_BIT_RATE, scip11)
@@ -127,6 +133,8 @@ class UrgEmulator:
         self._pending.clear()
         self._set_wire_speed()
         if stream is not None and self.sensor.stream is stream and not late:
+            if self.sensor.measures():
+                self.on_scan(turn)
             self._wire.send(self.sensor.scan_message(turn), turn.end_ns)
         self._clock.next_turn()
 

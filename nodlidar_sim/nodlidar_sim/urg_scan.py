@@ -36,6 +36,8 @@ class Turn:
         Range [mm] or error of each step that can be asked for, shape (769,).
     measured
         Whether the codes are those of this turn's beams.
+    times_ns
+        When each beam is sent [ns], shape (682,).
     """
 
     def __init__(self, start_ns: int, end_ns: int, timer: int) -> None:
@@ -45,16 +47,16 @@ class Turn:
         self.codes = np.full(LAST_REQUESTABLE_STEP + 1, NOT_MEASURABLE, dtype=np.int64)
         self.measured = False
         elapsed = _STEPS * ((end_ns - start_ns) / STEPS_PER_TURN)
-        self._times_ns = start_ns + np.rint(elapsed).astype(np.int64)
+        self.times_ns = start_ns + np.rint(elapsed).astype(np.int64)
 
     @property
     def last_beam_ns(self) -> int:
         """When the last beam is sent [ns]."""
-        return int(self._times_ns[-1])
+        return int(self.times_ns[-1])
 
     def measure(self, measure: Measure) -> None:
         """Measure every beam at its own instant."""
-        self.codes[_STEPS] = range_codes(measure(self._times_ns, _AZIMUTHS))
+        self.codes[_STEPS] = range_codes(measure(self.times_ns, _AZIMUTHS))
         self.measured = True
 
 

@@ -104,6 +104,14 @@ def test_a_second_user_is_refused():
         open_port(ports['a'], 115200, timeout=5.0)
 
 
+def test_it_is_known_whether_a_host_has_a_device_open():
+    with PseudoTerminals({'a': Echo()}) as ports:
+        assert not ports.in_use('a')
+        with open_port(ports['a'], 115200, timeout=5.0):
+            assert ports.in_use('a')
+        assert not ports.in_use('a')
+
+
 def test_a_device_that_speaks_first_is_heard_without_being_asked():
     with PseudoTerminals({'a': Ticker()}) as ports, open_port(ports['a'], 9600, 5.0) as port:
         ticks = port.read(200)

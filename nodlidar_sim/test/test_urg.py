@@ -436,3 +436,20 @@ def test_a_mute_device_says_nothing():
     assert host.ask(b'QT') is None
     host.device.mute = False
     assert host.ask(b'QT') == [b'QT', b'00P']
+
+
+def test_each_scan_that_is_sent_is_told_of_before():
+    host, told = Host(millimetre_per_step), []
+
+    def note_and_spoil(turn):
+        told.append((turn.times_ns[0], turn.codes[44]))
+        turn.timer += 30 * (len(told) == 2)
+
+    host.urg.on_scan = note_and_spoil
+    host.ask(b'MD0044072501003')
+    timers = [timer_of(host.reply()[2]) for _ in range(3)]
+    assert len(told) == 3
+    assert np.diff(timers).tolist() == [130, 70]
+    assert [code for _, code in told] == [1044] * 3
+    step_44_ns = START + 100 * MS + round(44 * 100 * MS / 1024)
+    assert [at_ns - step_44_ns for at_ns, _ in told] == [0, 100 * MS, 200 * MS]

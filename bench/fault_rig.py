@@ -1,0 +1,232 @@
+"""The launched system on emulated devices that belong to this process, which can spoil them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+import sys
+import time
+from types import TracebackType
+
+from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
+from nodlidar_sim.device import Device
+from nodlidar_sim.effects import imperfect
+from nodlidar_sim.faults import FaultyDevice
+from nodlidar_sim.faulty_line import FaultyLine
+from nodlidar_sim.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.rx24f import Rx24fEmulator
+from nodlidar_sim.rx24f_table import TORQUE_ENABLE
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.servo_motion import ServoMotion
+from nodlidar_sim.urg import UrgEmulator
+from nodlidar_sim.urg_scan import Turn
+from nodlidar_sim.world import World
+import numpy as np
+import psutil
+
+from bench.fault_recorder import RecorderProcess
+from bench.fault_truth import FaultyServo, Truth
+from bench.node_processes import node_processes
+
+RANGE_NOISE = 0.002  # [m]; tells every scan from every other, also where nothing moves
+_SWITCH_INTERVAL = 2e-4  # of Python's threads [s]: that one device does not wait for the other
+START_TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What a node's process held at a time [ns]: memory [MB] and open files."""
+
+    time_ns: int
+    node: str
+    pid: int
+    memory: float
+    files: int
+
+
+class WatchedDevice(FaultyDevice):
+    """A device behind a bad connection that is looked at whenever its host is served."""
+
+    def __init__(self, device: Device, seed: int, look: Callable[[int], None]) -> None:
+        super().__init__(device, seed)
+        self._look = look
+
+    def transmit(self, now_ns: int) -> bytes:
+        """Return what reaches the host."""
+        data = super().transmit(now_ns)
+        self._look(now_ns)
+        return data
+
+
+class Rig:
+    """Emulated devices, the launched nodes and a recorder: a context manager.
+
+    Parameters
+    ----------
+    folder
+        For the bag, the devices' links and what launches print.
+    seed
+        Of all that is random about the devices.
+
+    Attributes
+    ----------
+    truth
+        What the devices really did.
+    lidar, servo, motion
+        The devices and the servo's motor with its encoder, to be spoilt.
+    recorder
+        Records what is published.
+    launch
+        The running launch file.
+    loads
+        What the nodes held, whenever that was asked for.
+    timer_error
+        What is added to the timestamp of the lidar's next scan, once [ms].
+    timer_hit_ns
+        When that last happened [ns].
+    """
+
+    recorder: RecorderProcess
+    launch: LaunchedSensor
+
+    def __init__(self, folder: Path, seed: int) -> None:
+        self.folder = folder
+        self.loads: list[Load] = []
+        self.timer_error = 0
+        self.timer_hit_ns: int | None = None
+        self._rng = np.random.default_rng(seed)
+        start_ns = time.time_ns()
+        room = load_scene('room')
+        self._scene = replace(room, effects=replace(room.effects, range_noise=RANGE_NOISE))
+        self.motion = FaultyServo(ServoMotion(), seed)
+        self.truth = Truth(self.motion.shaft, start_ns)
+        self._world = World(self._scene, self.motion.shaft, start_ns=start_ns)
+        self.servo = Rx24fEmulator(self.motion, baud=1)
+        self.wires = {
+            'servo': self._wire(self.servo, self._look_at_servo),
+            'lidar': self._new_lidar(start_ns),
+        }
+        # A thread for each: a servo answers in time also while a scan is being simulated.
+        self.ports = {
+            name: PseudoTerminals({name: wire}, {name: folder / name})
+            for name, wire in self.wires.items()
+        }
+        self._nodes: dict[str, psutil.Process] = {}
+        self._stack = ExitStack()
+        self._launches = 0
+
+    def __enter__(self) -> Rig:
+        keep_apart()
+        self._stack.callback(sys.setswitchinterval, sys.getswitchinterval())
+        sys.setswitchinterval(_SWITCH_INTERVAL)
+        for port in self.ports.values():
+            self._stack.enter_context(port)
+        self.recorder = RecorderProcess(self.folder / 'bag')
+        self._stack.callback(self.recorder.close)
+        self._stack.callback(lambda: self._running.close())
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._stack.close()
+
+    # The devices.
+
+    def line(self, device: str, direction: str) -> FaultyLine:
+        """Return the line 'from' or 'to' a device."""
+        wire = self.wires[device]
+        return wire if direction == 'from' else wire.to_device
+
+    def plug_in(self, device: str) -> None:
+        """Plug in a device that was unplugged."""
+        self.ports[device].reopen(device, self.wires[device])
+
+    def unplug(self, device: str) -> None:
+        """Unplug a device."""
+        self.ports[device].close_device(device)
+
+    def renew_lidar(self) -> None:
+        """Have the lidar, which must be unplugged, start anew."""
+        self.wires['lidar'] = self._new_lidar(self.now_ns())
+
+    def _new_lidar(self, start_ns: int) -> WatchedDevice:
+        self.lidar = UrgEmulator(
+            imperfect(self._world.ranges, self._scene.effects, int(self._rng.integers(2**31))),
+            start_ns=start_ns,
+            rotation_phase=float(self._rng.random()),
+        )
+        self.lidar.on_scan = self._scan_sent
+        return self._wire(self.lidar, self._look_at_lidar)
+
+    def _wire(self, device: Device, look: Callable[[int], None]) -> WatchedDevice:
+        return WatchedDevice(device, int(self._rng.integers(2**31)), look)
+
+    def _scan_sent(self, turn: Turn) -> None:
+        self.truth.add_scan(turn, self.ports['lidar'].in_use('lidar'))
+        if self.timer_error:
+            turn.timer = (turn.timer + self.timer_error) % 2**24
+            self.timer_error, self.timer_hit_ns = 0, turn.end_ns
+
+    def _look_at_servo(self, now_ns: int) -> None:
+        self.truth.follow(now_ns)
+        self.truth.torque.note(now_ns, bool(self.servo.table[TORQUE_ENABLE]))
+
+    def _look_at_lidar(self, now_ns: int) -> None:
+        self.truth.laser.note(now_ns, self.lidar.sensor.laser)
+
+    # The nodes.
+
+    def start(self) -> None:
+        """Start the launch file."""
+        self._launches += 1
+        self._running = ExitStack()
+        self.launch = self._running.enter_context(
+            launched_sensor(
+                self.folder / f'launch_{self._launches}.log',
+                'hardware:=real',
+                f'lidar_port:={self.folder / "lidar"}',
+                f'servo_port:={self.folder / "servo"}',
+            )
+        )
+
+    def start_again(self) -> None:
+        """Start the launch file after its end and that of its nodes, by force if need be."""
+        self.recorder.spin_until(lambda: not self.launch.running(), STOP_TIMEOUT)
+        self.relaunch()
+
+    def relaunch(self) -> None:
+        """End the launch file and start it again."""
+        self.nodes()
+        self._running.close()
+        if not self.recorder.spin_until(lambda: not self._left(), STOP_TIMEOUT):
+            for process in self._left():
+                process.kill()
+        self.start()
+
+    def _left(self) -> list[psutil.Process]:
+        return [process for process in self._nodes.values() if process.is_running()]
+
+    def nodes(self) -> dict[str, psutil.Process]:
+        """Return the nodes' processes, of a launch that was killed those it had."""
+        self._nodes = node_processes(self.launch.process.pid) or self._nodes
+        return self._nodes
+
+    def weigh(self) -> None:
+        """Take note of what the nodes hold."""
+        for node, process in self.nodes().items():
+            with suppress(psutil.Error):
+                memory = process.memory_info().rss / 1e6
+                files = process.num_fds()
+                self.loads.append(Load(self.now_ns(), node, process.pid, memory, files))
+
+    @staticmethod
+    def now_ns() -> int:
+        """Return the host time [ns]."""
+        return time.time_ns()

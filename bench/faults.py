@@ -1,0 +1,154 @@
+"""The launched system under random faults: are they named and healed, and what do they spoil.
+
+Real nodes on emulated devices; bytes, cables, devices and processes fail one after the other, with
+healthy pauses. What is published is compared with what the devices really did. An error is the
+worst of all messages from a fault's onset until the next fault; the distance of a cloud is the RMS
+over its points. `python -m bench.faults --help` shows what can be chosen.
+"""
+
+import argparse
+from collections.abc import Iterator
+import json
+from pathlib import Path
+import sys
+import tempfile
+import time
+
+from nodlidar_common.errors import NodlidarError
+import numpy as np
+from rich import get_console
+from rich.progress import Progress
+
+from bench.fault_errors import errors
+from bench.fault_judgement import Episode, Judge, Judgement
+from bench.fault_kinds import Kind, schedule
+from bench.fault_log import read_published
+from bench.fault_rig import Rig, START_TIMEOUT
+from bench.fault_rows import load_rows, row
+from bench.report import Row, table
+
+DURATION = 600.0
+HEALTHY = 20.0  # before the first fault [s]
+PAUSE = 4.0  # from when a fault has healed to the next one [s]
+PATIENCE = 20.0  # for it to heal [s]; then the launch is started again
+TITLE = f'Random faults for {DURATION:.0f} s: how each was named, healed, and what it spoilt'
+NONE = 'none'
+
+
+class UnhealthyError(NodlidarError):
+    """A system that does not work without any fault."""
+
+
+def results(
+    duration: float = DURATION, seed: int = 1, only: str = '', keep: Path | None = None
+) -> list[Row]:
+    """Return what became of faults, by kind.
+
+    Parameters
+    ----------
+    duration
+        Of all faults [s].
+    seed
+        Of the order of the faults, how bad they are, and how long they last.
+    only
+        Parts of the names of faults, with commas: only faults with one of them.
+    keep
+        A folder for the bag, the nodes' logs and the judgement of each fault.
+
+    Raises
+    ------
+    UnhealthyError
+        If no clouds come before the first fault.
+    """
+    with tempfile.TemporaryDirectory(prefix='faults-') as temporary:
+        folder = Path(temporary) if keep is None else keep
+        folder.mkdir(parents=True, exist_ok=True)
+        with Rig(folder, seed) as rig:
+            episodes = list(_episodes(rig, duration, seed, only))
+        published = read_published(folder / 'bag')
+        judge = Judge(published, rig.truth, errors(published, rig.truth), _span(episodes[0]))
+        judged = [(episode, judge.judge(episode)) for episode in episodes]
+        if keep is not None:
+            _write(keep / 'faults.json', judged, rig.truth.scans[0].times_ns[0])
+    kinds: dict[str, list[Judgement]] = {}
+    for episode, judgement in judged:
+        kinds.setdefault(episode.kind, []).append(judgement)
+    first, *others = kinds
+    return [row(name, kinds[name]) for name in (first, *sorted(others))] + load_rows(rig.loads)
+
+
+def _span(episode: Episode) -> tuple[int, int]:
+    return episode.began_ns, episode.until_ns
+
+
+def _episodes(rig: Rig, duration: float, seed: int, only: str) -> Iterator[Episode]:
+    """Yield a time without faults and then one fault after the other."""
+    kinds, rng = schedule(seed, only), np.random.default_rng(seed)
+    console = get_console()
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task('no fault', total=duration)
+        if not rig.recorder.spin_until(rig.recorder.healthy, START_TIMEOUT):
+            raise UnhealthyError(f'no clouds come: see {rig.folder}/launch_1.log')
+        rig.recorder.spin(PAUSE)
+        began_ns = rig.now_ns()
+        rig.recorder.spin(HEALTHY)
+        yield Episode(NONE, '', None, began_ns, began_ns, began_ns, rig.now_ns())
+        started, done = time.monotonic(), 0
+        while (elapsed := time.monotonic() - started) < duration:
+            kind = kinds[done % len(kinds)]
+            progress.update(task, completed=elapsed, description=kind.name)
+            yield _episode(rig, kind, rng)
+            done += 1
+
+
+def _episode(rig: Rig, kind: Kind, rng: np.random.Generator) -> Episode:
+    """Bring a fault about, end it and wait until clouds come again."""
+    rig.weigh()
+    began_ns, lasting = rig.now_ns(), float(rng.uniform(*kind.durations))
+    fault = kind.begin(rig, rng)
+    rig.recorder.spin(lasting)
+    hit_ns, end_ns = fault.hit_ns(), rig.now_ns()
+    fault.end()
+    mended_ns = rig.now_ns() if kind.ends_launch else end_ns
+    patience = START_TIMEOUT if kind.ends_launch else PATIENCE
+    if not rig.recorder.spin_until(rig.recorder.healthy, patience):
+        rig.relaunch()
+    rig.recorder.spin(PAUSE)
+    return Episode(
+        kind.name, f'{fault.detail} {lasting:.1f} s'.strip(), hit_ns, end_ns, mended_ns,
+        began_ns, rig.now_ns(), kind.ends_launch, lasting >= kind.releases_after,
+    )  # fmt: skip
+
+
+def _write(path: Path, judged: list[tuple[Episode, Judgement]], start_ns: int) -> None:
+    """Write the judgement of each fault, and when it was [s]."""
+    rows = [
+        {
+            'at [s]': round((episode.began_ns - start_ns) / 1e9, 3),
+            **row(episode.kind, [judgement]),
+            'detail': episode.detail,
+        }
+        for episode, judgement in judged
+    ]
+    path.write_text(json.dumps(rows, indent=1) + '\n')
+
+
+def main() -> None:
+    """Print what was asked for."""
+    parser = argparse.ArgumentParser(prog='python -m bench.faults', description=__doc__)
+    parser.add_argument('--duration', type=float, default=DURATION, help='of all faults [s]')
+    parser.add_argument('--seed', type=int, default=1, help='of order and size of the faults')
+    parser.add_argument('--only', default='', help='parts of the names of faults, with commas')
+    parser.add_argument('--keep', type=Path, help='folder for bag, logs and each judgement')
+    options = parser.parse_args()
+    try:
+        rows = results(options.duration, options.seed, options.only, options.keep)
+    except (NodlidarError, ValueError) as error:
+        sys.exit(f'faults: {error}')
+    faults = [each for each in rows if 'number' in each]
+    get_console().print(table(TITLE, faults))
+    get_console().print(table('Nodes', [each for each in rows if each not in faults]))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,90 @@
+"""One direction of a bad connection: bytes are changed, lost, inserted, late or all gone."""
+
+from collections import deque
+
+import numpy as np
+
+
+class FaultyLine:
+    """Carries bytes one way.
+
+    Parameters
+    ----------
+    seed
+        Of the choice of bytes.
+
+    Attributes
+    ----------
+    corrupt_rate
+        Share of the bytes that have one bit flipped.
+    drop_rate
+        Share of the bytes that are lost.
+    insert_rate
+        Share of the bytes that another one, of any value, comes before.
+    mute
+        Nothing at all gets through.
+    delay_ns, jitter_ns
+        How much later than usual bytes come at least, and how much later still at most [ns].
+    first_hit_ns
+        When bytes were first hit by any of that [ns]; None if they never were.
+    """
+
+    def __init__(self, seed: int | list[int] = 0) -> None:
+        self._rng = np.random.default_rng(seed)
+        self._late: deque[tuple[int, bytes]] = deque()
+        self.mend()
+
+    def mend(self) -> None:
+        """Be sound from now on; what is late still comes when it was to come."""
+        self.corrupt_rate = self.drop_rate = self.insert_rate = 0.0
+        self.mute = False
+        self.delay_ns = self.jitter_ns = 0
+        self.first_hit_ns: int | None = None
+
+    def carry(self, data: bytes, now_ns: int) -> bytes:
+        """Take bytes at a time [ns] and return those that come out by then."""
+        if data:
+            damaged = self._damaged(data)
+            due_ns = now_ns + self._delay_ns()
+            if self.first_hit_ns is None and (damaged != data or due_ns > now_ns):
+                self.first_hit_ns = now_ns
+            self._late.append((max(due_ns, self._late[-1][0] if self._late else 0), damaged))
+        due = b''
+        while self._late and self._late[0][0] <= now_ns:
+            due += self._late.popleft()[1]
+        return due
+
+    def next_event_ns(self) -> int | None:
+        """Return when [ns] the next bytes that are late come out, None if none are."""
+        return self._late[0][0] if self._late else None
+
+    def _delay_ns(self) -> int:
+        more_ns = round(self._rng.uniform(0.0, self.jitter_ns)) if self.jitter_ns else 0
+        return self.delay_ns + more_ns
+
+    def _damaged(self, data: bytes) -> bytes:
+        if self.mute:
+            return b''
+        if self.corrupt_rate > 0.0:
+            data = self._corrupt(data)
+        if self.drop_rate > 0.0:
+            data = self._drop(data)
+        if self.insert_rate > 0.0:
+            data = self._insert(data)
+        return data
+
+    def _corrupt(self, data: bytes) -> bytes:
+        sound = np.frombuffer(data, np.uint8)
+        bits = np.left_shift(1, self._rng.integers(0, 8, sound.size)).astype(np.uint8)
+        hit = self._rng.random(sound.size) < self.corrupt_rate
+        return np.where(hit, sound ^ bits, sound).astype(np.uint8).tobytes()
+
+    def _drop(self, data: bytes) -> bytes:
+        sound = np.frombuffer(data, np.uint8)
+        return sound[self._rng.random(sound.size) >= self.drop_rate].tobytes()
+
+    def _insert(self, data: bytes) -> bytes:
+        sound = np.frombuffer(data, np.uint8)
+        places = np.flatnonzero(self._rng.random(sound.size) < self.insert_rate)
+        values = self._rng.integers(0, 256, places.size).astype(np.uint8)
+        return np.insert(sound, places, values).tobytes()
