@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.fault_errors import Errors
-from bench.fault_log import Published, Status
+from bench.fault_log import Published
+from bench.fault_naming import counts_of, Naming
 from bench.fault_recorder import HEALTHY_SHARE, SCAN_RATE
 from bench.fault_truth import Truth
 
+CLOUD_LIMIT, STAMP_LIMIT = 0.010, 0.002  # [m], [s]
 WINDOW_NS = 1_000_000_000  # over which the rate of clouds is taken
 _TOLD_NS = 3_000_000_000  # after its end a fault may still be named
-_SILENT = 1.5  # diagnostics that are late by so many of their periods are missing
-_NUMBER = re.compile(r'[-+]?\d[\d.]*')
 _LOSSES = {'driver': re.compile(r'Scans (missed|dropped)'), 'assembler': re.compile('dropped: ')}
 
 
@@ -68,6 +68,9 @@ class Judgement:
         How long after it was mended clouds came at their rate again; infinite if they did not.
     cloud, stamp, joint
         Worst errors [m], [s], [rad].
+    clouds_off, stamps_off
+        Clouds that are more than CLOUD_LIMIT worse than any while nothing was wrong, and scans
+        whose stamps are more than STAMP_LIMIT wrong.
     changed
         Beams that were published with a range that the lidar did not send.
     missing
@@ -86,6 +89,8 @@ class Judgement:
     cloud: float
     stamp: float
     joint: float
+    clouds_off: int
+    stamps_off: int
     changed: int
     missing: int
     unaccounted: int
@@ -101,7 +106,7 @@ class Judge:
     published, truth, found
         What was published, what really happened, and how far off the one is from the other.
     healthy_ns
-        From when to when nothing was wrong [ns]: what diagnostics count then is no complaint.
+        From when to when nothing was wrong [ns].
     """
 
     def __init__(
@@ -112,16 +117,19 @@ class Judge:
         self._cloud_ns = np.array([t for t, _ in published.clouds], dtype=np.int64)
         self._sent_ns = np.array([s.times_ns[-1] for s in truth.scans], dtype=np.int64)
         self._heard = np.array([s.heard for s in truth.scans], dtype=bool)
-        self._restless = _restless_keys(
-            [s for s in published.statuses if healthy_ns[0] <= s.time_ns < healthy_ns[1]]
-        )
+        healthy = _worst(found.cloud[_within(self._cloud_ns, healthy_ns)])
+        self._cloud_limit = CLOUD_LIMIT + healthy
+        self._naming = Naming(published.statuses, healthy_ns)
 
     def judge(self, episode: Episode) -> Judgement:
         """Return what became of a fault."""
         found, span_ns = self._found, (episode.began_ns, episode.until_ns)
         scans, clouds = _within(self._scan_ns, span_ns), _within(self._cloud_ns, span_ns)
         joints = _within(self._published.joint_ns, span_ns)
-        named, text, counted = self._told(episode)
+        named, text, counted = math.nan, '', math.nan
+        if episode.onset_ns is not None and not episode.relaunched:
+            until_ns = min(episode.end_ns + _TOLD_NS, episode.until_ns)
+            named, text, counted = self._naming.after(episode.onset_ns, until_ns)
         missing, unaccounted = self._accounted(episode)
         truth, onset_ns = self._truth, episode.onset_ns or episode.began_ns
         off = [c.off_after(onset_ns, episode.end_ns) for c in (truth.torque, truth.laser)]
@@ -134,6 +142,8 @@ class Judge:
             cloud=_worst(found.cloud[clouds]),
             stamp=_worst(found.stamp[scans]),
             joint=_worst(found.joint[joints]),
+            clouds_off=int((found.cloud[clouds] > self._cloud_limit).sum()),
+            stamps_off=int((np.abs(found.stamp[scans]) > STAMP_LIMIT).sum()),
             changed=int(found.changed[scans].sum()),
             missing=missing,
             unaccounted=unaccounted,
@@ -151,26 +161,6 @@ class Judge:
             if np.count_nonzero(_within(after, (start_ns, start_ns + WINDOW_NS))) >= enough:
                 return float(start_ns - episode.mended_ns) / 1e9
         return math.inf
-
-    def _told(self, episode: Episode) -> tuple[float, str, float]:
-        """Return how long after its onset a fault was named, how, and when it was counted."""
-        if episode.onset_ns is None or episode.relaunched:
-            return math.nan, '', math.nan
-        onset_ns = episode.onset_ns
-        until_ns = min(episode.end_ns + _TOLD_NS, episode.until_ns)
-        statuses = self._published.statuses
-        before = {s.name: s for s in statuses if s.time_ns < onset_ns}
-        during = [s for s in statuses if onset_ns <= s.time_ns <= until_ns]
-        complaints = [
-            (status.time_ns, f'{status.name}: {status.message}')
-            for status in during
-            if _is_new_complaint(status, before.get(status.name))
-        ]
-        complaints += _silences(statuses, before, onset_ns, until_ns)
-        named_ns, text = min(complaints, default=(math.inf, ''))
-        risen = [s for s in during if _risen(before.get(s.name), s) - self._restless]
-        counted_ns = min((s.time_ns for s in risen), default=math.inf)
-        return (named_ns - onset_ns) / 1e9, text, (counted_ns - onset_ns) / 1e9
 
     def _accounted(self, episode: Episode) -> tuple[int, int]:
         """Return how many scans that were sent made no cloud, and of how many nobody told."""
@@ -190,14 +180,19 @@ class Judge:
 
         The driver counts as missed those, too, that it has counted as dropped.
         """
-        sums = []
-        for time_ns in (episode.began_ns, episode.until_ns):
-            last = [s for s in self._published.statuses if node in s.name and s.time_ns < time_ns]
-            sums.append(_losses(last[-1].values, _LOSSES[node]) if last else {})
-        before = {} if episode.relaunched else sums[0]
-        more = {key: n - before.get(key, 0) for key, n in sums[1].items()}
+        before = {} if episode.relaunched else self._losses(node, episode.began_ns)
+        now = self._losses(node, episode.until_ns)
+        more = {key: n - before.get(key, 0) for key, n in now.items()}
         missed = sum(n for key, n in more.items() if 'missed' in key)
         return max(missed, sum(more.values()) - missed)
+
+    def _losses(self, node: str, time_ns: int) -> dict[str, int]:
+        """Return what a node has last told by a time [ns] of its losses, by reason."""
+        found: dict[str, int] = {}
+        for status in self._published.statuses:
+            if node in status.name and status.time_ns < time_ns:
+                found |= counts_of(status.values)
+        return {key: n for key, n in found.items() if _LOSSES[node].match(key)}
 
 
 def _within(times_ns: NDArray[np.int64], span_ns: tuple[int, int]) -> NDArray[np.bool_]:
@@ -207,47 +202,3 @@ def _within(times_ns: NDArray[np.int64], span_ns: tuple[int, int]) -> NDArray[np
 def _worst(errors: NDArray[np.float64]) -> float:
     known = np.abs(errors[~np.isnan(errors)])
     return float(known.max()) if known.size else math.nan
-
-
-def _counts(values: dict[str, str]) -> dict[str, int]:
-    """Return the whole numbers among the values of a status."""
-    return {key: int(value) for key, value in values.items() if value.isdigit()}
-
-
-def _losses(values: dict[str, str], keys: re.Pattern[str]) -> dict[str, int]:
-    return {key: n for key, n in _counts(values).items() if keys.match(key)}
-
-
-def _is_new_complaint(status: Status, last: Status | None) -> bool:
-    """Tell whether something is wrong that was not, figures apart."""
-    known = '' if last is None or not last.level else _NUMBER.sub('', last.message)
-    return status.level > 0 and _NUMBER.sub('', status.message) != known
-
-
-def _risen(last: Status | None, status: Status) -> set[str]:
-    before = {} if last is None else _counts(last.values)
-    return {key for key, n in _counts(status.values).items() if n > before.get(key, 0)}
-
-
-def _restless_keys(statuses: list[Status]) -> set[str]:
-    """Return the counts that change although nothing is wrong."""
-    seen: dict[tuple[str, str], set[int]] = {}
-    for status in statuses:
-        for key, n in _counts(status.values).items():
-            seen.setdefault((status.name, key), set()).add(n)
-    return {key for (_, key), numbers in seen.items() if len(numbers) > 1}
-
-
-def _silences(
-    statuses: list[Status], before: dict[str, Status], onset_ns: int, until_ns: int
-) -> list[tuple[int, str]]:
-    """Return when [ns] a node's diagnostics were found missing, and whose."""
-    found = []
-    for name, last in before.items():
-        times = [s.time_ns for s in statuses if s.name == name]
-        period_ns = float(np.median(np.diff(times))) if len(times) > 1 else math.inf
-        due_ns = last.time_ns + _SILENT * period_ns
-        following = min((t for t in times if t >= onset_ns), default=math.inf)
-        if onset_ns <= due_ns < min(following, until_ns):
-            found.append((round(due_ns), f'{name}: nothing more comes'))
-    return found

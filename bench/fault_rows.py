@@ -27,14 +27,16 @@ def row(name: str, judgements: Sequence[Judgement]) -> Row:
         f'healed in {HEALED_WITHIN:g} s': _share(healed, HEALED_WITHIN),
         'healed [s]': _most(healed),
         'cloud [mm]': _most([j.cloud * 1e3 for j in judgements]),
+        'clouds off': sum(j.clouds_off for j in judgements),
         'scan stamp [ms]': _most([j.stamp * 1e3 for j in judgements]),
+        'stamps off': sum(j.stamps_off for j in judgements),
         'pitch [mrad]': _most([j.joint * 1e3 for j in judgements]),
         'beams changed': sum(j.changed for j in judgements),
         'clouds missing': sum(j.missing for j in judgements),
         'unaccounted': sum(j.unaccounted for j in judgements),
         'torque off [s]': _most([j.torque_off for j in judgements]),
         'laser off [s]': _most([j.laser_off for j in judgements]),
-        'named as': max(told, key=told.count) if told else '',
+        'named as': _commonest(told),
     }
 
 
@@ -58,6 +60,10 @@ def load_rows(loads: Sequence[Load]) -> list[Row]:
             }
         )
     return rows
+
+
+def _commonest(texts: Sequence[str]) -> str:
+    return max(texts, key=texts.count, default='')
 
 
 def _share(times: Sequence[float], limit: float) -> str:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from nodlidar_sim.motion import Array, Times
+from nodlidar_sim.motion import Array, Motion, Times
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.urg_scan import FIRST_STEP, LAST_STEP, MIN_RANGE_MM, Turn
 import numpy as np
@@ -66,7 +66,7 @@ class Truth:
         When they were on.
     """
 
-    def __init__(self, shaft: ServoMotion, start_ns: int) -> None:
+    def __init__(self, shaft: Motion, start_ns: int) -> None:
         self.scans: list[TrueScan] = []
         self.torque, self.laser = Changes(), Changes()
         self._shaft = shaft

@@ -32,7 +32,7 @@ HEALTHY = 20.0  # before the first fault [s]
 PAUSE = 4.0  # from when a fault has healed to the next one [s]
 PATIENCE = 20.0  # for it to heal [s]; then the launch is started again
 TITLE = f'Random faults for {DURATION:.0f} s: how each was named, healed, and what it spoilt'
-NONE = 'none'
+NONE, ALL = 'none', 'all'
 
 
 class UnhealthyError(NodlidarError):
@@ -73,8 +73,13 @@ def results(
     kinds: dict[str, list[Judgement]] = {}
     for episode, judgement in judged:
         kinds.setdefault(episode.kind, []).append(judgement)
-    first, *others = kinds
-    return [row(name, kinds[name]) for name in (first, *sorted(others))] + load_rows(rig.loads)
+    healthy = kinds.pop(NONE)
+    return [
+        row(NONE, healthy),
+        *(row(name, kinds[name]) for name in sorted(kinds)),
+        row(ALL, [judgement for each in kinds.values() for judgement in each]),
+        *load_rows(rig.loads),
+    ]
 
 
 def _span(episode: Episode) -> tuple[int, int]:
@@ -145,6 +150,8 @@ def main() -> None:
         rows = results(options.duration, options.seed, options.only, options.keep)
     except (NodlidarError, ValueError) as error:
         sys.exit(f'faults: {error}')
+    except KeyboardInterrupt:
+        sys.exit('faults: interrupted')
     faults = [each for each in rows if 'number' in each]
     get_console().print(table(TITLE, faults))
     get_console().print(table('Nodes', [each for each in rows if each not in faults]))

@@ -1,0 +1,255 @@
+"""The judge of a faulty system is itself judged: a recording whose errors are known."""
+
+from dataclasses import replace
+import math
+
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, xyz_of
+from nodlidar_sim.effects import Effects
+from nodlidar_sim.scene import load_scene
+from nodlidar_sim.sensor_model import SensorModel
+from nodlidar_sim.simulation import simulate
+import numpy as np
+import pytest
+
+from bench.fault_errors import errors
+from bench.fault_judgement import Episode, Judge
+from bench.fault_kinds import KINDS, schedule
+from bench.fault_log import Cloud, Published, Status
+from bench.fault_naming import Naming
+from bench.fault_rig import Load
+from bench.fault_rows import load_rows, row
+from bench.fault_truth import Changes, TrueScan, Truth
+from bench.reference import reference_nod, START_NS
+
+DURATION = 12.0
+LATENCY_NS = 40_000_000
+S = 1_000_000_000
+FAULT = Episode(
+    'a fault', '', START_NS + 4 * S, START_NS + 6 * S, START_NS + 6 * S, START_NS + 4 * S,
+    START_NS + 11 * S,
+)  # fmt: skip
+
+
+@pytest.fixture(scope='module')
+def recording():
+    scene = replace(load_scene('room'), effects=Effects(range_noise=0.002))
+    sensor = SensorModel(joint_rate=1000.0, joint_tick=1e-6)
+    return simulate(scene, reference_nod(), DURATION, start_ns=START_NS, sensor=sensor)
+
+
+@pytest.fixture(scope='module')
+def truth(recording):
+    truth = Truth(recording.world.motion, START_NS)
+    for second in range(int(DURATION) + 1):
+        truth.follow(START_NS + second * S)
+    codes = np.rint(np.where(np.isfinite(recording.ranges), recording.ranges, 0.0) * 1e3)
+    truth.scans = [
+        TrueScan(times_ns, code, pitch, True)
+        for times_ns, code, pitch in zip(
+            recording.true_time_ns, codes.astype(np.int64), recording.true_pitch, strict=True
+        )
+    ]
+    truth.torque.note(START_NS, True)
+    truth.laser.note(START_NS, True)
+    return truth
+
+
+def statuses(**told):
+    """Return the diagnostics of a second each: of 'driver', 'servo', 'assembler'."""
+    return [
+        Status(START_NS + second * S + S // 2, f'{node}: device', *told[node](second))
+        if node in told
+        else Status(START_NS + second * S + S // 2, f'{node}: device', 0, 'fine', {})
+        for second in range(int(DURATION))
+        for node in ('driver', 'servo', 'assembler')
+    ]
+
+
+def published(recording, spoil=lambda scan: scan, without=(), told=None):
+    """Return what a sound sensor publishes, its scans spoilt, without the clouds of some."""
+    log = simulated_log(recording)
+    pipeline = Pipeline('slerp', 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    scans, clouds = [], []
+    for i, sound in enumerate(log.scans):
+        scan = spoil(sound)
+        at_ns = sound.stamp_ns + 70_000_000 + LATENCY_NS
+        scans.append((at_ns, scan))
+        if 0 < i < len(log.scans) - 1 and i not in without:
+            points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)[0]
+            clouds.append((at_ns, Cloud(int(points.time_ns[0]), xyz_of(points))))
+    kept = log.sample_ns < START_NS + round(DURATION - 1) * S
+    stamps, pitch = log.sample_ns[kept], log.sample_pitch[kept]
+    return Published(scans, clouds, stamps, stamps, pitch, told or statuses())
+
+
+def judged(recorded, truth, episode=FAULT):
+    healthy_ns = (START_NS, START_NS + 4 * S)
+    return Judge(recorded, truth, errors(recorded, truth), healthy_ns).judge(episode)
+
+
+def spoilt_at(second, change):
+    """Return what changes the one scan that begins in a tenth of a second."""
+
+    def spoil(scan):
+        late = scan.stamp_ns - (START_NS + round(second * S))
+        return change(scan) if 0 <= late < S // 10 else scan
+
+    return spoil
+
+
+def test_a_sound_recording_has_no_errors(recording, truth):
+    judgement = judged(published(recording), truth)
+    assert judgement.stamp < 1e-6
+    assert judgement.cloud < 1e-3
+    assert judgement.joint < 1e-4
+    assert judgement.clouds_off == judgement.stamps_off == 0
+    assert judgement.changed == judgement.missing == judgement.unaccounted == 0
+    assert judgement.healed == 0.0
+    assert math.isinf(judgement.named)
+    assert math.isinf(judgement.counted)
+
+
+def test_a_wrong_stamp_is_found_and_what_it_does_to_the_cloud(recording, truth):
+    late = spoilt_at(5.0, lambda scan: replace(scan, stamp_ns=scan.stamp_ns + 30_000_000))
+    judgement = judged(published(recording, late), truth)
+    assert judgement.stamp == pytest.approx(0.030, abs=1e-6)
+    assert (judgement.stamps_off, judgement.clouds_off) == (1, 1)
+    assert 0.01 < judgement.cloud < 0.3  # up to 0.03 s at pi rad/s, at up to 3 m
+
+
+def test_errors_before_a_fault_are_not_its(recording, truth):
+    late = spoilt_at(3.0, lambda scan: replace(scan, stamp_ns=scan.stamp_ns + 30_000_000))
+    assert judged(published(recording, late), truth).stamp < 1e-6
+
+
+def test_a_cloud_that_was_moved_is_found(recording, truth):
+    recorded = published(recording)
+    for at_ns, cloud in recorded.clouds:
+        if START_NS + 5 * S < at_ns < START_NS + 5 * S + S // 10:
+            cloud.xyz[:, 0] += 0.05
+    assert judged(recorded, truth).cloud == pytest.approx(0.05, abs=2e-3)
+
+
+def test_a_range_that_the_lidar_did_not_send_is_found(recording, truth):
+    def change(scan):
+        ranges = scan.ranges.copy()
+        ranges[100:103] += 0.5
+        return replace(scan, ranges=ranges)
+
+    judgement = judged(published(recording, spoilt_at(5.0, change)), truth)
+    assert judgement.changed == 3
+    assert judgement.cloud < 1e-3
+
+
+def test_a_wrong_pitch_is_found(recording, truth):
+    recorded = published(recording)
+    recorded.joint_pitch[5500] += 0.2
+    assert judged(recorded, truth).joint == pytest.approx(0.2, abs=1e-4)
+
+
+@pytest.mark.parametrize(('told', 'unaccounted'), [(0, 7), (4, 3), (7, 0)])
+def test_what_was_lost_and_not_counted_is_unaccounted(recording, truth, told, unaccounted):
+    def assembler(second):
+        return 0, 'fine', {'clouds': str(second), 'dropped: late': str(told * (second >= 5))}
+
+    recorded = published(recording, without=range(45, 52), told=statuses(assembler=assembler))
+    judgement = judged(recorded, truth)
+    assert judgement.missing == 7
+    assert judgement.unaccounted == unaccounted
+
+
+def test_scans_that_were_not_published_are_missing_and_those_that_none_heard_are_not(
+    recording, truth
+):
+    recorded = published(recording, without=range(45, 52))
+    del recorded.scans[45:52]
+    assert judged(recorded, truth).missing == 7
+    deaf = Truth(recording.world.motion, START_NS)
+    deaf.scans = [replace(s, heard=not 45 <= i < 52) for i, s in enumerate(truth.scans)]
+    deaf.follow(START_NS + S)
+    assert judged(recorded, deaf).missing == 0
+
+
+def test_clouds_heal_when_they_come_at_their_rate_again(recording, truth):
+    recorded = published(recording, without=range(45, 80))
+    judgement = judged(recorded, truth)
+    assert judgement.healed == pytest.approx(2.1, abs=0.11)
+    endless = published(recording, without=range(45, 119))
+    assert math.isinf(judged(endless, truth).healed)
+
+
+def test_a_fault_is_named_by_new_words_not_by_new_figures():
+    def driver(second):
+        return (1, f'{second} scans dropped', {}) if second >= 4 else (1, '7 scans late', {})
+
+    naming = Naming(statuses(driver=driver), (START_NS, START_NS + 3 * S))
+    named, text, counted = naming.after(START_NS + 4 * S, START_NS + 8 * S)
+    assert named == pytest.approx(0.5)
+    assert text == 'driver: device: 4 scans dropped'
+    assert math.isinf(counted)
+    assert math.isinf(naming.after(START_NS + 6 * S, START_NS + 8 * S)[0])
+
+
+def test_a_figure_counts_if_it_stands_still_while_nothing_is_wrong():
+    def driver(second):
+        values = {'Scans published': str(10 * second), 'Scans missed': str(max(second - 5, 0))}
+        return 0, 'connected', values
+
+    naming = Naming(statuses(driver=driver), (START_NS, START_NS + 4 * S))
+    named, _, counted = naming.after(START_NS + 4 * S, START_NS + 9 * S)
+    assert math.isinf(named)
+    assert counted == pytest.approx(2.5)
+
+
+def test_diagnostics_that_stay_away_name_a_fault():
+    told = [s for s in statuses() if 'servo' not in s.name or s.time_ns < START_NS + 4 * S]
+    naming = Naming(told, (START_NS, START_NS + 4 * S))
+    named, text, _ = naming.after(START_NS + 4 * S, START_NS + 9 * S)
+    assert named == pytest.approx(1.0)  # one and a half periods after the last, at 3.5 s
+    assert text == 'servo: device: nothing more comes'
+
+
+def test_torque_that_stays_on_never_went_off():
+    torque = Changes()
+    for second, on in ((0, True), (1, True), (5, False), (8, True)):
+        torque.note(START_NS + second * S, on)
+    assert torque.off_after(START_NS + 3 * S, START_NS + 7 * S) == pytest.approx(2.0)
+    assert math.isinf(torque.off_after(START_NS + 3 * S, START_NS + 4 * S))
+    assert torque.off_after(START_NS + 6 * S, START_NS + 7 * S) == 0.0
+    assert math.isinf(torque.off_after(START_NS + 9 * S, START_NS + 12 * S))
+
+
+def test_a_row_tells_the_worst_and_how_many_were_in_time(recording, truth):
+    judgement = judged(published(recording), truth)
+    named = [replace(judgement, named=t, text='it broke') for t in (0.4, 0.9, 1.4)]
+    told = row('a fault', named)
+    assert told['named in 1 s'] == '2 of 3'
+    assert told['named [s]'] == 1.4
+    assert told['named as'] == 'it broke'
+    assert row('another', [judgement])['named as'] == ''
+    assert told['torque off [s]'] is None
+
+
+def test_the_load_is_that_of_the_process_that_ran_longest():
+    loads = [Load(S * t, 'driver', pid, 70.0 + t, 23) for t, pid in ((0, 1), (20, 2), (80, 2))]
+    assert load_rows(loads)[0]['over [min]'] == 0.0
+    loads.append(Load(S * 200, 'driver', 2, 75.0, 24))
+    (told,) = load_rows(loads)
+    assert told['over [min]'] == 2.0
+    assert told['memory [MB]'] == '150.0 to 75.0'
+    assert told['open files'] == '23 to 24'
+
+
+def test_every_fault_has_its_turn_and_those_that_end_the_launch_come_last():
+    kinds = schedule(seed=3)
+    assert {kind.name for kind in kinds} == set(KINDS)
+    ends = [kind.ends_launch for kind in kinds]
+    assert ends == sorted(ends)
+    assert (
+        [k.name for k in schedule(3)] == [k.name for k in kinds] != [k.name for k in schedule(4)]
+    )
+    assert {k.name for k in schedule(1, 'unplugged')} == {'lidar: unplugged', 'servo: unplugged'}
+    with pytest.raises(ValueError, match='no fault has'):
+        schedule(1, 'meteorite')
