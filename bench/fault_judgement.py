@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 import re
@@ -107,11 +108,19 @@ class Judge:
         What was published, what really happened, and how far off the one is from the other.
     healthy_ns
         From when to when nothing was wrong [ns].
+    launches_ns
+        When the nodes were started [ns], ascending: they count from 0.
     """
 
     def __init__(
-        self, published: Published, truth: Truth, found: Errors, healthy_ns: tuple[int, int]
+        self,
+        published: Published,
+        truth: Truth,
+        found: Errors,
+        healthy_ns: tuple[int, int],
+        launches_ns: Sequence[int],
     ) -> None:
+        self._launches_ns = launches_ns
         self._published, self._truth, self._found = published, truth, found
         self._scan_ns = np.array([t for t, _ in published.scans], dtype=np.int64)
         self._cloud_ns = np.array([t for t, _ in published.clouds], dtype=np.int64)
@@ -180,17 +189,18 @@ class Judge:
 
         The driver counts as missed those, too, that it has counted as dropped.
         """
-        before = {} if episode.relaunched else self._losses(node, episode.began_ns)
-        now = self._losses(node, episode.until_ns)
+        started_ns = max((t for t in self._launches_ns if t <= episode.until_ns), default=0)
+        before = self._losses(node, started_ns, episode.began_ns)
+        now = self._losses(node, started_ns, episode.until_ns)
         more = {key: n - before.get(key, 0) for key, n in now.items()}
         missed = sum(n for key, n in more.items() if 'missed' in key)
         return max(missed, sum(more.values()) - missed)
 
-    def _losses(self, node: str, time_ns: int) -> dict[str, int]:
-        """Return what a node has last told by a time [ns] of its losses, by reason."""
+    def _losses(self, node: str, started_ns: int, until_ns: int) -> dict[str, int]:
+        """Return what a node has last told of its losses from its start to a time [ns]."""
         found: dict[str, int] = {}
         for status in self._published.statuses:
-            if node in status.name and status.time_ns < time_ns:
+            if node in status.name and started_ns <= status.time_ns < until_ns:
                 found |= counts_of(status.values)
         return {key: n for key, n in found.items() if _LOSSES[node].match(key)}
 

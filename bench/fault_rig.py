@@ -21,6 +21,7 @@ from nodlidar_sim.rx24f_table import TORQUE_ENABLE
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.urg import UrgEmulator
+from nodlidar_sim.urg_requests import Stream
 from nodlidar_sim.urg_scan import Turn
 from nodlidar_sim.world import World
 import numpy as np
@@ -80,6 +81,8 @@ class Rig:
         Records what is published.
     launch
         The running launch file.
+    launches_ns
+        When the launch file was started [ns].
     loads
         What the nodes held, whenever that was asked for.
     timer_error
@@ -94,8 +97,12 @@ class Rig:
     def __init__(self, folder: Path, seed: int) -> None:
         self.folder = folder
         self.loads: list[Load] = []
+        self.launches_ns: list[int] = []
         self.timer_error = 0
         self.timer_hit_ns: int | None = None
+        self._unheard: Stream | None = (
+            None  # of a host that is gone; another one did not ask for it
+        )
         self._rng = np.random.default_rng(seed)
         start_ns = time.time_ns()
         room = load_scene('room')
@@ -115,7 +122,6 @@ class Rig:
         }
         self._nodes: dict[str, psutil.Process] = {}
         self._stack = ExitStack()
-        self._launches = 0
 
     def __enter__(self) -> Rig:
         keep_apart()
@@ -169,7 +175,7 @@ class Rig:
         return WatchedDevice(device, int(self._rng.integers(2**31)), look)
 
     def _scan_sent(self, turn: Turn) -> None:
-        self.truth.add_scan(turn, self.ports['lidar'].in_use('lidar'))
+        self.truth.add_scan(turn, self.lidar.sensor.stream is not self._unheard)
         if self.timer_error:
             turn.timer = (turn.timer + self.timer_error) % 2**24
             self.timer_error, self.timer_hit_ns = 0, turn.end_ns
@@ -180,16 +186,18 @@ class Rig:
 
     def _look_at_lidar(self, now_ns: int) -> None:
         self.truth.laser.note(now_ns, self.lidar.sensor.laser)
+        if not self.ports['lidar'].in_use('lidar'):
+            self._unheard = self.lidar.sensor.stream
 
     # The nodes.
 
     def start(self) -> None:
         """Start the launch file."""
-        self._launches += 1
+        self.launches_ns.append(self.now_ns())
         self._running = ExitStack()
         self.launch = self._running.enter_context(
             launched_sensor(
-                self.folder / f'launch_{self._launches}.log',
+                self.folder / f'launch_{len(self.launches_ns)}.log',
                 'hardware:=real',
                 f'lidar_port:={self.folder / "lidar"}',
                 f'servo_port:={self.folder / "servo"}',

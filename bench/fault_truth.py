@@ -22,7 +22,7 @@ class TrueScan:
         Of each beam: when it was sent [ns], what it measured [mm] (0: nothing), and where it
         pointed [rad], shape (682,).
     heard
-        Whether a host had the lidar's port open.
+        Whether the host that has asked for it still had the lidar's port open.
     """
 
     times_ns: Times

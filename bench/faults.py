@@ -66,7 +66,8 @@ def results(
         with Rig(folder, seed) as rig:
             episodes = list(_episodes(rig, duration, seed, only))
         published = read_published(folder / 'bag')
-        judge = Judge(published, rig.truth, errors(published, rig.truth), _span(episodes[0]))
+        found, healthy_ns = errors(published, rig.truth), _span(episodes[0])
+        judge = Judge(published, rig.truth, found, healthy_ns, rig.launches_ns)
         judged = [(episode, judge.judge(episode)) for episode in episodes]
         if keep is not None:
             _write(keep / 'faults.json', judged, rig.truth.scans[0].times_ns[0])

@@ -84,9 +84,9 @@ def published(recording, spoil=lambda scan: scan, without=(), told=None):
     return Published(scans, clouds, stamps, stamps, pitch, told or statuses())
 
 
-def judged(recorded, truth, episode=FAULT):
+def judged(recorded, truth, episode=FAULT, launches=(START_NS,)):
     healthy_ns = (START_NS, START_NS + 4 * S)
-    return Judge(recorded, truth, errors(recorded, truth), healthy_ns).judge(episode)
+    return Judge(recorded, truth, errors(recorded, truth), healthy_ns, launches).judge(episode)
 
 
 def spoilt_at(second, change):
@@ -158,6 +158,16 @@ def test_what_was_lost_and_not_counted_is_unaccounted(recording, truth, told, un
     judgement = judged(recorded, truth)
     assert judgement.missing == 7
     assert judgement.unaccounted == unaccounted
+
+
+def test_after_a_relaunch_nodes_count_anew(recording, truth):
+    def assembler(second):
+        return 0, 'fine', {'dropped: late': '50' if second < 4 else str(7 * (second >= 8))}
+
+    recorded = published(recording, without=range(75, 82), told=statuses(assembler=assembler))
+    again = replace(FAULT, relaunched=True)
+    assert judged(recorded, truth, again, (START_NS, again.mended_ns)).unaccounted == 0
+    assert judged(recorded, truth, again).unaccounted == 7
 
 
 def test_scans_that_were_not_published_are_missing_and_those_that_none_heard_are_not(
