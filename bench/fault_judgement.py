@@ -39,7 +39,7 @@ class Episode:
     relaunched
         Whether the launch ended and was started again.
     releases
-        Whether torque and laser had to go off.
+        Whether torque had to go off; the laser has to where the launch ended.
     """
 
     kind: str
@@ -141,8 +141,11 @@ class Judge:
             named, text, counted = self._naming.after(episode.onset_ns, until_ns)
         missing, unaccounted = self._accounted(episode)
         truth, onset_ns = self._truth, episode.onset_ns or episode.began_ns
-        off = [c.off_after(onset_ns, episode.end_ns) for c in (truth.torque, truth.laser)]
-        torque_off, laser_off = off if episode.releases else (math.nan, math.nan)
+        torque_off = laser_off = math.nan
+        if episode.releases:
+            torque_off = truth.torque.off_after(onset_ns, episode.end_ns)
+        if episode.relaunched:
+            laser_off = truth.laser.off_after(onset_ns, episode.end_ns)
         return Judgement(
             named=named,
             text=text,
