@@ -58,8 +58,9 @@ ARGUMENTS = [
         'base',
         default_value='route',
         choices=['route', 'odometry', 'cmd_vel'],
-        description='the base (hardware:=sim); route: follows the route without odometry; odometry: '
-        'publishes odom and its transform; cmd_vel: publishes, and drives as that topic says',
+        description='the base (hardware:=sim); route: follows the route without odometry; '
+        'odometry: publishes odom and its transform; cmd_vel: publishes, and drives as that topic '
+        'says',
     ),
     DeclareLaunchArgument(
         'profile',
