@@ -6,8 +6,9 @@ import traceback
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from diagnostic_updater import DiagnosticStatusWrapper, Updater
+from diagnostic_updater import DiagnosticStatusWrapper
 from lifecycle_msgs.srv import ChangeState
+from nodlidar_common.diagnostics import SteadyUpdater
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard import Guard, StopRequest
 from nodlidar_common.node_parameters import declare
@@ -43,7 +44,7 @@ class DeviceNode(LifecycleNode):
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._guard: Guard | None = None
-        self._updater: Updater | None = None
+        self._updater: SteadyUpdater | None = None
 
     # What a subclass provides.
 
@@ -120,7 +121,7 @@ class DeviceNode(LifecycleNode):
         """Take over the parameters and start the diagnostics."""
         self.configure()
         if self._updater is None:
-            self._updater = Updater(self)
+            self._updater = SteadyUpdater(self, self.config.port, lambda: self._state)
             self._updater.add('device', self._diagnose)
         self._updater.setHardwareID(self.config.port)
         self._is_configured = True
