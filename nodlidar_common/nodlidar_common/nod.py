@@ -1,6 +1,6 @@
 """The nod as a trajectory: the pitch that is commanded at any instant."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 from nodlidar_common.errors import ParameterError
@@ -49,6 +49,10 @@ class NodTrajectory:
             raise ParameterError('sweep_duration', 'above 0 s', self.sweep_duration)
         if self.samples_per_sweep < 1:
             raise ParameterError('samples_per_sweep', 'at least 1', self.samples_per_sweep)
+
+    def shifted(self, step_ns: int) -> 'NodTrajectory':
+        """Return the same nod by a clock that was set by a step [ns]."""
+        return replace(self, reference_time_ns=self.reference_time_ns + step_ns)
 
     @property
     def span(self) -> float:

@@ -4,6 +4,9 @@ from typing import Protocol
 
 from nodlidar_common.nod import NS_PER_S
 
+# The last instant [ns] that counts as one: with a day to go until messages, in 2038, hold no more.
+LATEST_NS = (2**31 - 86_400) * NS_PER_S
+
 
 class Stamp(Protocol):
     """A builtin_interfaces/Time."""
