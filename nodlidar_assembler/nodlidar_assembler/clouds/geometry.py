@@ -14,6 +14,10 @@ REFERENCE_MOUNT = Pose.from_xyzrpy((0.0, 0.0, 0.080, 0.0, 0.0, 0.0))
 
 # Least step between beams [rad]: a thousandth of that of the finest scanners.
 _LEAST_STEP = 1e-6
+# A scan may go around this often; a message with more beams is not of one scan.
+_MOST_REVOLUTIONS = 2.0
+# Of one revolution [s]: beyond these no lidar turns.
+_SHORTEST, _LONGEST = 5e-4, 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,17 +51,26 @@ class ScanGeometry:
     def __post_init__(self) -> None:
         if self.beams < 1:
             raise ParameterError('ranges', 'at least one', self.beams)
-        if not math.isfinite(self.angle_min):
-            raise ParameterError('angle_min', 'finite', self.angle_min)
+        if not abs(self.angle_min) <= 4.0 * math.pi:
+            raise ParameterError('angle_min', 'between -4 pi and 4 pi rad', self.angle_min)
         if not _LEAST_STEP <= abs(self.angle_increment) <= 2.0 * math.pi:
             limit = f'between {_LEAST_STEP} and 2 pi rad, or the negative of that'
             raise ParameterError('angle_increment', limit, self.angle_increment)
-        if not 0.0 <= self.time_increment <= 1.0:
-            raise ParameterError('time_increment', 'between 0 and 1 s', self.time_increment)
+        if self.beams * abs(self.angle_increment) > _MOST_REVOLUTIONS * math.tau * 1.01:
+            limit = f'at most {_MOST_REVOLUTIONS:g} revolutions of beams'
+            raise ParameterError('ranges', limit, self.beams)
+        self._check_rate()
         if not 0.0 <= self.range_min < math.inf:
             raise ParameterError('range_min', 'at least 0 m and finite', self.range_min)
         if not self.range_min <= self.range_max:
             raise ParameterError('range_max', 'at least range_min', self.range_max)
+
+    def _check_rate(self) -> None:
+        if not 0.0 <= self.time_increment <= 1.0:
+            raise ParameterError('time_increment', 'between 0 and 1 s', self.time_increment)
+        if self.time_increment and not _SHORTEST <= revolution_time(self) <= _LONGEST:
+            limit = f'0, or such that a revolution takes {_SHORTEST} to {_LONGEST:g} s'
+            raise ParameterError('time_increment', limit, self.time_increment)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,12 @@ from numpy.typing import NDArray
 
 # A joint that tells a larger position [rad], or none that is finite, does not tell the pitch.
 LARGEST = 1e6
+# Samples that are missing at a turn-around may cut off this much of it [rad].
+MOST_CUT = 0.015
+# So many times as far apart as usual, some are missing between two samples.
+_MISSING = 1.5
+# A joint whose speed changes by more [rad/s] jumps; it does not turn around.
+_FASTEST_TURN = 100.0
 
 
 class PitchError(NodlidarError):
@@ -80,6 +86,37 @@ def beam_pitch(
         return np.interp(offset, sample_time, sample_pitch)
     ends = np.interp(offset[[0, -1]], sample_time, sample_pitch)
     return np.interp(offset, offset[[0, -1]], ends)
+
+
+def require_turns_seen(
+    offset: NDArray[np.float64],
+    sample_time: NDArray[np.float64],
+    sample_pitch: NDArray[np.float64],
+) -> None:
+    """Raise PitchError if samples are missing where the joint turns around during the scan.
+
+    Over a gap on a straight way interpolation is right, but at a turn-around it cuts off the tip.
+    Where the slopes before and after a gap are off its own by a and b to the same side, two
+    straight legs meet in it at a height of ``a b / (a + b)`` times its duration above the chord.
+
+    Parameters
+    ----------
+    offset
+        Time of each beam [s], ascending, shape (n,).
+    sample_time, sample_pitch
+        Joint samples [s], [rad], ascending, shape (m,), which bracket the beams.
+    """
+    if len(sample_time) < 3:
+        return
+    gap = np.diff(sample_time)
+    bend = np.diff(np.diff(sample_pitch) / gap)
+    bend[np.abs(bend) > _FASTEST_TURN] = 0.0
+    before, after = np.append(bend[:1], bend), np.append(bend, bend[-1:])
+    both = np.maximum(np.abs(before + after), 1e-300)
+    height = np.maximum(before * after, 0.0) / both * gap
+    is_used = (sample_time[1:] > offset[0]) & (sample_time[:-1] < offset[-1])
+    if np.any(is_used & (gap > _MISSING * np.median(gap)) & (height > MOST_CUT)):
+        raise PitchError('joint samples missing at a turn-around')
 
 
 def _nearest(

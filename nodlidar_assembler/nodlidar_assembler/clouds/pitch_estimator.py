@@ -3,7 +3,7 @@
 from collections import Counter
 
 from nodlidar_assembler.clouds.leg_model import leg_pitch, LegModelError
-from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples
+from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, require_turns_seen
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -70,11 +70,16 @@ class PitchEstimator:
             If the samples do not bracket the beams, or leave too long a gap between them.
         """
         samples = ordered_samples(sample_ns, sample_pitch)
+        times = (samples[0] - start_ns) / NS_PER_S
         if self._name != 'trajectory':
-            return beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
+            pitch = beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
+            if self._name != 'nearest':
+                require_turns_seen(offset, times, samples[1])
+            return pitch
         between = beam_pitch('slerp', start_ns, offset, *samples, self._max_joint_gap)
         try:
             return leg_pitch(start_ns, offset, *samples, self._joint_step)
         except LegModelError as error:
+            require_turns_seen(offset, times, samples[1])
             self.fallbacks[str(error)] += 1
             return between

@@ -24,6 +24,8 @@ LEAST_NOTICE = 0.04
 MOST_SCANS = 1.5
 # What is unseen after this time [s] cannot be reached: everything counts as unseen again.
 LONGEST_ROUND = 60.0
+# Sweeps that are remembered: scans come seconds late at most.
+MOST_COMMANDED = 64
 
 
 class ChosenSweeps:
@@ -61,7 +63,7 @@ class ChosenSweeps:
         self._task = task
         self._schedule, self._next = schedule, 0
         # The sweeps that the beams to come may belong to, and the instants [ns] they count from.
-        self._commanded = deque([(planned.reference_time_ns, planned)])
+        self._commanded = deque([(planned.reference_time_ns, planned)], maxlen=MOST_COMMANDED)
         self.rounds, self.round_time = 0, math.nan
         self._round_ns: int | None = None
 
@@ -79,6 +81,13 @@ class ChosenSweeps:
         """Return the nod that counts at an instant [ns]: that chosen last may begin later."""
         begun = (nod for start_ns, nod in reversed(self._commanded) if start_ns <= time_ns)
         return next(begun, self.nod)
+
+    def shift(self, step_ns: int) -> None:
+        """Take all sweeps so far to be later by a step [ns]: the clock was set by it."""
+        for k, (start_ns, nod) in enumerate(self._commanded):
+            self._commanded[k] = start_ns + step_ns, nod.shifted(step_ns)
+        if self._round_ns is not None:
+            self._round_ns += step_ns
 
     def saw(
         self,

@@ -79,6 +79,12 @@ class NodClock:
             self._continue(self.nod, self.revolutions.begin_ns)
         self.nod = self._trajectory()
 
+    def shift(self, step_ns: int) -> None:
+        """Go on as before although the clock was set by a step [ns]."""
+        self.revolutions.shift(step_ns)
+        if self.nod is not None:
+            self.nod = self.nod.shifted(step_ns)
+
     def change(self, shape: NodShape, now_ns: int, present: NodTrajectory | None = None) -> None:
         """Change limits or N_s; the nod goes on from the pitch and the direction that it has now.
 

@@ -69,6 +69,12 @@ class NodController:
         if self._sweeps is not None and lidar.restarts > restarts:
             self._begin_anew(self.shape, lidar.begin_ns)
 
+    def shift(self, step_ns: int) -> None:
+        """Go on as before although the clock was set by a step [ns]."""
+        self._clock.shift(step_ns)
+        if self._sweeps is not None:
+            self._sweeps.shift(step_ns)
+
     def change(self, shape: NodShape, now_ns: int) -> bool:
         """Take another shape at an instant [ns]; return whether it is another."""
         if shape == self.shape:

@@ -1,5 +1,7 @@
 """When the lidar's revolutions begin, in host time, from the stamps of its scans."""
 
+import math
+
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -7,8 +9,12 @@ from numpy.typing import NDArray
 WINDOW = 300
 """Scans that the line is fitted to: half a minute at 10 Hz, where 0.3 ms of jitter become 0.04."""
 
+FEWEST = 20
+"""Scans from which on the scatter of stamps is known."""
+
 _GATE_NS = 5_000_000  # a stamp that is off by more tells nothing, or that the lidar started anew
 _STRAYS_TO_RESTART = 5
+_SAME_RATE = 0.1  # share that the nominal period may differ by from that of the line
 _NO_STAMPS = np.empty((0, 2), dtype=np.int64)  # count, stamp [ns]
 _NOMINAL_WEIGHT = 25.0
 """Weight of the nominal period against the stamps: their scatter (0.5 ms) over the error of that
@@ -20,8 +26,8 @@ class Revolutions:
 
     Revolutions are counted in integers and lines are fitted to differences of integer nanoseconds
     from the newest stamp, so that nothing adds up over hours. Missing scans are counted in.
-    A stamp that is off the line is left out; when one after the other is (the lidar was switched
-    off and on, the host's clock was set), counting goes on from there on a new line.
+    A stamp that is off the line, or comes with another nominal period, is left out; when one after
+    the other is (the lidar was switched off and on), counting goes on from there on a new line.
 
     Attributes
     ----------
@@ -30,11 +36,14 @@ class Revolutions:
     restarts
         How many times a new line was begun. What the count has to do with the time before is
         unknown then: the lidar began anew with another phase.
+    scatter
+        Of the stamps about the line, root mean square [s]; infinite before FEWEST of them.
     """
 
     def __init__(self) -> None:
         self.count = 0
         self.restarts = 0
+        self.scatter = math.inf
         self._stamps: NDArray[np.int64] = _NO_STAMPS
         self._strays = 0
         self._begin_ns = 0
@@ -49,6 +58,11 @@ class Revolutions:
     def begin_ns(self) -> int:
         """Instant [ns] of the newest revolution's first beam, by the line."""
         return self._begin_ns
+
+    def shift(self, step_ns: int) -> None:
+        """Take all stamps so far to be later by a step [ns]: the clock was set by it."""
+        self._stamps[:, 1] += step_ns
+        self._begin_ns += step_ns
 
     def add(self, stamp_ns: int, nominal: float) -> bool:
         """Add the stamp of a scan.
@@ -71,7 +85,9 @@ class Revolutions:
             return True
         elapsed_ns = stamp_ns - self._begin_ns
         turns = round(elapsed_ns / self._period_ns)
-        if turns < 1 or abs(elapsed_ns - turns * self._period_ns) > _GATE_NS:
+        off_ns = abs(elapsed_ns - turns * self._period_ns)
+        other_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) > _SAME_RATE
+        if turns < 1 or off_ns > _GATE_NS or other_rate:
             return self._stray(stamp_ns, nominal)
         self._strays = 0
         self.count += turns
@@ -88,7 +104,7 @@ class Revolutions:
         return True
 
     def _begin(self, stamp_ns: int, nominal: float) -> None:
-        self._strays = 0
+        self._strays, self.scatter = 0, math.inf
         self._stamps = _NO_STAMPS
         self._remember(stamp_ns)
         self._begin_ns = stamp_ns
@@ -108,3 +124,6 @@ class Revolutions:
         excess = float(centred @ (offsets - mean)) / spread
         self._period_ns = self._nominal_ns + excess
         self._begin_ns = int(self._stamps[-1, 1]) + round(mean - excess * middle)
+        if len(turns) >= FEWEST:
+            off = offsets - mean - excess * centred
+            self.scatter = math.sqrt(float(off @ off) / len(off)) / NS_PER_S

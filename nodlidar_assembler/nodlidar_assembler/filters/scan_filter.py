@@ -4,11 +4,13 @@ from collections.abc import Callable
 import math
 
 from message_filters import SimpleFilter
+from nodlidar_assembler.clouds.geometry import revolution_time
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.scan_watch import ScanWatch
 from nodlidar_assembler.filters.scan_message import geometry_from_message
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import LATEST_NS, time_ns
 from sensor_msgs.msg import LaserScan
 
 
@@ -23,12 +25,18 @@ class ScanFilter(SimpleFilter):
         Tells how their times are to be taken, and how far they see; scans are changed accordingly.
     on_drop
         Called with the reason when one is dropped.
+
+    Attributes
+    ----------
+    watch
+        Knows the lidar's revolutions, and how many scans are missing.
     """
 
     def __init__(
         self, source: SimpleFilter, config: AssemblerConfig, on_drop: Callable[[str], None]
     ) -> None:
         super().__init__()
+        self.watch = ScanWatch()
         self._delay_ns = round(config.scan_delay * NS_PER_S)
         self._time_increment = config.time_increment
         self._max_range = config.max_range or math.inf
@@ -39,17 +47,21 @@ class ScanFilter(SimpleFilter):
         try:
             self._take_times(scan)
             scan.range_max = min(scan.range_max, self._max_range)
-            geometry_from_message(scan)
+            nominal = revolution_time(geometry_from_message(scan))
         except ParameterError as error:
             # Without the value: reasons are counted, and must not be as many as there are values.
             self._on_drop(f'{error.key} must be {error.limit}')
+            return
+        reason = self.watch.refuse(time_ns(scan.header.stamp), nominal)
+        if reason:
+            self._on_drop(reason)
         else:
             self.signalMessage(scan)
 
     def _take_times(self, scan: LaserScan) -> None:
         first_ns = time_ns(scan.header.stamp) - self._delay_ns
-        if first_ns < 0:
-            raise ParameterError('stamp', 'after 1970', first_ns / NS_PER_S)
+        if not 0 <= first_ns <= LATEST_NS:
+            raise ParameterError('stamp', 'after 1970 and before 2038', first_ns / NS_PER_S)
         scan.header.stamp.sec, scan.header.stamp.nanosec = divmod(first_ns, NS_PER_S)
         if scan.time_increment == 0.0:
             scan.time_increment = self._time_increment

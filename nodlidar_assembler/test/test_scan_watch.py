@@ -1,0 +1,83 @@
+"""Wrong stamps and rates, and missing scans, found by the revolutions of the lidar."""
+
+from nodlidar_assembler.control.scan_watch import ScanWatch
+import numpy as np
+import pytest
+
+BEGIN_NS, T = 1_800_000_000_000_000_000, 0.1
+MS, S = 1_000_000, 1_000_000_000
+
+
+def stamps(count, begin=0):
+    """Return stamps with 0.3 ms of jitter [ns]."""
+    jitter = np.random.default_rng(1).uniform(-3e5, 3e5, begin + count)[begin:]
+    return [BEGIN_NS + (begin + k) * 100 * MS + int(j) for k, j in enumerate(jitter)]
+
+
+def watched(times_ns, nominal=T):
+    watch = ScanWatch()
+    return watch, [watch.refuse(t, nominal) for t in times_ns]
+
+
+def test_scans_of_an_even_lidar_are_all_right():
+    watch, reasons = watched(stamps(600))
+    assert not any(reasons)
+    assert watch.missing == 0
+
+
+@pytest.mark.parametrize('off_ms', [-53, -8, 8, 53, -3_600_000])
+def test_a_single_stamp_that_is_off_is_refused_and_no_other(off_ms):
+    times_ns = stamps(100)
+    times_ns[60] += off_ms * MS
+    _, reasons = watched(times_ns)
+    assert [k for k, reason in enumerate(reasons) if reason] == [60]
+    assert reasons[60] == ScanWatch.WRONG_TIME
+
+
+def test_a_lidar_that_began_anew_is_believed_after_four_scans():
+    times_ns = stamps(60) + [t + 30 * MS for t in stamps(60, 60)]
+    _, reasons = watched(times_ns)
+    assert [k for k, reason in enumerate(reasons) if reason] == [60, 61, 62, 63]
+
+
+def test_after_a_silence_it_is_believed_at_once():
+    watch, reasons = watched(stamps(60) + [t + 30 * MS for t in stamps(60, 90)])
+    assert not any(reasons)
+    assert watch.missing == 30
+
+
+def test_where_stamps_scatter_none_is_refused():
+    scattered = np.random.default_rng(2).uniform(-20e6, 20e6, 200).astype(int)
+    _, reasons = watched([t + int(off) for t, off in zip(stamps(200), scattered, strict=True)])
+    assert not any(reasons)
+
+
+@pytest.mark.parametrize('nominal', [1e-3, 1e-2, 1.0])
+def test_ten_scans_of_an_absurd_rate_are_refused_and_change_nothing(nominal):
+    watch, times_ns = ScanWatch(), stamps(100)
+    reasons = [watch.refuse(t, nominal if 50 <= k < 60 else T) for k, t in enumerate(times_ns)]
+    assert [k for k, reason in enumerate(reasons) if reason] == list(range(50, 60))
+    assert watch.missing == 10
+
+
+@pytest.mark.parametrize('nominal', [1e-3, 1e-2, 1.0])
+def test_after_an_absurd_beginning_the_right_rate_is_believed_within_two_seconds(nominal):
+    watch, times_ns = ScanWatch(), stamps(100)
+    reasons = [watch.refuse(t, nominal if k < 10 else T) for k, t in enumerate(times_ns)]
+    assert reasons[30:] == [''] * 70
+
+
+def test_missing_revolutions_are_counted_but_not_those_that_the_lidar_skips():
+    watch, _ = watched([t for k, t in enumerate(stamps(100)) if k % 10 != 7])
+    assert watch.missing == 10
+    watch, _ = watched(stamps(100)[::3])
+    assert watch.missing == 0
+
+
+@pytest.mark.parametrize('step_ns', [-3600 * S, -25 * S, -30 * MS, 30 * MS, 3600 * S])
+def test_with_a_clock_that_was_set_all_goes_on(step_ns):
+    watch, times_ns = ScanWatch(), stamps(100)
+    assert not any(watch.refuse(t, T) for t in times_ns[:50])
+    watch.shift(step_ns)
+    assert not any(watch.refuse(t + step_ns, T) for t in times_ns[50:])
+    assert watch.missing == 0
