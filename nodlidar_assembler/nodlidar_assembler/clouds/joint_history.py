@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SPAN_NS = 10 * NS_PER_S  # the longest deadline
+MOST_SAMPLES = 20_000  # however close their stamps are: 10 s at 2 kHz
 
 
 class JointSamples(NamedTuple):
@@ -30,11 +31,12 @@ class JointHistory:
         return self._times_ns[-1] if self._times_ns else None
 
     def add(self, time_ns: int, pitch: float) -> None:
-        """Add a sample [ns], [rad], and forget those that are older than the newest by SPAN_NS."""
+        """Add a sample [ns], [rad]; forget those older than the newest by SPAN_NS, or too many."""
         place = bisect_right(self._times_ns, time_ns)
         self._times_ns.insert(place, time_ns)
         self._pitch.insert(place, pitch)
         old = bisect_left(self._times_ns, self._times_ns[-1] - SPAN_NS)
+        old = max(old, len(self._times_ns) - MOST_SAMPLES)
         del self._times_ns[:old], self._pitch[:old]
 
     def clear(self) -> None:

@@ -8,6 +8,7 @@ from nodlidar_common.nod import NS_PER_S
 import numpy as np
 
 SPAN_NS = 10 * NS_PER_S  # as TF keeps
+MOST_SAMPLES = 20_000  # however close their stamps are
 
 
 class OdometryHistory:
@@ -35,7 +36,8 @@ class OdometryHistory:
         self._times_ns.append(time_ns)
         self._positions.append(position)
         self._orientations.append(orientation)
-        self._forget(bisect_left(self._times_ns, time_ns - SPAN_NS))
+        old = bisect_left(self._times_ns, time_ns - SPAN_NS)
+        self._forget(max(old, len(self._times_ns) - MOST_SAMPLES))
 
     def clear(self) -> None:
         """Forget all samples."""

@@ -106,6 +106,12 @@ class Pipeline:
             self._beams = Beams(geometry, self._mount)
         return self._beams
 
+    def restart(self) -> None:
+        """Begin anew, as when the clock was set; a cloud that is being gathered ends here."""
+        self._turns = TurnFinder(TURN_HYSTERESIS)
+        if self._sweeps is not None:
+            self._sweeps.end()
+
     def add_sample(self, time_ns: int, pitch: float) -> None:
         """Add a joint sample [ns], [rad]; clouds per sweep end at the turn-arounds it shows."""
         if self._sweeps is None:

@@ -1,10 +1,16 @@
 """Gathers the points of scans into one cloud per sweep, or several, cut at the turn-around."""
 
+from collections import deque
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
+
+# Turn-arounds that are kept until scans come: a minute at 50 a second.
+MOST_TURNS = 3000
+# Scans of one cloud, whatever their stamps: half a minute at 100 a second.
+MOST_SCANS = 3000
 
 
 @dataclass(slots=True)
@@ -26,37 +32,53 @@ class SweepGatherer:
     max_duration: float
     sweeps: int = 1
     _scans: list[Points] = field(default_factory=list)
-    _turns_ns: list[int] = field(default_factory=list)
+    _turns_ns: deque[int] = field(default_factory=deque)
+    _ended: list[Points | None] = field(default_factory=list)
     _turned: int = 0  # turns since the last cloud was cut
 
     def add_turn(self, turn_ns: int) -> None:
-        """Add the instant of a turn-around [ns]; they ascend."""
+        """Add the instant of a turn-around [ns]; they ascend.
+
+        Those that are older than the longest cloud wait for no scan any more.
+        """
         self._turned = (self._turned + 1) % self.sweeps
         if self._turned == 0:
             self._turns_ns.append(turn_ns)
+            oldest_ns = turn_ns - 2 * self.max_duration * NS_PER_S
+            while self._turns_ns[0] < oldest_ns or len(self._turns_ns) > MOST_TURNS:
+                self._turns_ns.popleft()
+
+    def end(self) -> None:
+        """End the cloud here, as when the clock was set; it is returned with the next scan."""
+        if self._scans:
+            self._ended.append(_joined(self._scans))
+        self._scans, self._turned = [], 0
+        self._turns_ns.clear()
 
     def add_scan(self, points: Points) -> list[Points]:
         """Add the points of the next scan; return the clouds that are complete by now."""
-        clouds: list[Points | None] = []
         if not len(points.data):
             return []
         if self._scans and points.time_ns[0] < self._newest_ns():
             # Time went back: what came before it ends here.
+            self.end()
+        clouds, self._ended = self._ended, []
+        if self._scans and self._is_too_long(points):
             clouds.append(self._cut(self._newest_ns() + 1))
-            self._turns_ns.clear()
-            self._turned = 0
-        elif self._scans and self._age_ns(points) > self.max_duration * NS_PER_S:
-            clouds.append(self._cut(self._newest_ns() + 1))
+        if not self._scans:
+            while self._turns_ns and self._turns_ns[0] <= points.time_ns[0]:
+                self._turns_ns.popleft()
         self._scans.append(points)
         while self._turns_ns and self._scans and self._newest_ns() >= self._turns_ns[0]:
-            clouds.append(self._cut(self._turns_ns.pop(0)))
+            clouds.append(self._cut(self._turns_ns.popleft()))
         return [cloud for cloud in clouds if cloud is not None]
 
     def _newest_ns(self) -> int:
         return int(self._scans[-1].time_ns[-1])
 
-    def _age_ns(self, points: Points) -> int:
-        return int(points.time_ns[-1] - self._scans[0].time_ns[0])
+    def _is_too_long(self, points: Points) -> bool:
+        duration_ns = int(points.time_ns[-1] - self._scans[0].time_ns[0])
+        return duration_ns > self.max_duration * NS_PER_S or len(self._scans) >= MOST_SCANS
 
     def _cut(self, end_ns: int) -> Points | None:
         """Take everything before an instant out as one cloud; None if there is nothing."""

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 from message_filters import SimpleFilter
 from nodlidar_assembler.clouds.joint_history import JointHistory
-from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_assembler.filters.waiting_filter import WaitingFilter
 from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import LaserScan
@@ -21,7 +20,8 @@ class BracketFilter(WaitingFilter):
     scan_filter
         Filter whose messages are LaserScans.
     joint_filter
-        Filter whose messages are the stamps [ns] and positions [rad] of joint samples.
+        Filter whose messages are the stamps [ns] and positions [rad] of joint samples, in the
+        order of their time: an older one begins another time.
     duration_ns, deadline, now_ns
         As of WaitingFilter.
     on_drop
@@ -55,11 +55,15 @@ class BracketFilter(WaitingFilter):
     def _add_sample(self, stamp_ns: int, pitch: float) -> None:
         """Go on with the scans that wait; forget the history when time went back."""
         newest_ns = self._history.newest_ns
-        if newest_ns is not None and newest_ns - stamp_ns > TIME_JUMP_NS:
-            self._history.clear()
-            self._drain(self._on_drop, self.TIME_WENT_BACK)
+        if newest_ns is not None and newest_ns > stamp_ns:
+            self.forget(self.TIME_WENT_BACK)
         self._history.add(stamp_ns, pitch)
         self.release()
+
+    def forget(self, reason: str) -> None:
+        """Forget the history, and drop what waits for a reason."""
+        self._history.clear()
+        self._drain(self._on_drop, reason)
 
     def _settled(self, overdue: bool, scan: LaserScan, *given: None) -> bool:
         start_ns = time_ns(scan.header.stamp)

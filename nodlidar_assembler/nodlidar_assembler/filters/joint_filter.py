@@ -3,17 +3,22 @@
 from collections import Counter
 
 from message_filters import SimpleFilter
+from nodlidar_assembler.clouds.joint_order import JointOrder
 from nodlidar_assembler.clouds.pitch import LARGEST
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import LATEST_NS, time_ns
 from sensor_msgs.msg import JointState
+
+# Names of other joints that are told where the nod's is missing.
+_MOST_OTHERS = 20
 
 
 class JointFilter(SimpleFilter):
     """Joint states in, (instant [ns], pitch [rad]) of one joint out; counts the malformed ones.
 
     Messages without that joint are other joints' (a robot has many on one topic) and not counted.
+    Samples leave in the order of their time, but for the first after time went back.
 
     Parameters
     ----------
@@ -25,7 +30,8 @@ class JointFilter(SimpleFilter):
         Where malformed ones are counted.
     """
 
-    MALFORMED = f'joint state without a position up to {LARGEST:g} rad, or stamped before 1970'
+    MALFORMED = f'joint state without a position up to {LARGEST:g} rad, or not of 1970 to 2038'
+    OUT_OF_ORDER = 'joint state of another time than those around it'
 
     def __init__(self, source: SimpleFilter, config: AssemblerConfig, drops: Counter[str]) -> None:
         super().__init__()
@@ -33,6 +39,7 @@ class JointFilter(SimpleFilter):
         self._sign = 1.0 if config.joint_positive == 'up' else -1.0
         self._delay_ns = round(config.joint_delay * NS_PER_S)
         self._drops = drops
+        self._order = JointOrder(round(config.max_joint_gap * NS_PER_S))
         self._heard = False
         self._others: set[str] = set()
         source.registerCallback(self._add)
@@ -47,16 +54,32 @@ class JointFilter(SimpleFilter):
         others = ', '.join(f"'{name}'" for name in sorted(self._others))
         return f"no joint state tells of '{self._joint_name}', but of {others}"
 
+    def restart(self) -> None:
+        """Begin anew with whatever comes next: the clock was set."""
+        self._order.restart()
+        self._count_left_out()
+
+    def tells_of_joint(self, message: JointState) -> bool:
+        """Tell whether a message is about the nod's joint."""
+        return self._joint_name in message.name
+
     def _add(self, message: JointState) -> None:
-        if self._joint_name not in message.name:
-            self._others.update(message.name)
+        if not self.tells_of_joint(message):
+            if len(self._others) < _MOST_OTHERS:
+                self._others.update(message.name[:_MOST_OTHERS])
             return
         self._heard = True
         index = message.name.index(self._joint_name)
         told = index < len(message.position) and abs(message.position[index]) <= LARGEST
         measured_ns = time_ns(message.header.stamp) - self._delay_ns
-        if told and measured_ns >= 0:  # no time before 1970 can be published
-            pitch = self._sign * (float(message.position[index]) - self._zero)
-            self.signalMessage(measured_ns, pitch)
-        else:
+        if not (told and 0 <= measured_ns <= LATEST_NS):
             self._drops[self.MALFORMED] += 1
+            return
+        pitch = self._sign * (float(message.position[index]) - self._zero)
+        for sample in self._order.add(measured_ns, pitch):
+            self.signalMessage(*sample)
+        self._count_left_out()
+
+    def _count_left_out(self) -> None:
+        if self._order.left_out:
+            self._drops[self.OUT_OF_ORDER] = self._order.left_out

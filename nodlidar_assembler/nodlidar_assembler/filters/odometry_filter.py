@@ -46,9 +46,9 @@ class OdometryFilter(WaitingFilter):
         self._history = history
         self._on_missing = on_missing
 
-    def forget(self) -> None:
+    def forget(self, reason: str = TIME_WENT_BACK) -> None:
         """Let all scans go without odometry: that which comes is of another time."""
-        self._drain(self._on_missing, self.TIME_WENT_BACK)
+        self._drain(self._on_missing, reason)
 
     def _settled(self, overdue: bool, scan: LaserScan, *given: JointSamples) -> bool:
         (samples,) = given

@@ -61,6 +61,8 @@ class ScanToCloud:
         Scans and joint states that were dropped, counted by reason.
     pipeline
         Tells of the last scan's beams and pitch.
+    joint, odometry
+        What comes of the joint states, and where odometry comes from.
     """
 
     def __init__(
@@ -76,13 +78,13 @@ class ScanToCloud:
         self.drops: Counter[str] = Counter()
         self._otherwise: Counter[str] = Counter()
         self.pipeline = Pipeline.configured(config)
-        self._config, self._odometry = config, odometry
+        self._config, self.odometry = config, odometry
         self._on_made, self._warn = on_made, warn
-        self._joint = JointFilter(states, config, self.drops)
-        self._joint.registerCallback(self.pipeline.add_sample)
+        self.joint = JointFilter(states, config, self.drops)
+        self.joint.registerCallback(self.pipeline.add_sample)
         bracket = BracketFilter(
             scans,
-            self._joint,
+            self.joint,
             self._duration_ns,
             config.deadline,
             now_ns,
@@ -94,7 +96,7 @@ class ScanToCloud:
             self._waiting.append(self._with(odometry, bracket, now_ns))
         self._waiting[-1].registerCallback(self._assemble)
         # Not by a timer: waking up costs a node more than a cloud does.
-        self._joint.registerCallback(lambda *sample: self.release())
+        self.joint.registerCallback(lambda *sample: self.release())
 
     def _with(
         self, odometry: OdometrySource, bracket: BracketFilter, now_ns: Callable[[], int]
@@ -112,6 +114,20 @@ class ScanToCloud:
         odometry.register(waiting.release, waiting.forget)
         return waiting
 
+    def restart(self, reason: str) -> None:
+        """Begin anew, dropping what waits for a reason: the clock was set."""
+        self.joint.restart()
+        if self.odometry is not None:
+            self.odometry.history.clear()
+        for waiting in self._waiting:
+            waiting.forget(reason)
+        self.pipeline.restart()
+
+    @property
+    def joint_name(self) -> str:
+        """The joint that nods."""
+        return self._config.joint_name
+
     @property
     def remarks(self) -> dict[str, int]:
         """How many scans were made otherwise than asked for, by what was done and the reason."""
@@ -124,9 +140,9 @@ class ScanToCloud:
     @property
     def aside(self) -> str:
         """Why joint samples or odometry never came, in parentheses; empty if they did."""
-        if self._joint.trouble:
-            return f' ({self._joint.trouble})'
-        tf = self._odometry.trouble if self._odometry is not None else ''
+        if self.joint.trouble:
+            return f' ({self.joint.trouble})'
+        tf = self.odometry.trouble if self.odometry is not None else ''
         return f' (TF: {tf})' if tf else ''
 
     def release(self) -> None:

@@ -9,6 +9,9 @@ from message_filters import SimpleFilter
 from nodlidar_common.nod import NS_PER_S
 from sensor_msgs.msg import LaserScan
 
+# Scans; the longest deadline has a hundred a second wait.
+MOST_WAITING = 1000
+
 
 class WaitingFilter(SimpleFilter):
     """A message_filters filter whose scans leave in the order in which they came.
@@ -42,12 +45,15 @@ class WaitingFilter(SimpleFilter):
     def release(self) -> None:
         """Let every scan go that can by now; for the deadline, call it now and then."""
         while self._waiting:
-            arrival_ns, message = self._waiting[0]
+            # Taken out first: a scan on whose way something fails must not fail again and again.
+            arrival_ns, message = waiting = self._waiting.popleft()
             # A clock that was set back makes the wait negative; it must not become an endless one.
             overdue = not 0 <= self._now_ns() - arrival_ns <= self._deadline_ns
+            if len(self._waiting) >= MOST_WAITING:
+                overdue = True
             if not self._settled(overdue, *message):
+                self._waiting.appendleft(waiting)
                 return
-            self._waiting.popleft()
 
     def _add(self, *message: Any) -> None:
         self._waiting.append((self._now_ns(), message))
