@@ -3,41 +3,65 @@
 from collections import Counter
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from diagnostic_updater import DiagnosticStatusWrapper, Updater
+from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.filters.scan_filter import ScanFilter
 from nodlidar_assembler.filters.scan_to_cloud import ScanToCloud
+from nodlidar_assembler.inputs import Input
+from nodlidar_assembler.silence import Silence
+from nodlidar_common.diagnostics import SteadyUpdater
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.steady import steady_ns
+from nodlidar_common.survival import Survival
 from rclpy.node import Node
+
+# What was dropped or lost, or failed, is told of for so long [ns].
+_RECENT_NS = NS_PER_S
 
 
 class Diagnosis:
-    """Counts what comes and goes, and reports it once a second with what was dropped.
+    """Counts what comes and goes, and reports it once a second, another trouble at once.
 
     Parameters
     ----------
-    node
-        Whose diagnostics these are.
-    scan_timeout
-        Without a scan for so long something is wrong [s].
-    to_cloud
-        Knows what was dropped.
+    node, frame_id
+        Whose diagnostics these are, and the frame of its clouds, which stands for the hardware.
+    to_cloud, scans
+        Know what was dropped, and what is missing.
+    inputs
+        What is heard, by its name in the plural; they know what was lost and who publishes.
+    survival
+        Knows what failed.
     """
 
-    def __init__(self, node: Node, scan_timeout: float, to_cloud: ScanToCloud) -> None:
-        self._clock = node.get_clock()
-        self._scan_timeout = scan_timeout
-        self._last_scan_ns = 0
+    def __init__(
+        self,
+        node: Node,
+        frame_id: str,
+        to_cloud: ScanToCloud,
+        scans: ScanFilter,
+        inputs: dict[str, Input],
+        survival: Survival,
+    ) -> None:
+        self._node, self._to_cloud = node, to_cloud
+        self._watch, self._inputs, self._survival = scans.watch, inputs, survival
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
-        self._to_cloud = to_cloud
-        self._drops_told: Counter[str] = Counter()
+        self._silences = {'scan': Silence(), f"position of '{to_cloud.joint_name}'": Silence()}
+        heard_scan, heard_joint = (silence.heard for silence in self._silences.values())
+        scans.registerCallback(lambda scan: heard_scan(steady_ns()))
+        to_cloud.joint.registerCallback(lambda *sample: heard_joint(steady_ns()))
+        self._odometry_ns: int | None = None
+        if to_cloud.odometry is not None:
+            self._silences['odometry'] = Silence()
+        self._seen: Counter[str] = Counter()
+        self._recent: Counter[str] = Counter()
+        self._recent_ns = steady_ns() - _RECENT_NS
         self._latency = 0.0
-        self.updater = Updater(node)
-        self.updater.setHardwareID('none')
+        self.updater = SteadyUpdater(node, frame_id, self._state)
         self.updater.add('clouds', self._report)
 
-    def scan_arrived(self, now_ns: int, beams: int) -> None:
+    def scan_arrived(self, beams: int) -> None:
         """Count a scan."""
-        self._last_scan_ns = now_ns
         self.counts.update(scans=1, beams=beams)
 
     def cloud_published(self, now_ns: int, cloud: Points) -> None:
@@ -45,27 +69,66 @@ class Diagnosis:
         self.counts.update(clouds=1, points=len(cloud.data))
         self._latency = (now_ns - int(cloud.time_ns[-1])) / NS_PER_S
 
+    def _state(self) -> object:
+        """Return what is out of order now, by kind."""
+        now_ns = steady_ns()
+        self._hear_odometry(now_ns)
+        losses = self._losses()
+        if losses != self._seen:
+            fresh = now_ns - self._recent_ns >= _RECENT_NS
+            self._recent = (Counter() if fresh else self._recent) + (losses - self._seen)
+            self._seen, self._recent_ns = losses, now_ns
+        silent = [name for name, silence in self._silences.items() if silence.seconds(now_ns)]
+        return silent, now_ns - self._recent_ns < _RECENT_NS, self._crowds()
+
+    def _hear_odometry(self, now_ns: int) -> None:
+        odometry = self._to_cloud.odometry
+        if odometry is not None and odometry.history.newest_ns != self._odometry_ns:
+            self._odometry_ns = odometry.history.newest_ns
+            self._silences['odometry'].heard(now_ns)
+
+    def _losses(self) -> Counter[str]:
+        """Return what was dropped or lost, or failed, so far, counted by what became of it."""
+        losses = Counter({f'dropped: {why}': n for why, n in self._to_cloud.drops.items()})
+        for name, given in self._inputs.items():
+            losses[f'lost before they arrived: {name}'] = given.publishers.lost
+        losses.update({f'internal error: {k}': n for k, n in self._survival.errors.items()})
+        return losses
+
+    def _crowds(self) -> dict[str, int]:
+        """Return the topics that more than one tells of the same, and how many do."""
+        scans, states = self._inputs.values()
+        publishers = self._node.count_publishers(scans.sub.topic_name)
+        told = {
+            scans.sub.topic_name: publishers,
+            f"'{self._to_cloud.joint_name}'": states.publishers.telling,
+        }
+        return {what: count for what, count in told.items() if count > 1}
+
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
         self._to_cloud.release()
-        status.summary(*self._summary())
-        for name, count in (self.counts | self._to_cloud.remarks).items():
+        status.summary(DiagnosticStatus.OK, 'publishing clouds')
+        if not self.counts['scans']:
+            status.summary(DiagnosticStatus.STALE, 'no scan has come yet')
+        for text in self._silent():
+            status.mergeSummary(DiagnosticStatus.ERROR, text)
+        for text in self._warnings():
+            status.mergeSummary(DiagnosticStatus.WARN, text)
+        for name, count in (self.counts | self._to_cloud.remarks | self._losses()).items():
             status.add(name, str(count))
-        for reason, count in self._to_cloud.drops.items():
-            status.add(f'dropped: {reason}', str(count))
+        status.add('revolutions without a scan', str(self._watch.missing))
         status.add('latency after the last point [s]', f'{self._latency:.4f}')
         return status
 
-    def _summary(self) -> tuple[bytes, str]:
-        new_drops = self._to_cloud.drops - self._drops_told
-        self._drops_told = self._to_cloud.drops.copy()
-        silence = (self._clock.now().nanoseconds - self._last_scan_ns) / NS_PER_S
-        if not self.counts['scans']:
-            return DiagnosticStatus.STALE, 'no scan has come yet'
-        if silence > self._scan_timeout:
-            return DiagnosticStatus.ERROR, f'no scan for {silence:.1f} s'
-        if silence < -self._scan_timeout:
-            return DiagnosticStatus.ERROR, 'no scan since the clock was set back'
-        if new_drops:
-            reason, count = new_drops.most_common(1)[0]
-            return DiagnosticStatus.WARN, f'{count} dropped: {reason}'
-        return DiagnosticStatus.OK, 'publishing clouds'
+    def _silent(self) -> list[str]:
+        now_ns = steady_ns()
+        seconds = {name: silence.seconds(now_ns) for name, silence in self._silences.items()}
+        texts = [f'no {name} for {silent:.1f} s' for name, silent in seconds.items() if silent]
+        return texts or ([self._to_cloud.aside.strip(' ()')] if self._to_cloud.aside else [])
+
+    def _warnings(self) -> list[str]:
+        texts = [f'{count} publishers tell of {what}' for what, count in self._crowds().items()]
+        if steady_ns() - self._recent_ns < _RECENT_NS:
+            what, count = self._recent.most_common(1)[0]
+            texts.append(f'{count} {what}')
+        return texts

@@ -12,6 +12,8 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
+from nodlidar_common.steady import create_steady_timer, steady_ns
+from nodlidar_common.survival import Survival
 from nodlidar_msgs.msg import NodCommand
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +30,15 @@ class NodCommander:
     ----------
     node, config
         The assembler, and its parameters as it was started.
+    survival
+        The shell around what is done periodically.
     """
 
-    def __init__(self, node: Node, config: AssemblerConfig) -> None:
+    def __init__(self, node: Node, config: AssemblerConfig, survival: Survival) -> None:
         self._node, self._config = node, config
         self._configured = NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep)
         self._controller = NodController(config)
-        self._last_scan_ns = 0
+        self._last_scan_ns = 0  # by the steady clock, as the timer: a clock may be set
         self._warn_if_samples_repeat()
         self._commands = node.create_publisher(
             NodCommand,
@@ -42,7 +46,7 @@ class NodCommander:
             QoSProfile(depth=1),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
-        node.create_timer(1.0 / config.command_rate, self._publish)
+        create_steady_timer(node, 1.0 / config.command_rate, survival.guarded(self._publish))
 
     @property
     def round_time(self) -> float:
@@ -52,7 +56,7 @@ class NodCommander:
     def follow_lidar(self, scan: LaserScan) -> None:
         """Keep the nod tied to the lidar's revolutions; its first command goes out at once."""
         first = self._controller.command is None
-        self._last_scan_ns = self._now_ns()
+        self._last_scan_ns = steady_ns()
         geometry = geometry_from_message(scan)
         try:
             self._controller.add_scan(geometry, time_ns(scan.header.stamp))
@@ -62,6 +66,11 @@ class NodCommander:
             if first:
                 self._warn_of_other_steps(geometry)
                 self._publish()
+
+    def clock_was_set(self, step_ns: int) -> None:
+        """Go on with the nod by a clock that was set by a step [ns]; the servo is told at once."""
+        self._controller.shift(step_ns)
+        self._publish()
 
     def adapt(
         self, shape: NodShape | None, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
@@ -87,13 +96,12 @@ class NodCommander:
 
     def _publish(self) -> None:
         """Publish the command while scans come: without them the servo shall let go."""
-        now_ns = self._now_ns()
         command = self._controller.command
-        # A clock that was set back must not keep the nod going.
-        silent = abs(now_ns - self._last_scan_ns) > self._config.scan_timeout * NS_PER_S
+        silent = steady_ns() - self._last_scan_ns > self._config.scan_timeout * NS_PER_S
         if command is not None and not silent:
             nod, start_ns = command
-            self._commands.publish(nod_to_message(nod, now_ns, self._config.frame_id, start_ns))
+            message = nod_to_message(nod, self._now_ns(), self._config.frame_id, start_ns)
+            self._commands.publish(message)
 
     def _warn_if_samples_repeat(self) -> None:
         n_s, n_l = self._config.samples_per_sweep, self._config.steps_per_revolution

@@ -1,10 +1,13 @@
 """Odometry from TF, with the samples' own times."""
 
 from collections.abc import Callable
+import math
 
+from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import LATEST_NS, time_ns
+from nodlidar_common.survival import Survival
 from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.time import Time
@@ -26,9 +29,23 @@ class TfOdometry(TransformListener):
         Hears /tf and /tf_static.
     odom_frame, frame
         Frame of odometry, and the frame whose pose in it is wanted.
+    survival
+        The shell around what is done with a message.
+    on_drop
+        Called with the reason for each transform that is malformed.
     """
 
-    def __init__(self, node: Node, odom_frame: str, frame: str) -> None:
+    MALFORMED = 'transform that is not finite, or not of 1970 to 2038'
+
+    def __init__(
+        self,
+        node: Node,
+        odom_frame: str,
+        frame: str,
+        survival: Survival,
+        on_drop: Callable[[str], None] = lambda reason: None,
+    ) -> None:
+        self._survival, self._on_drop = survival, on_drop
         self.history = OdometryHistory()
         self.trouble = 'no transform was heard'
         self._odom_frame, self._frame = odom_frame, frame
@@ -42,6 +59,12 @@ class TfOdometry(TransformListener):
         """Set what is called after each new sample, and when time went back."""
         self._on_sample, self._on_time_back = on_sample, on_time_back
 
+    def restart(self) -> None:
+        """Forget what was heard of what moves: its times are of another clock."""
+        self.buffer.clear()
+        self.history.clear()
+        self._newest_ns.clear()
+
     def unregister(self) -> None:
         """Stop listening."""
         super().unregister()
@@ -50,11 +73,22 @@ class TfOdometry(TransformListener):
 
     def callback(self, data: TFMessage) -> None:
         """Take the transforms of a message."""
+        with self._survival.surviving():
+            self._take(self._well_formed(data))
+
+    def _well_formed(self, data: TFMessage) -> TFMessage:
+        """Return a message without the transforms that are of no time, or not finite."""
+        good = [t for t in data.transforms if is_pose(t)]
+        if len(good) == len(data.transforms):
+            return data
+        for _ in range(len(data.transforms) - len(good)):
+            self._on_drop(self.MALFORMED)
+        return TFMessage(transforms=good)
+
+    def _take(self, data: TFMessage) -> None:
         self._note_parents(data)
         if self._goes_back(data):
-            self.buffer.clear()
-            self.history.clear()
-            self._newest_ns.clear()
+            self.restart()
             self._on_time_back()
         for transform in data.transforms:
             newest_ns = self._newest_ns.get(transform.child_frame_id, 0)
@@ -65,9 +99,11 @@ class TfOdometry(TransformListener):
 
     def static_callback(self, data: TFMessage) -> None:
         """Take the transforms of a message, which hold at all times."""
-        self._note_parents(data)
-        super().static_callback(data)
-        self._sample()
+        with self._survival.surviving():
+            data = self._well_formed(data)
+            self._note_parents(data)
+            super().static_callback(data)
+            self._sample()
 
     def _note_parents(self, data: TFMessage) -> None:
         for transform in data.transforms:
@@ -107,3 +143,10 @@ class TfOdometry(TransformListener):
         self.history.add(latest.nanoseconds, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
         self.trouble = ''
         self._on_sample()
+
+
+def is_pose(transform: TransformStamped) -> bool:
+    """Tell whether a transform has a time that counts and finite numbers."""
+    p, q = transform.transform.translation, transform.transform.rotation
+    finite = all(map(math.isfinite, (p.x, p.y, p.z, q.x, q.y, q.z, q.w)))
+    return finite and 0 <= time_ns(transform.header.stamp) <= LATEST_NS

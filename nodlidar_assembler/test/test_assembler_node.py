@@ -124,7 +124,9 @@ def test_scans_without_joint_states_are_dropped_counted_and_diagnosed(log):
             for status in array.status:
                 values = {value.key: value.value for value in status.values}
                 if values.get('dropped: no joint state after it before the deadline') == '3':
-                    return status.level == DiagnosticStatus.WARN and not running.out[PointCloud2]
+                    assert 'no joint state was heard' in status.message
+                    assert '3 dropped: no joint state after it' in status.message
+                    return status.level == DiagnosticStatus.ERROR and not running.out[PointCloud2]
         return False
 
     with bench('deadline:=0.05') as running:

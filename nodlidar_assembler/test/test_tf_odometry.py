@@ -5,6 +5,7 @@ import gc
 from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.tf_odometry import TfOdometry
 from nodlidar_common.messages import time_message
+from nodlidar_common.survival import Survival
 import pytest
 import rclpy
 from tf2_msgs.msg import TFMessage
@@ -17,7 +18,7 @@ class Bench:
     """A listener that is given messages by hand, and what it told."""
 
     def __init__(self, node):
-        self.tf = TfOdometry(node, 'odom', 'pivot')
+        self.tf = TfOdometry(node, 'odom', 'pivot', Survival(pytest.fail))
         self.samples = self.backs = 0
         self.tf.register(self._sampled, self._went_back)
 
@@ -130,5 +131,5 @@ def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):
 
 def test_one_after_the_other_may_listen_with_the_clock_of_a_node(node):
     for _ in range(30):
-        TfOdometry(node, 'odom', 'pivot').unregister()
+        TfOdometry(node, 'odom', 'pivot', Survival(pytest.fail)).unregister()
         gc.collect()  # what is made next may lie where the last one was

@@ -1,0 +1,120 @@
+"""The assembler when the host's clock is set, in virtual time."""
+
+from log_messages import scan_message, state_message
+from message_fuzz import fed
+from node_bench import SCAN_NS, sensor_log, simulated
+from nodlidar_assembler import host_clock
+from nodlidar_common.messages import nod_from_message
+from nodlidar_common.stamps import time_ns
+from nodlidar_sim.scene import load_scene
+import numpy as np
+import pytest
+from rclpy.time import Time
+from sensor_msgs_py import point_cloud2
+
+S, MS = 1_000_000_000, 1_000_000
+DURATION, STEP_AT = 5.0, 2.537
+
+
+class Clock:
+    """The node's clock: the simulated time and a step."""
+
+    ros_time_is_active = False
+
+    def __init__(self):
+        self.now_ns = self.step_ns = 0
+
+    def now(self):
+        return Time(nanoseconds=self.now_ns + self.step_ns)
+
+
+@pytest.fixture(scope='module')
+def log():
+    """Return what the reference sensor tells in the scene 'wall'."""
+    return sensor_log(simulated(load_scene('wall'), DURATION))
+
+
+def timed(log):
+    """Return when each message comes, when it was stamped, its kind and how to make it."""
+    scans = [(s.stamp_ns + SCAN_NS, 'scan', s.stamp_ns, s) for s in log.scans]
+    samples = zip(log.sample_ns.tolist(), log.sample_pitch, strict=True)
+    states = [(t + 2 * MS, 'joint', t, pitch) for t, pitch in samples]
+    return sorted([*scans, *states], key=lambda entry: entry[0])
+
+
+@pytest.fixture
+def run(log, monkeypatch):
+    def run(step_ns, *parameters):
+        """Return clouds and commands, each with when it came, and the node; the clock is set."""
+        clock, clouds, commands = Clock(), [], []
+        monkeypatch.setattr(host_clock, 'steady_ns', lambda: clock.now_ns)
+        with fed(*parameters) as running:
+            node = running.node
+            node._clock_watch._clock = clock
+            node._nod._node = clock_of(node, clock)
+            node._clouds.publish = lambda cloud: clouds.append((clock.now_ns, cloud))
+            node._nod._commands.publish = lambda told: commands.append((clock.now_ns, told))
+            begin_ns = log.scans[0].stamp_ns
+            for arrival_ns, kind, stamp_ns, told in timed(log):
+                clock.now_ns = arrival_ns
+                is_set = arrival_ns - begin_ns >= STEP_AT * S
+                clock.step_ns = step_ns if is_set else 0
+                # A device's stamp is made of the clock when it is sent.
+                stamp_ns += clock.step_ns
+                make = scan_message if kind == 'scan' else state_message
+                if kind == 'scan':
+                    message = make(told)
+                    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, S)
+                else:
+                    message = make(stamp_ns, told)
+                running.feed(kind, message)
+            assert node.survival.errors == {}
+            return clouds, commands, node._to_cloud.drops.copy(), dict(node.diagnosis.counts)
+
+    return run
+
+
+def clock_of(node, clock):
+    """Return the node with another clock."""
+
+    class Other:
+        get_clock = staticmethod(lambda: clock)
+        get_logger = staticmethod(node.get_logger)
+
+    return Other
+
+
+STEPS = [-3600 * S, -25 * S, -300 * MS, -40 * MS, 50 * MS, 3 * S, 3600 * S]
+
+
+@pytest.mark.parametrize('step_ns', STEPS)
+def test_clouds_are_those_of_an_even_clock_and_soon_go_on(run, log, step_ns):
+    right, _, _, _ = run(0)
+    clouds, _, drops, _ = run(step_ns)
+    begin_ns = log.scans[0].stamp_ns
+    by_stamp = {time_ns(cloud.header.stamp): cloud for _, cloud in right}
+    for came_ns, cloud in clouds:
+        is_set = came_ns - begin_ns >= STEP_AT * S
+        even = by_stamp[time_ns(cloud.header.stamp) - (step_ns if is_set else 0)]
+        got, expected = (
+            np.stack([point_cloud2.read_points(c)[axis] for axis in 'xyz']) for c in (cloud, even)
+        )
+        np.testing.assert_allclose(got, expected, atol=1e-6)
+    after = [came_ns for came_ns, _ in clouds if came_ns - begin_ns >= STEP_AT * S]
+    assert after[0] - begin_ns <= (STEP_AT + 1.0) * S
+    scans = sum(n for reason, n in drops.items() if not reason.startswith('joint state'))
+    assert len(clouds) + scans == len(right)
+    assert drops['scan within 0.5 s after the clock was set'] == 5
+
+
+@pytest.mark.parametrize('step_ns', STEPS)
+def test_the_nod_goes_on_at_once_by_the_new_time(run, log, step_ns):
+    _, commands, _, _ = run(step_ns)
+    set_ns = log.scans[0].stamp_ns + round(STEP_AT * S)
+    before = [nod_from_message(told) for came_ns, told in commands if came_ns < set_ns]
+    came_ns, told = next((came_ns, told) for came_ns, told in commands if came_ns >= set_ns)
+    assert came_ns - set_ns < 20 * MS
+    times_ns = np.arange(0, S, 10 * MS) + set_ns
+    np.testing.assert_allclose(
+        nod_from_message(told).pitch(times_ns + step_ns), before[-1].pitch(times_ns), atol=0.02
+    )
