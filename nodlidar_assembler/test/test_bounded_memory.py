@@ -1,0 +1,104 @@
+"""What is kept of one input while another is missing has an end, and costs no pause later."""
+
+import time
+
+from message_filters import SimpleFilter
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.joint_history import JointHistory, MOST_SAMPLES
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.clouds.sweeps import MOST_SCANS, MOST_TURNS, SweepGatherer
+from nodlidar_assembler.clouds.turns import MOST_SAMPLES as MOST_TURN_SAMPLES
+from nodlidar_assembler.clouds.turns import TurnFinder
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps, MOST_COMMANDED
+from nodlidar_assembler.control.revolutions import Revolutions, WINDOW
+from nodlidar_assembler.filters.joint_filter import JointFilter
+from nodlidar_assembler.filters.waiting_filter import MOST_WAITING, WaitingFilter
+from nodlidar_common.nod import NodTrajectory
+import numpy as np
+import pytest
+from sensor_msgs.msg import JointState, LaserScan
+
+S = 1_000_000_000
+BEGIN_NS = 1_700_000_000 * S
+
+
+def points_at(time_ns):
+    return Points(np.array([time_ns], dtype=np.int64), np.zeros(1, POINT))
+
+
+def test_a_day_of_reversals_without_points_is_not_kept_and_costs_no_pause():
+    gatherer = SweepGatherer(30.0)
+    gatherer.add_scan(points_at(BEGIN_NS))
+    for k in range(221_184):  # of the reference nod
+        gatherer.add_turn(BEGIN_NS + k * 390_625_000)
+    assert len(gatherer._turns_ns) <= 160
+    begin = time.process_time()
+    first = gatherer.add_scan(points_at(BEGIN_NS + 86_400 * S))
+    assert time.process_time() - begin < 0.1
+    assert [len(cloud.data) for cloud in first] == [1]
+
+
+def test_reversals_at_one_instant_are_not_kept_for_ever():
+    gatherer = SweepGatherer(30.0)
+    for _ in range(2 * MOST_TURNS):
+        gatherer.add_turn(BEGIN_NS)
+    assert len(gatherer._turns_ns) == MOST_TURNS
+
+
+def test_scans_of_one_instant_make_a_cloud_after_some_time():
+    gatherer = SweepGatherer(30.0)
+    clouds = [c for _ in range(2 * MOST_SCANS + 1) for c in gatherer.add_scan(points_at(BEGIN_NS))]
+    assert [len(cloud.data) for cloud in clouds] == [MOST_SCANS, MOST_SCANS]
+
+
+@pytest.mark.parametrize('apart_ns', [0, 1])
+def test_samples_of_nearly_one_instant_are_not_kept_for_ever(apart_ns):
+    joint, odometry, turns = JointHistory(), OdometryHistory(), TurnFinder(0.02)
+    for k in range(2 * MOST_SAMPLES):
+        joint.add(BEGIN_NS + k * apart_ns, 0.0)
+        odometry.add(BEGIN_NS + k, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+        turns.add(BEGIN_NS + k, 0.0)
+    assert len(joint.between(0, 2 * BEGIN_NS).time_ns) == MOST_SAMPLES
+    assert len(odometry.around(0, 2 * BEGIN_NS).time_ns) == MOST_SAMPLES
+    assert len(turns._samples) == MOST_TURN_SAMPLES
+
+
+class Patience(WaitingFilter):
+    """Lets nothing go before it is overdue."""
+
+    def _settled(self, overdue, scan, *given):
+        return overdue
+
+
+def test_scans_that_wait_on_a_clock_that_stands_still_are_not_kept_for_ever():
+    source = SimpleFilter()
+    waiting = Patience(source, lambda scan: 0, 0.3, lambda: BEGIN_NS)
+    for _ in range(2 * MOST_WAITING):
+        source.signalMessage(LaserScan())
+    assert len(waiting._waiting) == MOST_WAITING
+
+
+def test_stamps_of_scans_are_kept_for_a_window():
+    lidar = Revolutions()
+    for k in range(2 * WINDOW):
+        lidar.add(BEGIN_NS + k * 100_000_000, 0.1)
+    assert len(lidar._stamps) == WINDOW
+
+
+def test_names_of_other_joints_are_not_kept_for_ever():
+    source = SimpleFilter()
+    joint = JointFilter(source, AssemblerConfig(), drops={})
+    for k in range(1000):
+        source.signalMessage(JointState(name=[f'{k}.{n}' for n in range(50)]))
+    assert len(joint.trouble) < 1000
+
+
+def test_sweeps_that_no_scan_reaches_are_not_kept_for_ever():
+    config, beam_period = AssemblerConfig(), 0.1 / 1024
+    planned = NodTrajectory(-0.6, 0.6, 4001 * beam_period, 4001, BEGIN_NS)
+    sweeps = ChosenSweeps(config.task, planned, 0.003, 2000)
+    for k in range(2 * MOST_COMMANDED):
+        sweeps._commanded.append((BEGIN_NS + k, planned))
+    assert len(sweeps._commanded) == MOST_COMMANDED
