@@ -32,7 +32,3 @@ class Silence:
         limit = max(LEAST_SILENCE, _INTERVALS * self._interval_ns / NS_PER_S)
         return silence if silence > limit else 0.0
 
-    @property
-    def began(self) -> bool:
-        """Whether anything ever came."""
-        return self._last_ns is not None

@@ -135,3 +135,24 @@ def test_a_lidar_that_is_mounted_upside_down_nods_the_same():
 def test_a_scan_that_does_not_tell_its_beam_period_makes_no_nod():
     with pytest.raises(ParameterError, match='time_increment'):
         first_nod(replace(URG, time_increment=0.0))
+
+
+@pytest.mark.parametrize('time_increment', [1e-6, 1e-5, 1e-3])
+def test_ten_scans_of_an_absurd_rate_leave_the_nod_as_it_is_when_good_ones_come(time_increment):
+    clock, absurd = NodClock(SHAPE, 1024), replace(URG, time_increment=time_increment)
+    for turn in range(60):
+        geometry = absurd if 20 <= turn < 30 else URG
+        clock.add_scan(geometry, STAMP_NS + turn * 100_000_000)
+    assert clock.nod.sweep_duration == pytest.approx(4001 * 0.1 / 1024, rel=1e-6)
+
+
+@pytest.mark.parametrize('step_ns', [-3600 * 10**9, 50_000_000, 10**9])
+def test_a_nod_is_shifted_with_the_clock(step_ns):
+    clock = NodClock(SHAPE, 1024)
+    for turn in range(40):
+        if turn == 20:
+            clock.shift(step_ns)
+        clock.add_scan(URG, STAMP_NS + turn * 100_000_000 + (turn >= 20) * step_ns)
+    assert clock.revolutions.restarts == 0
+    at_ns = STAMP_NS + 3_900_000_000 + step_ns
+    assert apart(phase(clock.nod, at_ns), 39 * 1024 + 0.5, 8002) < 0.1

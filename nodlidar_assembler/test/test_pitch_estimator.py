@@ -73,3 +73,40 @@ def test_a_log_gives_what_it_has_where_the_margin_goes_beyond_it():
     log = SensorLog([], SAMPLE_NS[:10], np.zeros(10))
     assert log.samples_around(int(SAMPLE_NS[4]), int(SAMPLE_NS[6])) == slice(4, 7)
     assert log.samples_around(int(SAMPLE_NS[4]) - 10**9, int(SAMPLE_NS[6]) + 10**9) == slice(0, 10)
+
+
+def nod_samples(turn_s, apart=0.01, missing=()):
+    """Return samples of a turn-around at an instant [s], but for some of them [s]."""
+    times = np.arange(-0.05, 0.13, apart)
+    kept = [not any(abs(t - gone) < apart / 2 for gone in missing) for t in times]
+    half, speed, acceleration = 0.015, 3.0, 200.0
+    since = np.abs(times - turn_s)
+    pitch = np.where(
+        since > half,
+        -speed * (since - half) - speed * half / 2,
+        -acceleration * since**2 / 2,
+    )
+    stamps_ns = START_NS + np.rint(times * 1e9).astype(np.int64)
+    return stamps_ns[kept], (np.rint(pitch / STEP) * STEP)[kept]
+
+
+@pytest.mark.parametrize('apart', [0.01, 0.016, 0.02])
+@pytest.mark.parametrize('turn_s', [0.0, 0.021, 0.033, 0.066])
+def test_a_turn_around_that_samples_show_is_interpolated(apart, turn_s):
+    for name in ('slerp', 'ends'):
+        pitch = PitchEstimator(name, MAX_GAP).pitch(START_NS, OFFSET, *nod_samples(turn_s, apart))
+        assert len(pitch) == len(OFFSET)
+
+
+@pytest.mark.parametrize('name', ['slerp', 'ends'])
+def test_a_turn_around_in_a_gap_is_refused(name):
+    gone = (0.02, 0.03, 0.04)
+    with pytest.raises(PitchError, match='joint samples missing at a turn-around'):
+        PitchEstimator(name, MAX_GAP).pitch(START_NS, OFFSET, *nod_samples(0.03, missing=gone))
+
+
+def test_a_gap_on_a_straight_way_is_interpolated():
+    stamps_ns, samples = nod_samples(10.0, missing=(0.02, 0.03, 0.04))
+    pitch = PitchEstimator('slerp', MAX_GAP).pitch(START_NS, OFFSET, stamps_ns, samples)
+    line = np.polynomial.Polynomial.fit(OFFSET, pitch, 1)
+    np.testing.assert_allclose(pitch, line(OFFSET), atol=STEP)
