@@ -43,8 +43,8 @@ def test_sweeps_follow_each_other_as_chosen(log):
         commands = running.out[NodCommand]
         running.spin_until(lambda: len({time_ns(c.start_time) for c in commands}) >= 5)
     chosen = {time_ns(c.start_time): nod_from_message(c) for c in commands}
-    (_, nod), *later = sorted(chosen.items())
-    for start_ns, following in later[1:]:
+    (_, nod), *later = sorted(chosen.items())[1:]  # without that planned before any was chosen
+    for start_ns, following in later:
         assert following.pitch(start_ns) == pytest.approx(float(nod.pitch(start_ns)), abs=1e-3)
         assert abs(following.samples_per_sweep / 4001 - 1.0) < 0.16
         nod = following

@@ -9,6 +9,8 @@ from nodlidar_common.nod import NS_PER_S
 _MOST_SCATTER = 1e-3
 # After a silence of so long [ns] the lidar may have begun anew.
 _SILENCE_NS = NS_PER_S
+# A stamp that goes back by more [ns] is of another time: no joint sample is remembered so long.
+_OTHER_TIME_NS = 10 * NS_PER_S
 # As many scans of another rate in a row are needed until it is believed, but no more than before.
 _FEWEST_TO_CHANGE, _MOST_TO_CHANGE = 5, FEWEST
 _SAME_RATE = 0.1  # share that the rate may differ by
@@ -80,7 +82,7 @@ class ScanWatch:
         is_known = self._line.scatter <= _MOST_SCATTER
         before, restarts = self._line.count, self._line.restarts
         is_on_line = self._line.add(stamp_ns, nominal)
-        if not is_on_line and silence_ns > _SILENCE_NS:
+        if not is_on_line and not -_OTHER_TIME_NS <= silence_ns <= _SILENCE_NS:
             self.missing += max(round(silence_ns / NS_PER_S / self._line.period) - 1, 0)
             self._begin(nominal)
             self._line.add(stamp_ns, nominal)
