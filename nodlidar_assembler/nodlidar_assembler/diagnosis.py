@@ -124,7 +124,7 @@ class Diagnosis:
         now_ns = steady_ns()
         seconds = {name: silence.seconds(now_ns) for name, silence in self._silences.items()}
         texts = [f'no {name} for {silent:.1f} s' for name, silent in seconds.items() if silent]
-        return texts or ([self._to_cloud.aside.strip(' ()')] if self._to_cloud.aside else [])
+        return [*texts, *filter(None, [self._to_cloud.aside.strip(' ()')])]
 
     def _warnings(self) -> list[str]:
         texts = [f'{count} publishers tell of {what}' for what, count in self._crowds().items()]
