@@ -4,23 +4,23 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import signal
 import sys
-import traceback
 
 from nodlidar_common.device_node import DeviceNode
 from nodlidar_common.errors import NodlidarError
+from nodlidar_common.survival import Survival
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LOOK_PERIOD = 0.2  # s, between two looks whether to end
-_ERROR_PERIOD = 5.0  # s, between two reports of internal errors
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Run a node until a signal ends it or it failed; return the exit status.
 
-    An exception in a callback does not end the node: it is logged with its cause.
+    An exception in a callback does not end the node: it is logged with its cause and counted, by
+    the node's own `survival` if it has one.
     """
     with _ending_signals() as received:
         try:
@@ -73,20 +73,10 @@ def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
     # rclpy's spin_until_future_complete keeps some memory for every callback that it runs.
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    survival = getattr(node, 'survival', None) or Survival(node.get_logger().error)
     try:
-        while not is_over():
-            _spin_once(executor, node)
+        while not is_over() and rclpy.ok():
+            with survival.surviving():
+                executor.spin_once(timeout_sec=LOOK_PERIOD)
     finally:
         executor.shutdown()
-
-
-def _spin_once(executor: SingleThreadedExecutor, node: Node) -> None:
-    try:
-        executor.spin_once(timeout_sec=LOOK_PERIOD)
-    except ExternalShutdownException:
-        raise
-    except Exception:
-        node.get_logger().error(
-            'internal error in a callback, going on:\n' + traceback.format_exc(),
-            throttle_duration_sec=_ERROR_PERIOD,
-        )
