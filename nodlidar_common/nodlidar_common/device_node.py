@@ -69,6 +69,10 @@ class DeviceNode(LifecycleNode):
     def diagnose(self, status: DiagnosticStatusWrapper) -> None:
         """Add the device's own figures to its diagnostic status, which is OK so far."""
 
+    def urgent(self) -> object:
+        """Return what the diagnostics tell at once when it is another, besides the connection."""
+        return None
+
     def _configuration_changed(self, config: Any) -> None:
         self.config = config
 
@@ -121,7 +125,9 @@ class DeviceNode(LifecycleNode):
         """Take over the parameters and start the diagnostics."""
         self.configure()
         if self._updater is None:
-            self._updater = SteadyUpdater(self, self.config.port, lambda: self._state)
+            self._updater = SteadyUpdater(
+                self, self.config.port, lambda: (self._state, self.urgent())
+            )
             self._updater.add('device', self._diagnose)
         self._updater.setHardwareID(self.config.port)
         self._is_configured = True

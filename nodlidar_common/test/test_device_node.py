@@ -42,6 +42,7 @@ class FakeDevice(DeviceNode):
     def __init__(self):
         self.steps = queue.Queue()
         self.orders = queue.Queue()
+        self.alarm = ''
         super().__init__('fake', Config)
 
     def configure(self):
@@ -60,6 +61,11 @@ class FakeDevice(DeviceNode):
 
     def diagnose(self, status):
         status.add('steps', 'some')
+        if self.alarm:
+            status.mergeSummary(DiagnosticStatus.ERROR, self.alarm)
+
+    def urgent(self):
+        return self.alarm
 
     def obey(self, order):
         if isinstance(order, Exception):
@@ -71,8 +77,13 @@ class FakeDevice(DeviceNode):
 
 
 @pytest.fixture
-def device():
-    rclpy.init(args=['--ros-args', '-p', 'diagnostic_updater.period:=0.02'])
+def period():
+    return 0.02
+
+
+@pytest.fixture
+def device(period):
+    rclpy.init(args=['--ros-args', '-p', f'diagnostic_updater.period:={period}'])
     node = FakeDevice()
     yield node
     node.destroy_node()
@@ -122,6 +133,15 @@ def test_device_that_is_missing_and_then_present(device):
     values = {value.key: value.value for value in connected.values}
     assert connected.level == DiagnosticStatus.OK
     assert values == {'port': '/dev/fake', 'connections': '1', 'steps': 'some'}
+
+
+@pytest.mark.parametrize('period', [3600.0])
+def test_what_is_urgent_is_told_long_before_the_next_update_is_due(device):
+    activate(device)
+    device.orders.put('there')
+    status_with(device, 'connected')
+    device.alarm = 'too hot'
+    assert status_with(device, 'too hot').level == DiagnosticStatus.ERROR
 
 
 def test_device_that_fails_in_mid_cycle_is_connected_again(device):
