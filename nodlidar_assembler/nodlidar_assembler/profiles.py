@@ -7,7 +7,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.parameters import parameter
 
 PROFILES = {
-    'fast': AssemblerConfig(command_rate=2.0, coverage_window=0.0),
+    'fast': AssemblerConfig(command_rate=4.0, coverage_window=0.0),
     'balanced': AssemblerConfig(),
     'accurate': AssemblerConfig(estimator='trajectory'),
 }
