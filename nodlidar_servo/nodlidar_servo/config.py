@@ -46,7 +46,11 @@ class ServoConfig:
         maximum=1000.0,
     )
     command_timeout: float = parameter(
-        1.0, 'Time without nod commands after which the torque is cut', unit='s', minimum=0.1
+        0.6,
+        'Time without an acceptable nod command after which the torque is cut',
+        unit='s',
+        minimum=0.1,
+        maximum=60.0,
     )
     reconnect_delay: float = parameter(
         1.0, 'Time between attempts to connect', unit='s', minimum=0.1

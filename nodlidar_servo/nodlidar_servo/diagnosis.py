@@ -45,7 +45,7 @@ class Diagnosis:
         Parameters
         ----------
         now_ns
-            Host time [ns].
+            Time of the steady clock [ns].
         commanders
             How many publish nod commands: the servo follows whoever came last.
         """

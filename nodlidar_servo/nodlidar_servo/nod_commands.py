@@ -15,6 +15,9 @@ FARTHEST_START = 60.0
 class NodCommands:
     """The latest accepted nod command and what became of the others.
 
+    Its times are those of a steady clock: a host's clock that is set neither ends a command nor
+    keeps it. Only the commands themselves are in terms of the host's clock.
+
     Attributes
     ----------
     refused
@@ -35,7 +38,7 @@ class NodCommands:
         self.refusal = ''
 
     def accept(self, nod: NodTrajectory, now_ns: int, start_ns: int = 0) -> None:
-        """Follow a nod, from wherever the servo is; each command is a sign of life.
+        """Follow a nod, from wherever the servo is; each accepted command is a sign of life.
 
         Parameters
         ----------
@@ -64,8 +67,8 @@ class NodCommands:
         self._upcoming = (start_ns, nod)
         self._received_ns = now_ns
 
-    def refuse(self, error: ParameterError, now_ns: int) -> bool:
-        """Count a refused command, which is a sign of life; return whether the reason is new.
+    def refuse(self, error: ParameterError) -> bool:
+        """Count a refused command, which is no sign of life; return whether the reason is new.
 
         Good and bad commands may alternate, if they come from two publishers, and the value that
         is beyond a limit may be another each time.
@@ -74,17 +77,15 @@ class NodCommands:
         new = reason != self._refused_for
         self.refused += 1
         self.refusal, self._refused_for = str(error), reason
-        self._received_ns = now_ns
         return new
 
     def age(self, now_ns: int) -> float:
-        """Return the time since the latest command [s]; infinite if there was none."""
+        """Return the time since the latest accepted command [s]; infinite if there was none."""
         return math.inf if self._received_ns is None else (now_ns - self._received_ns) / NS_PER_S
 
     def tracker(self, now_ns: int) -> NodTracker | None:
         """Return what follows the present command; None if there is none or they have stopped."""
-        # A clock that was set back makes the age negative, which must not keep the torque on.
-        if abs(self.age(now_ns)) > self._config.command_timeout:
+        if self.age(now_ns) > self._config.command_timeout:
             return None
         if self._tracker is None or self._upcoming is None:
             return None

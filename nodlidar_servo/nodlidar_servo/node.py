@@ -12,6 +12,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import run
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_common.stamps import time_ns
+from nodlidar_common.steady import create_steady_timer, steady_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
@@ -44,7 +45,7 @@ class ServoNode(DeviceNode):
         self._status = self.create_lifecycle_publisher(
             NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=overriding
         )
-        self.create_timer(STATUS_PERIOD, self._tell_status)
+        create_steady_timer(self, STATUS_PERIOD, self._tell_status)
         self._command_topic = self.create_subscription(
             NodCommand,
             'nod_command',
@@ -63,18 +64,18 @@ class ServoNode(DeviceNode):
         )
 
     def _on_command(self, message: NodCommand) -> None:
-        now_ns = time.time_ns()
+        now_ns = steady_ns()
         try:
-            start_ns = time_ns(message.start_time)
+            start_ns = now_ns + time_ns(message.start_time) - time.time_ns()
             self._commands.accept(nod_from_message(message), now_ns, start_ns)
         except ParameterError as error:
-            if self._commands.refuse(error, now_ns):
+            if self._commands.refuse(error):
                 self.get_logger().error(f'nod command refused: {error}')
 
     def _tell_status(self) -> None:
         if self._servo is not None:
-            now_ns = time.time_ns()
-            self._status.publish(status_message(self._commands.tracker(now_ns), now_ns))
+            tracker = self._commands.tracker(steady_ns())
+            self._status.publish(status_message(tracker, time.time_ns()))
 
     def connect(self) -> None:
         """Open the port and set the servo up."""
@@ -92,6 +93,7 @@ class ServoNode(DeviceNode):
             self._figures,
             time.time_ns,
             lambda duration_ns: time.sleep(duration_ns / NS_PER_S),
+            steady_ns,
         )
 
     def cycle(self) -> None:
@@ -122,7 +124,7 @@ class ServoNode(DeviceNode):
     def diagnose(self, status: DiagnosticStatusWrapper) -> None:
         """Add the servo's figures, and a warning or error for what is out of order."""
         commanders = self.count_publishers(self._command_topic)
-        figures, warnings, errors = self._diagnosis.report(time.time_ns(), commanders)
+        figures, warnings, errors = self._diagnosis.report(steady_ns(), commanders)
         for key, value in figures.items():
             status.add(key, value)
         for level, texts in ((DiagnosticStatus.WARN, warnings), (DiagnosticStatus.ERROR, errors)):

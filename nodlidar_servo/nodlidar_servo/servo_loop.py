@@ -15,7 +15,7 @@ class Schedule:
     """Absolute deadlines at a fixed period, so that delays do not add up.
 
     A deadline that has passed by less than a period is due at once; whole periods that have passed
-    are skipped. A clock that is set back begins a new schedule.
+    are skipped. It begins anew if the clock goes back.
     """
 
     def __init__(self, rate: float) -> None:
@@ -58,6 +58,9 @@ class ServoLoop:
         Where the cycles are counted.
     clock, sleep
         Return the host time [ns] and block for a time [ns].
+    steady
+        Returns the time of a steady clock [ns], by which cycles and commands come; that of `clock`
+        if it is not given.
     """
 
     def __init__(
@@ -68,6 +71,7 @@ class ServoLoop:
         figures: LoopFigures,
         clock: Callable[[], int],
         sleep: Callable[[int], None],
+        steady: Callable[[], int] | None = None,
     ) -> None:
         self._servo = servo
         self._commands = commands
@@ -75,6 +79,7 @@ class ServoLoop:
         self._schedule = Schedule(rate)
         self._clock = clock
         self._sleep = sleep
+        self._steady = steady or clock
         self._sample: Sample | None = None
         self._failures_in_a_row = 0
 
@@ -86,7 +91,7 @@ class ServoLoop:
         DeviceError
             If the port went away, or after several failures in a row.
         """
-        deadline_ns, skipped = self._schedule.advance(self._clock())
+        deadline_ns, skipped = self._schedule.advance(self._steady())
         self._figures.missed_cycles += skipped
         self._turn_before(deadline_ns)
         self._wait_until(deadline_ns)
@@ -97,16 +102,18 @@ class ServoLoop:
 
     def _turn_before(self, deadline_ns: int) -> None:
         """Steer at the instant of a turn that comes before the next cycle."""
-        now_ns = self._clock()
-        tracker = self._commands.tracker(now_ns)
-        if tracker is None or tracker.next_turn_ns(now_ns) >= deadline_ns:
+        steady_ns, now_ns = self._steady(), self._clock()
+        tracker = self._commands.tracker(steady_ns)
+        if tracker is None:
             return
-        self._wait_until(tracker.next_turn_ns(now_ns))
-        self._attempt(self._steer)
+        turn_ns = steady_ns + tracker.next_turn_ns(now_ns) - now_ns
+        if turn_ns < deadline_ns:
+            self._wait_until(turn_ns)
+            self._attempt(self._steer)
 
     def _wait_until(self, time_ns: int) -> None:
-        """Block until a host time [ns], for a period at most: the clock may have been set back."""
-        self._sleep(min(max(time_ns - self._clock(), 0), self._schedule.period_ns))
+        """Block until a steady time [ns]: for a period at most, in which the next cycle is due."""
+        self._sleep(min(max(time_ns - self._steady(), 0), self._schedule.period_ns))
 
     def _measure(self) -> None:
         self._sample = self._servo.sample()
@@ -114,8 +121,7 @@ class ServoLoop:
         self._failures_in_a_row = 0
 
     def _steer(self) -> None:
-        now_ns = self._clock()
-        tracker = self._commands.tracker(now_ns)
+        now_ns, tracker = self._clock(), self._commands.tracker(self._steady())
         if tracker is not None and self._sample is not None:
             drive = tracker.step(now_ns, self._sample)
             self._servo.drive(drive.goal, drive.speed)

@@ -25,7 +25,7 @@ def figures():
 
 @pytest.fixture
 def commands():
-    commands = NodCommands(ServoConfig())
+    commands = NodCommands(ServoConfig(command_timeout=1.0))
     commands.accept(NOD, 0)
     return commands
 
@@ -93,7 +93,7 @@ def test_a_slow_adapter_a_refusal_and_silence_are_warnings(diagnosis, commands):
     diagnosis.connected(
         SimpleNamespace(torque=False, shut_down=0, limits=Limits(80, 6.0, 19.0, 36)), 'slow'
     )
-    commands.refuse(TOO_FAR, 0)
+    commands.refuse(TOO_FAR)
     warnings = diagnosis.report(5 * SECOND)[1]
     assert warnings == [
         f'nod command refused: {TOO_FAR}',
@@ -110,7 +110,7 @@ def test_a_servo_that_is_gone_leaves_only_what_was_counted(diagnosis):
 
 
 def test_a_refusal_is_a_warning_even_if_good_commands_follow_but_only_once(diagnosis, commands):
-    commands.refuse(TOO_FAR, 0)
+    commands.refuse(TOO_FAR)
     commands.accept(NOD, 0)
     assert diagnosis.report(SECOND)[1] == [f'nod command refused: {TOO_FAR}']
     assert diagnosis.report(SECOND)[1] == []
