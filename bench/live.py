@@ -13,7 +13,7 @@ import tempfile
 
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_bringup.delivery import read_delivery
-from nodlidar_bringup.demo import record
+from nodlidar_bringup.demonstration import record
 from nodlidar_bringup.launched import keep_apart, launched_sensor
 import numpy as np
 import psutil

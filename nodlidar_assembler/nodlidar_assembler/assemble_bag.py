@@ -3,140 +3,22 @@
 They are those that the assembler node makes of the same messages, by the same parameters.
 """
 
-import argparse
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
+from collections.abc import Sequence
 import sys
-from typing import Any
 
-from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
-from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_assembler.command_line import LineParser
-from nodlidar_assembler.config import AssemblerConfig, CLOUD_MODES, EGO_MOTION_MODES
-from nodlidar_assembler.profiles import ProfileConfig, PROFILES
-from nodlidar_common.errors import NodlidarError
-from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.parameter_file import file_values
-from nodlidar_common.parameters import check
-from rich.console import Console
-from rich.progress import Progress
-from rich.table import Table
-
-WIDTH = 100  # of a table that does not go to a terminal
+from nodlidar_common.command_line import run
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Assemble a bag; return the exit status."""
-    arguments = _parse(argv)
-    try:
-        config = configuration(arguments.params, _chosen(arguments))
-        topics = Topics(*map(absolute, (arguments.scan, arguments.joint_states, arguments.tf)))
-        summary = _with_bar(arguments.bag, arguments.output, config, topics)
-    except (NodlidarError, OSError) as error:
-        print(f'assemble_bag: {error}', file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print(f"assemble_bag: interrupted, '{arguments.output}' not written", file=sys.stderr)
-        return 130
-    console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
-    console.print(summary_table(summary, arguments.output))
-    return 0
 
+    def work() -> None:
+        # Imported here: a package that is missing is told in a line.
+        from nodlidar_assembler.bags.command import assemble
 
-def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerConfig:
-    """Return the parameters that were chosen, else those of a file, else those of the profile.
+        assemble(argv, __doc__)
 
-    Raises
-    ------
-    ParameterError
-        If the file is no parameter file, or a value is not allowed.
-    OSError
-        If it cannot be read.
-    """
-    values: dict[str, Any] = {}
-    for config_class in (ProfileConfig, AssemblerConfig):
-        if params is not None:
-            values |= file_values(params, 'assembler', config_class)
-    values |= chosen
-    profile = ProfileConfig(values.pop('profile', ProfileConfig().profile))
-    check(profile)
-    config = replace(PROFILES[profile.profile], **values)
-    check(config)
-    return config
-
-
-def absolute(topic: str) -> str:
-    """Return a topic's name as bags have it."""
-    return topic if topic.startswith('/') else f'/{topic}'
-
-
-def summary_table(summary: Summary, output: Path) -> Table:
-    """Return what became of the bag."""
-    assembly, begin, end = (
-        summary.assembly,
-        summary.first_ns / NS_PER_S,
-        summary.last_ns / NS_PER_S,
-    )
-    table = Table(show_header=False)
-    table.add_column(overflow='fold')
-    table.add_column(justify='right', overflow='fold')
-    table.add_row('written', str(output))
-    for name, count in (assembly.counts | assembly.remarks).items():
-        table.add_row(name, f'{count}')
-    for reason, count in assembly.drops.items():
-        table.add_row(f'dropped: {reason}', f'{count}')
-    if not assembly.drops:
-        table.add_row('dropped', '0')
-    table.add_row('recorded', f'{begin:.3f} .. {end:.3f} s')
-    table.add_row('', f'{end - begin:.3f} s')
-    table.add_row('done in', f'{summary.seconds:.3f} s')
-    table.add_row('times real time', f'{(end - begin) / summary.seconds:.0f}')
-    for note in summary.notes:
-        table.add_row('note', note)
-    return table
-
-
-def _with_bar(bag: Path, output: Path, config: AssemblerConfig, topics: Topics) -> Summary:
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task(f'assembling {bag}', total=1.0)
-
-        def show(now_ns: int, first_ns: int, last_ns: int) -> None:
-            progress.update(task, completed=(now_ns - first_ns) / (last_ns - first_ns))
-
-        return write_clouds(bag, output, config, topics, show)
-
-
-def _chosen(arguments: argparse.Namespace) -> dict[str, Any]:
-    options = ('profile', 'estimator', 'cloud_mode', 'ego_motion')
-    return {key: getattr(arguments, key) for key in options if getattr(arguments, key)}
-
-
-def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = LineParser('assemble_bag', __doc__)
-    parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
-    kinds = ', '.join(SUFFIXES)
-    parser.add_argument('output', type=Path, help=f'file to write or replace: {kinds}')
-    parser.add_argument(
-        '--params', type=Path, metavar='YAML', help='parameter file of the assembler node'
-    )
-    parser.add_argument(
-        '--profile', choices=tuple(PROFILES), help='gives what neither the file nor an option does'
-    )
-    for option, choices in (
-        ('--estimator', ESTIMATORS),
-        ('--cloud-mode', CLOUD_MODES),
-        ('--ego-motion', EGO_MOTION_MODES),
-    ):
-        parser.add_argument(option, choices=choices, help='parameter, before what the file says')
-    for option, default in (
-        ('--scan', Topics().scan),
-        ('--joint-states', Topics().joint_states),
-        ('--tf', Topics().tf),
-    ):
-        parser.add_argument(option, metavar='TOPIC', default=default, help=f'default: {default}')
-    return parser.parse_args(argv)
+    return run('assemble_bag', work)
 
 
 if __name__ == '__main__':

@@ -5,7 +5,7 @@ import math
 import re
 
 from matplotlib.figure import Figure
-from nodlidar_assembler.plan_scan import command
+from nodlidar_assembler.plan_scan import command, planning, progress
 from nodlidar_assembler.plan_scan.options import objective_of
 from nodlidar_assembler.plan_scan.pictures import (
     Candidates,
@@ -43,11 +43,7 @@ def run(capsys):
     """Return what runs the command: its status, stdout and stderr."""
 
     def run(*options):
-        try:
-            status = command.main(options)
-        except SystemExit as exit_:
-            status = exit_.code
-        return status, *capsys.readouterr()
+        return command.main(options), *capsys.readouterr()
 
     return run
 
@@ -303,7 +299,7 @@ def test_a_timing_error_that_upsets_whole_sweeps_has_a_plan_too(plan_of, recwarn
 def test_an_error_is_a_line_that_says_what_is_allowed(run, options, said):
     status, out, err = run(*options)
     assert (status, out) == (2, '')
-    assert err.startswith('plan_scan: ')
+    assert err.startswith('plan_scan: error: ')
     assert err.count('\n') == 1
     assert [part for part in said if part not in err] == []
 
@@ -315,12 +311,12 @@ def test_a_picture_that_cannot_be_written_is_an_error(run, tmp_path):
     assert '--plot' in err
 
 
-def test_an_interruption_is_quiet(run, monkeypatch):
+def test_an_interruption_is_a_line(run, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, 'plans', interrupted)
-    assert run(*SMALL) == (130, '', '')
+    monkeypatch.setattr(planning, 'plans', interrupted)
+    assert run(*SMALL) == (130, '', 'plan_scan: interrupted\n')
 
 
 @pytest.mark.parametrize(
@@ -457,15 +453,20 @@ def test_candidates_that_never_complete_are_marked():
 
 
 def test_a_progress_bar_appears_on_stderr_when_it_takes_long(capsys, monkeypatch):
-    monkeypatch.setenv('FORCE_COLOR', '1')
-    assert list(command.progress(range(5))) == [0, 1, 2, 3, 4]
-    assert capsys.readouterr() == ('', '')
-    monkeypatch.setattr(command, 'BAR_AFTER', -1.0)
-    monkeypatch.setenv('FORCE_COLOR', '')
-    assert list(command.progress(range(5))) == [0, 1, 2, 3, 4]
-    assert capsys.readouterr() == ('', '')
+    monkeypatch.setenv('TERM', 'xterm')
     monkeypatch.setenv('FORCE_COLOR', '1')  # as on a terminal
-    assert list(command.progress(range(5))) == [0, 1, 2, 3, 4]
+    assert list(progress.progress(range(5))) == [0, 1, 2, 3, 4]
+    assert capsys.readouterr() == ('', '')
+    monkeypatch.setattr(progress, 'BAR_AFTER', -1.0)
+    monkeypatch.setenv('FORCE_COLOR', '')
+    assert list(progress.progress(range(5))) == [0, 1, 2, 3, 4]
+    assert capsys.readouterr() == ('', '')
+    monkeypatch.setenv('FORCE_COLOR', '1')
+    monkeypatch.setenv('TERM', 'dumb')
+    assert list(progress.progress(range(5))) == [0, 1, 2, 3, 4]
+    assert capsys.readouterr() == ('', '')
+    monkeypatch.setenv('TERM', 'xterm')
+    assert list(progress.progress(range(5))) == [0, 1, 2, 3, 4]
     out, err = capsys.readouterr()
     assert out == ''
     assert 'looking at N_s' in err

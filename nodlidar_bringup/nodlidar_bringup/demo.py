@@ -1,170 +1,22 @@
 """`ros2 run nodlidar_bringup demo`: scans a simulated scene, and shows and measures the result."""
 
-import argparse
-from collections.abc import Iterator
-from dataclasses import replace
-from pathlib import Path
-import shutil
+from collections.abc import Sequence
 import sys
-import time
 
-from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
-from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT as MOUNT
-from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_bringup.delivery import read_delivery, read_start_ns
-from nodlidar_bringup.evaluation import (
-    moved_surface_rms,
-    near_beams,
-    points_of,
-    surface_rms,
-    xyz_of,
-)
-from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
-from nodlidar_bringup.pictures import write_picture, write_ply
-from nodlidar_bringup.recorder import Recorder
-from nodlidar_bringup.report import print_report
-from nodlidar_common.errors import NodlidarError
-from nodlidar_sim.scene import load_scene, Scene
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.world import World
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-START_TIMEOUT = 60.0
+from nodlidar_common.command_line import run
 
 
-class DemoError(NodlidarError):
-    """The sensor did not start, or ended before its time."""
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the demo; return the exit status."""
+
+    def work() -> None:
+        # Imported here: a package that is missing is told in a line.
+        from nodlidar_bringup.demonstration import demonstrate
+
+        demonstrate(argv, __doc__)
+
+    return run('demo', work)
 
 
-def main() -> None:
-    """Run the demo."""
-    arguments = _parse(sys.argv[1:])
-    console = Console()
-    try:
-        _demo(arguments, console)
-    except NodlidarError as error:
-        sys.exit(f'demo: {error}')
-    except KeyboardInterrupt:
-        sys.exit('demo: interrupted')
-
-
-def _parse(argv: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog='demo', description=__doc__)
-    parser.add_argument('--scene', default='room', help='a scene of nodlidar_sim or a YAML file')
-    parser.add_argument('--route', help="what the base drives, in place of the scene's route")
-    parser.add_argument('--duration', type=float, default=20.0, help='seconds of clouds to record')
-    parser.add_argument(
-        '--output', type=Path, default=Path('demo_output'), help='folder for the results'
-    )
-    return parser.parse_args(argv)
-
-
-def _demo(options: argparse.Namespace, console: Console) -> None:
-    scene, output = load_scene(options.scene, options.route), options.output
-    bag = output / 'bag'
-    shutil.rmtree(bag, ignore_errors=True)
-    output.mkdir(parents=True, exist_ok=True)
-    keep_apart()
-    arguments = launch_arguments(options.scene, options.route, scene)
-    with launched_sensor(output / 'launch.log', *arguments) as sensor:
-        record(bag, options.duration, sensor, console)
-    with console.status('Measuring'):
-        log = read_bag(bag, 'nod_joint')
-        world = World(scene, ServoMotion(), start_ns=read_start_ns(bag) if scene.moves else 0)
-        rms = {e: surface_rms(points_of(near_beams(log), e, MOUNT), world) for e in ESTIMATORS}
-        rms_by_odometry = {}
-        if scene.drives:
-            log = replace(log, odometry=read_odometry(bag, 'odom', 'nodlidar_base_link'))
-            rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
-        _draw(log, scene, output, f"'{scene.name}', {options.duration:g} s")
-    print_report(log, read_delivery(bag), rms, rms_by_odometry, console)
-    console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
-
-
-def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
-    points = points_of(log, estimator, MOUNT)
-    return moved_surface_rms(xyz_of(points), points.time_ns, world)
-
-
-def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
-    """Write a log's points, and a picture of them from where the sensor started."""
-    points = points_of(log, 'slerp', MOUNT)
-    write_ply(points, output / 'cloud.ply')
-    xyz = scene.mount.to_child(xyz_of(points)) if scene.drives else xyz_of(points)
-    write_picture(xyz, output / 'cloud.png', title)
-
-
-def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[str]:
-    """Return those for a scene, loaded by that name and route.
-
-    When anything moves, the simulation tells when that began; when the base drives, it tells its
-    odometry, and clouds are in odom.
-    """
-    arguments = [f'scene:={scene_name}']
-    if route is not None:
-        arguments.append(f'route:={route}')
-    if scene.moves:
-        arguments.append('base:=odometry')
-    if scene.drives:
-        arguments.append('ego_motion:=beam')
-    return arguments
-
-
-def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console) -> None:
-    """Record a sensor into a bag, for a time [s] of scans, joint states and clouds.
-
-    Raises
-    ------
-    DemoError
-        If no cloud comes, or the sensor ends before the time [s] is over.
-    """
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    recorder = Recorder(bag)
-    executor = SingleThreadedExecutor()
-    executor.add_node(recorder)
-    try:
-        with _progress(console) as progress:
-            task = progress.add_task('waiting for the first cloud', total=duration)
-            for done in _seconds_of_clouds(recorder, executor, sensor, duration):
-                progress.update(task, completed=done, description=_counts(recorder))
-    finally:
-        recorder.close()
-        recorder.destroy_node()
-        rclpy.try_shutdown()
-
-
-def _progress(console: Console) -> Progress:
-    return Progress(
-        TextColumn('{task.description}'), BarColumn(), TimeRemainingColumn(), console=console
-    )
-
-
-def _counts(recorder: Recorder) -> str:
-    counts = recorder.counts
-    return f'{counts["scan"]} scans, {counts["joint_states"]} poses, {counts["points"]} clouds'
-
-
-def _seconds_of_clouds(
-    recorder: Recorder,
-    executor: SingleThreadedExecutor,
-    sensor: LaunchedSensor,
-    duration: float,
-) -> Iterator[float]:
-    """Spin until all data has come for a duration; yield the seconds since that began."""
-    started = time.monotonic()
-    began: float | None = None
-    while began is None or time.monotonic() - began < duration:
-        executor.spin_once(timeout_sec=0.1)
-        if not sensor.running():
-            raise DemoError(f'the sensor ended before its time: see {sensor.log}')
-        if began is None:
-            if time.monotonic() - started > START_TIMEOUT:
-                raise DemoError(f'no cloud came within {START_TIMEOUT:g} s: see {sensor.log}')
-            began = time.monotonic() if recorder.complete() else None
-        else:
-            yield time.monotonic() - began
+if __name__ == '__main__':
+    sys.exit(main())

@@ -2,7 +2,7 @@
 
 import io
 
-from nodlidar_bringup.demo import launch_arguments
+from nodlidar_bringup.demonstration import launch_arguments
 from nodlidar_bringup.report import rms_table
 from nodlidar_sim.scene import load_scene
 import pytest

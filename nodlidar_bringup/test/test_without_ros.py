@@ -13,9 +13,9 @@ WITH_ROS = {
     'nodlidar_servo': {'nod_status', 'node'},
     'nodlidar_sim': {'base_node'},
     'nodlidar_assembler': {
-        'assemble_bag',
         'bags.bag_assembly',
         'bags.bag_clouds',
+        'bags.command',
         'cloud_frames',
         'cloud_message',
         'coverage_report',

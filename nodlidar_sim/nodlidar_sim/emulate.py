@@ -2,13 +2,13 @@
 
 import argparse
 from collections.abc import Sequence
-import math
 from pathlib import Path
 import signal
 import sys
 import time
 
-from nodlidar_common.errors import NodlidarError
+from nodlidar_common.command_line import LineParser
+from nodlidar_common.command_line import run as run_command
 from nodlidar_sim.commanded import CommandedBase
 from nodlidar_sim.device import Device
 from nodlidar_sim.effects import imperfect
@@ -23,6 +23,8 @@ from nodlidar_sim.world import World
 import numpy as np
 
 _GRACE = 2.0  # for drivers that end with the program, to leave the devices safe [s]
+_LONGEST = 3600.0  # [s]
+_LATENCY = 255.0  # of an FTDI adapter [ms]
 _BAUD_1M = 1  # the register's value for 1 Mbit/s, which the servo of the sensor is set to
 
 
@@ -40,11 +42,9 @@ def without_ros_args(arguments: Sequence[str]) -> list[str]:
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """Return the options; exits with a message and status 2 if they make no sense."""
-    parser = argparse.ArgumentParser(
-        prog='emulate',
-        description='Emulate the lidar and the servo of a nodding lidar on pseudo-terminals.',
-    )
+    """Return the options; exits with a line and status 2 if they make no sense."""
+    description = 'Emulate the lidar and the servo of a nodding lidar on pseudo-terminals.'
+    parser = LineParser('emulate', description)
     parser.add_argument('--lidar-link', type=Path, help='where to link the lidar; none without it')
     parser.add_argument('--servo-link', type=Path, help='where to link the servo; none without it')
     parser.add_argument(
@@ -71,8 +71,14 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     options = parser.parse_args(without_ros_args(arguments))
     if options.lidar_link is None and options.servo_link is None:
         parser.error('nothing to emulate: give --lidar-link, --servo-link or both')
-    if not 0.0 < options.cmd_vel_timeout < math.inf:
-        parser.error(f'--cmd-vel-timeout must be above 0 s, but is {options.cmd_vel_timeout}')
+    if not 0.0 < options.cmd_vel_timeout <= _LONGEST:
+        allowed = f'above 0 and at most {_LONGEST:g} s'
+        parser.error(f'--cmd-vel-timeout must be {allowed}, but is {options.cmd_vel_timeout}')
+    if not 0.0 <= options.latency_timer <= _LATENCY:
+        allowed = f'from 0 to {_LATENCY:g} ms'
+        parser.error(f'--latency-timer must be {allowed}, but is {options.latency_timer}')
+    if options.seed < 0:
+        parser.error(f'--seed must be at least 0, but is {options.seed}')
     return options
 
 
@@ -165,11 +171,7 @@ def run_node(
 
 def main() -> int:
     """Run as a program; return the exit status."""
-    try:
-        return run(parse(sys.argv[1:]))
-    except NodlidarError as error:
-        print(f'emulate: {error}', file=sys.stderr)
-        return 2
+    return run_command('emulate', lambda: run(parse(sys.argv[1:])))
 
 
 if __name__ == '__main__':

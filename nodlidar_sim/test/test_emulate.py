@@ -11,7 +11,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from nodlidar_common import scip
 from nodlidar_common.serial_port import open_port
-from nodlidar_sim.emulate import make_devices, parse, without_ros_args
+from nodlidar_sim.emulate import main, make_devices, parse, without_ros_args
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
@@ -139,20 +139,31 @@ def test_scip_1_1(start, tmp_path):
     ('arguments', 'message'),
     [
         (['--lidar-link', 'l', '--scene', 'nowhere'], 'corner, corridor, crossing, room, wall'),
-        (['--lidar-link', '/dev/null'], 'no symbolic link'),
         ([], 'nothing to emulate'),
         (['--lidar-link', 'l', '--route', 'nowhere'], 'approach, figure_of_eight, turn'),
         (['--lidar-link', 'l', '--base', 'fly'], '--base'),
-        (['--lidar-link', 'l', '--cmd-vel-timeout', '0'], 'above 0 s, but is 0.0'),
+        (['--lidar-link', 'l', '--cmd-vel-timeout', '0'], 'at most 3600 s, but is 0.0'),
+        (['--lidar-link', 'l', '--latency-timer', 'nan'], 'from 0 to 255 ms, but is nan'),
         (['--lidar-link', 'l', '--seed', 'x'], '--seed'),
+        (['--lidar-link', 'l', '--seed', '-1'], 'at least 0, but is -1'),
     ],
 )
-def test_errors_are_told_with_status_2(start, arguments, message):
-    process = start(*arguments)
+def test_what_is_not_allowed_is_a_line_with_status_2(monkeypatch, capsys, arguments, message):
+    monkeypatch.setattr(sys, 'argv', ['emulate', *arguments])
+    assert main() == 2
+    error = capsys.readouterr().err
+    assert error.startswith('emulate: error: ')
+    assert message in error
+    assert error.count('\n') == 1
+
+
+def test_a_link_that_cannot_be_made_is_a_line_with_status_1(start):
+    process = start('--lidar-link', '/dev/null')
     _, stderr = process.communicate(timeout=20)
-    assert process.returncode == 2
-    assert message in stderr
-    assert 'Traceback' not in stderr
+    assert process.returncode == 1
+    assert stderr.startswith('emulate: error: ')
+    assert 'no symbolic link' in stderr
+    assert stderr.count('\n') == 1
 
 
 def test_arguments_of_ros_are_ignored():

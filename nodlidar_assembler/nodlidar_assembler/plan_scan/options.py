@@ -7,11 +7,11 @@ import os
 from pathlib import Path
 from typing import Any, get_args
 
-from nodlidar_assembler.command_line import LineParser
 from nodlidar_assembler.planner.coverage import MAX_SAMPLES_PER_SWEEP
 from nodlidar_assembler.planner.front import PATIENCE
 from nodlidar_assembler.planner.objective import Objective
 from nodlidar_assembler.planner.task import Task
+from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of, parameter
 

@@ -1,0 +1,35 @@
+"""A progress bar for what may take long."""
+
+from collections.abc import Iterable, Iterator
+from operator import length_hint
+import time
+from typing import TypeVar
+
+from rich.console import Console
+from rich.progress import Progress
+
+T = TypeVar('T')
+
+BAR_AFTER = 0.5  # s, before a progress bar appears
+
+
+def progress(items: Iterable[T]) -> Iterator[T]:
+    """Yield items, with a progress bar on stderr as soon as it takes long.
+
+    There is none if stderr is no terminal, or one that cannot redraw a line (TERM=dumb).
+    """
+    console = Console(stderr=True)
+    redraws = console.is_terminal and not console.is_dumb_terminal
+    bar = Progress(console=console, transient=True, disable=not redraws)
+    work = bar.add_task('looking at N_s', total=length_hint(items) or None)
+    began, shown = time.monotonic(), False
+    try:
+        for item in items:
+            yield item
+            bar.advance(work)
+            if not shown and time.monotonic() - began > BAR_AFTER:
+                bar.start()
+                shown = True
+    finally:
+        if shown:
+            bar.stop()

@@ -1,0 +1,30 @@
+"""Commands on a machine that lacks a Python package: a line that says which, and how to get it."""
+
+import subprocess
+import sys
+
+import pytest
+
+WITHOUT = """
+import importlib, sys
+module, package = sys.argv[1:]
+sys.modules[package] = None
+sys.exit(importlib.import_module(module).main(['a.mcap', 'b.ply'] if 'bag' in module else []))
+"""
+
+
+@pytest.mark.parametrize(
+    ('module', 'package'),
+    [
+        ('nodlidar_assembler.assemble_bag', 'rosbags'),
+        ('nodlidar_assembler.plan_scan.command', 'rich'),
+        ('nodlidar_bringup.demo', 'plyfile'),
+    ],
+)
+def test_the_package_is_named_with_the_way_to_get_it(module, package):
+    command = [sys.executable, '-c', WITHOUT, module, package]
+    process = subprocess.run(command, capture_output=True, text=True)
+    name = module.split('.')[1]
+    said = f'{name}: error: needs the Python package {package}: pip install {package}'
+    assert process.stderr.startswith(said)
+    assert (process.returncode, process.stdout, process.stderr.count('\n')) == (1, '', 1)

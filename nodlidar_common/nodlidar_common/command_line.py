@@ -1,0 +1,127 @@
+"""The edge of every command: its options, its exit status, and one line for what went wrong.
+
+Exit statuses: 0 done; 1 could not be done; 2 an option, or a value in a parameter, scene or route
+file, that is not allowed; 130 interrupted by Ctrl-C. Errors go to stderr.
+"""
+
+import argparse
+from collections.abc import Callable
+import io
+import os
+import sys
+import traceback
+from typing import NoReturn
+
+from nodlidar_common.errors import NodlidarError, ParameterError
+
+DONE, COULD_NOT, NOT_ALLOWED, INTERRUPTED = 0, 1, 2, 130
+# Set to anything, tracebacks are shown, too.
+TRACEBACK = 'NODLIDAR_TRACEBACK'
+# Longer lines are no help.
+_LONGEST = 1000
+# What Python packages are called by pip, and by apt (and rosdep) where Ubuntu 24.04 has them.
+_PACKAGES = {
+    'matplotlib': ('matplotlib', 'python3-matplotlib'),
+    'numpy': ('numpy', 'python3-numpy'),
+    'plyfile': ('plyfile', 'python3-plyfile'),
+    'rich': ('rich', 'python3-rich'),
+    'rosbags': ('rosbags', None),
+    'serial': ('pyserial', 'python3-serial'),
+    'transforms3d': ('transforms3d', 'python3-transforms3d'),
+    'xacro': ('xacro', 'ros-jazzy-xacro'),
+    'yaml': ('pyyaml', 'python3-yaml'),
+}
+
+
+class LineParser(argparse.ArgumentParser):
+    """A parser whose errors are one line, and whose options are not abbreviated."""
+
+    def __init__(self, prog: str, description: str | None) -> None:
+        super().__init__(prog=prog, description=description, allow_abbrev=False)
+
+    def error(self, message: str) -> NoReturn:
+        """Exit with status 2 and a line on stderr."""
+        self.exit(NOT_ALLOWED, f'{_line(self.prog, message)}\n')
+
+
+def run(prog: str, work: Callable[[], int | None]) -> int:
+    """Run a command; return its exit status.
+
+    Nothing that a user, a file or a disk causes shows a traceback: it is one line on stderr.
+
+    Parameters
+    ----------
+    prog
+        The command's name.
+    work
+        Does it, and returns its exit status, or None for 0. What may be missing on a machine
+        should be imported in it.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A terminal, or a file name, may have characters that others cannot show.
+            stream.reconfigure(errors='backslashreplace')
+    try:
+        status = _status_of(work)
+        sys.stdout.flush()  # so that a full disk is noticed here
+    except KeyboardInterrupt:
+        print(f'{prog}: interrupted', file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Whoever reads has seen enough; what Python still holds for them goes nowhere.
+        _drop_output()
+        return COULD_NOT
+    except Exception as error:
+        if os.environ.get(TRACEBACK):
+            traceback.print_exc()
+        if isinstance(error, OSError):
+            _drop_output()
+        print(_line(prog, in_words(error)), file=sys.stderr)
+        return NOT_ALLOWED if isinstance(error, ParameterError) else COULD_NOT
+    return status
+
+
+def in_words(error: Exception) -> str:
+    """Return what went wrong, and what to do if that is known."""
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        return _missing(error.name.partition('.')[0])
+    if isinstance(error, OSError) and error.strerror:
+        return ': '.join([error.strerror, *(f"'{f}'" for f in _files_of(error))])
+    if isinstance(error, MemoryError):
+        return 'there is not enough memory'
+    if isinstance(error, (NodlidarError, OSError)):
+        return str(error)
+    return f'internal error, {type(error).__name__}: {error} (with {TRACEBACK}=1 it says where)'
+
+
+def _status_of(work: Callable[[], int | None]) -> int:
+    try:
+        return work() or DONE
+    except SystemExit as exit_:  # argparse's
+        return exit_.code if isinstance(exit_.code, int) else DONE
+
+
+def _missing(package: str) -> str:
+    if package in _PACKAGES:
+        pip, apt = _PACKAGES[package]
+        by_apt = f', or apt install {apt}' if apt else ''
+        return f'needs the Python package {package}: pip install {pip}{by_apt}'
+    return f'needs the package {package}: source the setup file of a ROS 2 that has it'
+
+
+def _files_of(error: OSError) -> list[object]:
+    return [file for file in (error.filename, error.filename2) if file is not None]
+
+
+def _line(prog: str, message: str) -> str:
+    text = ' '.join(message.split())
+    return f'{prog}: error: ' + (text if len(text) <= _LONGEST else f'{text[:_LONGEST]} ...')
+
+
+def _drop_output() -> None:
+    """Let what stdout still holds go nowhere, if it cannot be written."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with open(os.devnull, 'w') as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
