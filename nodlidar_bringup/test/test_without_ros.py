@@ -8,7 +8,14 @@ import sys
 import pytest
 
 WITH_ROS = {
-    'nodlidar_common': {'device_node', 'messages', 'node', 'node_parameters'},
+    'nodlidar_common': {
+        'device_node',
+        'diagnostics',
+        'messages',
+        'node',
+        'node_parameters',
+        'steady',
+    },
     'nodlidar_driver': {'messages', 'node'},
     'nodlidar_servo': {'nod_status', 'node'},
     'nodlidar_sim': {'base_node'},
@@ -26,6 +33,8 @@ WITH_ROS = {
         'filters.scan_filter',
         'filters.scan_to_cloud',
         'filters.waiting_filter',
+        'host_clock',
+        'inputs',
         'nod_commander',
         'node',
         'tf_odometry',
