@@ -85,7 +85,7 @@ def test_options_reach_the_pipeline(bag, tmp_path, capsys):
     [
         (('nowhere', 'out.ply'), 1, "assemble_bag: error: there is no 'nowhere'"),
         (('.', 'out.xyz'), 1, "'out.xyz' must end in one of"),
-        (('.', 'out.ply', '--params', 'none.yaml'), 1, "No such file or directory: 'none.yaml'"),
+        (('.', 'out.ply', '--params', 'none.yaml'), 2, "'none.yaml': No such file or directory"),
         (('.', 'out.ply'), 1, "nothing of '.' can be read"),
     ],
 )

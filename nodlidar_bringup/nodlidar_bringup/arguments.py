@@ -1,16 +1,16 @@
 """Checks of the launch arguments, before any node is started."""
 
 from collections.abc import Mapping
-import math
-from pathlib import Path
 import re
 
 from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.parameter_file import read_parameters
+from nodlidar_common.yaml_file import YamlError
 from nodlidar_sim.scene import load_scene
 import xacro
-import yaml
 
 _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
+_FARTHEST = 1000.0  # [m, rad]
 _FRAME_PREFIX = re.compile(r'([A-Za-z0-9_][A-Za-z0-9_./-]*)?')
 
 
@@ -27,14 +27,15 @@ def check(values: Mapping[str, str]) -> None:
 
 
 def numbers(name: str, text: str) -> list[float]:
-    """Return the three finite numbers of an argument such as '0 0 0.08'; raises ParameterError."""
+    """Return the three numbers of an argument such as '0 0 0.08'; raises ParameterError."""
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
-    if len(values) != 3 or not all(map(math.isfinite, values)):
+    if len(values) != 3 or not all(abs(value) <= _FARTHEST for value in values):
         unit = 'rad' if name.endswith('_rpy') else 'm'
-        raise ParameterError(name, f'three numbers [{unit}], separated by spaces', text)
+        allowed = f'three numbers [{unit}], separated by spaces, none beyond {_FARTHEST:g}'
+        raise ParameterError(name, allowed, text)
     return values
 
 
@@ -58,12 +59,9 @@ def check_parameter_file(name: str, path: str) -> None:
     ROS starts a node with its defaults if the file is missing.
     """
     try:
-        content = yaml.safe_load(Path(path).read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        problem = ' '.join(str(error).split())
-        raise ParameterError(name, 'a YAML file of parameters', f'{path} ({problem})') from error
-    if not isinstance(content, dict):
-        raise ParameterError(name, "a YAML file of parameters, such as '/**: ...'", path)
+        read_parameters(path)
+    except YamlError as error:
+        raise ParameterError(name, f'a YAML file of parameters ({error})', path) from error
 
 
 def robot_description(path: str, arguments: Mapping[str, str]) -> str:

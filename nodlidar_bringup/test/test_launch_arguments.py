@@ -46,6 +46,7 @@ def test_good_arguments_pass(values, change):
         ('laser_xyz', 'a b c', "but is 'a b c'"),
         ('mount_rpy', '0 0 nan', "'mount_rpy' must be three numbers [rad]"),
         ('mount_xyz', '0 0 inf', "'mount_xyz' must be three numbers [m]"),
+        ('mount_xyz', '0 0 1e300', 'none beyond 1000'),
         ('mount_xyz', '0 0 1" foo', "'mount_xyz' must be three numbers [m]"),
         ('frame_prefix', 'a b', "'frame_prefix' must be letters, digits"),
         ('frame_prefix', '/left', "'frame_prefix' must be letters, digits"),

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_common.errors import ParameterError
-import yaml
+from nodlidar_common.yaml_file import read_yaml, YamlError
 
 
 def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any]:
@@ -27,9 +27,8 @@ def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any
     Raises
     ------
     ParameterError
-        If the file is no parameter file, or a value is not of its parameter's type.
-    OSError
-        If it cannot be read.
+        If the file cannot be read, is no parameter file, or a value is not of its parameter's
+        type.
     """
     own = {each.name: each for each in fields(config_class)}
     given: dict[str, Any] = {}
@@ -38,14 +37,17 @@ def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any
     return {key: _typed(own[key], value) for key, value in given.items() if key in own}
 
 
+def read_parameters(path: Path | str) -> dict[Any, Any]:
+    """Return the sections of a parameter file by their names; raises YamlError if it is none."""
+    content = read_yaml(path)
+    if not isinstance(content, dict):
+        raise YamlError(str(path), "is no file of parameters, such as '/**: ...'")
+    return content
+
+
 def _sections(path: Path, node: str) -> list[Mapping[str, Any]]:
     """Return what the sections that are meant for a node hold, those for all nodes first."""
-    try:
-        content = yaml.safe_load(path.read_text())
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ParameterError(str(path), 'YAML', f'{error}') from error
-    if not isinstance(content, dict):
-        raise ParameterError(str(path), 'a parameter file', content)
+    content = read_parameters(path)
     found: list[Mapping[str, Any]] = []
     for name in ('**', '*', node):
         for key, section in content.items():
@@ -53,7 +55,8 @@ def _sections(path: Path, node: str) -> list[Mapping[str, Any]]:
                 continue
             parameters = section.get('ros__parameters') if isinstance(section, dict) else None
             if not isinstance(parameters, dict):
-                raise ParameterError(str(key), "a section with 'ros__parameters'", section)
+                problem = f"'{key}' must be a section with 'ros__parameters'"
+                raise YamlError(str(path), problem)
             found.append(parameters)
     return found
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import parameter
+from nodlidar_common.yaml_file import YamlError
 import pytest
 
 
@@ -74,9 +75,9 @@ def test_a_value_of_another_type_is_refused_as_ros_does(values, line, message):
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('a: [', 'must be YAML'),
-        ('just words', 'must be a parameter file'),
-        ('', 'must be a parameter file'),
+        ('a: [', r"parameters.yaml', line 1: expected the node content"),
+        ('just words', 'is no file of parameters'),
+        ('', 'is no file of parameters'),
         ('assembler: {rate: 2.0}', "'assembler' must be a section with 'ros__parameters'"),
     ],
 )
@@ -86,5 +87,5 @@ def test_what_is_no_parameter_file_is_refused(values, text, message):
 
 
 def test_a_file_that_is_not_there_is_an_error(tmp_path):
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(YamlError, match=r"none.yaml': No such file or directory"):
         file_values(tmp_path / 'none.yaml', 'assembler', Config)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
+from nodlidar_common.yaml_file import parse_yaml, read_yaml
 from nodlidar_sim.effects import Effects
 from nodlidar_sim.moving import Mover
 from nodlidar_sim.raycast import Surfaces, surfaces_of
@@ -15,10 +16,10 @@ from nodlidar_sim.route import Leg, Plan, Route, STANDING, Velocity
 from nodlidar_sim.section import SceneError, Section
 from nodlidar_sim.shapes import Box, Cylinder, Plane, Shape, Sphere
 import numpy as np
-import yaml
 
 _POSE = 'x y z roll pitch yaw'
 _SUFFIX = '.yaml'
+_LONGEST_LEG = 86_400.0  # s
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,7 +98,9 @@ def load_scene(name_or_path: str | Path, route: str | Path | None = None) -> Sce
     Raises
     ------
     SceneError
-        If there is no such scene or route or file, or it is not as the README says.
+        If there is no such scene or route, or it is not as the README says.
+    YamlError
+        If its file cannot be read, or is no YAML.
     """
     root = _load(name_or_path, 'scene')
     base = root.section('base', {})
@@ -105,7 +108,7 @@ def load_scene(name_or_path: str | Path, route: str | Path | None = None) -> Sce
 
 
 def parse_scene(text: str, name: str) -> Scene:
-    """Return the scene of a YAML text; raises SceneError as load_scene does."""
+    """Return the scene of a YAML text; raises as load_scene does."""
     root = _parse(text, name)
     return _scene(root, root.section('base', {}))
 
@@ -125,18 +128,11 @@ def _load(name_or_path: str | Path, kind: str) -> Section:
     if path.suffix != _SUFFIX:
         limit = f'one of {", ".join(names)}, or a path that ends in {_SUFFIX}'
         raise SceneError(kind, limit, str(path))
-    try:
-        return _parse(path.read_text(encoding='utf-8'), path.stem)
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(kind, f'a readable file ({error})', str(path)) from error
+    return Section(read_yaml(path), path.name)
 
 
 def _parse(text: str, name: str) -> Section:
-    file = name + _SUFFIX
-    try:
-        return Section(yaml.load(text, _UniqueKeyLoader), file)
-    except yaml.YAMLError as error:
-        raise SceneError(file, 'YAML with unique keys', str(error)) from error
+    return Section(parse_yaml(text, name + _SUFFIX), name + _SUFFIX)
 
 
 def _scene(root: Section, base: Section) -> Scene:
@@ -174,7 +170,7 @@ def _plan(section: Section) -> Plan:
 
 def _leg(section: Section) -> Leg:
     with section.locating():
-        leg = Leg(section.number('duration'), _velocity(section))
+        leg = Leg(section.number('duration', most=_LONGEST_LEG), _velocity(section))
     section.close()
     return leg
 
@@ -246,17 +242,3 @@ def _cylinder(parts: Section, parent: Pose) -> Shape:
 
 _MAKERS = {'plane': _plane, 'sphere': _sphere, 'box': _box, 'cylinder': _cylinder}
 
-
-class _UniqueKeyLoader(yaml.SafeLoader):
-    """Refuses a key that a mapping has twice, of which YAML would take the last in silence."""
-
-    def construct_mapping(
-        self, node: yaml.MappingNode, deep: bool = False
-    ) -> dict[object, object]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f'the key {key!r} comes twice', node.start_mark
-                )
-        return dict(super().construct_mapping(node, deep))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-import math
 from typing import Any
 
 from nodlidar_common.errors import ParameterError
 
 _REQUIRED: Any = object()
+MOST = 1000.0
+"""No length [m], speed [m/s], angle [rad] or other number of a scene is beyond this."""
 
 
 class SceneError(ParameterError):
@@ -44,11 +45,11 @@ class Section:
         """The name of the file, without its suffix."""
         return self._file.rpartition('.')[0]
 
-    def number(self, key: str, default: float = _REQUIRED) -> float:
-        """Return a finite number."""
+    def number(self, key: str, default: float = _REQUIRED, most: float = MOST) -> float:
+        """Return a number that is not beyond a limit."""
         value = self._get(key, default)
-        if not _is_number(value):
-            raise self.error(key, 'a finite number', value)
+        if not _is_number(value, most):
+            raise self.error(key, f'a number from -{most:g} to {most:g}', value)
         return float(value)
 
     def truth(self, key: str, default: bool) -> bool:
@@ -66,12 +67,13 @@ class Section:
         return value
 
     def vector(self, key: str, names: str, default: tuple[float, ...] = _REQUIRED) -> list[float]:
-        """Return a list of finite numbers, as many as there are names."""
+        """Return a list of numbers none of which is beyond MOST, as many as there are names."""
         value = self._get(key, default)
         count = len(names.split())
         is_list = isinstance(value, (list, tuple)) and len(value) == count
-        if not is_list or not all(_is_number(number) for number in value):
-            raise self.error(key, f'a list of {count} finite numbers ({names})', value)
+        if not is_list or not all(_is_number(number, MOST) for number in value):
+            allowed = f'a list of {count} numbers ({names}) from -{MOST:g} to {MOST:g}'
+            raise self.error(key, allowed, value)
         return [float(number) for number in value]
 
     def section(self, key: str, default: object = _REQUIRED) -> Section:
@@ -131,6 +133,6 @@ class Section:
         return '.'.join(part for part in (self._path, key) if part)
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object, most: float) -> bool:
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return is_number and math.isfinite(value)  # type: ignore[arg-type]
+    return is_number and -most <= value <= most  # type: ignore[operator]

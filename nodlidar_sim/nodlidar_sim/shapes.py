@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+SMALLEST = 1e-6  # m; squares of it are still far from the end of the numbers
+
 
 class Shape(Protocol):
     """What every surface can tell."""
@@ -53,8 +55,8 @@ class Plane:
 
     def __post_init__(self) -> None:
         length = float(np.linalg.norm(self.normal))
-        if length == 0.0:
-            raise ParameterError('normal', 'longer than 0', list(self.normal))
+        if not length >= SMALLEST:
+            raise ParameterError('normal', f'at least {SMALLEST:g} long', list(self.normal))
         object.__setattr__(self, 'normal', self.normal / length)
 
     def intersect(self, origins: Array, directions: Array) -> Array:
@@ -164,9 +166,9 @@ class Cylinder:
 
 
 def _require_size(key: str, *sizes: float) -> None:
-    if not all(size > 0.0 for size in sizes):
+    if not all(size >= SMALLEST for size in sizes):
         value = sizes[0] if len(sizes) == 1 else [float(size) for size in sizes]
-        raise ParameterError(key, 'above 0 m', value)
+        raise ParameterError(key, f'at least {SMALLEST:g} m', value)
 
 
 def _local_ray(pose: Pose, origins: Array, directions: Array) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.yaml_file import YamlError
 from nodlidar_sim import scene as scene_module
 from nodlidar_sim.effects import Effects
 from nodlidar_sim.route import Leg
@@ -128,7 +129,7 @@ def test_an_unknown_route_lists_the_known_ones(tmp_path):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(SceneError, match=r'readable file.*No such file.*mine\.yaml'):
+    with pytest.raises(YamlError, match=r"mine\.yaml': No such file"):
         load_scene(tmp_path / 'mine.yaml')
 
 
@@ -207,10 +208,10 @@ def with_shape(shape):
         (WALL + 'wind: 3', 'm.yaml: wind', 'one of base, effects, objects, sensor', 'wind'),
         (WALL + 'sensor: 3', 'm.yaml: sensor', 'a mapping of keys to values', 3),
         (WALL + 'sensor: {high: 3}', 'm.yaml: sensor.high', 'one of mount, opt', 'high'),
-        (WALL + 'sensor: {mount: [1]}', 'm.yaml: sensor.mount', 'a list of 6 finite', [1]),
-        (WALL + 'sensor: {optical_offset: x}', 'm.yaml: sensor.optical_offset', 'a fin', 'x'),
-        (WALL + 'base: {start: [0, 0, .nan]}', 'm.yaml: base.start', '3 finite', math.nan),
-        (WALL + 'base: {velocity: [1, yes]}', 'm.yaml: base.velocity', 'of 2 finite', [1, True]),
+        (WALL + 'sensor: {mount: [1]}', 'm.yaml: sensor.mount', 'a list of 6 numbers', [1]),
+        (WALL + 'sensor: {optical_offset: x}', 'm.yaml: sensor.optical_offset', 'a num', 'x'),
+        (WALL + 'base: {start: [0, 0, .nan]}', 'm.yaml: base.start', '3 numbers', math.nan),
+        (WALL + 'base: {velocity: [1, yes]}', 'm.yaml: base.velocity', 'of 2 num', [1, True]),
         (
             WALL.replace('shapes', 'motion: {speed: 1}, shapes'),
             'm.yaml: objects.wall.motion.speed',
@@ -235,7 +236,7 @@ def with_shape(shape):
         (WALL + 'base: {repeat: true}', 'm.yaml: base.legs', 'given if they are to repeat', []),
         (WALL + 'effects: {fog: 1}', 'm.yaml: effects.fog', 'one of clock_drift, dro', 'fog'),
         (WALL + 'effects: {dropouts: 2}', 'm.yaml: effects.dropouts', 'between 0.0 and 1.0', 2.0),
-        (WALL + 'effects: {dropouts: no}', 'm.yaml: effects.dropouts', 'a finite number', False),
+        (WALL + 'effects: {dropouts: no}', 'm.yaml: effects.dropouts', 'a number', False),
         (WALL + 'effects: {servo_jitter: -1}', 'm.yaml: effects.servo_jitter', 'between', -1.0),
         ('objects: {it: {shapes: []}}', 'm.yaml: objects.it.shapes', 'at least one entry', []),
         ('objects: {1: {}}', 'm.yaml: objects', 'a mapping of keys to values', {1: {}}),
@@ -244,19 +245,19 @@ def with_shape(shape):
         (
             with_shape('{sphere: {center: [0, 0, 0], radius: 0}}'),
             'm.yaml: objects.it.shapes[0].sphere.radius',
-            'above 0 m',
+            'at least 1e-06 m',
             0.0,
         ),
         (
             with_shape('{box: {pose: [0, 0, 0, 0, 0, 0], size: [1, 0, 1]}}'),
             'm.yaml: objects.it.shapes[0].box.size',
-            'above 0 m',
+            'at least 1e-06 m',
             [1.0, 0.0, 1.0],
         ),
         (
             with_shape('{plane: {point: [0, 0, 0], normal: [0, 0, 0]}}'),
             'm.yaml: objects.it.shapes[0].plane.normal',
-            'longer than 0',
+            'at least 1e-06 long',
             [0.0, 0.0, 0.0],
         ),
         (
@@ -265,12 +266,25 @@ def with_shape(shape):
             'one of length, pose, radius',
             'height',
         ),
-        (WALL + WALL, 'm.yaml', 'unique keys, but is .*objects.* comes twice', None),
-        ('objects: [', 'm.yaml', 'YAML with unique keys', None),
+        (
+            WALL + 'sensor: {optical_offset: 1.0e+300}',
+            'm.yaml: sensor.optical_offset',
+            'to 1000',
+            1e300,
+        ),
+        (WALL + f'base: {{start: [0, 0, {10**400}]}}', 'm.yaml: base.start', 'to 1000', None),
+        (
+            WALL + 'base: {legs: [{duration: 1.0e+9, velocity: [1, 0]}]}',
+            'm.yaml: base.legs[0].duration',
+            'to 86400',
+            1e9,
+        ),
+        (WALL + WALL, 'm.yaml', r"'m.yaml', line \d: the key 'objects' comes twice", None),
+        ('objects: [', 'm.yaml', r"'m.yaml', line 1: expected", None),
     ],
 )
 def test_what_is_wrong_in_a_scene_is_named(text, key, limit, value):
-    with pytest.raises(SceneError, match=limit) as error:
+    with pytest.raises(ParameterError, match=limit) as error:
         parse_scene(text, 'm')
     assert error.value.key == key
     if value is not None and value is not math.nan:

@@ -1,0 +1,106 @@
+"""YAML files that people write, read strictly: the same for parameters, scenes and routes."""
+
+from pathlib import Path
+from typing import Any
+
+from nodlidar_common.errors import NodlidarError, ParameterError
+import yaml
+
+# More than any such file needs; reading this much takes a few seconds.
+LONGEST = 256 * 1024  # bytes
+
+
+class YamlError(ParameterError):
+    """A file that cannot be read, or is no YAML as it must be; `limit` says what is wrong.
+
+    Parameters
+    ----------
+    file, problem
+        Its name, and what is wrong.
+    line
+        The line where that is, if it is known; the first is 1.
+    """
+
+    def __init__(self, file: str, problem: str, line: int | None = None) -> None:
+        where = f"'{file}'" if line is None else f"'{file}', line {line}"
+        NodlidarError.__init__(self, f'{where}: {problem}')
+        self.key, self.limit, self.value = file, problem, line
+
+
+def read_yaml(path: str | Path) -> object:
+    """Return what a YAML file has.
+
+    Raises
+    ------
+    YamlError
+        If it cannot be read, or as `parse_yaml` does.
+    """
+    try:
+        with open(path, 'rb') as file:
+            data = file.read(LONGEST + 1)
+        text = data.decode('utf-8-sig')
+    except (OSError, ValueError) as error:
+        problem = 'is no text in UTF-8' if isinstance(error, UnicodeDecodeError) else None
+        raise YamlError(
+            str(path), problem or getattr(error, 'strerror', None) or str(error)
+        ) from error
+    return parse_yaml(text, str(path))
+
+
+def parse_yaml(text: str, file: str) -> object:
+    """Return what the YAML text of a file has.
+
+    Aliases are refused, as ROS does: a short text with some of them may be of any size.
+
+    Raises
+    ------
+    YamlError
+        If it is no YAML, too long, nested too deeply, or has an alias or a key twice.
+    """
+    if len(text) > LONGEST:
+        raise YamlError(file, f'has more than {LONGEST} bytes')
+    try:
+        return yaml.load(text, _StrictLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = None if mark is None else mark.line + 1
+        raise YamlError(file, error.problem or 'is no YAML', line) from error
+    except RecursionError as error:
+        raise YamlError(file, 'is nested too deeply') from error
+    except Exception as error:  # whatever PyYAML stumbles over
+        raise YamlError(file, 'is no YAML: ' + ' '.join(str(error).split())) from error
+
+
+class _StrictLoader(yaml.SafeLoader):
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        if self.check_event(yaml.AliasEvent):
+            parser: Any = self
+            mark = parser.peek_event().start_mark
+            raise yaml.composer.ComposerError(None, None, 'aliases are not allowed', mark)
+        return super().compose_node(parent, index)
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep)
+        except (yaml.YAMLError, RecursionError):
+            raise
+        except Exception as error:  # whatever the date 2001-99-99 or the number 0x_ leads to
+            problem = f'no value: {" ".join(str(error).split())}'
+            raise yaml.constructor.ConstructorError(
+                None, None, problem, node.start_mark
+            ) from error
+
+    def construct_mapping(
+        self, node: yaml.MappingNode, deep: bool = False
+    ) -> dict[object, object]:
+        keys: set[object] = set()
+        for key_node, _ in node.value:
+            if not isinstance(key_node, yaml.ScalarNode):
+                continue  # the constructor refuses what cannot be a key
+            key = self.construct_object(key_node, deep=True)
+            if key in keys:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f'the key {key!r} comes twice', key_node.start_mark
+                )
+            keys.add(key)
+        return dict(super().construct_mapping(node, deep))
