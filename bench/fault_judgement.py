@@ -188,16 +188,11 @@ class Judge:
         return sent.size - in_clouds, sum(max(lost[n] - told[n], 0) for n in lost)
 
     def _counted(self, node: str, episode: Episode) -> int:
-        """Return how many scans a node has counted as lost.
-
-        The driver counts as missed those, too, that it has counted as dropped.
-        """
+        """Return how many scans a node has counted as lost."""
         started_ns = max((t for t in self._launches_ns if t <= episode.until_ns), default=0)
         before = self._losses(node, started_ns, episode.began_ns)
         now = self._losses(node, started_ns, episode.until_ns)
-        more = {key: n - before.get(key, 0) for key, n in now.items()}
-        missed = sum(n for key, n in more.items() if 'missed' in key)
-        return max(missed, sum(more.values()) - missed)
+        return sum(max(n - before.get(key, 0), 0) for key, n in now.items())
 
     def _losses(self, node: str, started_ns: int, until_ns: int) -> dict[str, int]:
         """Return what a node has last told of its losses from its start to a time [ns]."""

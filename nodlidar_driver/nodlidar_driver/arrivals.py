@@ -1,5 +1,6 @@
-"""When scans arrive: the line of the earliest ones, and whether a clock was set."""
+"""When scans arrive: the line of the earliest ones, which lateness does not bend."""
 
+from dataclasses import replace
 import math
 
 from nodlidar_driver.envelope import Line, lower_line
@@ -7,17 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 WINDOW_MS = 30_000.0  # a warming quartz drifts straight for so long
-_FAR_MS = 20.0  # this far from the line is no jitter: the host was busy, or a clock was set
-_FAR_SCANS = 10  # so many in a row that are late by as much are no busy host
-_LATE_AT_ONCE_MS = 5_000.0  # later than anything that was waiting in a buffer
+_LATE_MS, _LATE_SCATTERS = 2.0, 6.0  # later than so much beyond the line says nothing about it
+_EARLY_MS, _EARLY_SCATTERS = 3.0, 3.0  # earlier by more: the line was one of late scans
+# How long the line may be extended: a drift that is off by 100 or 20 ppm makes 2 ms of it.
+_KNOWN_MS = 15_000.0  # after so long the drift is known
+_TRUSTED_MS, _TRUSTED_WHEN_KNOWN_MS = 20_000.0, 100_000.0
 
 
 class Arrivals:
-    """The scans of the last half a minute: when each was taken, and when it arrived."""
+    """The scans of the last half a minute: when each was taken, and when it arrived.
+
+    Attributes
+    ----------
+    line
+        How much later than on the device's clock they arrive at least, at the newest scan [ms].
+    late_ms
+        How much later than that the newest one arrived [ms].
+    """
 
     def __init__(self) -> None:
-        self.jumps = 0
         self.line = Line(0.0, 0.0, 0.0)
+        self.late_ms = 0.0
         self.clear()
 
     def __len__(self) -> int:
@@ -28,16 +39,28 @@ class Arrivals:
         """Time from the oldest to the newest scan [ms]."""
         return float(self._taken_ms[-1] - self._taken_ms[0]) if len(self) else 0.0
 
+    def is_early(self, taken_ms: float, arrived_ms: float) -> bool:
+        """Tell whether a scan comes so early that all before must have been late."""
+        limit_ms = _EARLY_MS + _EARLY_SCATTERS * self.line.scatter
+        return len(self) > 0 and arrived_ms - taken_ms < self.line.value - limit_ms
+
+    def is_outdated(self, arrived_ms: float) -> bool:
+        """Tell whether all scans have been late for longer than the line can be extended."""
+        trusted_ms = _TRUSTED_WHEN_KNOWN_MS if self._known else _TRUSTED_MS
+        return len(self) > 0 and arrived_ms - self._timely_ms > trusted_ms
+
     def clear(self) -> None:
         """Forget all scans."""
         self._taken_ms: NDArray[np.float64] = np.empty(0)
         self._arrived_ms: NDArray[np.float64] = np.empty(0)
-        self._late_scans = 0
+        self._timely_ms = 0.0
+        self._known = False
 
     def add(self, taken_ms: NDArray[np.float64], arrived_ms: float) -> None:
-        """Take a scan and fit the line of the least delays anew, from it alone after a jump.
+        """Take a scan and fit the line of the least delays anew.
 
-        A scan that waited for a busy host says nothing about the line and is left out.
+        A scan that waited, for a busy host or in a slow line, says nothing about the line, however
+        many of them do: the device's clock goes on, and the line is extended.
 
         Parameters
         ----------
@@ -47,19 +70,24 @@ class Arrivals:
         arrived_ms
             When this scan arrived, on the host's clock.
         """
-        late_ms = arrived_ms - float(taken_ms[-1]) - self.line.value if len(self) else 0.0
-        self._late_scans = self._late_scans + 1 if late_ms > _FAR_MS else 0
-        if self._jumped(late_ms):
-            self.jumps += len(self) > _FAR_SCANS  # the first few may all have been late
-            self.clear()
-        self._append(taken_ms, math.nan if self._late_scans else arrived_ms)
+        at_ms = float(taken_ms[-1])
+        delay_ms = arrived_ms - at_ms
+        if len(self):
+            value_ms = self.line.value + self.line.slope * (at_ms - float(self._taken_ms[-1]))
+            self.line = replace(self.line, value=value_ms)
+        limit_ms = _LATE_MS + _LATE_SCATTERS * self.line.scatter
+        timely = not len(self) or delay_ms - self.line.value <= limit_ms
+        self._append(taken_ms, arrived_ms if timely else math.nan)
+        if timely:
+            self._timely_ms = arrived_ms
+            self._fit(at_ms)
+        self.late_ms = delay_ms - self.line.value
+
+    def _fit(self, at_ms: float) -> None:
         timely = ~np.isnan(self._arrived_ms)
         taken, arrived = self._taken_ms[timely], self._arrived_ms[timely]
-        self.line = lower_line(taken, arrived - taken, float(taken_ms[-1]))
-
-    def _jumped(self, late_ms: float) -> bool:
-        late = late_ms > _LATE_AT_ONCE_MS or self._late_scans >= _FAR_SCANS
-        return late or late_ms < -_FAR_MS
+        self.line = lower_line(taken, arrived - taken, at_ms)
+        self._known = bool(taken[-1] - taken[0] > _KNOWN_MS)
 
     def _append(self, taken_ms: NDArray[np.float64], arrived_ms: float) -> None:
         """Add an arrival, renew when the scans were taken, and forget those of long ago."""

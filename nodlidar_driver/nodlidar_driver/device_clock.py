@@ -1,6 +1,7 @@
 """The lidar's clock, mapped to host time.
 
-Three things are estimated, each from what shows it best:
+Host time is that of a clock that nobody sets, as CLOCK_MONOTONIC. Three things are estimated, each
+from what shows it best:
 
 - the time of step 0 on the device's clock, finer than its milliseconds, from the evenness of the
   rotations (:mod:`nodlidar_driver.rotation`);
@@ -8,7 +9,11 @@ Three things are estimated, each from what shows it best:
   (:mod:`nodlidar_driver.arrivals`);
 - the absolute offset, from the earliest answers of time mode at connection. Scans arrive a fixed
   but unknown latency after step 0. The offset of time mode reveals it during the first seconds;
-  from then on the earliest arrivals less the latency are the offset, also after a clock was set.
+  from then on the earliest arrivals less the latency are the offset.
+
+Scans that arrive late are dated by the device's clock all the same. What does not fit is refused:
+a stamp that breaks the even rotations, or one later than its arrival. What goes on not to fit is a
+ClockError: only time mode can align the clocks anew.
 """
 
 from collections.abc import Sequence
@@ -16,25 +21,18 @@ from dataclasses import dataclass
 
 from nodlidar_driver.arrivals import Arrivals, WINDOW_MS
 from nodlidar_driver.envelope import least
-from nodlidar_driver.rotation import even_times, RotationTimes
-from nodlidar_driver.timer import Timer
+from nodlidar_driver.rotation import RotationTimes
+from nodlidar_driver.stamp_check import StampCheck
+from nodlidar_driver.time_mode import check_round_trip, ClockError, Replies, TimeReply
+from nodlidar_driver.timer import unwrapped
 import numpy as np
 from numpy.typing import NDArray
 
 _NS_PER_MS = 1e6
 _CALIBRATION_MS = 0.9 * WINDOW_MS  # how long the latency is refined
-_LATENCY_LIMIT_MS = 1_000.0  # a longer latency is not believed
-_FEWEST_REPLIES, _MOST_REPLIES = 10, 24  # one comes in each rotation
-_NO_REPLIES = (np.empty(0), np.empty(0))
-_SHARP_MS = 0.05  # mean delay per reply at which more of them would tell nothing new
-
-
-@dataclass(frozen=True, slots=True)
-class TimeReply:
-    """An answer of time mode: the device's timer [ms, 24 bits] and when it arrived [ns]."""
-
-    device_ms: int
-    arrival_ns: int
+_LATENCY_LIMIT_MS = 1_000.0  # a longer latency is one of scans that waited
+_ACAUSAL_MS = 1.0  # by which a scan may seem to arrive before it was measured
+_MOST_REFUSED = 5  # stamps in a row that do not fit, after which the clocks are aligned anew
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,22 +46,15 @@ class ScanTime:
     rotation
         Time of one rotation [s], as measured.
     turns
-        Rotations since the scan before, 1 when there was none.
+        Rotations since the scan before; 0 when there was none.
+    late
+        How much later it arrived than scans do at least [s].
     """
 
     step_zero_ns: int
     rotation: float
     turns: int
-
-
-def enough_replies(replies: Sequence[TimeReply]) -> bool:
-    """Tell whether time mode has been asked often enough, judged by the scatter of the delays."""
-    if not _FEWEST_REPLIES <= len(replies) < _MOST_REPLIES:
-        return len(replies) >= _MOST_REPLIES
-    timer, first_ns = Timer(), replies[0].arrival_ns
-    times = [timer.unwrap(reply.device_ms, reply.arrival_ns) for reply in replies]
-    delays = np.subtract([(reply.arrival_ns - first_ns) / _NS_PER_MS for reply in replies], times)
-    return float(delays.mean() - delays.min()) < _SHARP_MS * (len(delays) - 1)
+    late: float
 
 
 class DeviceClock:
@@ -76,31 +67,38 @@ class DeviceClock:
     measured_ms
         Time from step 0 to the last measured beam [ms]: no scan can arrive earlier.
     replies
-        Answers of time mode, taken just before the stream.
+        Answers of time mode, taken just before the stream; none if the lidar refuses it. Scans
+        are then taken to arrive one rotation after step 0.
 
-    Attributes
-    ----------
-    synchronised
-        Whether time mode gave a latency that is possible. If not, scans are taken to arrive one
-        rotation after step 0.
+    Raises
+    ------
+    ClockError
+        If the answers took so long that they do not tell the time.
     """
 
     def __init__(
         self, rotation_ms: float, measured_ms: float, replies: Sequence[TimeReply]
     ) -> None:
-        self.synchronised = False
         self._measured_ms = measured_ms
-        self._rotation_ms = self._latency_ms = rotation_ms
-        self._timer = Timer()
+        self._latency_ms = rotation_ms
+        self._check = StampCheck(rotation_ms)
         self._rotations = RotationTimes(rotation_ms)
         self._arrivals = Arrivals()
         self._origin_ns: int | None = None
-        stamps = [self._timer.unwrap(reply.device_ms, reply.arrival_ns) for reply in replies]
-        arrivals = [self._since_origin(reply.arrival_ns) for reply in replies]
-        self._replies = np.array(stamps, dtype=np.float64), np.array(arrivals)
-        self._reply_rotations = RotationTimes(rotation_ms)
-        for stamp in stamps:
-            self._reply_rotations.add(stamp)
+        self._stamp_ms: int | None = None  # of the last scan that was believed
+        self._dated_ms: int | None = None  # and of the last one that was dated
+        self._refused = 0
+        self._replies: Replies | None = None
+        self.synchronised = bool(replies)
+        check_round_trip(replies, rotation_ms)
+        if replies:
+            self._origin_ns = replies[0].arrival_ns
+            self._replies = Replies(replies, rotation_ms)
+
+    @property
+    def settled(self) -> bool:
+        """Whether a scan could be dated already."""
+        return self._dated_ms is not None
 
     @property
     def drift_ppm(self) -> float:
@@ -109,16 +107,11 @@ class DeviceClock:
 
     @property
     def jitter(self) -> float:
-        """Mean lateness of the scans [s]."""
+        """Mean lateness of the scans [s], without those that waited long."""
         return self._arrivals.line.scatter * 1e-3
 
-    @property
-    def jumps(self) -> int:
-        """How often either clock was set: the device restarted, or the host's was stepped."""
-        return self._timer.jumps + self._arrivals.jumps
-
-    def scan_time(self, device_ms: int, arrival_ns: int) -> ScanTime:
-        """Return when a scan was taken.
+    def scan_time(self, device_ms: int, arrival_ns: int) -> ScanTime | None:
+        """Return when a scan was taken; None if its stamp cannot be believed, or not yet.
 
         Parameters
         ----------
@@ -126,24 +119,69 @@ class DeviceClock:
             The scan's time stamp: the device's timer at step 0 [ms, 24 bits].
         arrival_ns
             Host time at which the scan's last byte was read [ns].
+
+        Raises
+        ------
+        ClockError
+            If the lidar's clock has to be aligned anew.
         """
-        jumps = self.jumps
-        stamp_ms = self._timer.unwrap(device_ms, arrival_ns)
-        if self.jumps > jumps:
-            self._arrivals.clear()
-            self._rotations = RotationTimes(self._rotation_ms)
-        zeros_ms = self._rotations.add(stamp_ms)
-        self._arrivals.add(zeros_ms, self._since_origin(arrival_ns))
-        if self.jumps > jumps:
-            self._replies = _NO_REPLIES
-        self._calibrate(zeros_ms)
-        return self._result(float(zeros_ms[-1]))
+        arrived_ms = self._since_origin(arrival_ns)
+        if self._arrivals.is_outdated(arrived_ms):
+            raise ClockError(f'all scans are late, now by {self._arrivals.late_ms:.0f} ms')
+        stamp_ms = self._unwrapped(device_ms)
+        believed = [] if self._is_acausal(stamp_ms, arrived_ms) else self._believed(stamp_ms)
+        if not believed:
+            self._refuse()
+            return None
+        self._stamp_ms = stamp_ms
+        for each_ms in believed:
+            zeros_ms = self._rotations.add(each_ms)
+        self._add_arrival(zeros_ms, arrived_ms)
+        if self._latency_ms > _LATENCY_LIMIT_MS:
+            return None  # it waited since before the stream was read; later ones will be timely
+        self._refused, last_ms, self._dated_ms = 0, self._dated_ms, stamp_ms
+        turns = 0 if last_ms is None else round((stamp_ms - last_ms) / self._rotations.period_ms)
+        return self._result(float(zeros_ms[-1]), turns)
 
     def _since_origin(self, host_ns: int) -> float:
         """Return a host time from the first one that was seen [ms], where floats are fine."""
         if self._origin_ns is None:
             self._origin_ns = host_ns
         return (host_ns - self._origin_ns) / _NS_PER_MS
+
+    def _unwrapped(self, device_ms: int) -> int:
+        if self._stamp_ms is not None:
+            return unwrapped(device_ms, self._stamp_ms)
+        return unwrapped(device_ms, self._replies.last_ms) if self._replies else device_ms
+
+    def _is_acausal(self, stamp_ms: int, arrived_ms: float) -> bool:
+        """Tell whether a stamp says that the scan arrived before it was measured."""
+        if len(self._arrivals):
+            offset_ms = self._arrivals.line.value - self._latency_ms
+        elif self._replies:
+            offset_ms = self._replies.offset_ms
+        else:
+            return False
+        return arrived_ms < stamp_ms + offset_ms + self._measured_ms - _ACAUSAL_MS
+
+    def _believed(self, stamp_ms: int) -> list[int]:
+        believed = self._check.believe(stamp_ms, self._rotations.period_ms)
+        if self._check.broken:
+            raise ClockError("the lidar's timer was set")
+        return believed
+
+    def _refuse(self) -> None:
+        self._refused += 1
+        if self._refused >= _MOST_REFUSED:
+            raise ClockError("the scans' time stamps do not fit the lidar's clock")
+
+    def _add_arrival(self, zeros_ms: NDArray[np.float64], arrived_ms: float) -> None:
+        if self._arrivals.is_early(float(zeros_ms[-1]), arrived_ms):
+            if self.synchronised and self._replies is None:
+                raise ClockError('scans arrive earlier than they did: those before were late')
+            self._arrivals.clear()
+        self._arrivals.add(zeros_ms, arrived_ms)
+        self._calibrate(zeros_ms)
 
     def _calibrate(self, zeros_ms: NDArray[np.float64]) -> None:
         """Refine the latency as long as the answers of time mode are near.
@@ -152,26 +190,23 @@ class DeviceClock:
         those of the scans are. If it did not answer evenly the whole milliseconds do: the answers
         that seem least delayed are then those of which least was cut off.
         """
-        stamps, arrivals = self._replies
-        if not len(stamps):
+        if self._replies is None:
             return
-        known_best = self._rotations if len(zeros_ms) > len(stamps) else self._reply_rotations
-        times = even_times(stamps, known_best.period_ms)
+        known_best = self._rotations if len(zeros_ms) > len(self._replies.times_ms) else None
+        times = self._replies.times(known_best)
         line, middle = self._arrivals.line, times.mean()
-        offset = least(arrivals - times - line.slope * (times - middle))
-        latency_ms = line.value - offset - line.slope * (float(zeros_ms[-1]) - middle)
-        self.synchronised = self._measured_ms - 1.0 <= latency_ms <= _LATENCY_LIMIT_MS
-        if self.synchronised:
-            self._latency_ms = latency_ms
-        if self._arrivals.span_ms > _CALIBRATION_MS:
-            self._replies = _NO_REPLIES
+        offset = least(self._replies.arrivals_ms - times - line.slope * (times - middle))
+        self._latency_ms = line.value - offset - line.slope * (float(zeros_ms[-1]) - middle)
+        if self._arrivals.span_ms > _CALIBRATION_MS and self._latency_ms <= _LATENCY_LIMIT_MS:
+            self._replies = None
 
-    def _result(self, zero_ms: float) -> ScanTime:
+    def _result(self, zero_ms: float, turns: int) -> ScanTime:
         line = self._arrivals.line
         host_ms = zero_ms + line.value - self._latency_ms
         assert self._origin_ns is not None
         return ScanTime(
             step_zero_ns=self._origin_ns + round(host_ms * _NS_PER_MS),
             rotation=self._rotations.period_ms * (1.0 + line.slope) * 1e-3,
-            turns=self._rotations.turns,
+            turns=turns,
+            late=self._arrivals.late_ms * 1e-3,
         )

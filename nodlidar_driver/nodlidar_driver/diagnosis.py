@@ -4,20 +4,21 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 import math
 
+from nodlidar_driver.host_time import HostTime
 from nodlidar_driver.lidar import Lidar, Scan
 from nodlidar_driver.scan import ScanWindow
+from nodlidar_driver.scan_account import MISSED, ScanAccount, SETTLING
 
 _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
 _RATE_SCANS = 10  # expected in the time that the rate is taken over: one more or less is no news
 _DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave what the estimate can follow
-_DROPPED = 'Scans dropped: '
-_MISSED = 'Scans missed'
-_JUMPS = 'Clock jumps'
+_LATE_WARNING = 0.1  # s; a scan that is late by a rotation waited for the host or in the line
+_CLOCK_STEPS = 'Host clock steps'
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """Warnings in words, and figures by name; both empty while no scans come."""
+    """Warnings in words, and figures by name."""
 
     warnings: list[str] = field(default_factory=list)
     figures: dict[str, str] = field(default_factory=dict)
@@ -27,42 +28,67 @@ class Diagnosis:
     """Counts over all connections; warnings are about what happened since the last report.
 
     A report may be asked for by another thread than the one that tells what happens.
+
+    Parameters
+    ----------
+    window
+        The beams of a scan.
+    host_time
+        Knows when the host's clock was set.
+
+    Attributes
+    ----------
+    account
+        What became of each scan.
     """
 
-    def __init__(self, window: ScanWindow) -> None:
+    def __init__(self, window: ScanWindow, host_time: HostTime) -> None:
+        self.account = ScanAccount()
         self._window = window
-        # The lidar, and what went wrong with those before: always changed together.
-        self._connection: tuple[Lidar | None, Counter[str]] = (None, Counter())
+        self._host_time = host_time
+        self._lidar: Lidar | None = None
         self._latency = math.nan
-        self._published = 0
-        self._last: Counter[str] = Counter()
+        self._late = 0.0
+        self._last: Counter[str] = self._counts()
         self._reports: deque[tuple[int, int]] = deque()  # time [ns] and scans published by then
 
     def connected(self, lidar: Lidar) -> None:
         """Take note of a new connection."""
         self._latency = math.nan
-        self._connection = (lidar, self._connection[1])
+        self._lidar = lidar
 
     def disconnected(self) -> None:
         """Take note that the connection ended."""
-        self._connection = (None, _counts(*self._connection))
+        self._lidar = None
 
     def published(self, scan: Scan) -> None:
         """Take note of a scan."""
-        self._published += 1
+        self._late = max(self._late, scan.late)
         self._latency = (scan.arrival_ns - scan.stamp_ns) * 1e-9
 
     def report(self, now_ns: int) -> Report:
         """Return how things are at a time [ns], which only serves to compute rates."""
-        lidar, earlier = self._connection
-        counts = _counts(lidar, earlier)
-        news = counts - self._last
-        self._last = counts
+        lidar, counts = self._lidar, self._counts()
+        news, self._last = counts - self._last, counts
+        late, self._late = self._late, 0.0
+        warnings = self._news(news, late)
+        figures = {name: str(count) for name, count in counts.items()}
+        figures['Scans due'] = str(self.account.due)
+        figures['Scans published'] = str(self.account.published)
         if lidar is None or math.isnan(self._latency):
             self._reports.clear()
-            return Report()
+            return Report(warnings, figures)
         rate = self._rate(now_ns, self._scan_period(lidar))
-        return Report(self._warnings(lidar, news, rate), self._figures(lidar, counts, rate))
+        warnings += self._warnings(lidar, rate)
+        return Report(warnings, figures | self._figures(lidar, rate, late))
+
+    def _counts(self) -> Counter[str]:
+        """Return what went wrong so far."""
+        lost = self.account.lost
+        names = {name: f'Scans dropped: {name}' for name in lost} | {MISSED: 'Scans missed'}
+        counts = Counter({names[reason]: count for reason, count in lost.items()})
+        counts[_CLOCK_STEPS] = self._host_time.steps
+        return counts
 
     def _scan_period(self, lidar: Lidar) -> float:
         """Return the time from scan to scan [s]."""
@@ -70,7 +96,7 @@ class Diagnosis:
 
     def _rate(self, now_ns: int, scan_period: float) -> float:
         """Return the scans per second of the last scans; NaN just after connecting."""
-        reports, published = self._reports, self._published
+        reports, published = self._reports, self.account.published
         reports.append((now_ns, published))
         long_ago_ns = now_ns - round(_RATE_SCANS * scan_period * 1e9)
         while len(reports) > 1 and reports[1][0] <= long_ago_ns:
@@ -80,8 +106,19 @@ class Diagnosis:
             return math.nan
         return (published - by_then) * 1e9 / (now_ns - then_ns)
 
-    def _warnings(self, lidar: Lidar, news: Counter[str], rate: float) -> list[str]:
+    def _news(self, news: Counter[str], late: float) -> list[str]:
+        """Return warnings of what happened since the last report."""
+        del news[f'Scans dropped: {SETTLING}']  # each stream begins so
+        stepped = news.pop(_CLOCK_STEPS, 0)
         warnings = [f'{name.lower()}: {count} more' for name, count in sorted(news.items())]
+        if stepped:
+            warnings.append(f"the host's clock was set by {self._host_time.last_step_ns / 1e9} s")
+        if late > _LATE_WARNING:
+            warnings.append(f'scans came up to {late:.1f} s late; their stamps are right')
+        return warnings
+
+    def _warnings(self, lidar: Lidar, rate: float) -> list[str]:
+        warnings = []
         expected = 1.0 / self._scan_period(lidar)
         if rate < _RATE_TOLERANCE * expected:
             warnings.append(f'{rate:.1f} scans/s instead of {expected:.1f}')
@@ -91,7 +128,7 @@ class Diagnosis:
             warnings.append(f'clock drift {lidar.device_clock.drift_ppm:.0f} ppm')
         return warnings
 
-    def _figures(self, lidar: Lidar, counts: Counter[str], rate: float) -> dict[str, str]:
+    def _figures(self, lidar: Lidar, rate: float, late: float) -> dict[str, str]:
         """Return the figures, by the names of REP 138 where it has one."""
         return {
             'Vendor Name': lidar.version.vendor,
@@ -103,19 +140,7 @@ class Diagnosis:
             'Motor speed': lidar.state.speed,
             'Computed Latency': f'{self._latency * 1e3:.2f} ms',
             'Scan rate': f'{rate:.2f} Hz',
-            'Scans published': str(self._published),
             'Clock drift': f'{lidar.device_clock.drift_ppm:.1f} ppm',
             'Arrival jitter': f'{lidar.device_clock.jitter * 1e3:.2f} ms',
-            **{name: str(count) for name, count in sorted(counts.items())},
+            'Latest arrival': f'{late * 1e3:.1f} ms late',
         }
-
-
-def _counts(lidar: Lidar | None, earlier: Counter[str]) -> Counter[str]:
-    """Return what went wrong with a lidar and earlier ones."""
-    counts = Counter(earlier)
-    if lidar is not None:
-        counts[_MISSED] += lidar.missed
-        counts[_JUMPS] += lidar.device_clock.jumps
-        for reason, count in list(lidar.client.drops.items()):  # the device's thread adds to it
-            counts[_DROPPED + reason] += count
-    return counts

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import DeviceError
 
+_DIGITS = 9  # more has no number that a lidar tells
+
 
 @dataclass(frozen=True, slots=True)
 class Version:
@@ -111,6 +113,6 @@ def _value(information: Mapping[str, str], key: str) -> str:
 
 def _number(information: Mapping[str, str], key: str) -> int:
     value = _value(information, key)
-    if not value.isdecimal() or int(value) == 0:
+    if not value.isdecimal() or len(value) > _DIGITS or int(value) == 0:
         raise DeviceError(f"the lidar's {key} must be a positive whole number, but is {value!r}")
     return int(value)

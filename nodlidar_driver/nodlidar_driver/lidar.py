@@ -3,12 +3,17 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nodlidar_driver.device_clock import DeviceClock, enough_replies
+from nodlidar_common.errors import PortError
+from nodlidar_driver.device_clock import DeviceClock, ScanTime
 from nodlidar_driver.scan import ranges, ScanWindow, STEPS_PER_TURN
-from nodlidar_driver.scip_client import ScipClient
+from nodlidar_driver.scan_account import ScanAccount, SETTLING, TIMESTAMP
+from nodlidar_driver.scip_client import RawScan, ScipClient
 from nodlidar_driver.scip_port import SerialPort
+from nodlidar_driver.time_mode import enough_replies
 import numpy as np
 from numpy.typing import NDArray
+
+_SLACK = 0.05  # of a rotation, by which its end is not known
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +30,15 @@ class Scan:
         Ranges [m] by REP 117, shape (window.count,).
     arrival_ns
         Host time at which the last byte was read [ns].
+    late
+        How much later than usual that was [s].
     """
 
     stamp_ns: int
     rotation: float
     ranges: NDArray[np.float32]
     arrival_ns: int
+    late: float
 
 
 class Lidar:
@@ -43,9 +51,11 @@ class Lidar:
     window
         The beams that are wanted.
     clock
-        Returns the host time [ns].
+        Returns the host time [ns], by a clock that nobody sets.
     timeout
         How long the lidar may be silent [s].
+    account
+        Counts the scans.
     keep_going
         False ends any wait for the lidar with a StoppedError, but that in :meth:`stop`.
 
@@ -54,11 +64,9 @@ class Lidar:
     version, capabilities, state
         What the lidar says about itself, before the stream; set by :meth:`start`.
     client
-        The session; it counts the scans that were dropped.
+        The session.
     device_clock
         What is known about the lidar's clock; set by :meth:`start`.
-    missed
-        Rotations whose scan should have come but did not, or was dropped.
 
     Raises
     ------
@@ -72,11 +80,12 @@ class Lidar:
         window: ScanWindow,
         clock: Callable[[], int],
         timeout: float,
+        account: ScanAccount,
         keep_going: Callable[[], bool] = lambda: True,
     ) -> None:
-        self.missed = 0
-        self._window = window
-        self.client = ScipClient(port, clock, timeout, keep_going)
+        self._window, self._clock, self._account = window, clock, account
+        self._last: ScanTime | None = None
+        self.client = ScipClient(port, clock, timeout, keep_going, account.drop)
 
     def start(self) -> None:
         """Bring the lidar to streaming; if that fails, its laser may be on until :meth:`stop`.
@@ -97,23 +106,59 @@ class Lidar:
         self.client.start_scanning(self._window)
 
     def read(self) -> Scan:
-        """Return the next good scan, waiting for it; raises DeviceError if none comes."""
-        raw, lidar = self.client.read_scan(), self.capabilities
-        time = self.device_clock.scan_time(raw.device_ms, raw.arrival_ns)
-        self.missed += max(time.turns - 1 - self._window.skip, 0)
+        """Return the next scan that is good and can be dated, waiting for it.
+
+        Raises
+        ------
+        DeviceError
+            If none comes, the lidar is faulty, or its clock has to be aligned anew.
+        PortError
+            If the port fails.
+        """
+        while True:
+            raw = self.client.read_scan()
+            time = self.device_clock.scan_time(raw.device_ms, raw.arrival_ns)
+            if time is not None:
+                return self._scan(raw, time)
+            self._account.drop(TIMESTAMP if self.device_clock.settled else SETTLING)
+
+    def stop(self) -> None:
+        """Stop the stream and turn the laser off; DeviceError if that is not confirmed."""
+        try:
+            self.client.stop()
+        except PortError:
+            self._last = None  # a lidar that is gone is not known to go on
+            raise
+        finally:
+            self._account.end(self._due_since_last())
+            self._last = None
+
+    def _scan(self, raw: RawScan, time: ScanTime) -> Scan:
+        self._account.publish(round(time.turns / (self._window.skip + 1)) or None)
+        self._last = time
         first_beam_ns = self._window.first_beam * time.rotation * 1e9 / STEPS_PER_TURN
         return Scan(
             stamp_ns=time.step_zero_ns + round(first_beam_ns),
             rotation=time.rotation,
-            ranges=ranges(raw.codes, lidar.range_min_mm, lidar.range_max_mm),
+            ranges=ranges(
+                raw.codes, self.capabilities.range_min_mm, self.capabilities.range_max_mm
+            ),
             arrival_ns=raw.arrival_ns,
+            late=time.late,
         )
 
-    def stop(self) -> None:
-        """Stop the stream and turn the laser off."""
-        self.client.stop()
+    def _due_since_last(self) -> int | None:
+        """Return how many scans were sent since the last one, until the stream was stopped now.
+
+        The turn at whose end the lidar stops is not sent any more.
+        """
+        if self._last is None:
+            return None
+        turns = (self._clock() - self._last.step_zero_ns) * 1e-9 / self._last.rotation
+        return max(int(turns + _SLACK - 2.0), 0) // (self._window.skip + 1)
 
     def _align_clock(self) -> DeviceClock:
         rotation_ms = self.capabilities.rotation * 1e3
         measured_ms = (self._window.last_step + 1) / STEPS_PER_TURN * rotation_ms
-        return DeviceClock(rotation_ms, measured_ms, self.client.time_replies(enough_replies))
+        replies = self.client.time_replies(lambda so_far: enough_replies(so_far, rotation_ms))
+        return DeviceClock(rotation_ms, measured_ms, replies)

@@ -1,6 +1,5 @@
 """The lidar's lifecycle node: keeps it connected and publishes its scans."""
 
-import contextlib
 import sys
 import time
 
@@ -11,8 +10,10 @@ from nodlidar_common.errors import DeviceError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import run
 from nodlidar_common.serial_port import close_port, open_port
+from nodlidar_common.steady import steady_ns
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.diagnosis import Diagnosis
+from nodlidar_driver.host_time import HostTime
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.messages import arrival_message, fill_scan, scan_template
 from nodlidar_driver.scip_client import STOP
@@ -22,27 +23,31 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import LaserScan, TimeReference
 import serial
 
+_DEPTH = 100  # scans kept for a reliable subscriber that stands still for some seconds
+
 
 class Driver(DeviceNode):
     """Reads a Hokuyo URG-04LX-UG01 and publishes `scan` and `~/arrival`."""
 
     def __init__(self) -> None:
         super().__init__('driver', DriverConfig)
+        self._host_time = HostTime(time.time_ns, steady_ns)
         self.configure()
         self._port: serial.Serial | None = None
         self._lidar: Lidar | None = None
         overridable = QoSOverridingOptions.with_default_policies()
+        profile = QoSProfile(depth=_DEPTH)
         self._scans = self.create_lifecycle_publisher(
-            LaserScan, 'scan', QoSProfile(depth=10), qos_overriding_options=overridable
+            LaserScan, 'scan', profile, qos_overriding_options=overridable
         )
         self._arrivals = self.create_lifecycle_publisher(
-            TimeReference, '~/arrival', QoSProfile(depth=10), qos_overriding_options=overridable
+            TimeReference, '~/arrival', profile, qos_overriding_options=overridable
         )
 
     def configure(self) -> None:
         """Choose the beams."""
         self._window = self.config.window()
-        self._diagnosis = Diagnosis(self._window)
+        self._diagnosis = Diagnosis(self._window, self._host_time)
 
     def connect(self) -> None:
         """Open the port and bring the lidar to streaming."""
@@ -50,7 +55,12 @@ class Driver(DeviceNode):
         self._port = open_port(config.port, config.baud_rate, READ_TIMEOUT)
         self.guard(self._port.fileno(), STOP)
         self._lidar = Lidar(
-            self._port, self._window, time.time_ns, config.timeout, self.keep_going
+            self._port,
+            self._window,
+            steady_ns,
+            config.timeout,
+            self._diagnosis.account,
+            self.keep_going,
         )
         self._lidar.start()
         self._message = scan_template(self._window, config.frame_id, self._lidar.capabilities)
@@ -60,10 +70,11 @@ class Driver(DeviceNode):
         """Publish one scan."""
         assert self._lidar is not None
         scan = self._lidar.read()
-        stamp_ns = scan.stamp_ns + round(self.config.stamp_offset * NS_PER_S)
+        ahead_ns = self._host_time.ahead_ns()
+        stamp_ns = scan.stamp_ns + ahead_ns + round(self.config.stamp_offset * NS_PER_S)
         fill_scan(self._message, self._window, stamp_ns, scan.rotation, scan.ranges)
         self._scans.publish(self._message)
-        self._arrivals.publish(arrival_message(self._message, scan.arrival_ns))
+        self._arrivals.publish(arrival_message(self._message, scan.arrival_ns + ahead_ns))
         self._diagnosis.published(scan)
 
     def disconnect(self) -> None:
@@ -72,14 +83,16 @@ class Driver(DeviceNode):
         port, self._port = self._port, None
         self._diagnosis.disconnected()
         if lidar is not None:
-            with contextlib.suppress(DeviceError):
+            try:
                 lidar.stop()
+            except DeviceError as error:
+                self.get_logger().error(f'the laser may be on: {error}')
         if port is not None:
             close_port(port)
 
     def diagnose(self, status: DiagnosticStatusWrapper) -> None:
         """Add the lidar's identity, rates, losses and clock; a warning for each new trouble."""
-        report = self._diagnosis.report(time.monotonic_ns())
+        report = self._diagnosis.report(steady_ns())
         for warning in report.warnings:
             status.mergeSummary(DiagnosticStatus.WARN, warning)
         for name, value in report.figures.items():

@@ -3,14 +3,13 @@
 from collections import deque
 from dataclasses import dataclass
 
+from nodlidar_driver.stamp_check import IRREGULAR_MS, SPEED_RANGE
 import numpy as np
 from numpy.typing import NDArray
 
 _SCANS = 300  # scans that the fit remembers
 _WANDER_MS = 0.05  # what the motor may deviate from an even rotation and still fit
 _TRIAL_PERIODS = np.linspace(-1.0, 1.0, 65)[:, None]
-_IRREGULAR_MS = 1.5  # a rotation this much longer or shorter is a motor that changed its speed
-_SPEED_RANGE = 0.12  # by how much a motor's speed can be set (command CR)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +95,10 @@ class RotationTimes:
     ----------
     period_ms
         Time of one rotation as measured [ms].
-    turns
-        Rotations from the scan before to the newest one; 1 when there was none.
     """
 
     def __init__(self, period_ms: float) -> None:
         self.period_ms = period_ms
-        self.turns = 1
         self._nominal_ms = period_ms
         self._turns: deque[int] = deque(maxlen=_SCANS)
         self._stamps: deque[int] = deque(maxlen=_SCANS)
@@ -116,30 +112,30 @@ class RotationTimes:
             Step 0's times [ms] of as many of the last scans as one line explains, this one last,
             shape (n,), n >= 1.
         """
-        self.turns = self._turns_to(stamp_ms)
-        if not self._regular(stamp_ms):
-            self._restart(stamp_ms)
-        self._turns.append(self._turns[-1] + self.turns if self._turns else 0)
+        turns = self._turns_to(stamp_ms)
+        if not self._regular(stamp_ms, turns):
+            self._restart(stamp_ms, turns)
+        self._turns.append(self._turns[-1] + turns if self._turns else 0)
         self._stamps.append(stamp_ms)
         if len(self._stamps) == 1:
             return np.array([stamp_ms + 0.5])
         return stamp_ms + self._fit()
 
-    def _regular(self, stamp_ms: int) -> bool:
+    def _regular(self, stamp_ms: int, turns: int) -> bool:
         if not self._stamps:
             return True
-        deviation = abs(stamp_ms - self._stamps[-1] - self.turns * self.period_ms)
-        return deviation <= _IRREGULAR_MS * self.turns
+        deviation = abs(stamp_ms - self._stamps[-1] - turns * self.period_ms)
+        return deviation <= IRREGULAR_MS * turns
 
     def _turns_to(self, stamp_ms: int) -> int:
         if not self._stamps:
             return 1
         return max(round((stamp_ms - self._stamps[-1]) / self.period_ms), 1)
 
-    def _restart(self, stamp_ms: int) -> None:
+    def _restart(self, stamp_ms: int, turns: int) -> None:
         """Forget the scans so far; the motor may have a new speed."""
-        period_ms = (stamp_ms - self._stamps[-1]) / self.turns
-        if abs(period_ms - self._nominal_ms) < _SPEED_RANGE * self._nominal_ms:
+        period_ms = (stamp_ms - self._stamps[-1]) / turns
+        if abs(period_ms - self._nominal_ms) < SPEED_RANGE * self._nominal_ms:
             self.period_ms = period_ms
         self._turns.clear()
         self._stamps.clear()

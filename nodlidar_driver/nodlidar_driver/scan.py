@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 STEPS_PER_TURN = 1024
 FRONT_STEP = 384
 _INCREMENT = 2.0 * math.pi / STEPS_PER_TURN
+_ROTATIONS = 0.05, 0.2  # s
 
 _CODES = 20  # values below are no ranges [mm] but reasons why there is none
 _NOTHING_IN_RANGE = (0, 6)
@@ -73,6 +74,8 @@ class ScanWindow:
                 f'a lidar with {STEPS_PER_TURN} steps a turn and step {FRONT_STEP} in front is '
                 f'supported, but this one ({lidar.model}) has {layout[0]} and {layout[1]}'
             )
+        if not _ROTATIONS[0] <= lidar.rotation <= _ROTATIONS[1]:
+            raise DeviceError(f'a lidar of some 600 rpm is supported, not of {lidar.speed} rpm')
         if not lidar.first_step <= self.first_step <= self.last_step <= lidar.last_step:
             raise DeviceError(
                 f'this lidar measures steps {lidar.first_step} to {lidar.last_step}, but '

@@ -1,6 +1,5 @@
 """A SCIP 2.0 session with a lidar: start-up, identity, time mode, streaming, stop."""
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import re
@@ -11,21 +10,21 @@ from nodlidar_common.guard import StopRequest
 from nodlidar_common.scip import ScipError
 from nodlidar_driver import identity
 from nodlidar_driver import scip_status as status_of
-from nodlidar_driver.device_clock import TimeReply
 from nodlidar_driver.scan import ScanWindow
-from nodlidar_driver.scip_port import ScipPort, SerialPort
+from nodlidar_driver.scan_account import CHECKSUM, INCOMPLETE, RESYNC, VERIFYING
+from nodlidar_driver.scip_port import READ_TIMEOUT, ScipPort, SerialPort
+from nodlidar_driver.time_mode import TimeReply
 import numpy as np
 from numpy.typing import NDArray
 
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
 _WAY_BACK = {status_of.SCIP_1_1_ERROR: 'SCIP2.0', status_of.NOT_IN_THIS_STATE: 'TM2'}
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
-STOP = StopRequest('lidar', b'QT\n', rb'QT\n(00P|0Ee)\n\n')  # 0E in time mode, with the laser off
-
-CHECKSUM = 'checksum'
-INCOMPLETE = 'incomplete'
-RESYNC = 'resync'
-VERIFYING = 'verifying'
+# The first line feed ends what is left of a broken command. 0E is the answer in time mode, with
+# the laser off.
+STOP = StopRequest('lidar', b'\nQT\n', rb'(?<![^\n])QT\n(00P|0Ee)\n\n')
+_STOP_ATTEMPTS = 10  # each waits a little longer than a rotation
+_LONGEST_ANSWER = 8192  # bytes in which its confirmation is looked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,12 +59,8 @@ class ScipClient:
         How long the lidar may be silent [s].
     keep_going
         False ends any wait for the lidar with a StoppedError, but that for the answer to QT.
-
-    Attributes
-    ----------
-    drops
-        Scans that were lost, by reason: ``checksum``, ``incomplete``, ``resync`` (its beginning
-        or end is missing), ``verifying`` (the lidar stopped to verify an error).
+    drop
+        Called with the reason whenever something of the stream is no good scan.
     """
 
     def __init__(
@@ -74,8 +69,10 @@ class ScipClient:
         clock: Callable[[], int],
         timeout: float,
         keep_going: Callable[[], bool] = lambda: True,
+        drop: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        self.drops: Counter[str] = Counter()
+        self._drop = drop
+        self._clock = clock
         self._port = ScipPort(port, clock, timeout, keep_going)
         self._window: ScanWindow | None = None
 
@@ -131,8 +128,9 @@ class ScipClient:
             return []
         replies: list[TimeReply] = []
         while not enough(replies):
-            lines = self._command('TM1')
-            replies.append(TimeReply(_timer(lines[0]), self._port.arrival_ns))
+            asked_ns = self._clock()
+            device_ms = _timer(b'\n'.join(self._command('TM1')))
+            replies.append(TimeReply(device_ms, asked_ns, self._port.arrival_ns))
         self._command('TM2', status_of.TIME_MODE_WAS_OFF)
         return replies
 
@@ -163,10 +161,25 @@ class ScipClient:
                 return scan
 
     def stop(self) -> None:
-        """Stop streaming and turn the laser off, in half a second; DeviceError if unconfirmed."""
-        self._port.send('QT')
-        if not re.search(STOP.confirmation, self._port.drain()):
-            raise DeviceError('the lidar did not confirm that its laser is off')
+        """Stop streaming and turn the laser off, asking until that is confirmed.
+
+        Raises
+        ------
+        DeviceError
+            If the lidar does not confirm it.
+        PortError
+            If the port fails.
+        """
+        self._port.discard()  # what comes from now on may be the answer, however late
+        received = b''
+        for _ in range(_STOP_ATTEMPTS):
+            self._port.write(STOP.request)
+            deadline_ns = self._clock() + round(READ_TIMEOUT * 1e9)
+            while (data := self._port.read_some()) and self._clock() < deadline_ns:
+                received = (received + data)[-_LONGEST_ANSWER:]
+                if re.search(STOP.confirmation, received):
+                    return
+        raise DeviceError('the lidar did not confirm that its laser is off')
 
     def _information(self, command: str) -> dict[str, str]:
         return dict(map(scip.parse_information, self._command(command)))
@@ -191,7 +204,7 @@ class ScipClient:
         """Return the scan that a message ends with, or None, counting what is wrong."""
         headers = list(_SCAN_HEADER.finditer(message))
         if len(headers) != 1 or headers[0].start() > 0:
-            self.drops[RESYNC] += 1
+            self._drop(RESYNC)
         if not headers:
             return None
         message = message[headers[-1].start() :]
@@ -202,7 +215,7 @@ class ScipClient:
                 return self._scan_data(lines[1:], arrival_ns, window)
         except ScipError:
             complete = len(message) == _message_length(window) - 2
-            self.drops[CHECKSUM if complete else INCOMPLETE] += 1
+            self._drop(CHECKSUM if complete else INCOMPLETE)
             return None
         self._check_stopped(command.decode('ascii'), status)
         return None
@@ -218,9 +231,9 @@ class ScipClient:
         if status_of.is_fault(status):
             raise _refused(command, status)
         if status_of.is_verifying(status):
-            self.drops[VERIFYING] += 1
+            self._drop(VERIFYING)
         elif status != status_of.RESUMED:
-            self.drops[CHECKSUM] += 1  # no scan has such a status: corrupted in spite of its sum
+            self._drop(CHECKSUM)  # no scan has such a status: corrupted in spite of its sum
 
 
 def _status(line: bytes) -> str:

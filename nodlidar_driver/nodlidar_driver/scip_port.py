@@ -69,8 +69,12 @@ class ScipPort:
 
     def send(self, command: str) -> None:
         """Send a command and its line feed."""
+        self.write(command.encode('ascii') + b'\n')
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
         with port_errors():
-            self._port.write(command.encode('ascii') + b'\n')
+            self._port.write(data)
 
     def receive(self, expected: int = 1) -> bytes:
         """Return the next message without its empty line, waiting for it.
@@ -100,16 +104,23 @@ class ScipPort:
         """Tell that the last message was of use, so that the sender speaks SCIP."""
         self._useless = 0
 
-    def drain(self) -> bytes:
-        """Take and return what comes until nothing does, or for half a second if it streams on."""
-        drained = bytes(self._buffer)
+    def drain(self) -> None:
+        """Forget what comes until nothing does, or for half a second if it streams on."""
         self._buffer.clear()
         for _ in range(4):
-            data = self._read(_PATIENCE)
-            if not data:
+            if not self._read(_PATIENCE):
                 break
-            drained += data
-        return drained
+
+    def discard(self) -> None:
+        """Forget what has arrived."""
+        self._buffer.clear()
+        with port_errors():
+            for _ in range(4):
+                self._port.read(self._port.in_waiting)
+
+    def read_some(self) -> bytes:
+        """Return the next bytes as soon as there are any, or none after READ_TIMEOUT."""
+        return self._read(1)
 
     def _fill(self, wanted: int) -> None:
         if self._useless > _PATIENCE:

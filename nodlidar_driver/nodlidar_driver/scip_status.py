@@ -37,7 +37,7 @@ _BY_COMMAND = {
 
 def meaning(command: str, status: str) -> str:
     """Return what a status means as the answer to a command, in words."""
-    if command.startswith('MD') and status.isdecimal():
+    if command.startswith('MD'):
         if is_verifying(status):
             return 'measurement stopped to verify an error'
         if is_fault(status):
@@ -48,9 +48,13 @@ def meaning(command: str, status: str) -> str:
 
 def is_verifying(status: str) -> bool:
     """Tell whether a scan's status says that the lidar stopped to verify an error."""
-    return status.isdecimal() and 21 <= int(status) <= 49
+    return _is_number(status) and 21 <= int(status) <= 49
 
 
 def is_fault(status: str) -> bool:
     """Tell whether a scan's status says that the hardware failed."""
-    return status.isdecimal() and 50 <= int(status) <= 97
+    return _is_number(status) and 50 <= int(status) <= 97
+
+
+def _is_number(status: str) -> bool:
+    return len(status) == 2 and status.isdecimal()

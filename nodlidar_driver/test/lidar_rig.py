@@ -2,6 +2,7 @@
 
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import scan_window
+from nodlidar_driver.scan_account import ScanAccount
 from nodlidar_sim.urg import UrgEmulator
 from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
 import numpy as np
@@ -54,10 +55,11 @@ class Rig:
             self.truth.measure, start_ns=START_NS - 3_000_000_000, **options
         )
         self.port = VirtualPort(self.emulator, self.clock, 1.0)
+        self.account = ScanAccount()
 
     def lidar(self, window=FULL):
         """Return a lidar that streams."""
-        lidar = Lidar(self.port, window, self.clock, 1.0)
+        lidar = Lidar(self.port, window, self.clock, 1.0, self.account)
         lidar.start()
         return lidar
 

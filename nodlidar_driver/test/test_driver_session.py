@@ -1,12 +1,15 @@
 """The SCIP 2.0 session: byte fixtures of the specification's form, and an emulated lidar."""
 
+from collections import Counter
+import re
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lidar_rig import before, FULL, Rig, START_NS
 from nodlidar_common.errors import DeviceError, PortError, StoppedError
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import ScanWindow
-from nodlidar_driver.scip_client import ScipClient
+from nodlidar_driver.scip_client import ScipClient, STOP
 from nodlidar_sim.faults import FaultyDevice
 from nodlidar_sim.virtual_port import VirtualPort
 import numpy as np
@@ -47,10 +50,18 @@ class ScriptedPort:
         return len(data)
 
 
+class Client(ScipClient):
+    """A client that remembers what was no good scan."""
+
+    def __init__(self, port, clock):
+        self.drops = Counter()
+        super().__init__(port, clock, 1.0, drop=lambda reason: self.drops.update([reason]))
+
+
 def streaming(data):
     """Return a client whose lidar has begun to stream."""
     port = ScriptedPort(LASER_ON + STARTED + data)
-    client = ScipClient(port, lambda: 12345, 1.0)
+    client = Client(port, lambda: 12345)
     client.start_scanning(WINDOW)
     return client
 
@@ -199,6 +210,14 @@ def test_time_mode_tells_the_timer():
     assert len(client.read_scan().codes) == 682
 
 
+@pytest.mark.parametrize('answer', [b'', b'\n', b'\n00\n', b'\n0000\n', b'\n0000@\n0000@\n'])
+def test_an_answer_of_time_mode_without_a_time_is_an_error(answer):
+    port = ScriptedPort(b'TM0\n00P\n\nTM1\n00P' + answer + b'\n\n')
+    client = ScipClient(port, lambda: 0, 1.0)
+    with pytest.raises(DeviceError):
+        client.time_replies(lambda replies: len(replies) >= 2)
+
+
 def test_a_lidar_that_refuses_time_mode_gives_no_replies():
     rig = Rig()
     client = ScipClient(rig.port, rig.clock, 1.0)
@@ -220,9 +239,10 @@ def test_stopping_turns_the_laser_off():
 def test_faults_of_the_emulated_lidar():
     rig = Rig()
     lidar = rig.lidar()
+    lidar.read()
     rig.emulator.sensor.faults.come(21, 98)
     lidar.read()
-    assert lidar.client.drops == {'verifying': 1}
+    assert rig.account.lost['verifying'] == 1
     rig.emulator.sensor.faults.come(60)
     with pytest.raises(DeviceError, match='status 60'):
         lidar.read()
@@ -251,7 +271,7 @@ def test_connecting_ends_soon_when_told_and_leaves_the_laser_off(tenths, silent)
         faults.mute = silent and rig.clock() + 200_000_000 >= end_ns
         return rig.clock() < end_ns
 
-    lidar = Lidar(port, FULL, rig.clock, 5.0, keep_going)
+    lidar = Lidar(port, FULL, rig.clock, 5.0, rig.account, keep_going)
     with pytest.raises(StoppedError):
         start_and_read(lidar)
     faults.mute = False
@@ -269,7 +289,7 @@ def start_and_read(lidar):
 def test_a_lidar_that_refuses_to_stream_can_be_stopped():
     rig = Rig()
     before(rig.emulator, b'MD0044072501000', lambda: rig.emulator.sensor.refuse_next(b'0A'))
-    lidar = Lidar(rig.port, FULL, rig.clock, 1.0)
+    lidar = Lidar(rig.port, FULL, rig.clock, 1.0, rig.account)
     with pytest.raises(DeviceError, match='status 0A'):
         lidar.start()
     assert rig.emulator.sensor.laser
@@ -278,9 +298,59 @@ def test_a_lidar_that_refuses_to_stream_can_be_stopped():
 
 
 def test_a_stop_that_is_not_confirmed_is_an_error():
-    client = ScipClient(ScriptedPort(SCAN), lambda: 0, 1.0)
+    port = ScriptedPort(SCAN)
+    client = ScipClient(port, lambda: 0, 1.0)
     with pytest.raises(DeviceError, match='did not confirm'):
         client.stop()
+    assert port.sent == b'\nQT\n' * 10
+
+
+@pytest.mark.parametrize('lost', range(4))
+@pytest.mark.parametrize('times', [1, 3])
+def test_a_lost_byte_of_the_stop_request_does_not_leave_the_laser_on(lost, times):
+    rig = Rig()
+    lidar = rig.lidar()
+    lidar.read()
+    rig.port.write(b'MD00')  # what is left of a broken command
+    receive, requests = rig.emulator.receive, []
+
+    def receive_damaged(data, now_ns):
+        requests.append(data)
+        if len(requests) <= times:
+            data = data[:lost] + data[lost + 1 :]
+        receive(data, now_ns)
+
+    rig.emulator.receive = receive_damaged
+    lidar.stop()
+    assert not rig.emulator.sensor.laser
+    assert len(requests) <= times + 1
+
+
+@pytest.mark.parametrize('delay_ms', [40, 300, 700])
+def test_a_slow_line_confirms_a_stop(delay_ms):
+    rig = Rig()
+    faults = FaultyDevice(rig.emulator)
+    port = VirtualPort(faults, rig.clock)
+    lidar = Lidar(port, FULL, rig.clock, 1.0, rig.account)
+    lidar.start()
+    lidar.read()
+    faults.delay_ns = delay_ms * 1_000_000
+    lidar.stop()
+    assert not rig.emulator.sensor.laser
+
+
+@pytest.mark.parametrize(
+    ('received', 'confirmed'),
+    [
+        (b'QT\n00P\n\n', True),
+        (b'MD0044\n0Ee\n\nQT\n0Ee\n\n', True),
+        (b'0ET0QT\n00P\n\n', False),  # the end of a scan
+        (b'QT\n0B', False),
+        (b'TQT\n00P\n\n', False),
+    ],
+)
+def test_what_confirms_a_stop_is_an_answer_of_its_own(received, confirmed):
+    assert bool(re.search(STOP.confirmation, received)) == confirmed
 
 
 @pytest.mark.parametrize('command', ['', 'QT', 'VV', 'II', 'TM1', 'BM', 'MD0044072501000'])

@@ -1,0 +1,88 @@
+"""Which of the lidar's time stamps to believe: those that go on with an even rotation."""
+
+from collections import deque
+
+IRREGULAR_MS = 1.5  # a rotation this much longer or shorter is a motor that changed its speed
+SPEED_RANGE = 0.12  # by how much a motor's speed can be set (command CR)
+_WANDER = 1e-3  # by which the motor's speed may change while scans are missing
+_MOST_MS = 10.0  # however many are
+
+
+class StampCheck:
+    """Believes stamps that continue the rotations, and others as soon as they agree.
+
+    One wrong stamp, with a right sum, is refused, the first of a stream too, and does not spoil
+    those that follow. A motor that changes its speed costs one or two scans.
+
+    Parameters
+    ----------
+    nominal_ms
+        Nominal time of one rotation [ms].
+
+    Attributes
+    ----------
+    broken
+        Whether the stamps last believed are such that no motor explains them by those before:
+        the timer was set.
+    """
+
+    def __init__(self, nominal_ms: float) -> None:
+        self.broken = False
+        self._nominal_ms = nominal_ms
+        self._believed: int | None = None
+        self._doubted: deque[int] = deque(maxlen=3)
+
+    def believe(self, stamp_ms: int, period_ms: float) -> list[int]:
+        """Take the next scan's stamp (without wraps).
+
+        Parameters
+        ----------
+        stamp_ms
+            The stamp [ms].
+        period_ms
+            Time of one rotation as measured so far, or the nominal one [ms].
+
+        Returns
+        -------
+        list of int
+            Stamps that are believed now, ascending, this one last; empty if it is doubted.
+        """
+        last = self._believed
+        if last is not None and _continues(last, stamp_ms, period_ms):
+            believed = [stamp_ms]
+        else:
+            self._doubted.append(stamp_ms)
+            believed = self._agreeing(period_ms)
+            if last is not None and believed:
+                self.broken = not self._motor_explains(last, believed[0])
+        if believed:
+            self._believed = believed[-1]
+            self._doubted.clear()
+        return believed
+
+    def _agreeing(self, period_ms: float) -> list[int]:
+        """Return the last two if they are a usual rotation apart, the last three if even."""
+        stamps = list(self._doubted)
+        if len(stamps) > 1 and _continues(stamps[-2], stamps[-1], period_ms):
+            return stamps[-2:]
+        if len(stamps) > 2:
+            period_ms = (stamps[1] - stamps[0]) / self._turns(stamps[0], stamps[1])
+            if self._is_a_speed(period_ms) and _continues(stamps[1], stamps[2], period_ms):
+                return stamps
+        return []
+
+    def _turns(self, stamp_ms: int, later_ms: int) -> int:
+        return max(round((later_ms - stamp_ms) / self._nominal_ms), 1)
+
+    def _is_a_speed(self, period_ms: float) -> bool:
+        return abs(period_ms - self._nominal_ms) <= SPEED_RANGE * self._nominal_ms
+
+    def _motor_explains(self, stamp_ms: int, later_ms: int) -> bool:
+        return self._is_a_speed((later_ms - stamp_ms) / self._turns(stamp_ms, later_ms))
+
+
+def _continues(stamp_ms: int, later_ms: int, period_ms: float) -> bool:
+    """Tell whether a stamp is a whole number of rotations after another."""
+    turns = round((later_ms - stamp_ms) / period_ms)
+    tolerance_ms = min(IRREGULAR_MS + _WANDER * (turns - 1) * period_ms, _MOST_MS)
+    return turns > 0 and abs(later_ms - stamp_ms - turns * period_ms) <= tolerance_ms

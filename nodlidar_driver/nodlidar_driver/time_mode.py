@@ -1,0 +1,123 @@
+"""What the answers of time mode tell about the lidar's clock."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.errors import DeviceError
+from nodlidar_driver.envelope import least
+from nodlidar_driver.rotation import even_times, RotationTimes
+from nodlidar_driver.timer import unwrapped
+import numpy as np
+from numpy.typing import NDArray
+
+_NS_PER_MS = 1e6
+_FEWEST_REPLIES, _MOST_REPLIES = 5, 24  # one comes in each rotation
+_SHARP_MS = 0.05  # mean delay per reply at which more of them would tell nothing new
+_MOST_ROTATIONS = 1.5  # an answer comes at the end of a rotation, within one
+# A reply that seems earlier than all others by more [ms] has a wrong time, and one that is later
+# by so many medians more waited for the host.
+_ALONE_MS, _LATE_MEDIANS = 5.0, 6.0
+
+
+class ClockError(DeviceError):
+    """The lidar's clock is not what it was taken for; the clocks have to be aligned anew."""
+
+
+@dataclass(frozen=True, slots=True)
+class TimeReply:
+    """An answer of time mode.
+
+    Attributes
+    ----------
+    device_ms
+        The device's timer [ms, 24 bits].
+    asked_ns, arrival_ns
+        Host time at which it was asked for, and at which the answer was read [ns].
+    """
+
+    device_ms: int
+    asked_ns: int
+    arrival_ns: int
+
+
+class Replies:
+    """Answers of time mode, without those that had a wrong time or waited.
+
+    Parameters
+    ----------
+    replies
+        The answers, at least one.
+    rotation_ms
+        Nominal time of one rotation [ms].
+
+    Attributes
+    ----------
+    times_ms, arrivals_ms
+        The device's timer without wraps [ms], and when it was told [ms] from the first answer's
+        arrival on, shape (n,), n >= 1.
+    """
+
+    def __init__(self, replies: Sequence[TimeReply], rotation_ms: float) -> None:
+        first = replies[0]
+        times = [unwrapped(reply.device_ms, first.device_ms) for reply in replies]
+        self.times_ms: NDArray[np.float64] = np.array(times, dtype=np.float64)
+        self.arrivals_ms: NDArray[np.float64] = np.array(
+            [(reply.arrival_ns - first.arrival_ns) / _NS_PER_MS for reply in replies]
+        )
+        self._keep_good_ones()
+        self._rotations = RotationTimes(rotation_ms)
+        for time_ms in self.times_ms:
+            self._rotations.add(int(time_ms))
+
+    @property
+    def last_ms(self) -> int:
+        """The timer's value in the last answer [ms]."""
+        return int(self.times_ms[-1])
+
+    @property
+    def offset_ms(self) -> float:
+        """By how much host time is ahead of the device's at least [ms]."""
+        return least(self.delays())
+
+    def times(self, rotations: RotationTimes | None = None) -> NDArray[np.float64]:
+        """Return when the answers were given on the device's clock, finer than whole ms.
+
+        Parameters
+        ----------
+        rotations
+            What knows the rotation better than the answers do.
+        """
+        return even_times(self.times_ms, (rotations or self._rotations).period_ms)
+
+    def delays(self) -> NDArray[np.float64]:
+        """Return the differences of arrivals and times [ms]."""
+        return self.arrivals_ms - self.times()
+
+    def _keep_good_ones(self) -> None:
+        delays = self.arrivals_ms - self.times_ms
+        order = np.argsort(delays)
+        while len(order) > 2 and delays[order[1]] - delays[order[0]] > _ALONE_MS:
+            order = order[1:]
+        heights = delays[order] - delays[order[0]]
+        kept = np.sort(order[heights <= _ALONE_MS + _LATE_MEDIANS * np.median(heights)])
+        self.times_ms, self.arrivals_ms = self.times_ms[kept], self.arrivals_ms[kept]
+
+
+def enough_replies(replies: Sequence[TimeReply], rotation_ms: float) -> bool:
+    """Tell whether time mode has been asked often enough, judged by the scatter of the delays."""
+    if not _FEWEST_REPLIES <= len(replies) < _MOST_REPLIES:
+        return len(replies) >= _MOST_REPLIES
+    delays = Replies(replies, rotation_ms).delays()
+    mean = float(np.median(delays) - delays.min()) / math.log(2.0)  # of exponential delays
+    return mean < _SHARP_MS * (len(delays) - 1)
+
+
+def check_round_trip(replies: Sequence[TimeReply], rotation_ms: float) -> None:
+    """Raise ClockError if the line, or the host, delays even the fastest answer."""
+    trips_ms = [(reply.arrival_ns - reply.asked_ns) / _NS_PER_MS for reply in replies]
+    if trips_ms and min(trips_ms) > _MOST_ROTATIONS * rotation_ms:
+        raise ClockError(
+            f'answers take {min(trips_ms):.0f} ms or more instead of {rotation_ms:.0f} ms: '
+            'the line is slow, so that scans cannot be dated'
+        )
