@@ -44,7 +44,8 @@ def _replayed(parameters: list[str], messages: list[Timed]) -> float:
     node = Assembler()
     node.get_logger().set_level(LoggingSeverity.ERROR)
     callbacks = {s.msg_type: s.callback for s in node.subscriptions}
-    calls = [(at_ns, partial(callbacks[type(m)], m)) for at_ns, m in messages]
+    info: dict[str, int] = {}  # what the middleware tells of a message: nothing
+    calls = [(at_ns, partial(callbacks[type(m)], m, info)) for at_ns, m in messages]
     for timer in node.timers:
         calls += [(at_ns, timer.callback) for at_ns in _ticks(messages, timer.timer_period_ns)]
     calls.sort(key=lambda call: call[0])
