@@ -40,7 +40,7 @@ install/ready-$(ROS): .venv/ready-$(ROS) $(SOURCES)
 	@tools/build_workspace
 	@touch $@
 
-.venv/ready-$(ROS): requirements.in requirements.lock tools/setup_venv
+.venv/ready-$(ROS): requirements.in requirements.lock tools/setup_venv tools/missing_requirements.py
 	@PYTHON=$(PYTHON) ROS=$(ROS) tools/setup_venv
 	@touch $@
 

@@ -3,6 +3,7 @@
 from array import array
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
@@ -34,7 +35,7 @@ class Numbers:
     """What is computed with, and the record that a point is kept as."""
 
     name: str
-    computed: type[np.floating]
+    computed: type[np.floating[Any]]
     point: np.dtype[np.void]
 
 

@@ -231,7 +231,8 @@ def _surface_points(scene: Scene) -> Floats:
     """Return some of the points that a scene has for the sensor, in its frame."""
     recording = simulate(scene, reference_nod(), DURATION, start_ns=START_NS)
     xyz = xyz_of(_cloud(recording))
-    return xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]
+    chosen: Floats = xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]
+    return chosen
 
 
 def _draw(axes: Axes, rows: list[Row], key: str, front: str, colour: str) -> None:

@@ -75,7 +75,8 @@ class NodTrajectory:
     def pitch(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
         """Return the commanded pitch [rad] at each time [ns]."""
         leg = np.mod(self.sweeps(time_ns), 2.0)
-        return self.pitch_min + self.span * (1.0 - np.abs(leg - 1.0))
+        height: NDArray[np.float64] = 1.0 - np.abs(leg - 1.0)
+        return self.pitch_min + self.span * height
 
     def velocity(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
         """Return the commanded velocity [rad/s] at each time [ns]; at a turn, the new leg's."""

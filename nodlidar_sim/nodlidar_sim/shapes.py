@@ -94,7 +94,8 @@ class Sphere:
 
     def distance(self, points: Array) -> Array:
         """See Shape."""
-        return np.abs(_length(points - self.center[:, None]) - self.radius)
+        beyond: Array = _length(points - self.center[:, None]) - self.radius
+        return np.abs(beyond)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

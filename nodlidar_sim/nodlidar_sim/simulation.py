@@ -148,4 +148,5 @@ def _true_ranges(world: World, beams_ns: Times, azimuth: Array) -> Array:
 
 
 def _rounded(values: Array, step: float) -> Array:
-    return np.rint(values / step) * step
+    steps: Array = np.rint(values / step)
+    return steps * step

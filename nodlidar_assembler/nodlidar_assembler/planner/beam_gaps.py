@@ -163,8 +163,9 @@ class LateBeamGaps(BeamGaps):
     def _folded(self, n: Integers) -> tuple[Integers, Floats]:
         n = np.clip(n, 0, max(0, self._end - 1))  # what is outside belongs to no run
         leg = np.searchsorted(self._turns, n, side='right') - 1
-        part = (n - self._turns[leg]) / (self._turns[leg + 1] - self._turns[leg])
-        return leg, self._turn * np.where(leg % 2 == 0, part, 1.0 - part)
+        part: Floats = (n - self._turns[leg]) / (self._turns[leg + 1] - self._turns[leg])
+        height: Floats = np.where(leg % 2 == 0, part, 1.0 - part)
+        return leg, float(self._turn) * height
 
 
 def _covered(begin: Integers, end: Integers, places: int) -> NDArray[np.bool_]:

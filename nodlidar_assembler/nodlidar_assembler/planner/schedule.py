@@ -52,7 +52,8 @@ class Schedule:
     def turns(self, samples: int) -> Floats:
         """Return the instants of the turns, in samples, from -phase to the first past a sample."""
         periods = math.ceil((samples + self.phase) / self.period) + 1
-        turns = np.concatenate([[0], np.cumsum(np.tile(self.sweeps, periods))]) - self.phase
+        ends = np.concatenate([[0.0], np.cumsum(np.tile(self.sweeps, periods))])
+        turns: Floats = ends - self.phase
         return turns[: np.searchsorted(turns, samples, side='right') + 1]
 
 

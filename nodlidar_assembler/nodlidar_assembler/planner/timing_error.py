@@ -161,7 +161,8 @@ def rows_passed(
 
 def _height(sweep: Floats) -> Floats:
     """Return the height in spans at a time in sweeps."""
-    return 1.0 - np.abs(sweep % 2.0 - 1.0)
+    below: Floats = np.abs(sweep % 2.0 - 1.0)
+    return 1.0 - below
 
 
 def _first_hits(low: Integers, high: Integers, rows: int) -> Integers:
