@@ -11,7 +11,7 @@ setup(
     package_data={PACKAGE: ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
-        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}', ['package.xml', 'LICENSE']),
         (f'share/{PACKAGE}/config', glob('config/*.yaml')),
         (f'share/{PACKAGE}/config/profiles', glob('config/profiles/*.yaml')),
         (f'share/{PACKAGE}/launch', glob('launch/*.py')),
@@ -19,6 +19,7 @@ setup(
         (f'share/{PACKAGE}/rviz', glob('rviz/*')),
     ],
     install_requires=['setuptools'],
+    extras_require={'test': ['pytest']},  # by which colcon test knows what runs the tests
     zip_safe=True,
     maintainer='nodlidar maintainers',
     maintainer_email='nodlidar@example.com',

@@ -9,9 +9,10 @@ setup(
     package_data={PACKAGE: ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
-        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}', ['package.xml', 'LICENSE']),
     ],
     install_requires=['setuptools'],
+    extras_require={'test': ['pytest']},  # by which colcon test knows what runs the tests
     zip_safe=True,
     maintainer='nodlidar maintainers',
     maintainer_email='nodlidar@example.com',

@@ -1,0 +1,43 @@
+"""What a release and colcon ask of every package of the workspace."""
+
+from pathlib import Path
+
+from catkin_pkg.package import parse_package
+from colcon_core.task.python.test import has_test_dependency
+from colcon_python_setup_py.package_identification.python_setup_py import get_setup_information
+import pytest
+
+WORKSPACE = Path(__file__).parents[2]
+PACKAGES = sorted(path.parent for path in WORKSPACE.glob('nodlidar_*/package.xml'))
+
+of_every_package = pytest.mark.parametrize('folder', PACKAGES, ids=lambda folder: folder.name)
+
+
+@of_every_package
+def test_colcon_test_runs_the_tests_of_a_package_by_pytest(folder):
+    if not (folder / 'test').is_dir():
+        assert not (folder / 'setup.py').exists()
+        return
+    setup = get_setup_information(folder / 'setup.py')
+    assert has_test_dependency(setup, 'pytest')
+
+
+@of_every_package
+def test_a_package_has_its_licence_and_is_valid(folder):
+    warnings = []
+    package = parse_package(folder, warnings=warnings)
+    assert not warnings
+    [licence] = package.licenses
+    assert (folder / licence.file).read_text() == (WORKSPACE / 'LICENSE').read_text()
+
+
+@of_every_package
+def test_what_a_package_depends_on_can_be_installed_without_pip(folder):
+    # The build farm refuses keys of pip: what only PyPI has is named where it is needed.
+    package = parse_package(folder)
+    assert not [d.name for d in [*package.exec_depends, *package.test_depends] if 'pip' in d.name]
+
+
+def test_a_robot_without_a_screen_needs_no_rviz():
+    package = parse_package(WORKSPACE / 'nodlidar_bringup')
+    assert 'rviz2' not in [depend.name for depend in package.exec_depends]
