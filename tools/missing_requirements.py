@@ -1,7 +1,7 @@
 """Print what pip is to install beside a sourced ROS: what it has stays, what it lacks is pinned.
 
-The ROS and its system fit each other: messages are built for their NumPy, launch_testing plugs into
-their pytest. Only the linters are always those of requirements.lock, so that all agree on them.
+The ROS and its system fit each other: messages are built for their NumPy, launch_testing plugs
+into their pytest. Only the linters are always those of requirements.lock, so that all agree.
 
     python tools/missing_requirements.py REQUIREMENTS CONSTRAINTS
 """

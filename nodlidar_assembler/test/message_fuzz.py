@@ -7,6 +7,7 @@ import random
 from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.node import Assembler
 import rclpy
+from rclpy.logging import LoggingSeverity
 from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
@@ -125,8 +126,9 @@ class Fed:
 
     def __init__(self, parameters):
         given = [part for parameter in parameters for part in ('-p', parameter)]
-        rclpy.init(args=['--ros-args', '--log-level', 'fatal', *given])
+        rclpy.init(args=['--ros-args', *given])
         self.node = Assembler()
+        self.node.get_logger().set_level(LoggingSeverity.FATAL)
         self._numbers = dict.fromkeys(('scan', 'joint', 'tf'), 0)
 
     def feed(self, kind, message):
@@ -146,5 +148,7 @@ def fed(*parameters):
     try:
         yield made
     finally:
+        # The level of a name stays for the whole process.
+        made.node.get_logger().set_level(LoggingSeverity.UNSET)
         made.node.destroy_node()
         rclpy.shutdown()

@@ -8,6 +8,7 @@ from nav_msgs.msg import Odometry
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.messages import time_message
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.steady import create_steady_timer
 from nodlidar_sim.base import motion_of, relative
 from nodlidar_sim.commanded import CommandedBase
 from nodlidar_sim.odometry import Odometer
@@ -70,7 +71,7 @@ class BaseNode(Node):
             self.create_subscription(
                 Twist, 'cmd_vel', self._drive, 10, qos_overriding_options=overridable
             )
-        self.create_timer(PERIOD, self.sample)
+        create_steady_timer(self, PERIOD, self.sample)
 
     def _tell_start(self, start_ns: int) -> None:
         """Publish when all that moves left its start, for those who know the scene."""
