@@ -35,7 +35,7 @@ class DriverConfig:
         1.0, 'Silence after which the lidar is connected anew', unit='s', minimum=0.3, maximum=5.0
     )
     reconnect_delay: float = parameter(
-        1.0, 'Wait before connecting anew', unit='s', minimum=0.1, maximum=60.0
+        0.5, 'Wait before connecting anew', unit='s', minimum=0.1, maximum=60.0
     )
     autostart: bool = parameter(
         False, 'Configure and activate at start, without waiting to be told'

@@ -79,21 +79,19 @@ class DeviceClock:
     def __init__(
         self, rotation_ms: float, measured_ms: float, replies: Sequence[TimeReply]
     ) -> None:
+        check_round_trip(replies, rotation_ms)
+        self._origin_ns = replies[0].arrival_ns if replies else None
+        self._replies = Replies(replies, rotation_ms) if replies else None
+        self.synchronised = bool(replies)
         self._measured_ms = measured_ms
         self._latency_ms = rotation_ms
-        self._check = StampCheck(rotation_ms)
+        hint_ms = self._replies.last_ms if self._replies else None
+        self._check = StampCheck(rotation_ms, hint_ms)
         self._rotations = RotationTimes(rotation_ms)
         self._arrivals = Arrivals()
-        self._origin_ns: int | None = None
         self._stamp_ms: int | None = None  # of the last scan that was believed
         self._dated_ms: int | None = None  # and of the last one that was dated
         self._refused = 0
-        self._replies: Replies | None = None
-        self.synchronised = bool(replies)
-        check_round_trip(replies, rotation_ms)
-        if replies:
-            self._origin_ns = replies[0].arrival_ns
-            self._replies = Replies(replies, rotation_ms)
 
     @property
     def settled(self) -> bool:

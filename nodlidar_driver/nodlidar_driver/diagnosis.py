@@ -13,6 +13,7 @@ _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
 _RATE_SCANS = 10  # expected in the time that the rate is taken over: one more or less is no news
 _DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave what the estimate can follow
 _LATE_WARNING = 0.1  # s; a scan that is late by a rotation waited for the host or in the line
+_SILENCE, _SILENCE_PERIODS = 0.5, 2.5  # s and scans, whichever is longer, without any
 _CLOCK_STEPS = 'Host clock steps'
 
 
@@ -49,12 +50,13 @@ class Diagnosis:
         self._lidar: Lidar | None = None
         self._latency = math.nan
         self._late = 0.0
+        self._heard_ns = 0
         self._last: Counter[str] = self._counts()
         self._reports: deque[tuple[int, int]] = deque()  # time [ns] and scans published by then
 
-    def connected(self, lidar: Lidar) -> None:
-        """Take note of a new connection."""
-        self._latency = math.nan
+    def connected(self, lidar: Lidar, now_ns: int) -> None:
+        """Take note of a new connection at a time [ns]."""
+        self._latency, self._heard_ns = math.nan, now_ns
         self._lidar = lidar
 
     def disconnected(self) -> None:
@@ -65,13 +67,21 @@ class Diagnosis:
         """Take note of a scan."""
         self._late = max(self._late, scan.late)
         self._latency = (scan.arrival_ns - scan.stamp_ns) * 1e-9
+        self._heard_ns = scan.arrival_ns
+
+    def urgent(self, now_ns: int) -> tuple[object, ...]:
+        """Return what is to be reported at once when it is another at a time [ns]."""
+        lost = self.account.lost.total() - self.account.lost[SETTLING]
+        return self._silence(now_ns) > 0.0, lost, self._host_time.steps
 
     def report(self, now_ns: int) -> Report:
-        """Return how things are at a time [ns], which only serves to compute rates."""
+        """Return how things are at a time [ns] by the clock of the scans' arrival."""
         lidar, counts = self._lidar, self._counts()
         news, self._last = counts - self._last, counts
         late, self._late = self._late, 0.0
         warnings = self._news(news, late)
+        if silence := self._silence(now_ns):
+            warnings.append(f'no scan for {silence:.1f} s')
         figures = {name: str(count) for name, count in counts.items()}
         figures['Scans due'] = str(self.account.due)
         figures['Scans published'] = str(self.account.published)
@@ -81,6 +91,14 @@ class Diagnosis:
         rate = self._rate(now_ns, self._scan_period(lidar))
         warnings += self._warnings(lidar, rate)
         return Report(warnings, figures | self._figures(lidar, rate, late))
+
+    def _silence(self, now_ns: int) -> float:
+        """Return for how long a connected lidar has not sent a scan [s]; 0 if that is usual."""
+        lidar, silence = self._lidar, (now_ns - self._heard_ns) * 1e-9
+        if lidar is None:
+            return 0.0
+        usual = max(_SILENCE, _SILENCE_PERIODS * self._scan_period(lidar))
+        return silence if silence > usual else 0.0
 
     def _counts(self) -> Counter[str]:
         """Return what went wrong so far."""

@@ -64,7 +64,7 @@ class Driver(DeviceNode):
         )
         self._lidar.start()
         self._message = scan_template(self._window, config.frame_id, self._lidar.capabilities)
-        self._diagnosis.connected(self._lidar)
+        self._diagnosis.connected(self._lidar, steady_ns())
 
     def cycle(self) -> None:
         """Publish one scan."""
@@ -90,11 +90,18 @@ class Driver(DeviceNode):
         if port is not None:
             close_port(port)
 
+    def urgent(self) -> object:
+        """Return what the diagnostics tell at once: silence, and what was lost or set."""
+        return self._diagnosis.urgent(steady_ns())
+
     def diagnose(self, status: DiagnosticStatusWrapper) -> None:
         """Add the lidar's identity, rates, losses and clock; a warning for each new trouble."""
         report = self._diagnosis.report(steady_ns())
         for warning in report.warnings:
             status.mergeSummary(DiagnosticStatus.WARN, warning)
+        if (publishers := self.count_publishers(self._scans.topic_name)) > 1:
+            others = f'{publishers} publishers on {self._scans.topic_name}: stop all but one'
+            status.mergeSummary(DiagnosticStatus.WARN, others)
         for name, value in report.figures.items():
             status.add(name, value)
 

@@ -23,6 +23,9 @@ _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
 # The first line feed ends what is left of a broken command. 0E is the answer in time mode, with
 # the laser off.
 STOP = StopRequest('lidar', b'\nQT\n', rb'(?<![^\n])QT\n(00P|0Ee)\n\n')
+_QUIT_ANSWER = re.compile(rb'(?<![^\n])QT\n([^\n]+)$')
+_ANSWER_TIMEOUT = 0.5  # s; an answer takes a rotation
+_MESSAGES_BEFORE_ANSWER = 5  # of what the lidar did before: scans, or an answer to half a command
 _STOP_ATTEMPTS = 10  # each waits a little longer than a rotation
 _LONGEST_ANSWER = 8192  # bytes in which its confirmation is looked for
 
@@ -86,20 +89,15 @@ class ScipClient:
         DeviceError
             If it does not get there.
         """
-        self._port.send('')
-        self._port.drain()
+        self._port.discard()
         trouble = DeviceError('the device does not answer as a SCIP 2.0 lidar does')
         for _ in range(_ATTEMPTS):
-            try:
-                status, _ = self._ask('QT')
-            except ScipError:
-                self._port.drain()
-                continue
+            status = self._quit()
             if status == status_of.OK:
                 return
             if status in _WAY_BACK:
                 self._ask(_WAY_BACK[status])
-            else:
+            elif status:
                 trouble = _refused('QT', status)
         raise trouble
 
@@ -181,6 +179,16 @@ class ScipClient:
                     return
         raise DeviceError('the lidar did not confirm that its laser is off')
 
+    def _quit(self) -> str:
+        """Ask to stop; return the answer's status, empty if other messages hid it."""
+        self._port.write(STOP.request)
+        for _ in range(_MESSAGES_BEFORE_ANSWER):
+            answer = _QUIT_ANSWER.search(self._port.receive(timeout=_ANSWER_TIMEOUT))
+            if answer:
+                self._port.useful()
+                return _status_or_none(answer[1])
+        return ''
+
     def _information(self, command: str) -> dict[str, str]:
         return dict(map(scip.parse_information, self._command(command)))
 
@@ -194,7 +202,7 @@ class ScipClient:
     def _ask(self, command: str) -> tuple[str, list[bytes]]:
         """Send a command; return status and data lines. ScipError if something else answers."""
         self._port.send(command)
-        echo, *lines = self._port.receive().split(b'\n')
+        echo, *lines = self._port.receive(timeout=_ANSWER_TIMEOUT).split(b'\n')
         if echo != command.encode('ascii') or not lines:
             raise ScipError(f"the answer to '{command}' begins with {echo!r}")
         self._port.useful()
@@ -239,6 +247,13 @@ class ScipClient:
 def _status(line: bytes) -> str:
     """Return a status; SCIP 1.1 sends one character without a sum."""
     return (line if len(line) == 1 else scip.strip_sum(line)).decode('ascii', 'replace')
+
+
+def _status_or_none(line: bytes) -> str:
+    try:
+        return _status(line)
+    except ScipError:
+        return ''
 
 
 def _timer(line: bytes) -> int:

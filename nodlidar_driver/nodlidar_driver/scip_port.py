@@ -14,6 +14,10 @@ _END = b'\n\n'
 _PATIENCE = 65_536  # bytes without a use, after which the sender is taken for no lidar
 
 
+class SilenceError(DeviceError):
+    """A lidar that does not send anything."""
+
+
 class SerialPort(Protocol):
     """What is used of pyserial's ``Serial``."""
 
@@ -76,7 +80,7 @@ class ScipPort:
         with port_errors():
             self._port.write(data)
 
-    def receive(self, expected: int = 1) -> bytes:
+    def receive(self, expected: int = 1, timeout: float = math.inf) -> bytes:
         """Return the next message without its empty line, waiting for it.
 
         Parameters
@@ -84,18 +88,22 @@ class ScipPort:
         expected
             Length of the message [bytes], empty line included, as far as it is known: bytes are
             waited for together and not one by one.
+        timeout
+            How long nothing may come [s], if that is less than usual.
 
         Raises
         ------
+        SilenceError
+            If nothing comes for the timeout.
         DeviceError
-            If nothing comes for the timeout, or a lot that nobody could use.
+            If a lot comes that nobody could use.
         PortError
             If the port fails.
         StoppedError
             If `keep_going` says so.
         """
         while (end := self._buffer.find(_END)) < 0:
-            self._fill(expected - len(self._buffer))
+            self._fill(expected - len(self._buffer), min(timeout, self._timeout))
         message = bytes(self._buffer[:end])
         del self._buffer[: end + len(_END)]
         return message
@@ -103,13 +111,6 @@ class ScipPort:
     def useful(self) -> None:
         """Tell that the last message was of use, so that the sender speaks SCIP."""
         self._useless = 0
-
-    def drain(self) -> None:
-        """Forget what comes until nothing does, or for half a second if it streams on."""
-        self._buffer.clear()
-        for _ in range(4):
-            if not self._read(_PATIENCE):
-                break
 
     def discard(self) -> None:
         """Forget what has arrived."""
@@ -122,21 +123,21 @@ class ScipPort:
         """Return the next bytes as soon as there are any, or none after READ_TIMEOUT."""
         return self._read(1)
 
-    def _fill(self, wanted: int) -> None:
+    def _fill(self, wanted: int, timeout: float) -> None:
         if self._useless > _PATIENCE:
             raise DeviceError(f'received {self._useless} bytes that are no SCIP 2.0; a lidar?')
-        data = self._wait(wanted)
+        data = self._wait(wanted, timeout)
         self._buffer += data
         self._useless += len(data)
 
-    def _wait(self, wanted: int) -> bytes:
+    def _wait(self, wanted: int, timeout: float) -> bytes:
         """Return the next bytes; many short reads, so that a stop is soon noticed."""
-        for _ in range(math.ceil(self._timeout / READ_TIMEOUT)):
+        for _ in range(math.ceil(timeout / READ_TIMEOUT)):
             if not self._keep_going():
                 raise StoppedError('stopped waiting for the lidar')
             if data := self._read(wanted):
                 return data
-        raise DeviceError(f'the lidar did not send anything for {self._timeout} s')
+        raise SilenceError(f'the lidar did not send anything for {timeout} s')
 
     def _read(self, wanted: int) -> bytes:
         with port_errors():

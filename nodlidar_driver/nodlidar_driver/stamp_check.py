@@ -18,6 +18,9 @@ class StampCheck:
     ----------
     nominal_ms
         Nominal time of one rotation [ms].
+    hint_ms
+        When a rotation may have begun before the first stamp [ms]: if that agrees with it, the
+        first one is believed at once.
 
     Attributes
     ----------
@@ -26,11 +29,11 @@ class StampCheck:
         the timer was set.
     """
 
-    def __init__(self, nominal_ms: float) -> None:
+    def __init__(self, nominal_ms: float, hint_ms: int | None = None) -> None:
         self.broken = False
         self._nominal_ms = nominal_ms
         self._believed: int | None = None
-        self._doubted: deque[int] = deque(maxlen=3)
+        self._doubted: deque[int] = deque([] if hint_ms is None else [hint_ms], maxlen=3)
 
     def believe(self, stamp_ms: int, period_ms: float) -> list[int]:
         """Take the next scan's stamp (without wraps).

@@ -46,7 +46,7 @@ def before(emulator, command, act):
 
 
 class Rig:
-    """An emulated lidar on a virtual port."""
+    """An emulated lidar on a virtual port; `sent` are the turns that it sent."""
 
     def __init__(self, **options):
         self.truth = Truth()
@@ -56,6 +56,8 @@ class Rig:
         )
         self.port = VirtualPort(self.emulator, self.clock, 1.0)
         self.account = ScanAccount()
+        self.sent = []
+        self.emulator.on_scan = self.sent.append
 
     def lidar(self, window=FULL):
         """Return a lidar that streams."""

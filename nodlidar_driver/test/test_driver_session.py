@@ -353,7 +353,7 @@ def test_what_confirms_a_stop_is_an_answer_of_its_own(received, confirmed):
     assert bool(re.search(STOP.confirmation, received)) == confirmed
 
 
-@pytest.mark.parametrize('command', ['', 'QT', 'VV', 'II', 'TM1', 'BM', 'MD0044072501000'])
+@pytest.mark.parametrize('command', ['\nQT', 'VV', 'II', 'TM1', 'BM', 'MD0044072501000'])
 def test_unplugging_while_connecting_is_a_port_error(command):
     rig = Rig()
     before(rig.emulator, command.encode(), rig.port.unplug)
