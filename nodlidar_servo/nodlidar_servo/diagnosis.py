@@ -1,8 +1,8 @@
 """What the servo reports about itself, and what of it is out of order."""
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_servo.dynamixel_bus import status_names
 from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.replies import status_names
 from nodlidar_servo.servo import Sample, Servo
 from nodlidar_servo.servo_loop import LoopFigures
 

@@ -2,12 +2,11 @@
 
 The SDK's packet handler builds and parses the packets. Its port handler is replaced: that one
 opens the port unlocked and polls it at full speed while it waits. Its read calls are not used: on
-a reply without data they raise IndexError, and on a short one they take the checksum for data.
+a reply without data they raise IndexError, on a short one they take the checksum for data, and a
+late reply is an answer to them whatever was asked since.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-import re
 from typing import Protocol
 
 from dynamixel_sdk import (
@@ -19,56 +18,30 @@ from dynamixel_sdk import (
     PacketHandler,
     PortHandler,
 )
-from nodlidar_common.errors import DeviceError
 from nodlidar_common.serial_port import port_errors
+from nodlidar_servo.replies import (
+    CorruptReplyError,
+    NoAnswerError,
+    REFUSALS,
+    RefusedError,
+    Reply,
+    ReplyError,
+    status_names,
+)
+from nodlidar_servo.reply_timeout import LONGEST, ReplyTimeout
 
 PROTOCOL = 1.0
-REPLY_TIMEOUT = 0.05
-"""Longest wait for a reply [s]: a latency timer of 16 ms three times over."""
+OVERHEAD = 6
+"""Bytes of a packet besides its parameters."""
 
-_DRAINED_AT_ONCE = 256
+_MOST_AT_ONCE = 1024  # bytes; a bus on which more comes before an answer has none to give
+_MISSED_TO_DRAIN = 5
 
-STATUS_BITS = {
-    0x01: 'input voltage',
-    0x02: 'angle limit',
-    0x04: 'overheating',
-    0x08: 'range',
-    0x10: 'checksum',
-    0x20: 'overload',
-    0x40: 'instruction',
-}
-REFUSALS = 0x02 | 0x08 | 0x10 | 0x40
-"""The status bits of a request that was not carried out; the others are the motor's state."""
-
-
-class ReplyError(DeviceError):
-    """A request that was not answered as it should be; `reason` is a short name for counting."""
-
-    reason = 'failed'
-
-
-class NoAnswerError(ReplyError):
-    """Nothing came back in time."""
-
-    reason = 'no answer'
-
-
-class CorruptReplyError(ReplyError):
-    """What came back was incomplete, or its checksum or length was wrong."""
-
-    reason = 'corrupt reply'
-
-
-class LateReplyError(ReplyError):
-    """The reply came so late that nobody can tell when the motor measured."""
-
-    reason = 'late reply'
-
-
-class RefusedError(ReplyError):
-    """The motor refused the request."""
-
-    reason = 'refused'
+# A motor that lost a byte takes what follows for the rest of a packet, of which a sync write's
+# instruction, taken for the length, makes the longest. These bytes end it; they begin no other.
+_FILLER = bytes(140)
+_LONGEST_FILLER = 0.005  # s
+_ID, _LENGTH, _STATUS, _DATA = 2, 3, 4, 5  # places in a packet
 
 
 class ByteStream(Protocol):
@@ -86,62 +59,27 @@ class ByteStream(Protocol):
         """Drop what has arrived."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reply:
-    """What a read brought, when, and in what state the motor says it is.
-
-    Attributes
-    ----------
-    data
-        The registers' bytes.
-    status
-        The status bits of the motor, see :func:`status_names`; 0 if all is well.
-    sent_ns, received_ns
-        Host times just before the request was handed to the port and just after the last byte
-        of the reply was read [ns].
-    """
-
-    data: bytes
-    status: int
-    sent_ns: int
-    received_ns: int
-
-
-def write_packet(servo_id: int, address: int, data: bytes) -> bytes:
-    """Return the bytes of a write request of Protocol 1.0."""
-    body = bytes([servo_id, len(data) + 3, INST_WRITE, address, *data])
-    return b'\xff\xff' + body + bytes([~sum(body) & 0xFF])
-
-
-def write_confirmation(servo_id: int) -> bytes:
-    """Return the regular expression of the replies that confirm a write, whatever is reported."""
-    replies = (bytes([servo_id, 2, status]) for status in range(256) if not status & REFUSALS)
-    return b'|'.join(
-        re.escape(b'\xff\xff' + body + bytes([~sum(body) & 0xFF])) for body in replies
-    )
-
-
-def status_names(status: int) -> str:
-    """Return the names of all status bits that are set, separated by commas."""
-    return ', '.join(name for bit, name in STATUS_BITS.items() if status & bit)
-
-
 class OpenPort(PortHandler):
     """The SDK's port handler on an open port: its reads block, its errors are PortErrors.
 
     A read comes back short only when the port's timeout has passed, so that a packet timeout
-    needs no clock.
+    needs no clock; and when so much came since the last request that it is no answer.
     """
 
     def __init__(self, stream: ByteStream, clock: Callable[[], int]) -> None:
         super().__init__('')
-        with port_errors():
-            stream.timeout = REPLY_TIMEOUT
         self.ser = stream
         self.is_open = True
         self.sent_ns = 0
         self.received_ns = 0
         self._clock = clock
+        self._left = 0
+
+    def wait_for(self, seconds: float) -> None:
+        """Have each read end after a time without the bytes that it waits for [s]."""
+        if seconds != self.ser.timeout:
+            with port_errors():
+                self.ser.timeout = seconds
 
     def clearPort(self) -> None:  # noqa: N802
         """Drop what has arrived."""
@@ -150,6 +88,7 @@ class OpenPort(PortHandler):
 
     def writePort(self, packet: list[int]) -> int | None:  # noqa: N802
         """Send a packet and keep the time just before."""
+        self._left = _MOST_AT_ONCE
         self.sent_ns = self._clock()
         with port_errors():
             return self.ser.write(bytes(packet))
@@ -157,17 +96,16 @@ class OpenPort(PortHandler):
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Return `length` bytes, or fewer if the timeout passes, and keep the time just after."""
         with port_errors():
-            data = self.ser.read(max(length, 0))
+            data = self.ser.read(max(min(length, self._left), 0))
         self.received_ns = self._clock()
+        self._left -= len(data)
         return data
 
     def drain(self) -> None:
-        """Drop what comes until nothing does for the length of the timeout.
-
-        A reply that comes after its timeout would else be taken for that of the next request: an
-        old measurement with a new time.
-        """
-        while self.readPort(_DRAINED_AT_ONCE):
+        """Drop what comes until nothing does for the longest time that a reply may take."""
+        self.wait_for(LONGEST)
+        self._left = _MOST_AT_ONCE
+        while self._left and self.readPort(self._left):
             pass
 
     def isPacketTimeout(self) -> bool:  # noqa: N802
@@ -180,27 +118,51 @@ class DynamixelBus:
 
     Every method raises ReplyError (one of its kinds) if the motor does not answer as it should,
     and PortError if the port goes away.
+
+    Parameters
+    ----------
+    stream
+        Open port.
+    servo_id, baud_rate
+        The motor's ID, and the rate of its bus [bit/s].
+    clock
+        Returns the host time [ns].
     """
 
-    def __init__(self, stream: ByteStream, servo_id: int, clock: Callable[[], int]) -> None:
+    def __init__(
+        self, stream: ByteStream, servo_id: int, baud_rate: int, clock: Callable[[], int]
+    ) -> None:
         self._port = OpenPort(stream, clock)
         self._id = servo_id
         self._packets = PacketHandler(PROTOCOL)
-        self._reply_is_due = False
+        self._timeout = ReplyTimeout(baud_rate)
+        self._filler = _FILLER[: round(_LONGEST_FILLER * baud_rate / 10)]
+        self._missed = 0
+        self._turn = 0
 
-    def read(self, address: int, length: int) -> Reply:
-        """Read registers in one transaction."""
-        status, data = self._request(INST_READ, [address, length])
+    def read(self, address: int, length: int, spare: int = 0) -> Reply:
+        """Read registers in one transaction.
+
+        Parameters
+        ----------
+        address, length
+            The first register, and how many bytes are wanted.
+        spare
+            Up to so many more may be read. Each request after one without answer asks for another
+            length, so that a reply that comes late is not taken for that of a later request.
+        """
+        size = length + self._turn % (spare + 1)
+        packet = self._request(INST_READ, [address, size], size)
+        status, data = packet[_STATUS], bytes(packet[_DATA:-1])
         if not data:
             self._check_accepted(status)
-        if len(data) != length:
-            raise CorruptReplyError(f'{self._name} sent {len(data)} bytes instead of {length}')
-        return Reply(data, status, self._port.sent_ns, self._port.received_ns)
+            raise CorruptReplyError(f'{self._name} sent no data')
+        return Reply(data[:length], size, status, self._port.sent_ns, self._port.received_ns)
 
     def write(self, address: int, data: bytes) -> None:
         """Write registers and wait until the motor confirms."""
-        status, _ = self._request(INST_WRITE, [address, *data])
-        self._check_accepted(status)
+        packet = self._request(INST_WRITE, [address, *data], 0)
+        self._check_accepted(packet[_STATUS])
 
     def post(self, address: int, data: bytes) -> None:
         """Write registers without confirmation (a sync write, which has no reply to wait for)."""
@@ -213,19 +175,33 @@ class DynamixelBus:
             self._port.is_using = False
         self._check(result)
 
-    def _request(self, instruction: int, parameters: list[int]) -> tuple[int, bytes]:
-        """Return the status and the data of the reply to a request."""
-        if self._reply_is_due:
-            self._port.drain()
-        self._reply_is_due = True
+    def _request(self, instruction: int, parameters: list[int], size: int) -> list[int]:
+        """Return the packet that answers a request with so much data, or with none."""
+        if self._missed >= _MISSED_TO_DRAIN or (self._missed and instruction == INST_WRITE):
+            self._port.drain()  # all confirmations of writes are alike
+        total = len(parameters) + OVERHEAD + size + OVERHEAD
+        self._port.wait_for(self._timeout.seconds(total, self._missed))
+        self._missed, self._turn = self._missed + 1, self._turn + 1
         header = [0xFF, 0xFF, self._id, len(parameters) + 2, instruction]
         try:
-            reply, result, status = self._packets.txRxPacket(self._port, [*header, *parameters, 0])
+            result = self._packets.txPacket(self._port, [*header, *parameters, 0])
+            self._check(result)
+            packet = self._answer(size)
+        except NoAnswerError:
+            self._port.writePort(list(self._filler))
+            raise
         finally:
             self._port.is_using = False  # the SDK leaves it set when the port raises
-        self._check(result)
-        self._reply_is_due = False
-        return status, bytes(reply[len(header) : -1])
+        self._timeout.add(total, self._port.received_ns - self._port.sent_ns)
+        self._missed, self._turn = 0, self._turn - 1
+        return packet
+
+    def _answer(self, size: int) -> list[int]:
+        while True:
+            packet, result = self._packets.rxPacket(self._port)
+            self._check(result)
+            if packet[_ID] == self._id and packet[_LENGTH] in (2, size + 2):
+                return list(packet)
 
     def _check(self, result: int) -> None:
         if result == COMM_RX_TIMEOUT:

@@ -16,12 +16,14 @@ from nodlidar_common.steady import create_steady_timer, steady_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
-from nodlidar_servo.dynamixel_bus import REPLY_TIMEOUT
+from nodlidar_servo.host_time import HostTime
 from nodlidar_servo.latency import reduce_latency
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.nod_status import status_message
-from nodlidar_servo.servo import Sample, Servo, torque_off
+from nodlidar_servo.reply_timeout import LONGEST
+from nodlidar_servo.servo import Sample, Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
+from nodlidar_servo.torque_off import torque_off
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
@@ -36,6 +38,7 @@ class ServoNode(DeviceNode):
     def __init__(self) -> None:
         super().__init__('servo', ServoConfig)
         self.configure()
+        self._host_time = HostTime()
         self._port: serial.Serial | None = None
         self._servo: Servo | None = None
         overriding = QoSOverridingOptions.with_default_policies()
@@ -79,25 +82,27 @@ class ServoNode(DeviceNode):
 
     def connect(self) -> None:
         """Open the port and set the servo up."""
-        self._port = open_port(self.config.port, self.config.baud_rate, REPLY_TIMEOUT)
+        self._port = open_port(self.config.port, self.config.baud_rate, LONGEST)
         self.guard(self._port.fileno(), torque_off(self.config.servo_id))
         warning = reduce_latency(self._port)
         if warning:
             self.get_logger().warning(warning)
-        self._servo = Servo(self._port, self.config, time.time_ns)
+        self._servo = Servo(self._port, self.config, self._host_time)
         self._diagnosis.connected(self._servo, warning)
         self._loop = ServoLoop(
             self._servo,
             self._commands,
             self.config.feedback_rate,
             self._figures,
-            time.time_ns,
+            self._host_time,
             lambda duration_ns: time.sleep(duration_ns / NS_PER_S),
             steady_ns,
         )
 
     def cycle(self) -> None:
         """Measure and steer once, and publish what was measured."""
+        if step_ns := self._host_time.follow():
+            self.get_logger().warning(f"the host's clock was set by {step_ns / NS_PER_S:.3f} s")
         sample = self._loop.cycle()
         if sample is not None:
             self._diagnosis.sample = sample
@@ -115,7 +120,7 @@ class ServoNode(DeviceNode):
     def disconnect(self) -> None:
         """Switch the torque off and close the port, as far as that is possible."""
         if self._servo is not None and not self._servo.release():
-            self.get_logger().warning('the servo did not confirm that its torque is off')
+            self.get_logger().error('the servo did not confirm that its torque is off')
         if self._port is not None:
             close_port(self._port)
         self._diagnosis.disconnected()

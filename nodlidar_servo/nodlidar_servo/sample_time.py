@@ -1,11 +1,15 @@
-"""When the motor measured what a read brought."""
+"""When the motor measured what a read brought, and whether that can be told."""
 
+from collections import deque
 from dataclasses import dataclass
 
 BITS_PER_BYTE = 10
 REQUEST_BYTES = 8
 REPLY_OVERHEAD_BYTES = 6
 USB_FRAME_NS = 1_000_000
+
+LATEST_NS = 20_000_000
+"""Beyond this excess [ns], a latency timer of 16 ms and some, the host itself was late."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,3 +66,29 @@ def sample_time_ns(sent_ns: int, received_ns: int, wire: WireTime) -> int:
     """
     excess = max(excess_ns(sent_ns, received_ns, wire), 0)
     return sent_ns + min(excess, USB_FRAME_NS) // 2 + wire.request_ns + wire.delay_ns // 2
+
+
+class UsualExcess:
+    """Tells which transactions took so much longer than usual that their time is uncertain.
+
+    A host that stood still, or a line that held bytes back, did so on one way or the other, and
+    which one cannot be told. Up to one USB frame beyond the least of late is usual, or beyond what
+    the latency timer of the adapter takes. If all take longer for a while, that becomes usual.
+
+    Parameters
+    ----------
+    timer_ns
+        What the adapter keeps replies for at most [ns].
+    remembered
+        How many transactions the least is taken from.
+    """
+
+    def __init__(self, timer_ns: int, remembered: int) -> None:
+        self._timer_ns = timer_ns
+        self._recent = deque([timer_ns], maxlen=remembered)
+
+    def covers(self, excess_ns: int) -> bool:
+        """Add a transaction's excess [ns] and tell whether it is usual."""
+        self._recent.append(excess_ns)
+        usual_ns = max(min(self._recent), self._timer_ns) + USB_FRAME_NS
+        return excess_ns <= min(usual_ns, LATEST_NS)

@@ -6,29 +6,27 @@ from dataclasses import dataclass
 import struct
 
 from nodlidar_common.errors import DeviceError, ParameterError
-from nodlidar_common.guard import StopRequest
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamixel_bus import (
-    ByteStream,
-    DynamixelBus,
+from nodlidar_servo.dynamixel_bus import ByteStream, DynamixelBus
+from nodlidar_servo.models import load_share, MODELS, Register
+from nodlidar_servo.replies import (
     LateReplyError,
     NoAnswerError,
     RefusedError,
     Reply,
     ReplyError,
-    write_confirmation,
-    write_packet,
 )
-from nodlidar_servo.models import load_share, MODELS, Register
-from nodlidar_servo.sample_time import excess_ns, sample_time_ns, WireTime
+from nodlidar_servo.sample_time import excess_ns, sample_time_ns, UsualExcess, WireTime
 
 _EEPROM = struct.Struct('<H3xBHHxBBBHBxB')  # 0..18, see _set_up
 _PRESENT = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, temperature
 _DRIVE = struct.Struct('<HH')  # 30..33: goal, moving speed
 _RETURN_DELAY_UNIT_NS = 2000
 _REPLY_TO_ALL = 2
-_ATTEMPTS_TO_RELEASE = 3
-_LATEST_NS = 20_000_000  # a latency timer of 16 ms and some; beyond, the host itself was late
+_ATTEMPTS_TO_RELEASE = 8
+_SPARE = 6  # 44..49 may be read, too
+_TRIALS = 8  # reads that tell how long the adapter keeps replies
+_USUAL_FOR = 0.5  # s; replies that have been late for so long are usual
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +66,6 @@ class Sample:
     status: int
 
 
-def torque_off(servo_id: int) -> StopRequest:
-    """Return what makes a servo let go."""
-    request = write_packet(servo_id, Register.TORQUE_ENABLE, bytes([False]))
-    return StopRequest('servo', request, write_confirmation(servo_id))
-
-
 class Servo:
     """A connected servo, set up and with its torque off.
 
@@ -102,13 +94,16 @@ class Servo:
     """
 
     def __init__(self, stream: ByteStream, config: ServoConfig, clock: Callable[[], int]) -> None:
-        self._bus = DynamixelBus(stream, config.servo_id, clock)
+        self._bus = DynamixelBus(stream, config.servo_id, config.baud_rate, clock)
         self._config = config
         self._scale = config.scale
         self._torque: bool | None = None
         self.shut_down = 0
         self.limits = self._set_up()
-        self._wire = WireTime.of_read(_PRESENT.size, config.baud_rate, self._return_delay_ns())
+        self._delay_ns = self._return_delay_ns()
+        self._usual = UsualExcess(
+            self._latency_timer_ns(), round(_USUAL_FOR * config.feedback_rate)
+        )
 
     def _set_up(self) -> Limits:
         number, delay, cw, ccw, *limits, torque, level, shutdown = self._read_eeprom()
@@ -180,6 +175,10 @@ class Servo:
         delay = self._bus.read(Register.RETURN_DELAY, 1).data[0]
         return delay * _RETURN_DELAY_UNIT_NS
 
+    def _latency_timer_ns(self) -> int:
+        """Return what the adapter keeps replies for: one that is asked at once has all of it."""
+        return max(min(self._excess_ns(self._read_present()) for _ in range(_TRIALS)), 0)
+
     @property
     def torque(self) -> bool:
         """Whether the torque is on, or may be since the motor did not confirm that it is off."""
@@ -187,7 +186,7 @@ class Servo:
 
     def sample(self) -> Sample:
         """Measure once, in one transaction; raises DeviceError."""
-        reply = self._bus.read(Register.PRESENT, _PRESENT.size)
+        reply = self._read_present()
         position, speed, load, voltage, temperature = _PRESENT.unpack(reply.data)
         self.shut_down |= reply.status & self.limits.shutdown
         return Sample(
@@ -200,10 +199,19 @@ class Servo:
             status=reply.status,
         )
 
+    def _read_present(self) -> Reply:
+        return self._bus.read(Register.PRESENT, _PRESENT.size, _SPARE)
+
     def _stamp(self, reply: Reply) -> int:
-        if excess_ns(reply.sent_ns, reply.received_ns, self._wire) > _LATEST_NS:
+        if not self._usual.covers(self._excess_ns(reply)):
             raise LateReplyError('the reply of the servo came too late to tell when it measured')
-        return sample_time_ns(reply.sent_ns, reply.received_ns, self._wire)
+        return sample_time_ns(reply.sent_ns, reply.received_ns, self._wire(reply))
+
+    def _excess_ns(self, reply: Reply) -> int:
+        return excess_ns(reply.sent_ns, reply.received_ns, self._wire(reply))
+
+    def _wire(self, reply: Reply) -> WireTime:
+        return WireTime.of_read(reply.size, self._config.baud_rate, self._delay_ns)
 
     def drive(self, pitch: float, speed: float) -> None:
         """Send the servo to a pitch [rad] at a speed [rad/s], torque on; raises DeviceError.

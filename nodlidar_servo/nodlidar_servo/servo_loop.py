@@ -4,11 +4,16 @@ from collections import Counter
 from collections.abc import Callable
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_servo.dynamixel_bus import ReplyError
 from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.replies import LateReplyError, ReplyError
 from nodlidar_servo.servo import Sample, Servo
 
-FAILURES_TO_RECONNECT = 5
+LOST_AFTER = 0.5
+"""A servo that has not been measured for this time [s], nor in FEWEST_FAILURES, is lost."""
+
+FEWEST_FAILURES = 5
+
+_LATEST_STEERING = 0.25  # s; a servo of which nothing newer is known keeps its goal
 
 
 class Schedule:
@@ -81,7 +86,8 @@ class ServoLoop:
         self._sleep = sleep
         self._steady = steady or clock
         self._sample: Sample | None = None
-        self._failures_in_a_row = 0
+        self._measured_ns = 0
+        self._heard()
 
     def cycle(self) -> Sample | None:
         """Wait for the next cycle, measure and steer; return the sample, None if it failed.
@@ -89,16 +95,15 @@ class ServoLoop:
         Raises
         ------
         DeviceError
-            If the port went away, or after several failures in a row.
+            If the port went away, or the servo has not answered for LOST_AFTER.
         """
         deadline_ns, skipped = self._schedule.advance(self._steady())
         self._figures.missed_cycles += skipped
         self._turn_before(deadline_ns)
         self._wait_until(deadline_ns)
-        if not self._attempt(self._measure):
-            return None
+        measured = self._attempt(self._measure)
         self._attempt(self._steer)
-        return self._sample
+        return self._sample if measured else None
 
     def _turn_before(self, deadline_ns: int) -> None:
         """Steer at the instant of a turn that comes before the next cycle."""
@@ -117,26 +122,40 @@ class ServoLoop:
 
     def _measure(self) -> None:
         self._sample = self._servo.sample()
+        self._measured_ns = self._steady()
         self._figures.samples += 1
-        self._failures_in_a_row = 0
+        self._heard()
+
+    def _heard(self) -> None:
+        self._failures, self._heard_ns = 0, self._steady()
+
+    def _silent_for(self) -> float:
+        return (self._steady() - self._heard_ns) / NS_PER_S
 
     def _steer(self) -> None:
         now_ns, tracker = self._clock(), self._commands.tracker(self._steady())
-        if tracker is not None and self._sample is not None:
+        if tracker is None:
+            if self._servo.torque:
+                self._servo.set_torque(False)
+        elif self._sample is not None and self._age() < _LATEST_STEERING:
             drive = tracker.step(now_ns, self._sample)
             self._servo.drive(drive.goal, drive.speed)
             self._figures.saturated_cycles += drive.saturated
-        elif self._servo.torque:
-            self._servo.set_torque(False)
+
+    def _age(self) -> float:
+        """Return how old the latest sample is [s]."""
+        return (self._steady() - self._measured_ns) / NS_PER_S
 
     def _attempt(self, step: Callable[[], None]) -> bool:
-        """Do a step and tell if it worked; raise a failure only if it is one of many in a row."""
+        """Do a step and tell if it worked; raise a failure only if it has been so for long."""
         try:
             step()
         except ReplyError as error:
             self._figures.failures[error.reason] += 1
-            self._failures_in_a_row += 1
-            if self._failures_in_a_row >= FAILURES_TO_RECONNECT:
+            self._failures += 1
+            if isinstance(error, LateReplyError):
+                self._heard()
+            if self._failures >= FEWEST_FAILURES and self._silent_for() > LOST_AFTER:
                 raise
             return False
         return True

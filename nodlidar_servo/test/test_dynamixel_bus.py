@@ -1,12 +1,16 @@
+import contextlib
 import errno
 import termios
 
+from hypothesis import given
+from hypothesis import strategies as st
 from nodlidar_common.errors import PortError
-from nodlidar_servo.dynamixel_bus import (
+from nodlidar_servo.dynamixel_bus import DynamixelBus
+from nodlidar_servo.replies import (
     CorruptReplyError,
-    DynamixelBus,
     NoAnswerError,
     RefusedError,
+    ReplyError,
     status_names,
 )
 import pytest
@@ -28,6 +32,8 @@ class Script:
         self._input = b''
 
     def write(self, data):
+        if not any(data):  # the rest of a packet that the motor may wait for
+            return len(data)
         self.written.append(bytes(data))
         reply = self._replies.pop(0) if self._replies else b''
         if isinstance(reply, Exception):
@@ -42,6 +48,9 @@ class Script:
     def reset_input_buffer(self):
         self._input = b''
 
+    def arrive(self, data):
+        self._input += data
+
 
 class Clock:
     def __init__(self):
@@ -54,7 +63,7 @@ class Clock:
 
 def bus(*replies):
     script = Script(*replies)
-    return DynamixelBus(script, 1, Clock()), script
+    return DynamixelBus(script, 1, 1_000_000, Clock()), script
 
 
 def test_reading_the_model_number_matches_the_vectors_of_the_manual():
@@ -90,7 +99,7 @@ def test_post_is_a_sync_write_that_waits_for_nothing():
         (packet(1, 4, 0, 7, 8)[:-1], CorruptReplyError),
         (packet(1, 4, 0, 7, 8)[:-1] + b'\x00', CorruptReplyError),
         (packet(1, 2, 0), CorruptReplyError),  # no data at all
-        (packet(1, 3, 0, 7), CorruptReplyError),  # too little
+        (packet(1, 3, 0, 7), NoAnswerError),  # too little: the answer to something else
         (packet(2, 4, 0, 7, 8), NoAnswerError),  # another motor
         (packet(1, 2, 0x40), RefusedError),
         (b'\x55' * 40, CorruptReplyError),
@@ -138,3 +147,48 @@ def test_a_port_that_goes_away_is_a_port_error_and_not_for_ever_busy(gone):
     with pytest.raises(PortError, match='gone'):
         dynamixel.post(30, b'\x00\x00')
     assert dynamixel.read(36, 2).data == b'\x07\x08'
+
+
+def test_a_late_reply_is_not_taken_for_that_of_a_later_request():
+    """The one of 8 bytes comes when 9 have been asked for, before their own."""
+    late, own = packet(1, 10, 0, *range(8)), packet(1, 11, 0, *range(10, 19))
+    dynamixel, script = bus(b'', late + own, packet(1, 11, 0, *range(20, 29)))
+    with pytest.raises(NoAnswerError):
+        dynamixel.read(36, 8, spare=6)
+    assert dynamixel.read(36, 8, spare=6).data == bytes(range(10, 18))
+    assert dynamixel.read(36, 8, spare=6).data == bytes(range(20, 28))
+    assert [request[6] for request in script.written] == [8, 9, 9]
+
+
+def test_a_late_confirmation_is_not_taken_for_that_of_a_later_write():
+    """A torque that is to be off is not off because it was once switched on."""
+    dynamixel, script = bus(b'')
+    with pytest.raises(NoAnswerError):
+        dynamixel.write(24, b'\x01')
+    script.arrive(packet(1, 2, 0))
+    with pytest.raises(NoAnswerError):
+        dynamixel.write(24, b'\x00')
+
+
+def test_noise_without_end_is_no_answer():
+    class Noise(Script):
+        def read(self, size):
+            assert self.written
+            return b'\xff\x00' * (size // 2) + b'\xff' * (size % 2)
+
+    dynamixel = DynamixelBus(Noise(), 1, 1_000_000, Clock())
+    for _ in range(5):
+        with pytest.raises(CorruptReplyError):
+            dynamixel.read(36, 8, spare=6)
+    with pytest.raises(CorruptReplyError):
+        dynamixel.write(24, b'\x00')
+
+
+@given(st.lists(st.binary(max_size=40), max_size=12))
+def test_nothing_that_comes_raises_anything_else(replies):
+    dynamixel, _ = bus(*replies)
+    for _ in replies:
+        with contextlib.suppress(ReplyError):
+            assert len(dynamixel.read(36, 2, spare=6).data) == 2
+        with contextlib.suppress(ReplyError):
+            dynamixel.write(24, b'\x00')

@@ -1,4 +1,4 @@
-from nodlidar_servo.sample_time import sample_time_ns, WireTime
+from nodlidar_servo.sample_time import sample_time_ns, UsualExcess, WireTime
 import pytest
 
 RX24F_READ = WireTime.of_read(length=8, baud_rate=1_000_000, delay_ns=0)
@@ -36,3 +36,25 @@ def test_the_return_delay_is_halved():
 
 def test_a_transaction_faster_than_the_wire_has_no_excess():
     assert sample_time_ns(1000, 2000, RX24F_READ) == 81_000
+
+
+MS = 1_000_000
+
+
+@pytest.mark.parametrize(('timer_ns', 'longest_ns'), [(0, MS), (MS, 2 * MS), (16 * MS, 17 * MS)])
+def test_what_takes_a_frame_longer_than_the_adapter_needs_is_not_usual(timer_ns, longest_ns):
+    usual = UsualExcess(timer_ns, 50)
+    assert usual.covers(0)
+    assert usual.covers(longest_ns)
+    assert not usual.covers(longest_ns + 1)
+
+
+def test_a_wait_that_grows_for_all_becomes_usual_when_the_shorter_ones_are_forgotten():
+    usual = UsualExcess(0, 50)
+    assert all(usual.covers(200_000) for _ in range(100))
+    assert [usual.covers(6 * MS) for _ in range(60)] == 49 * [False] + 11 * [True]
+
+
+def test_no_wait_is_usual_that_is_longer_than_an_adapter_makes_it():
+    usual = UsualExcess(0, 5)
+    assert not any(usual.covers(21 * MS) for _ in range(20))

@@ -2,7 +2,7 @@ from contextlib import suppress
 
 from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamixel_bus import NoAnswerError, ReplyError
+from nodlidar_servo.replies import NoAnswerError, ReplyError
 from nodlidar_servo.servo import Servo
 from nodlidar_sim import rx24f_table as table
 from nodlidar_sim.faults import FaultyDevice
@@ -251,11 +251,10 @@ def test_after_a_stall_no_old_measurement_gets_a_new_time(stall_ms):
         with suppress(ReplyError):
             samples.append(servo.sample())
         bench.pass_time(0.01)
-    assert len(samples) >= 18
-    # While the host hears nothing, nobody knows when within those ms the motor was asked.
-    unknown = 3.0 * 0.021 if stall_ms <= 20 else 0.0
+    assert len(samples) >= 18 - stall_ms // 12
+    unknown = 3.0 * 0.0005  # which part of a USB frame went by on which way
     for sample in samples:
-        assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=TICK + unknown)
+        assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=TICK / 2 + unknown)
 
 
 def test_a_pulled_cable_is_a_port_error():

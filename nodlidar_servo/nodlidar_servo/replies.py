@@ -1,0 +1,76 @@
+"""What a motor answers: a reply, and the kinds of failure, each with a name for counting."""
+
+from dataclasses import dataclass
+
+from nodlidar_common.errors import DeviceError
+
+STATUS_BITS = {
+    0x01: 'input voltage',
+    0x02: 'angle limit',
+    0x04: 'overheating',
+    0x08: 'range',
+    0x10: 'checksum',
+    0x20: 'overload',
+    0x40: 'instruction',
+}
+REFUSALS = 0x02 | 0x08 | 0x10 | 0x40
+"""The status bits of a request that was not carried out; the others are the motor's state."""
+
+
+class ReplyError(DeviceError):
+    """A request that was not answered as it should be; `reason` is a short name for counting."""
+
+    reason = 'failed'
+
+
+class NoAnswerError(ReplyError):
+    """Nothing came back in time."""
+
+    reason = 'no answer'
+
+
+class CorruptReplyError(ReplyError):
+    """What came back was incomplete, or its checksum or length was wrong."""
+
+    reason = 'corrupt reply'
+
+
+class LateReplyError(ReplyError):
+    """The reply took longer than usual: nobody can tell when the motor measured."""
+
+    reason = 'late reply'
+
+
+class RefusedError(ReplyError):
+    """The motor refused the request."""
+
+    reason = 'refused'
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """What a read brought, when, and in what state the motor says it is.
+
+    Attributes
+    ----------
+    data
+        The registers' bytes that were wanted.
+    size
+        How many came, see :meth:`.DynamixelBus.read`.
+    status
+        The status bits of the motor, see :func:`status_names`; 0 if all is well.
+    sent_ns, received_ns
+        Host times just before the request was handed to the port and just after the last byte
+        of the reply was read [ns].
+    """
+
+    data: bytes
+    size: int
+    status: int
+    sent_ns: int
+    received_ns: int
+
+
+def status_names(status: int) -> str:
+    """Return the names of all status bits that are set, separated by commas."""
+    return ', '.join(name for bit, name in STATUS_BITS.items() if status & bit)
