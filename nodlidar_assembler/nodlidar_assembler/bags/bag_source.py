@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,8 +21,35 @@ _CUT: dict[str, type[CutMcapReader | CutSqliteReader]] = {
     '.mcap': CutMcapReader,
     '.db3': CutSqliteReader,
 }
+MOST_NS = 2**63  # ROS counts time in 63 bits
 _COMPRESSED = '.zstd'
 _ZSTD_FRAME = b'\x28\xb5\x2f\xfd'  # what it begins with; a message begins with 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Opened:
+    """An open reader and what it says of its messages, none of which was believed unseen."""
+
+    reader: AnyReader
+    connections: list[Connection]
+    count: int
+    first_ns: int
+    end_ns: int
+
+    @classmethod
+    def of(cls, reader: AnyReader) -> _Opened:
+        """Return what a reader says; raise ReaderError for what cannot be."""
+        connections = list(reader.connections)
+        texts = [text for each in connections for text in (each.topic, each.msgtype)]
+        count, first_ns, end_ns = reader.message_count, reader.start_time, reader.end_time
+        numbers = [count, first_ns, end_ns, *(each.msgcount for each in connections)]
+        if not all(isinstance(text, str) for text in texts):
+            raise ReaderError('names of topics and types that are no text')
+        if not all(type(number) is int and 0 <= number < MOST_NS for number in numbers):
+            raise ReaderError('counts or times that cannot be')
+        if count and end_ns < first_ns:
+            raise ReaderError('an end before its beginning')
+        return cls(reader, connections, count, first_ns, end_ns)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +90,7 @@ class BagSource:
         self.path = path
         self.notes: list[str] = []
         self.unreadable: Counter[str] = Counter()
-        self._readers: list[AnyReader] = []
+        self._readers: list[_Opened] = []
         self._stack = ExitStack()
 
     def __enter__(self) -> BagSource:
@@ -102,38 +129,41 @@ class BagSource:
         if not self._readers:
             raise BagError(f"nothing of '{self.path}' can be read: {'; '.join(self.notes)}")
 
-    def _opened(self, make: Callable[[], AnyReader]) -> tuple[AnyReader | None, str]:
+    def _opened(self, make: Callable[[], AnyReader]) -> tuple[_Opened | None, str]:
         """Return an open reader, or None and why it cannot be."""
-        try:
-            reader = make()
-            reader.open()
-        except Exception as error:  # whatever a file that is none leads the library to
-            return None, _in_a_line(error)
-        self._stack.callback(reader.close)
-        return reader, ''
+        with ExitStack() as closing:
+            try:
+                reader = make()
+                reader.open()
+                closing.callback(_close, reader)
+                opened = _Opened.of(reader)
+            except Exception as error:  # whatever a file that is none leads the library to
+                return None, _in_a_line(error)
+            self._stack.push(closing.pop_all())
+        return opened, ''
 
     @property
     def types(self) -> dict[str, str]:
         """Return the type of each topic."""
-        return {c.topic: c.msgtype for reader in self._readers for c in reader.connections}
+        return {c.topic: c.msgtype for each in self._readers for c in each.connections}
 
     @property
     def span_ns(self) -> tuple[int, int]:
         """Return when the first message was recorded, and just after the last [ns]."""
-        filled = [reader for reader in self._readers if reader.message_count]
+        filled = [each for each in self._readers if each.count]
         if not filled:
             raise BagError(f"'{self.path}' is empty")
-        return min(r.start_time for r in filled), max(r.end_time for r in filled)
+        return min(each.first_ns for each in filled), max(each.end_ns for each in filled)
 
     def messages(self, wanted: Mapping[str, str]) -> Iterator[Recorded]:
         """Yield the messages of topics, given with their types, as they were recorded.
 
         Where a file is damaged, what comes after that in it is left out, and `notes` says so.
         """
-        for reader in self._readers:
-            connections = [c for c in reader.connections if wanted.get(c.topic) == c.msgtype]
+        for each in self._readers:
+            connections = [c for c in each.connections if wanted.get(c.topic) == c.msgtype]
             if connections:
-                yield from self._messages_of(reader, connections)
+                yield from self._messages_of(each.reader, connections)
 
     def _messages_of(self, reader: AnyReader, connections: list[Connection]) -> Iterator[Recorded]:
         raw, missing = reader.messages(connections), sum(each.msgcount for each in connections)
@@ -150,6 +180,8 @@ class BagSource:
             missing -= 1
             try:
                 message = STORE.deserialize_cdr(data, connection.msgtype)
+                if not 0 <= time_ns < MOST_NS:
+                    raise ReaderError('a time that cannot be')
             except Exception:  # whatever comes of bytes that are no such message
                 self.unreadable[connection.topic] += 1
                 if data[: len(_ZSTD_FRAME)] == _ZSTD_FRAME:
@@ -175,6 +207,11 @@ def messages_of(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[Reco
         trouble = [*source.notes, *(f'{t} could not be told' for t in source.unreadable)]
     if trouble:
         raise BagError(f"'{path}': {'; '.join(trouble)}")
+
+
+def _close(reader: AnyReader) -> None:
+    with suppress(Exception):  # it was read only: there is nothing to lose
+        reader.close()
 
 
 def _in_a_line(error: Exception) -> str:

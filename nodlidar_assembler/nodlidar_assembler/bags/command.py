@@ -102,7 +102,7 @@ def _with_bar(bag: Path, output: Path, config: AssemblerConfig, topics: Topics) 
         task = progress.add_task(f'assembling {bag}', total=1.0)
 
         def show(now_ns: int, first_ns: int, last_ns: int) -> None:
-            progress.update(task, completed=(now_ns - first_ns) / (last_ns - first_ns))
+            progress.update(task, completed=(now_ns - first_ns) / max(last_ns - first_ns, 1))
 
         return write_clouds(bag, output, config, topics, show)
 
