@@ -1,7 +1,9 @@
 """The command assemble_bag: its options, its table and its exit status."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+import resource
 
 from bags import recording, write_bag
 from nodlidar_assembler.assemble_bag import main
@@ -119,3 +121,27 @@ def test_a_command_line_that_is_none_is_refused_in_a_line(bag, capsys, arguments
     assert error.startswith('assemble_bag: error: ')
     assert error.count('\n') == 1
     assert [part for part in said if part not in error] == []
+
+
+@pytest.mark.parametrize('name', ['out.ply', 'out.mcap'])
+def test_a_file_that_finds_no_room_is_a_line_and_leaves_what_was_there(
+    bag, tmp_path, capsys, name
+):
+    output = tmp_path / name
+    output.write_text('old')
+    with a_limit_of(100_000):
+        assert run(bag, output) == 1
+    assert capsys.readouterr().err == f"assemble_bag: error: File too large: '{output}'\n"
+    assert output.read_text() == 'old'
+    assert list(tmp_path.iterdir()) == [output]
+
+
+@contextmanager
+def a_limit_of(size):
+    """Let no file grow beyond a size [bytes], as if the disk were full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)

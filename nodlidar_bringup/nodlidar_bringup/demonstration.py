@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 import shutil
@@ -76,8 +77,9 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
 def _demo(options: argparse.Namespace, console: Console) -> None:
     scene, output = load_scene(options.scene, options.route), options.output
     bag = output / 'bag'
-    shutil.rmtree(bag, ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)
+    if bag.exists():
+        shutil.rmtree(bag)
     keep_apart()
     arguments = launch_arguments(options.scene, options.route, scene)
     with launched_sensor(output / 'launch.log', *arguments) as sensor:
@@ -132,19 +134,18 @@ def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console)
     DemoError
         If no cloud comes, or the sensor ends before the time [s] is over.
     """
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    recorder = Recorder(bag)
-    executor = SingleThreadedExecutor()
-    executor.add_node(recorder)
-    try:
+    with ExitStack() as stack:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        stack.callback(rclpy.try_shutdown)
+        recorder = Recorder(bag)
+        stack.callback(recorder.destroy_node)
+        stack.callback(recorder.close)
+        executor = SingleThreadedExecutor()
+        executor.add_node(recorder)
         with _progress(console) as progress:
             task = progress.add_task('waiting for the first cloud', total=duration)
             for done in _seconds_of_clouds(recorder, executor, sensor, duration):
                 progress.update(task, completed=done, description=_counts(recorder))
-    finally:
-        recorder.close()
-        recorder.destroy_node()
-        rclpy.try_shutdown()
 
 
 def _progress(console: Console) -> Progress:

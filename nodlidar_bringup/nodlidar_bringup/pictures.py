@@ -3,14 +3,14 @@
 from pathlib import Path
 
 import matplotlib
-
-matplotlib.use('Agg')
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap, Normalize
-import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.whole_file import whole_file
 import numpy as np
 from numpy.typing import NDArray
 from plyfile import PlyData, PlyElement
@@ -36,17 +36,23 @@ def write_ply(points: Points, path: Path) -> None:
     for axis in 'xyz':
         vertices[axis] = points.data[axis]
     vertices['time'] = (points.time_ns - points.time_ns[0]) / NS_PER_S
-    PlyData([PlyElement.describe(vertices, 'vertex')], byte_order='<').write(path)
+    with whole_file(path) as part:
+        PlyData([PlyElement.describe(vertices, 'vertex')], byte_order='<').write(part)
 
 
 def write_picture(xyz: Array, path: Path, title: str) -> None:
+    """Write `picture` as a PNG file; raises OSError if it cannot be written."""
+    with whole_file(path) as part:
+        FigureCanvasAgg(picture(xyz, title)).print_figure(part, dpi=100)
+
+
+def picture(xyz: Array, title: str) -> Figure:
     """Draw points (n, 3) in perspective, from above and from the right, coloured by height."""
-    figure, axes = plt.subplot_mosaic(
+    figure = Figure(figsize=(18, 8), layout='constrained')
+    axes = figure.subplot_mosaic(
         [['perspective', 'above'], ['perspective', 'right']],
         width_ratios=[2.7, 1],
         height_ratios=[2.1, 1],
-        figsize=(18, 8),
-        layout='constrained',
     )
     axes['right'].sharex(axes['above'])
     heights = Normalize(*np.percentile(xyz[:, 2], [1, 99]))
@@ -56,8 +62,7 @@ def write_picture(xyz: Array, path: Path, title: str) -> None:
     _draw_along(axes['right'], xyz * (1, -1, 1), 'xzy', heights, 'from the right')
     figure.colorbar(drawn, ax=[*axes.values()], label='height above the nod axis [m]', pad=0.01)
     figure.suptitle(title)
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
+    return figure
 
 
 def seen_from(xyz: Array, eye: Array, target: Array) -> Array:

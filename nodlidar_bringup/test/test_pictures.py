@@ -3,7 +3,7 @@
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import POINT
 from nodlidar_bringup.evaluation import xyz_of
-from nodlidar_bringup.pictures import seen_from, write_picture, write_ply
+from nodlidar_bringup.pictures import picture, seen_from, write_picture, write_ply
 import numpy as np
 from plyfile import PlyData
 import pytest
@@ -57,12 +57,16 @@ def test_a_ply_file_has_the_points_and_one_time_for_all(points, tmp_path):
     assert (np.diff(vertex['time']) > 0).all()
 
 
-def test_a_picture_has_three_views_coloured_by_height(points, tmp_path, monkeypatch):
-    figures = []
-    monkeypatch.setattr('matplotlib.pyplot.close', figures.append)
+def test_a_picture_is_written_without_a_display(points, tmp_path):
     write_picture(xyz_of(points), tmp_path / 'cloud.png', 'a title')
     assert (tmp_path / 'cloud.png').read_bytes().startswith(b'\x89PNG')
-    perspective, above, right = (axes.collections[0] for axes in figures[0].axes[:3])
+    with pytest.raises(FileNotFoundError, match=r"'.*no/cloud.png'"):
+        write_picture(xyz_of(points), tmp_path / 'no' / 'cloud.png', 'a title')
+
+
+def test_a_picture_has_three_views_coloured_by_height(points):
+    figure = picture(xyz_of(points), 'a title')
+    perspective, above, right = (axes.collections[0] for axes in figure.axes[:3])
     z = points.data['z']
     assert np.isin(perspective.get_array(), z.astype(np.float64)).all()
     # The ends of the line of sight are left out: from above the heights, from the right y.

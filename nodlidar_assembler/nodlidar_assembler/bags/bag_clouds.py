@@ -1,7 +1,7 @@
 """The clouds of a bag, written into a file: those that the node makes of the same messages."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 import time
@@ -15,6 +15,7 @@ from nodlidar_assembler.bags.cloud_bag import CloudBag
 from nodlidar_assembler.bags.point_files import OutputError, pcd_header, ply_header, PointFile
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.whole_file import whole_file
 
 SUFFIXES = ('.ply', '.pcd', '.mcap')
 
@@ -33,7 +34,7 @@ class Output(Protocol):
         """Finish the file."""
 
     def abandon(self) -> None:
-        """Close the file and remove it."""
+        """Close the file, and leave nothing else behind."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,16 +173,16 @@ def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:
 @contextmanager
 def _output(path: Path, config: AssemblerConfig) -> Iterator[Output]:
     """Open a file beside the path, which takes its place unless there is an error."""
-    part = path.with_name(f'{path.name}.part')
-    file: Output
-    if path.suffix == '.mcap':
-        file = CloudBag(part, config.odom_frame)
-    else:
-        file = PointFile(part, ply_header if path.suffix == '.ply' else pcd_header)
-    try:
-        yield file
-    except BaseException:
-        file.abandon()
-        raise
-    file.close()
-    part.replace(path)
+    with whole_file(path) as part:
+        file: Output
+        if path.suffix == '.mcap':
+            file = CloudBag(part, config.odom_frame)
+        else:
+            file = PointFile(part, ply_header if path.suffix == '.ply' else pcd_header)
+        try:
+            yield file
+            file.close()
+        except BaseException:
+            with suppress(OSError):  # the error that led here says more
+                file.abandon()
+            raise

@@ -54,9 +54,11 @@ class CloudBag:
         shutil.rmtree(self._folder)
 
     def abandon(self) -> None:
-        """Close the file and remove it."""
-        self._writer.abort()
-        shutil.rmtree(self._folder)
+        """Remove what was written."""
+        try:
+            self._writer.abort()
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)
 
     def _connection(self, topic: str, msgtype: str) -> Connection:
         return self._writer.add_connection(topic, msgtype, typestore=STORE)

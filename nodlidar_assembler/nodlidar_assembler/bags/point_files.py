@@ -75,9 +75,8 @@ class PointFile:
         self._file.close()
 
     def abandon(self) -> None:
-        """Close the file and remove it."""
+        """Close the file, which stays unfinished."""
         self._file.close()
-        self._path.unlink()
 
 
 def ply_header(count: int, notes: list[str], length: int) -> bytes:

@@ -17,6 +17,7 @@ from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.plan import Plan
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_assembler.planner.timing_error import hole_under_error, UnderError
+from nodlidar_common.whole_file import whole_file
 import numpy as np
 from numpy.typing import NDArray
 
@@ -197,7 +198,8 @@ def _figure(task: Task, plan: Plan, instant: float) -> tuple[Figure, Axes]:
 
 def _save(figure: Figure, below: Axes, path: Path) -> None:
     below.legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False)
-    figure.savefig(path, dpi=130)
+    with whole_file(path) as part:
+        figure.savefig(part, dpi=130)
 
 
 def _draw_bands(axes: Axes, plans: Sequence[Plan], colour: str, label: str) -> None:
