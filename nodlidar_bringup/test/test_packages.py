@@ -41,3 +41,8 @@ def test_what_a_package_depends_on_can_be_installed_without_pip(folder):
 def test_a_robot_without_a_screen_needs_no_rviz():
     package = parse_package(WORKSPACE / 'nodlidar_bringup')
     assert 'rviz2' not in [depend.name for depend in package.exec_depends]
+
+
+def test_no_timer_of_a_node_runs_on_a_clock_that_can_be_set():
+    sources = [path for folder in PACKAGES for path in (folder / folder.name).rglob('*.py')]
+    assert [path.name for path in sources if '.create_timer(' in path.read_text()] == ['steady.py']
