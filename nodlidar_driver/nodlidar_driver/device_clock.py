@@ -23,7 +23,7 @@ from nodlidar_driver.arrivals import Arrivals, WINDOW_MS
 from nodlidar_driver.envelope import least
 from nodlidar_driver.rotation import RotationTimes
 from nodlidar_driver.stamp_check import StampCheck
-from nodlidar_driver.time_mode import check_round_trip, ClockError, Replies, TimeReply
+from nodlidar_driver.time_mode import check_answers, ClockError, Replies, TimeReply
 from nodlidar_driver.timer import unwrapped
 import numpy as np
 from numpy.typing import NDArray
@@ -73,13 +73,13 @@ class DeviceClock:
     Raises
     ------
     ClockError
-        If the answers took so long that they do not tell the time.
+        If the answers took so long, or so unequally long, that they do not tell the time.
     """
 
     def __init__(
         self, rotation_ms: float, measured_ms: float, replies: Sequence[TimeReply]
     ) -> None:
-        check_round_trip(replies, rotation_ms)
+        check_answers(replies, rotation_ms)
         self._origin_ns = replies[0].arrival_ns if replies else None
         self._replies = Replies(replies, rotation_ms) if replies else None
         self.synchronised = bool(replies)

@@ -124,13 +124,15 @@ class Lidar:
 
     def stop(self) -> None:
         """Stop the stream and turn the laser off; DeviceError if that is not confirmed."""
+        asked_ns, is_confirmed = self._clock(), False
         try:
             self.client.stop()
+            is_confirmed = True
         except PortError:
-            self._last = None  # a lidar that is gone is not known to go on
+            self._last = None  # a lidar that is gone is not known to have gone on
             raise
         finally:
-            self._account.end(self._due_since_last())
+            self._account.end(self._due_until(self._clock() if is_confirmed else asked_ns))
             self._last = None
 
     def _scan(self, raw: RawScan, time: ScanTime) -> Scan:
@@ -147,14 +149,14 @@ class Lidar:
             late=time.late,
         )
 
-    def _due_since_last(self) -> int | None:
-        """Return how many scans were sent since the last one, until the stream was stopped now.
+    def _due_until(self, stop_ns: int) -> int | None:
+        """Return how many scans were sent since the last one, until a stop at a time [ns].
 
         The turn at whose end the lidar stops is not sent any more.
         """
         if self._last is None:
             return None
-        turns = (self._clock() - self._last.step_zero_ns) * 1e-9 / self._last.rotation
+        turns = (stop_ns - self._last.step_zero_ns) * 1e-9 / self._last.rotation
         return max(int(turns + _SLACK - 2.0), 0) // (self._window.skip + 1)
 
     def _align_clock(self) -> DeviceClock:

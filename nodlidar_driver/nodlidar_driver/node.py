@@ -35,6 +35,7 @@ class Driver(DeviceNode):
         self.configure()
         self._port: serial.Serial | None = None
         self._lidar: Lidar | None = None
+        self._laser_trouble = ''
         overridable = QoSOverridingOptions.with_default_policies()
         profile = QoSProfile(depth=_DEPTH)
         self._scans = self.create_lifecycle_publisher(
@@ -63,6 +64,7 @@ class Driver(DeviceNode):
             self.keep_going,
         )
         self._lidar.start()
+        self._laser_trouble = ''
         self._message = scan_template(self._window, config.frame_id, self._lidar.capabilities)
         self._diagnosis.connected(self._lidar, steady_ns())
 
@@ -86,9 +88,15 @@ class Driver(DeviceNode):
             try:
                 lidar.stop()
             except DeviceError as error:
-                self.get_logger().error(f'the laser may be on: {error}')
+                self._tell_laser(str(error))
         if port is not None:
             close_port(port)
+
+    def _tell_laser(self, trouble: str) -> None:
+        """Log once in each row of failures that the laser may be on."""
+        if trouble != self._laser_trouble:
+            self.get_logger().error(f'the laser may be on: {trouble}')
+        self._laser_trouble = trouble
 
     def urgent(self) -> object:
         """Return what the diagnostics tell at once: silence, and what was lost or set."""

@@ -33,7 +33,8 @@ class StampCheck:
         self.broken = False
         self._nominal_ms = nominal_ms
         self._believed: int | None = None
-        self._doubted: deque[int] = deque([] if hint_ms is None else [hint_ms], maxlen=3)
+        self._hint = [] if hint_ms is None else [hint_ms]
+        self._doubted: deque[int] = deque(maxlen=3)
 
     def believe(self, stamp_ms: int, period_ms: float) -> list[int]:
         """Take the next scan's stamp (without wraps).
@@ -61,17 +62,19 @@ class StampCheck:
         if believed:
             self._believed = believed[-1]
             self._doubted.clear()
+            self._hint.clear()
         return believed
 
     def _agreeing(self, period_ms: float) -> list[int]:
-        """Return the last two if they are a usual rotation apart, the last three if even."""
-        stamps = list(self._doubted)
-        if len(stamps) > 1 and _continues(stamps[-2], stamps[-1], period_ms):
-            return stamps[-2:]
-        if len(stamps) > 2:
-            period_ms = (stamps[1] - stamps[0]) / self._turns(stamps[0], stamps[1])
-            if self._is_a_speed(period_ms) and _continues(stamps[1], stamps[2], period_ms):
-                return stamps
+        """Return the newest with one that is usual rotations before, or the last three if even."""
+        *earlier, newest = self._doubted
+        for stamp_ms in (*reversed(earlier), *self._hint):
+            if _continues(stamp_ms, newest, period_ms):
+                return [stamp_ms, newest]
+        if len(earlier) > 1:
+            period_ms = (earlier[1] - earlier[0]) / self._turns(earlier[0], earlier[1])
+            if self._is_a_speed(period_ms) and _continues(earlier[1], newest, period_ms):
+                return [*earlier, newest]
         return []
 
     def _turns(self, stamp_ms: int, later_ms: int) -> int:

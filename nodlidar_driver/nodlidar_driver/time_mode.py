@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 _NS_PER_MS = 1e6
 _FEWEST_REPLIES, _MOST_REPLIES = 5, 24  # one comes in each rotation
-_SHARP_MS = 0.05  # mean delay per reply at which more of them would tell nothing new
+_SHARP_MS = 0.15  # mean delay per reply at which more of them would tell nothing new
+_LEAST_SHARP_MS = 0.5  # and at which they tell too little
 _MOST_ROTATIONS = 1.5  # an answer comes at the end of a rotation, within one
 # A reply that seems earlier than all others by more [ms] has a wrong time, and one that is later
 # by so many medians more waited for the host.
@@ -94,6 +95,11 @@ class Replies:
         """Return the differences of arrivals and times [ms]."""
         return self.arrivals_ms - self.times()
 
+    def scatter_ms(self) -> float:
+        """Return by how much answers are late on average [ms], as their median tells it."""
+        delays = self.delays()
+        return float(np.median(delays) - delays.min()) / math.log(2.0)  # as of exponential ones
+
     def _keep_good_ones(self) -> None:
         delays = self.arrivals_ms - self.times_ms
         order = np.argsort(delays)
@@ -108,16 +114,22 @@ def enough_replies(replies: Sequence[TimeReply], rotation_ms: float) -> bool:
     """Tell whether time mode has been asked often enough, judged by the scatter of the delays."""
     if not _FEWEST_REPLIES <= len(replies) < _MOST_REPLIES:
         return len(replies) >= _MOST_REPLIES
-    delays = Replies(replies, rotation_ms).delays()
-    mean = float(np.median(delays) - delays.min()) / math.log(2.0)  # of exponential delays
-    return mean < _SHARP_MS * (len(delays) - 1)
+    known = Replies(replies, rotation_ms)
+    return known.scatter_ms() < _SHARP_MS * (len(known.times_ms) - 1)
 
 
-def check_round_trip(replies: Sequence[TimeReply], rotation_ms: float) -> None:
-    """Raise ClockError if the line, or the host, delays even the fastest answer."""
-    trips_ms = [(reply.arrival_ns - reply.asked_ns) / _NS_PER_MS for reply in replies]
-    if trips_ms and min(trips_ms) > _MOST_ROTATIONS * rotation_ms:
+def check_answers(replies: Sequence[TimeReply], rotation_ms: float) -> None:
+    """Raise ClockError if the line, or the host, delays even the fastest answers."""
+    if not replies:
+        return
+    fastest_ms = min(reply.arrival_ns - reply.asked_ns for reply in replies) / _NS_PER_MS
+    if fastest_ms > _MOST_ROTATIONS * rotation_ms:
         raise ClockError(
-            f'answers take {min(trips_ms):.0f} ms or more instead of {rotation_ms:.0f} ms: '
+            f'answers take {fastest_ms:.0f} ms or more instead of {rotation_ms:.0f} ms: '
             'the line is slow, so that scans cannot be dated'
+        )
+    scatter_ms = Replies(replies, rotation_ms).scatter_ms()
+    if scatter_ms > _LEAST_SHARP_MS * len(replies):
+        raise ClockError(
+            f'answers are late by {scatter_ms:.0f} ms on average, so that scans cannot be dated'
         )

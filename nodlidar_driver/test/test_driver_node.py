@@ -217,6 +217,17 @@ def test_a_port_that_is_missing_at_first_and_unplugged_later(ports):
         assert listener.driver.connections == 2
 
 
+def test_silence_and_a_second_publisher_are_warned_of(ports, emulator):
+    with listening(port=ports['lidar']) as listener:
+        listener.activate()
+        listener.receive(2)
+        emulator.sensor.stream = None
+        listener.diagnosed(DiagnosticStatus.WARN, 'no scan for')
+        listener.receive(2)
+        listener.node.create_publisher(LaserScan, 'scan', 10)
+        listener.diagnosed(DiagnosticStatus.WARN, '2 publishers on /scan: stop all but one')
+
+
 def test_a_fault_of_the_lidar_is_reported_and_recovered_from(ports, emulator):
     with listening(port=ports['lidar']) as listener:
         listener.activate()
@@ -281,6 +292,17 @@ class Manager:
         self.node.create_subscription(LaserScan, 'scan', future.set_result, 10)
         return self._result(future)
 
+    def collect(self, stamps, until):
+        """Add the stamps of scans to a list, until a condition holds."""
+        if not list(self.node.subscriptions):
+            self.node.create_subscription(
+                LaserScan, 'scan', lambda scan: stamps.append(time_ns(scan.header.stamp)), 100
+            )
+        deadline = time.monotonic() + TIMEOUT
+        while not until():
+            assert time.monotonic() < deadline, 'no scans'
+            self._executor.spin_once(timeout_sec=0.05)
+
     def _result(self, future):
         self._executor.spin_until_future_complete(future, TIMEOUT)
         return future.result()
@@ -311,6 +333,32 @@ def test_a_signal_turns_the_laser_off_and_ends_the_program(manager, ports, emula
         process.kill()
     assert process.returncode == 0, errors
     assert not emulator.sensor.laser
+
+
+@pytest.mark.parametrize('number', [signal.SIGSTOP], ids=['sigstop'])
+def test_a_driver_that_was_stopped_dates_what_waited_by_the_lidar_s_clock(
+    manager, ports, emulator, number
+):
+    sent, stamps = [], []
+    emulator.on_scan = lambda turn: sent.append(turn.times_ns[0])
+    process = start({'port': ports['lidar'], 'autostart': 'true'}, manager.namespace)
+    try:
+        manager.collect(stamps, until=lambda: len(stamps) >= 5)
+        process.send_signal(number)
+        stopped = len(sent)
+        manager.collect(stamps, until=lambda: len(sent) >= stopped + 12)
+        process.send_signal(signal.SIGCONT)
+        manager.collect(stamps, until=lambda: stamps[-1] > sent[stopped + 11] + 300_000_000)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=TIMEOUT)
+    finally:
+        process.kill()
+    assert process.returncode == 0, errors
+    late = np.array([min((stamp - beam_ns for beam_ns in sent), key=abs) for stamp in stamps])
+    # A busy host aligns the clocks worse, but then for all of them.
+    assert np.abs(late - np.median(late)).max() < 2e6
+    assert np.diff(stamps).min() > 98e6
+    assert np.diff(stamps).max() < 102e6
 
 
 def test_a_killed_driver_s_laser_is_turned_off(ports, emulator):
