@@ -109,6 +109,16 @@ def late_beams(task, pattern, samples, turns):
 
 @settings(max_examples=300, deadline=None)
 @given(cases(), st.one_of(st.floats(0.0, 0.3), st.floats(0.3, 9.0)), st.integers(0, 999))
+@example(
+    # Three turns at one instant, after which the nod goes on as after one.
+    (
+        Task(pitch_min=-0.43, pitch_max=1.52, azimuth=1.83, steps_per_revolution=9),
+        Pattern(9, 14, 0.0),
+        6,
+    ),
+    1.5,
+    253,
+)
 def test_late_turns_leave_the_holes_of_their_beams(case, part, seed):
     task, pattern, samples = case
     error = part * pattern.samples_per_sweep

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 SHOWN_UNDER_ERROR = 120  # N_s whose runs under a timing error are drawn
-ON_FRONT_UNDER_ERROR = 120  # N_s that the front under a timing error is made of
+ON_FRONT_UNDER_ERROR = 60  # N_s that the front under a timing error is made of
 WIDTH = 100  # of tables that do not go to a terminal
 
 

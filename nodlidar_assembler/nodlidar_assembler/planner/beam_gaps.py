@@ -9,6 +9,10 @@ from nodlidar_assembler.planner.pattern import Pattern
 import numpy as np
 from numpy.typing import NDArray
 
+# Sweeps of fewer samples, of which a nod whose turns are off has some, are no run: these are too
+# far apart. With so many breaks by them for each run, all samples are gone through instead.
+SHORT, MOST_BREAKS = 32, 64
+
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
@@ -48,6 +52,11 @@ class BeamGaps:
         Windows that reach into the next revolution need one that begins before the first.
         """
         return 1 - (-self._end // self._revolution)
+
+    @property
+    def work_between_runs(self) -> int:
+        """How many array elements between_runs() goes through for one window."""
+        return self.runs
 
     @property
     def work_between_samples(self) -> int:
@@ -119,6 +128,42 @@ class BeamGaps:
         return leg, np.where(leg % 2 == 0, along, self._turn - along)
 
 
+class WholeBeamGaps(BeamGaps):
+    """The same after a whole period of the pattern.
+
+    Then the samples of a step are all those that are equal to it modulo the pattern's stride. So
+    only so many windows differ as there are beginnings and widths up to that, which are few.
+    """
+
+    def __init__(self, pattern: Pattern) -> None:
+        super().__init__(pattern, pattern.period)
+
+    @property
+    def work_between_runs(self) -> int:
+        """How many array elements between_runs() goes through for one window on average."""
+        return max(1, self.runs * self.pattern.stride // self._revolution)
+
+    def between_runs(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+        """See BeamGaps."""
+        first, last, which = self._differing(first, last)
+        gap, bottom = super().between_runs(first, last)
+        return gap[which], bottom[which]
+
+    def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+        """See BeamGaps."""
+        first, last, which = self._differing(first, last)
+        gap, bottom = super().between_samples(first, last)
+        return gap[which], bottom[which]
+
+    def _differing(self, first: Integers, last: Integers) -> tuple[Integers, Integers, Integers]:
+        """Return the windows that differ, and which of them each is."""
+        stride = self.pattern.stride
+        width = np.clip(last - first + 1, 0, stride)
+        found, which = np.unique(first % stride * (stride + 1) + width, return_inverse=True)
+        begin, width = np.divmod(found, stride + 1)
+        return begin, begin + width - 1, which
+
+
 class LateBeamGaps(BeamGaps):
     """The same for a nod whose turns are off, with constant speed between them.
 
@@ -135,18 +180,29 @@ class LateBeamGaps(BeamGaps):
 
     def __init__(self, pattern: Pattern, samples: int, turns: Floats) -> None:
         super().__init__(pattern, samples)
-        self._turns = turns
+        self._turns = _distinct(turns)
+        around = np.searchsorted(self._turns, [0, max(0, samples - 1)], side='right')
+        ends = self._turns[around[0] - 1 : around[1] + 1]
+        sweeps, least = np.diff(ends), max(1.0, min(SHORT, self._turn / 8))
+        self._spacing = float(self._turn / sweeps[sweeps >= least].min(initial=self._turn))
+        self._breaks = _samples_at(ends, sweeps < least, samples)
+        if len(self._breaks) > MOST_BREAKS * super().runs:
+            self._breaks, self._spacing = self._breaks[:0], float(self._turn)
 
     @property
     def spacing(self) -> float:
-        """The widest gap between consecutive samples, in samples of the nod."""
-        sweeps = np.diff(self._turns)
-        return float(self._turn / max(sweeps[sweeps > 0.0].min(), 1.0))
+        """The widest gap between consecutive samples of a run, in samples of the nod."""
+        return self._spacing
+
+    @property
+    def runs(self) -> int:
+        """How many runs of samples a window has, empty ones counted."""
+        return super().runs + len(self._breaks)
 
     @property
     def work_between_samples(self) -> int:
         """How many array elements between_samples() goes through for one window at most."""
-        return self.runs * self._revolution
+        return super().runs * self._revolution
 
     def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
         """Return the highest gap between the samples of each window, and where it begins.
@@ -154,11 +210,24 @@ class LateBeamGaps(BeamGaps):
         As between_runs(), but going through the samples, since such a nod has no cycle: where a
         sweep is so short that samples are far apart within a run.
         """
-        a, b = self._runs_of(first, last)
+        a, b = super()._runs_of(first, last)
         n = a[:, :, None] + np.arange(max(1, int((b - a).max()) + 1))
         height = np.where(n <= b[:, :, None], self._folded(n)[1], self._turn)
         height = np.sort(height.reshape(len(first), -1), axis=1)
         return _highest(_append(height, self._turn) - _prepend(height, 0.0), _prepend(height, 0.0))
+
+    def _runs_of(self, first: Integers, last: Integers) -> tuple[Integers, Integers]:
+        """Return the runs, which break where samples are too far apart to be of one."""
+        a, b = super()._runs_of(first, last)
+        if not len(self._breaks):
+            return a, b
+        following = np.append(self._breaks, self._end)
+        end = following[np.searchsorted(self._breaks, a, side='right')] - 1
+        # Where the run of each break begins and ends; without a run it has none.
+        begins = self._breaks - (self._breaks - first[:, None]) % self._revolution
+        ends = np.minimum(begins + (last - first)[:, None], following[1:] - 1)
+        after = np.where(begins < self._breaks, self._breaks, self._end)
+        return np.append(a, after, axis=1), np.append(np.minimum(b, end), ends, axis=1)
 
     def _folded(self, n: Integers) -> tuple[Integers, Floats]:
         n = np.clip(n, 0, max(0, self._end - 1))  # what is outside belongs to no run
@@ -166,6 +235,23 @@ class LateBeamGaps(BeamGaps):
         part: Floats = (n - self._turns[leg]) / (self._turns[leg + 1] - self._turns[leg])
         height: Floats = np.where(leg % 2 == 0, part, 1.0 - part)
         return leg, float(self._turn) * height
+
+
+def _distinct(turns: Floats) -> Floats:
+    """Return turns without sweeps that take no time, but for jumps from limit to limit."""
+    _, begins, count = np.unique(turns, return_index=True, return_counts=True)
+    kept = np.zeros(len(turns), dtype=np.bool_)
+    kept[begins] = True
+    kept[begins[count % 2 == 0] + 1] = True
+    return turns[kept]
+
+
+def _samples_at(turns: Floats, short: NDArray[np.bool_], samples: int) -> Integers:
+    """Return every sample of the sweeps that are short, and the first after each."""
+    at = np.ceil(turns).astype(np.int64)
+    found = [np.arange(at[k], at[k + 1] + 1) for k in np.flatnonzero(short)]
+    breaks = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found]))
+    return breaks[(breaks > 0) & (breaks < samples)]
 
 
 def _covered(begin: Integers, end: Integers, places: int) -> NDArray[np.bool_]:

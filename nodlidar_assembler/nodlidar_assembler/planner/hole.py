@@ -12,7 +12,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 import math
 
-from nodlidar_assembler.planner.beam_gaps import BeamGaps, Floats, Integers, LateBeamGaps
+from nodlidar_assembler.planner.beam_gaps import (
+    BeamGaps,
+    Floats,
+    Integers,
+    LateBeamGaps,
+    WholeBeamGaps,
+)
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_common.errors import ParameterError
@@ -145,7 +151,9 @@ def _beams(task: Task, pattern: Pattern, duration: float, turns: Floats | None) 
         limit = f'{task.steps_per_revolution} as in the task'
         raise ParameterError('steps_per_revolution', limit, pattern.steps_per_revolution)
     if turns is None:
-        return BeamGaps(pattern, _samples(task, pattern, duration))
+        samples = _samples(task, pattern, duration)
+        whole = samples == pattern.period
+        return WholeBeamGaps(pattern) if whole else BeamGaps(pattern, samples)
     return LateBeamGaps(pattern, samples_taken(task, duration), turns)
 
 
@@ -160,7 +168,7 @@ def _widest_square(
         if beams.runs > most:
             allowed = f'at most {(most - 1) / task.scan_rate:.6g} s with these N_L and N_s'
             raise ParameterError('duration', allowed, duration)
-        square = _widest(edges, beams.between_runs, beams.runs, row, limit, square)
+        square = _widest(edges, beams.between_runs, beams.work_between_runs, row, limit, square)
     finest = min(row * beams.spacing, limit)
     if square.side < finest:
         # All runs in a window are closer than samples; so are these, and no square is wider.
