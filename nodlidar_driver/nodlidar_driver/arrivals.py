@@ -83,6 +83,11 @@ class Arrivals:
             self._fit(at_ms)
         self.late_ms = delay_ms - self.line.value
 
+    def skip(self, taken_ms: NDArray[np.float64]) -> None:
+        """Take a scan of which the arrival is not known; `taken_ms` as for :meth:`add`."""
+        if len(self):
+            self.add(taken_ms, math.inf)
+
     def _fit(self, at_ms: float) -> None:
         timely = ~np.isnan(self._arrived_ms)
         taken, arrived = self._taken_ms[timely], self._arrived_ms[timely]

@@ -132,8 +132,9 @@ class DeviceClock:
             self._refuse()
             return None
         self._stamp_ms = stamp_ms
-        for each_ms in believed:
-            zeros_ms = self._rotations.add(each_ms)
+        for each_ms in believed[:-1]:
+            self._arrivals.skip(self._rotations.add(each_ms))
+        zeros_ms = self._rotations.add(stamp_ms)
         self._add_arrival(zeros_ms, arrived_ms)
         if self._latency_ms > _LATENCY_LIMIT_MS:
             return None  # it waited since before the stream was read; later ones will be timely

@@ -87,9 +87,12 @@ class Replies:
         Parameters
         ----------
         rotations
-            What knows the rotation better than the answers do.
+            What may know the rotation better than the answers do.
         """
-        return even_times(self.times_ms, (rotations or self._rotations).period_ms)
+        times = even_times(self.times_ms, (rotations or self._rotations).period_ms)
+        if times is self.times_ms:  # not even: the motor's speed is another by now
+            times = even_times(self.times_ms, self._rotations.period_ms)
+        return times
 
     def delays(self) -> NDArray[np.float64]:
         """Return the differences of arrivals and times [ms]."""

@@ -202,6 +202,18 @@ def test_a_wrong_time_with_a_right_sum_costs_its_scan_only(wrong, scans):
     assert np.isnan(errors).sum() <= (2 if scans < 2 else 0)
 
 
+@pytest.mark.parametrize('jolt', [-9.0, -2.5, 2.5, 9.0])
+def test_a_motor_that_jolts_costs_a_scan_and_no_stamp(jolt):
+    world = World(19, jitter=0.1)
+    clock = world.clock()
+    world.errors(clock, 60)
+    for _ in range(4):
+        world.device += jolt
+        assert np.isnan(world.scan(clock)[0])
+        errors = np.array([world.scan(clock)[0] for _ in range(40)])
+        assert np.abs(errors).max() < 1.0
+
+
 @pytest.mark.parametrize('wrong', [-300, -30, 30, 300])
 def test_a_wrong_time_in_time_mode_is_left_out(wrong):
     world = World(17, jitter=0.1)
