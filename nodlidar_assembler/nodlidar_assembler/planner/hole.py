@@ -12,13 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 import math
 
-from nodlidar_assembler.planner.beam_gaps import (
-    BeamGaps,
-    Floats,
-    Integers,
-    LateBeamGaps,
-    WholeBeamGaps,
-)
+from nodlidar_assembler.planner.beam_gaps import BeamGaps, Floats, Integers, WholeBeamGaps
+from nodlidar_assembler.planner.late_gaps import LateBeamGaps
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_common.errors import ParameterError
@@ -106,7 +101,7 @@ def largest_hole(
         Time since sample 0 [s]: samples 0 <= n < duration / T_s were taken. After a period of the
         pattern nothing changes, so infinity is the end.
     turns
-        If these are off: see `beam_gaps.LateBeamGaps`.
+        If these are off: see `late_gaps.LateBeamGaps`.
 
     Raises
     ------
