@@ -14,6 +14,7 @@ from nodlidar_assembler.clouds.turns import TurnFinder
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.servo import Sample, Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
@@ -105,8 +106,15 @@ class Rig:
         port = VirtualPort(emulator, self.clock)
         self.commands = NodCommands(ServoConfig())
         self.servo = Servo(port, ServoConfig(), self.clock)
+        self.following = Following(ServoConfig())
         self.loop = ServoLoop(
-            self.servo, self.commands, 100.0, LoopFigures(), self.clock, self._sleep
+            self.servo,
+            self.commands,
+            self.following,
+            100.0,
+            LoopFigures(),
+            self.clock,
+            self._sleep,
         )
 
     def _sleep(self, duration_ns: int) -> None:

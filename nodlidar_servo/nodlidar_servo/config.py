@@ -52,6 +52,21 @@ class ServoConfig:
         minimum=0.1,
         maximum=60.0,
     )
+    following_error: float = parameter(
+        0.2,
+        'Distance from where it is told to be at which the servo does not follow, or a sixth of '
+        'the span if that is less',
+        unit='rad',
+        minimum=0.02,
+        maximum=3.0,
+    )
+    following_error_time: float = parameter(
+        0.4,
+        'Time for which a servo may not follow before its torque is cut',
+        unit='s',
+        minimum=0.1,
+        maximum=60.0,
+    )
     reconnect_delay: float = parameter(
         1.0, 'Time between attempts to connect', unit='s', minimum=0.1
     )

@@ -1,10 +1,17 @@
 """What the servo reports about itself, and what of it is out of order."""
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.replies import status_names
+from nodlidar_servo.recent import Recent
+from nodlidar_servo.replies import PositionError, status_names
 from nodlidar_servo.servo import Sample, Servo
 from nodlidar_servo.servo_loop import LoopFigures
+
+LOW_RATE = 0.9
+"""Below this share of the rate that is asked for, joint states come too seldom."""
+
+MANY_FAILURES = 0.01
+"""Above this share of the replies, failures are a fault of the bus or the host."""
 
 
 class Diagnosis:
@@ -18,17 +25,26 @@ class Diagnosis:
         The latest sample; None while not connected.
     """
 
-    def __init__(self, figures: LoopFigures, commands: NodCommands) -> None:
+    def __init__(
+        self,
+        figures: LoopFigures,
+        commands: NodCommands,
+        following: Following,
+        feedback_rate: float,
+    ) -> None:
         self._figures = figures
         self._commands = commands
+        self._following = following
+        self._feedback_rate = feedback_rate
+        self._recent = Recent()
         self._servo: Servo | None = None
         self._latency_warning = ''
-        self._last = (0, 0)
         self._refused_told = 0
         self.sample: Sample | None = None
 
     def connected(self, servo: Servo, latency_warning: str) -> None:
         """Report about this servo from now on."""
+        self._recent.clear()
         self._servo = servo
         self._latency_warning = latency_warning
 
@@ -50,10 +66,13 @@ class Diagnosis:
             How many publish nod commands: the servo follows whoever came last.
         """
         servo, sample = self._servo, self.sample
+        self._recent.look(now_ns, self._figures.samples, self._figures.failures)
         figures, warnings = self._counted(now_ns), self._command_warnings(servo, now_ns)
+        if servo is not None:
+            warnings += self._rate_warnings()
         if commanders > 1:
             warnings.append(f'nod commands come from {commanders} publishers')
-        errors: list[str] = []
+        errors = [self._following.fault] if self._following.fault else []
         if servo is not None and sample is not None:
             figures |= self._measured(servo, sample)
             warnings += _out_of_limits(servo, sample)
@@ -62,10 +81,18 @@ class Diagnosis:
             warnings.append(self._latency_warning)
         return figures, warnings, errors
 
+    def urgent(self, now_ns: int) -> object:
+        """Return what is told at once when it changes, at a time [ns] of the steady clock."""
+        alarms = (self._servo.shut_down, self.sample.status) if self._servo and self.sample else ()
+        impossible = self._figures.failures[PositionError.reason] > 0
+        commanded = self._commands.tracker(now_ns) is not None
+        return self._following.fault, alarms, impossible, commanded
+
     def _counted(self, now_ns: int) -> dict[str, str]:
         counted = self._figures
         figures = {
-            'joint states per second': f'{self._rate(now_ns):.1f}',
+            'joint states per second': f'{self._rate:.1f}',
+            'joint states withheld': str(counted.withheld),
             'missed cycles': str(counted.missed_cycles),
             'cycles at the speed limit': str(counted.saturated_cycles),
             'command age [s]': f'{self._commands.age(now_ns):.2f}',
@@ -88,10 +115,26 @@ class Diagnosis:
             'phase error [ms]': f'{phase.error * 1e3:.2f}',
         }
 
-    def _rate(self, now_ns: int) -> float:
-        """Return the samples per second since the last report."""
-        (before, then_ns), self._last = self._last, (self._figures.samples, now_ns)
-        return (self._last[0] - before) * NS_PER_S / max(now_ns - then_ns, 1)
+    @property
+    def _rate(self) -> float:
+        """The samples per second of late."""
+        return self._recent.samples / self._recent.duration if self._recent.duration else 0.0
+
+    def _rate_warnings(self) -> list[str]:
+        recent, warnings = self._recent, []
+        if not recent.duration:
+            return []
+        if self._rate < LOW_RATE * self._feedback_rate:
+            wanted = f'{self._feedback_rate:g}'
+            warnings.append(f'{self._rate:.1f} joint states per second, not {wanted}')
+        failures = recent.failures
+        asked = recent.samples + failures.total()
+        for reason, count in failures.items():
+            if count > MANY_FAILURES * asked:
+                warnings.append(f'{count / asked:.1%} of the replies failed: {reason}')
+        if failures[PositionError.reason]:
+            warnings.append(f'{failures[PositionError.reason]} impossible positions were refused')
+        return warnings
 
     def _command_warnings(self, servo: Servo | None, now_ns: int) -> list[str]:
         warnings = []
@@ -99,7 +142,8 @@ class Diagnosis:
             warnings.append(f'nod command refused: {self._commands.refusal}')
         self._refused_told = self._commands.refused
         if servo is not None and self._commands.tracker(now_ns) is None:
-            warnings.append('no nod command to follow: torque off')
+            torque = 'it is not confirmed that the torque is off' if servo.torque else 'torque off'
+            warnings.append(f'no nod command to follow: {torque}')
         return warnings
 
     @staticmethod

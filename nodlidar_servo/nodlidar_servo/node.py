@@ -16,6 +16,7 @@ from nodlidar_common.steady import create_steady_timer, steady_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
+from nodlidar_servo.following import Following
 from nodlidar_servo.host_time import HostTime
 from nodlidar_servo.latency import reduce_latency
 from nodlidar_servo.nod_commands import NodCommands
@@ -61,7 +62,11 @@ class ServoNode(DeviceNode):
         """Begin to count, and forget the commands so far: the limits may be others."""
         self._commands = NodCommands(self.config)
         self._figures = LoopFigures()
-        self._diagnosis = Diagnosis(self._figures, self._commands)
+        self._following = Following(self.config)
+        self._fault_told = ''
+        self._diagnosis = Diagnosis(
+            self._figures, self._commands, self._following, self.config.feedback_rate
+        )
         self._message = JointState(
             name=[self.config.joint_name], position=[0.0], velocity=[0.0], effort=[0.0]
         )
@@ -78,7 +83,8 @@ class ServoNode(DeviceNode):
     def _tell_status(self) -> None:
         if self._servo is not None:
             tracker = self._commands.tracker(steady_ns())
-            self._status.publish(status_message(tracker, time.time_ns()))
+            following = None if self._following.fault else tracker
+            self._status.publish(status_message(following, time.time_ns()))
 
     def connect(self) -> None:
         """Open the port and set the servo up."""
@@ -92,6 +98,7 @@ class ServoNode(DeviceNode):
         self._loop = ServoLoop(
             self._servo,
             self._commands,
+            self._following,
             self.config.feedback_rate,
             self._figures,
             self._host_time,
@@ -107,6 +114,9 @@ class ServoNode(DeviceNode):
         if sample is not None:
             self._diagnosis.sample = sample
             self._publish(sample)
+        if self._following.fault != self._fault_told:
+            self._fault_told = self._following.fault
+            self.get_logger().error(self._fault_told or 'the servo follows again')
 
     def _publish(self, sample: Sample) -> None:
         message = self._message
@@ -124,7 +134,12 @@ class ServoNode(DeviceNode):
         if self._port is not None:
             close_port(self._port)
         self._diagnosis.disconnected()
+        self._following.rest()
         self._port = self._servo = None
+
+    def urgent(self) -> object:
+        """Return what of the servo is told at once."""
+        return self._diagnosis.urgent(steady_ns())
 
     def diagnose(self, status: DiagnosticStatusWrapper) -> None:
         """Add the servo's figures, and a warning or error for what is out of order."""

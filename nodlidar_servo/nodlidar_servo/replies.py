@@ -41,6 +41,12 @@ class LateReplyError(ReplyError):
     reason = 'late reply'
 
 
+class PositionError(ReplyError):
+    """The position is none that the servo can have."""
+
+    reason = 'impossible position'
+
+
 class RefusedError(ReplyError):
     """The motor refused the request."""
 

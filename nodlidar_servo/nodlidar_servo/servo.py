@@ -9,6 +9,7 @@ from nodlidar_common.errors import DeviceError, ParameterError
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.dynamixel_bus import ByteStream, DynamixelBus
 from nodlidar_servo.models import load_share, MODELS, Register
+from nodlidar_servo.positions import PositionCheck
 from nodlidar_servo.replies import (
     LateReplyError,
     NoAnswerError,
@@ -98,6 +99,7 @@ class Servo:
         self._config = config
         self._scale = config.scale
         self._torque: bool | None = None
+        self._positions = PositionCheck(self._scale.model, config.acceleration)
         self.shut_down = 0
         self.limits = self._set_up()
         self._delay_ns = self._return_delay_ns()
@@ -116,9 +118,8 @@ class Servo:
             self._clear_return_delay()
         if torque == 0:
             raise DeviceError('the maximum torque of the servo (address 14) is 0: it cannot move')
-        # Rewriting the torque limit also revives a motor that has shut itself down.
-        limit = round(self._config.torque_limit * torque)
-        self._bus.write(Register.TORQUE_LIMIT, limit.to_bytes(2, 'little'))
+        self._torque_limit = round(self._config.torque_limit * torque).to_bytes(2, 'little')
+        self._write_torque_limit()
         hottest, lowest, highest = limits
         return Limits(hottest, lowest / 10.0, highest / 10.0, shutdown)
 
@@ -129,6 +130,10 @@ class Servo:
             self._post_return_level()
             eeprom = self._bus.read(Register.MODEL, _EEPROM.size)
         return _EEPROM.unpack(eeprom.data)
+
+    def _write_torque_limit(self) -> None:
+        """Write the torque limit, which also revives a motor that has shut itself down."""
+        self._bus.write(Register.TORQUE_LIMIT, self._torque_limit)
 
     def _have_writes_confirmed(self) -> None:
         self._post_return_level()
@@ -189,8 +194,10 @@ class Servo:
         reply = self._read_present()
         position, speed, load, voltage, temperature = _PRESENT.unpack(reply.data)
         self.shut_down |= reply.status & self.limits.shutdown
+        stamp_ns = self._stamp(reply)
+        self._positions.check(stamp_ns, position)
         return Sample(
-            stamp_ns=self._stamp(reply),
+            stamp_ns=stamp_ns,
             pitch=self._scale.pitch(position),
             velocity=self._scale.sign * self._scale.model.velocity(speed),
             load=self._scale.sign * load_share(load),
@@ -222,6 +229,8 @@ class Servo:
         goal = _DRIVE.pack(self._scale.tick(pitch), self._scale.model.speed_counts(speed))
         self._bus.post(Register.GOAL, goal)
         if self._torque is not True:
+            if not self.shut_down:
+                self._write_torque_limit()  # somebody may have reset it
             self.set_torque(True)
 
     def set_torque(self, on: bool) -> None:

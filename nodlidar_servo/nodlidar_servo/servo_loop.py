@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import LateReplyError, ReplyError
 from nodlidar_servo.servo import Sample, Servo
@@ -39,13 +40,14 @@ class Schedule:
 
 
 class LoopFigures:
-    """What the cycles came to, over all connections: samples, failures by reason, saturation."""
+    """What the cycles came to, over all connections: samples, failures by reason, and others."""
 
     def __init__(self) -> None:
         self.samples = 0
         self.failures: Counter[str] = Counter()
         self.saturated_cycles = 0
         self.missed_cycles = 0
+        self.withheld = 0
 
 
 class ServoLoop:
@@ -57,6 +59,8 @@ class ServoLoop:
         The connected servo.
     commands
         Where the nod command comes from.
+    following
+        What tells whether the servo follows it.
     rate
         Cycles per second [Hz].
     figures
@@ -72,6 +76,7 @@ class ServoLoop:
         self,
         servo: Servo,
         commands: NodCommands,
+        following: Following,
         rate: float,
         figures: LoopFigures,
         clock: Callable[[], int],
@@ -80,6 +85,7 @@ class ServoLoop:
     ) -> None:
         self._servo = servo
         self._commands = commands
+        self._following = following
         self._figures = figures
         self._schedule = Schedule(rate)
         self._clock = clock
@@ -90,7 +96,12 @@ class ServoLoop:
         self._heard()
 
     def cycle(self) -> Sample | None:
-        """Wait for the next cycle, measure and steer; return the sample, None if it failed.
+        """Wait for the next cycle, measure and steer.
+
+        Returns
+        -------
+        Sample | None
+            What was measured; None if that failed or is not to be believed.
 
         Raises
         ------
@@ -103,7 +114,12 @@ class ServoLoop:
         self._wait_until(deadline_ns)
         measured = self._attempt(self._measure)
         self._attempt(self._steer)
-        return self._sample if measured else None
+        if not measured:
+            return None
+        if not self._following.believed:
+            self._figures.withheld += 1
+            return None
+        return self._sample
 
     def _turn_before(self, deadline_ns: int) -> None:
         """Steer at the instant of a turn that comes before the next cycle."""
@@ -125,6 +141,7 @@ class ServoLoop:
         self._measured_ns = self._steady()
         self._figures.samples += 1
         self._heard()
+        self._following.measured(self._measured_ns, self._sample.pitch)
 
     def _heard(self) -> None:
         self._failures, self._heard_ns = 0, self._steady()
@@ -133,13 +150,16 @@ class ServoLoop:
         return (self._steady() - self._heard_ns) / NS_PER_S
 
     def _steer(self) -> None:
-        now_ns, tracker = self._clock(), self._commands.tracker(self._steady())
-        if tracker is None:
+        steady_ns, now_ns = self._steady(), self._clock()
+        tracker = self._commands.tracker(steady_ns)
+        if tracker is None or not self._following.may_drive(steady_ns):
+            self._following.rest()
             if self._servo.torque:
                 self._servo.set_torque(False)
         elif self._sample is not None and self._age() < _LATEST_STEERING:
             drive = tracker.step(now_ns, self._sample)
             self._servo.drive(drive.goal, drive.speed)
+            self._following.drive(steady_ns, drive, tracker.nod, self._sample)
             self._figures.saturated_cycles += drive.saturated
 
     def _age(self) -> float:

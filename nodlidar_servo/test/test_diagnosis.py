@@ -31,8 +31,13 @@ def commands():
 
 
 @pytest.fixture
-def diagnosis(figures, commands):
-    diagnosis = Diagnosis(figures, commands)
+def following():
+    return SimpleNamespace(fault='')
+
+
+@pytest.fixture
+def diagnosis(figures, commands, following):
+    diagnosis = Diagnosis(figures, commands, following, 100.0)
     diagnosis.connected(
         SimpleNamespace(torque=True, shut_down=0, limits=Limits(80, 6.0, 19.0, 36)), ''
     )
@@ -51,7 +56,11 @@ def test_nothing_is_wrong_with_a_servo_that_nods(diagnosis):
 def test_the_rate_is_that_since_the_last_report(diagnosis, figures):
     diagnosis.report(SECOND)
     figures.samples += 130
-    assert diagnosis.report(3 * SECOND)[0]['joint states per second'] == '65.0'
+    report = diagnosis.report(3 * SECOND)
+    assert report[0]['joint states per second'] == '65.0'
+    assert '65.0 joint states per second, not 100' in report[1]
+    figures.samples += 285
+    assert not any('per second' in text for text in diagnosis.report(6 * SECOND)[1])
 
 
 def test_failures_are_counted_by_reason(diagnosis, figures):

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError, PortError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.following import Following
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import NoAnswerError
@@ -36,9 +37,11 @@ class Bench:
         self.port = VirtualPort(self.faults, self.clock)
         self.commands = NodCommands(ServoConfig())
         self.figures = LoopFigures()
+        self.following = Following(ServoConfig())
         self.loop = ServoLoop(
             Servo(self.port, ServoConfig(), self.clock),
             self.commands,
+            self.following,
             rate,
             self.figures,
             self.clock,
@@ -178,6 +181,7 @@ def test_no_sequence_of_commands_asks_for_more_than_mount_and_motor_can_do(seque
                 assert followed.pitch_min - TICK <= goal <= followed.pitch_max + TICK
                 assert bench.emulator.table[table.MOVING_SPEED] * SPEED_UNIT <= fastest
     bench.run(3.5 * SWEEP)
+    assert not bench.following.fault
     times = np.arange(START_NS, bench.clock(), 1_000_000)
     position, velocity = bench.motion.position(times), bench.motion.velocity(times)
     assert np.abs(position).max() <= config.pitch_upper_limit + TICK
@@ -192,7 +196,7 @@ def test_corrupted_bytes_cost_samples_that_are_counted_but_never_make_wrong_ones
     bench.faults.corrupt_rate = 0.01
     samples = bench.run(20.0)
     failures = bench.figures.failures
-    assert set(failures) <= {'corrupt reply', 'no answer'}
+    assert set(failures) <= {'corrupt reply', 'no answer', 'impossible position'}
     assert failures['corrupt reply'] > 10
     assert len(samples) == bench.figures.samples > 1000
     stamps = np.array([sample.stamp_ns for sample in samples])
@@ -268,6 +272,7 @@ def test_a_clock_that_is_set_at_any_instant_stops_nothing(reading, step_s):
     loop = ServoLoop(
         Servo(bench.port, ServoConfig(), bench.clock),
         bench.commands,
+        bench.following,
         100.0,
         bench.figures,
         clock,

@@ -1,0 +1,140 @@
+"""A servo that does not do as it is told, in virtual time: what the loop makes of it."""
+
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_servo.following import RETRY
+from nodlidar_sim import rx24f_table as table
+from nodlidar_sim.rx24f_motor import TICK
+from nodlidar_sim.servo_motion import ServoMotion
+import numpy as np
+import pytest
+from test_servo_loop import Bench, NOD, START_NS, SWEEP
+
+SLOW = NodTrajectory(-0.6136, 0.6136, 3.0, 30721, START_NS)
+SMALL = NodTrajectory(-0.15, 0.15, SWEEP, 4001, START_NS)
+FAST = NodTrajectory(-0.6136, 0.6136, 0.2, 2001, START_NS)
+
+
+class FaultyMotion(ServoMotion):
+    """A shaft that may be blocked, with an encoder that may stand still."""
+
+    blocked = False
+    frozen = None
+
+    def set_goal(self, now_ns, goal, speed_limit):
+        if self.blocked:
+            self.brake(now_ns)
+        else:
+            super().set_goal(now_ns, goal, speed_limit)
+
+    def told(self, times_ns):
+        truth = super().position(times_ns)
+        return truth if self.frozen is None else np.full_like(truth, self.frozen)
+
+
+class FaultyBench(Bench):
+    """A bench whose servo nods already, and whose motion may fail."""
+
+    def __init__(self, nod=NOD, **options):
+        super().__init__(**options)
+        self.nod = nod
+        self.motion.__class__ = FaultyMotion
+        self.emulator.motor._position = self._position
+        self.run_for(2.0)
+        assert not self.following.fault
+
+    def _position(self, now_ns):
+        return 512 + round(float(self.motion.told(np.array([now_ns]))[0]) / TICK)
+
+    def run_for(self, seconds):
+        return self.run(seconds, self.nod)
+
+    def run_until(self, condition):
+        """Run until a condition is met; return after which time [s], 10 if it never is."""
+        begin_ns = self.clock()
+        while not condition() and self.clock() - begin_ns < 10e9:
+            self.run(0.01, self.nod)
+        return (self.clock() - begin_ns) / 1e9
+
+    def here(self):
+        return float(self.motion.position(np.array([self.clock()]))[0])
+
+
+def block(bench):
+    bench.motion.blocked = True
+    bench.motion.brake(bench.clock())
+
+
+def freeze(bench):
+    bench.motion.frozen = bench.here()
+
+
+def reset_torque_limit(bench):
+    bench.emulator.table[table.TORQUE_LIMIT] = 0
+
+
+def mend(bench):
+    bench.motion.blocked, bench.motion.frozen = False, None
+
+
+@pytest.mark.parametrize('nod', [NOD, SMALL, FAST])
+@pytest.mark.parametrize('after', [0.0, 0.1, 0.2, 0.3])
+@pytest.mark.parametrize('fault', [block, freeze])
+def test_a_servo_that_stands_still_is_named_within_a_second_and_loses_its_torque(
+    fault, after, nod
+):
+    bench = FaultyBench(nod)
+    bench.run_for(after)
+    fault(bench)
+    assert bench.run_until(lambda: bench.following.fault) < 1.0
+    assert 'does not follow: it stands still' in bench.following.fault
+    bench.run_for(0.02)
+    assert not bench.torque
+    told = bench.following.fault
+    assert bench.run_for(5.0) == []  # an encoder that stands still is not to be believed
+    assert bench.following.fault == told
+    mend(bench)
+    assert bench.run_until(lambda: not bench.following.fault) < 3.0
+    assert bench.torque
+    assert len(bench.run_for(1.0)) >= 99
+
+
+def test_a_torque_limit_that_was_reset_is_written_again():
+    bench = FaultyBench()
+    reset_torque_limit(bench)
+    assert bench.run_until(lambda: bench.following.fault) < 1.0
+    assert bench.run_until(lambda: not bench.following.fault) < RETRY + 1.0
+    assert bench.emulator.table[table.TORQUE_LIMIT] == 1023
+
+
+def test_a_motor_that_shut_itself_down_is_named_and_not_revived():
+    bench = FaultyBench()
+    bench.emulator.motor.load = 1.5
+    bench.run_for(0.1)
+    bench.emulator.motor.load = 0.0
+    bench.run_for(5.0)
+    assert bench.following.fault
+    assert bench.emulator.table[table.TORQUE_LIMIT] == 0
+
+
+def test_a_slow_nod_that_stands_still_is_named_when_it_is_off_by_the_limit():
+    bench = FaultyBench(SLOW)
+    bench.run_until(lambda: abs(bench.here()) < 0.1)
+    block(bench)
+    assert bench.run_until(lambda: bench.following.fault) < 0.25 / SLOW.speed + 0.5
+
+
+@pytest.mark.parametrize('latency_timer', [0.0, 0.016])
+@pytest.mark.parametrize('nod', [NOD, SMALL, FAST, SLOW])
+def test_a_servo_that_follows_is_no_fault(nod, latency_timer):
+    bench = FaultyBench(nod, latency_timer=latency_timer)
+    bench.run_for(5.0)
+    assert not bench.following.fault
+    assert bench.figures.withheld == 0
+
+
+def test_a_servo_without_commands_is_no_fault_wherever_it_is_turned():
+    bench = FaultyBench()
+    bench.run(1.0, nod=None)
+    bench.motion.set_goal(bench.clock(), -0.5, 1.0)
+    bench.run(2.0, nod=None)
+    assert not bench.following.fault
