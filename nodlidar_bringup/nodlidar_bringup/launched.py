@@ -23,7 +23,9 @@ class LaunchedSensor:
 
     def __init__(self, log: Path, *arguments: str) -> None:
         self.log = log
-        command = ['ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py', *arguments]
+        # What a script starts in the background ignores Ctrl-C, and launch would leave it at that.
+        command = ['env', '--default-signal=SIGINT', 'ros2', 'launch', 'nodlidar_bringup']
+        command += ['robot.launch.py', *arguments]
         with log.open('wb') as output:
             # Without a terminal: launch takes its children to have got a Ctrl-C from one.
             self.process = subprocess.Popen(

@@ -1,10 +1,13 @@
 """The launch file with a base that drives: what the lidar sees goes with what odometry says."""
 
+import signal
+
 from nav_msgs.msg import Odometry
 from nodlidar_bringup.launched import launched_sensor
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from observer import Observer
+import pytest
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan
 
@@ -17,6 +20,15 @@ def series(messages, value):
     return [time_ns(m.header.stamp) for m in messages], [value(m) for m in messages]
 
 
+@pytest.fixture
+def in_the_background():
+    """Ignore Ctrl-C, as what a script starts in the background does; so do its children."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures('in_the_background')
 def test_the_wall_comes_nearer_as_odometry_says(tmp_path):
     observer = Observer()
     for kind, topic in [(Odometry, 'odom'), (LaserScan, 'scan'), (JointState, 'joint_states')]:
