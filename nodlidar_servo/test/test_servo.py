@@ -2,7 +2,7 @@ from contextlib import suppress
 
 from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.replies import NoAnswerError, ReplyError
+from nodlidar_servo.replies import LateReplyError, NoAnswerError, ReplyError
 from nodlidar_servo.servo import Servo
 from nodlidar_sim import rx24f_table as table
 from nodlidar_sim.faults import FaultyDevice
@@ -255,6 +255,46 @@ def test_after_a_stall_no_old_measurement_gets_a_new_time(stall_ms):
     unknown = 3.0 * 0.0005  # which part of a USB frame went by on which way
     for sample in samples:
         assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=TICK / 2 + unknown)
+
+
+@pytest.mark.parametrize('call', ['write', 'read'])
+@pytest.mark.parametrize('stop_ms', [1.5, 5.0, 15.0, 100.0, 5000.0])
+def test_a_host_that_stands_still_in_a_transaction_makes_no_wrong_stamp(
+    call, stop_ms, monkeypatch
+):
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(-0.6, 3.0)
+    bench.pass_time(0.05)
+    servo.sample()
+    proceed = getattr(bench.port, call)
+
+    def stop_before(argument):
+        bench.pass_time(stop_ms * 1e-3)
+        return proceed(argument)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(bench.port, call, stop_before)
+        with pytest.raises(LateReplyError):
+            servo.sample()
+    bench.pass_time(0.01)
+    sample = servo.sample()
+    assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=TICK / 2 + 1e-9)
+
+
+def test_a_line_that_holds_bytes_back_costs_samples_and_makes_no_wrong_stamps():
+    bench = Bench(latency_timer=0.001)
+    servo = bench.connect()
+    servo.drive(-0.6, 1.0)
+    bench.faults.to_device.jitter_ns = 13_000_000
+    samples = []
+    for _ in range(70):
+        with suppress(ReplyError):
+            samples.append(servo.sample())
+        bench.pass_time(0.01)
+    assert 2 < len(samples) < 35
+    for sample in samples:
+        assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=TICK / 2 + 0.0015)
 
 
 def test_a_pulled_cable_is_a_port_error():

@@ -205,6 +205,25 @@ def test_it_tells_how_well_it_follows(commander, ports):
     assert commander.values()['samples per sweep, commanded'] == '4001'
 
 
+def test_a_servo_that_does_not_follow_is_diagnosed_and_tried_again(commander, emulator, ports):
+    with active(commander, ports) as process:
+        commander.nod = nod_from_now()
+        commander.spin_until(
+            lambda: commander.nod_status and commander.nod_status[-1].following, 'not following'
+        )
+        emulator.table[table.TORQUE_LIMIT] = 0
+        commander.spin_until(lambda: 'does not follow' in commander.message(), 'not named')
+        assert commander.status.level == DiagnosticStatus.ERROR
+        commander.spin_until(lambda: not commander.nod_status[-1].following, 'following')
+        commander.spin_until(lambda: commander.nod_status[-1].following, 'not tried again')
+        commander.spin_until(lambda: 'does not follow' not in commander.message(), 'still named')
+        assert torque(emulator)
+        process.send_signal(signal.SIGINT)
+        _, log = process.communicate(timeout=TIMEOUT)
+    assert log.count('does not follow') == 1
+    assert 'the servo follows again' in log
+
+
 def test_torque_goes_off_on_deactivation(commander, emulator, ports):
     with active(commander, ports):
         commander.nod = nod_from_now()
