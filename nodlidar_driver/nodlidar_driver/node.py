@@ -16,7 +16,7 @@ from nodlidar_driver.diagnosis import Diagnosis
 from nodlidar_driver.host_time import HostTime
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.messages import arrival_message, fill_scan, scan_template
-from nodlidar_driver.scip_client import STOP
+from nodlidar_driver.scip_answer import STOP
 from nodlidar_driver.scip_port import READ_TIMEOUT
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions

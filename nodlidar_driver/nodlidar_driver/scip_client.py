@@ -6,12 +6,20 @@ import re
 
 from nodlidar_common import scip
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.guard import StopRequest
+from nodlidar_common.guard_process import ATTEMPTS as STOP_ATTEMPTS
 from nodlidar_common.scip import ScipError
 from nodlidar_driver import identity
 from nodlidar_driver import scip_status as status_of
 from nodlidar_driver.scan import ScanWindow
 from nodlidar_driver.scan_account import CHECKSUM, INCOMPLETE, RESYNC, VERIFYING
+from nodlidar_driver.scip_answer import (
+    message_length,
+    quit_status,
+    refused,
+    status_in,
+    STOP,
+    timer,
+)
 from nodlidar_driver.scip_port import READ_TIMEOUT, ScipPort, SerialPort
 from nodlidar_driver.time_mode import TimeReply
 import numpy as np
@@ -20,13 +28,8 @@ from numpy.typing import NDArray
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
 _WAY_BACK = {status_of.SCIP_1_1_ERROR: 'SCIP2.0', status_of.NOT_IN_THIS_STATE: 'TM2'}
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
-# The first line feed ends what is left of a broken command. 0E is the answer in time mode, with
-# the laser off.
-STOP = StopRequest('lidar', b'\nQT\n', rb'(?<![^\n])QT\n(00P|0Ee)\n\n')
-_QUIT_ANSWER = re.compile(rb'(?<![^\n])QT\n([^\n]+)$')
 _ANSWER_TIMEOUT = 0.5  # s; an answer takes a rotation
 _MESSAGES_BEFORE_ANSWER = 5  # of what the lidar did before: scans, or an answer to half a command
-_STOP_ATTEMPTS = 10  # each waits a little longer than a rotation
 _LONGEST_ANSWER = 8192  # bytes in which its confirmation is looked for
 
 
@@ -98,7 +101,7 @@ class ScipClient:
             if status in _WAY_BACK:
                 self._ask(_WAY_BACK[status])
             elif status:
-                trouble = _refused('QT', status)
+                trouble = refused('QT', status)
         raise trouble
 
     def version(self) -> identity.Version:
@@ -127,7 +130,7 @@ class ScipClient:
         replies: list[TimeReply] = []
         while not enough(replies):
             asked_ns = self._clock()
-            device_ms = _timer(b'\n'.join(self._command('TM1')))
+            device_ms = timer(b'\n'.join(self._command('TM1')))
             replies.append(TimeReply(device_ms, asked_ns, self._port.arrival_ns))
         self._command('TM2', status_of.TIME_MODE_WAS_OFF)
         return replies
@@ -152,7 +155,7 @@ class ScipClient:
         """
         assert self._window is not None, 'start_scanning comes first'
         while True:
-            message = self._port.receive(_message_length(self._window))
+            message = self._port.receive(message_length(self._window))
             scan = self._scan(message, self._port.arrival_ns, self._window)
             if scan is not None:
                 self._port.useful()
@@ -170,7 +173,7 @@ class ScipClient:
         """
         self._port.discard()  # what comes from now on may be the answer, however late
         received = b''
-        for _ in range(_STOP_ATTEMPTS):
+        for _ in range(STOP_ATTEMPTS):
             self._port.write(STOP.request)
             deadline_ns = self._clock() + round(READ_TIMEOUT * 1e9)
             while (data := self._port.read_some()) and self._clock() < deadline_ns:
@@ -183,10 +186,10 @@ class ScipClient:
         """Ask to stop; return the answer's status, empty if other messages hid it."""
         self._port.write(STOP.request)
         for _ in range(_MESSAGES_BEFORE_ANSWER):
-            answer = _QUIT_ANSWER.search(self._port.receive(timeout=_ANSWER_TIMEOUT))
-            if answer:
+            status = quit_status(self._port.receive(timeout=_ANSWER_TIMEOUT))
+            if status:
                 self._port.useful()
-                return _status_or_none(answer[1])
+                return status
         return ''
 
     def _information(self, command: str) -> dict[str, str]:
@@ -196,7 +199,7 @@ class ScipClient:
         """Send a command and return the data lines of its answer; DeviceError if refused."""
         status, lines = self._ask(command)
         if status not in (status_of.OK, also_good):
-            raise _refused(command, status)
+            raise refused(command, status)
         return lines
 
     def _ask(self, command: str) -> tuple[str, list[bytes]]:
@@ -206,7 +209,7 @@ class ScipClient:
         if echo != command.encode('ascii') or not lines:
             raise ScipError(f"the answer to '{command}' begins with {echo!r}")
         self._port.useful()
-        return _status(lines[0]), lines[1:]
+        return status_in(lines[0]), lines[1:]
 
     def _scan(self, message: bytes, arrival_ns: int, window: ScanWindow) -> RawScan | None:
         """Return the scan that a message ends with, or None, counting what is wrong."""
@@ -218,11 +221,11 @@ class ScipClient:
         message = message[headers[-1].start() :]
         command, *lines = message.split(b'\n')
         try:
-            status = _status(lines[0]) if lines else ''
+            status = status_in(lines[0]) if lines else ''
             if status == status_of.SCAN_DATA:
                 return self._scan_data(lines[1:], arrival_ns, window)
         except ScipError:
-            complete = len(message) == _message_length(window) - 2
+            complete = len(message) == message_length(window) - 2
             self._drop(CHECKSUM if complete else INCOMPLETE)
             return None
         self._check_stopped(command.decode('ascii'), status)
@@ -232,44 +235,13 @@ class ScipClient:
         codes = scip.decode(scip.join_blocks(lines[1:]), 3)
         if len(codes) != window.count:
             raise ScipError(f'{len(codes)} ranges instead of {window.count}')
-        return RawScan(_timer(lines[0]), codes, arrival_ns)
+        return RawScan(timer(lines[0]), codes, arrival_ns)
 
     def _check_stopped(self, command: str, status: str) -> None:
         """Raise DeviceError if the hardware failed; count what the stream can go on after."""
         if status_of.is_fault(status):
-            raise _refused(command, status)
+            raise refused(command, status)
         if status_of.is_verifying(status):
             self._drop(VERIFYING)
         elif status != status_of.RESUMED:
             self._drop(CHECKSUM)  # no scan has such a status: corrupted in spite of its sum
-
-
-def _status(line: bytes) -> str:
-    """Return a status; SCIP 1.1 sends one character without a sum."""
-    return (line if len(line) == 1 else scip.strip_sum(line)).decode('ascii', 'replace')
-
-
-def _status_or_none(line: bytes) -> str:
-    try:
-        return _status(line)
-    except ScipError:
-        return ''
-
-
-def _timer(line: bytes) -> int:
-    values = scip.decode(scip.strip_sum(line), 4)
-    if len(values) != 1:
-        raise ScipError(f'{line!r} is no time')
-    return int(values[0])
-
-
-def _message_length(window: ScanWindow) -> int:
-    """Return the bytes of one scan message: echo, status, time, data, empty line."""
-    data = 3 * window.count
-    lines = -(-data // scip.BLOCK)
-    return 16 + 4 + 6 + data + 2 * lines + 1
-
-
-def _refused(command: str, status: str) -> DeviceError:
-    meaning = status_of.meaning(command, status)
-    return DeviceError(f"the lidar answered '{command}' with status {status}: {meaning}")

@@ -9,7 +9,8 @@ from lidar_rig import before, FULL, Rig, START_NS
 from nodlidar_common.errors import DeviceError, PortError, StoppedError
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import ScanWindow
-from nodlidar_driver.scip_client import ScipClient, STOP
+from nodlidar_driver.scip_answer import STOP
+from nodlidar_driver.scip_client import ScipClient
 from nodlidar_sim.faults import FaultyDevice
 from nodlidar_sim.virtual_port import VirtualPort
 import numpy as np

@@ -1,0 +1,50 @@
+"""What the parts of a SCIP 2.0 answer say."""
+
+import re
+
+from nodlidar_common import scip
+from nodlidar_common.errors import DeviceError
+from nodlidar_common.guard import StopRequest
+from nodlidar_common.scip import ScipError
+from nodlidar_driver import scip_status as status_of
+from nodlidar_driver.scan import ScanWindow
+
+# The first line feed ends what is left of a broken command. 0E is the answer in time mode, with
+# the laser off.
+STOP = StopRequest('lidar', b'\nQT\n', rb'(?<![^\n])QT\n(00P|0Ee)\n\n')
+_QUIT_ANSWER = re.compile(rb'(?<![^\n])QT\n([^\n]+)$')
+
+
+def status_in(line: bytes) -> str:
+    """Return a status; SCIP 1.1 sends one character without a sum. ScipError if that is wrong."""
+    return (line if len(line) == 1 else scip.strip_sum(line)).decode('ascii', 'replace')
+
+
+def quit_status(message: bytes) -> str:
+    """Return the status of the answer to QT with which a message ends; empty if it does not."""
+    answer = _QUIT_ANSWER.search(message)
+    try:
+        return status_in(answer[1]) if answer else ''
+    except ScipError:
+        return ''
+
+
+def timer(line: bytes) -> int:
+    """Return a time [ms, 24 bits]; ScipError if there is none."""
+    values = scip.decode(scip.strip_sum(line), 4)
+    if len(values) != 1:
+        raise ScipError(f'{line!r} is no time')
+    return int(values[0])
+
+
+def message_length(window: ScanWindow) -> int:
+    """Return the bytes of one scan message: echo, status, time, data, empty line."""
+    data = 3 * window.count
+    lines = -(-data // scip.BLOCK)
+    return 16 + 4 + 6 + data + 2 * lines + 1
+
+
+def refused(command: str, status: str) -> DeviceError:
+    """Return the error of a command that was answered with a status."""
+    meaning = status_of.meaning(command, status)
+    return DeviceError(f"the lidar answered '{command}' with status {status}: {meaning}")
