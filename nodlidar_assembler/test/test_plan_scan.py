@@ -1,12 +1,17 @@
 """The command plan_scan: what it prints, against enumeration; its errors and its pictures."""
 
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import fields
+import io
 import json
 import math
 import re
 
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from nodlidar_assembler.plan_scan import command, planning, progress
-from nodlidar_assembler.plan_scan.options import objective_of
+from nodlidar_assembler.plan_scan.options import objective_of, parse, Request
 from nodlidar_assembler.plan_scan.pictures import (
     Candidates,
     draw_completion,
@@ -19,6 +24,7 @@ from nodlidar_assembler.planner.objective import Objective
 from nodlidar_assembler.planner.pattern import Pattern
 from nodlidar_assembler.planner.plan import evaluate
 from nodlidar_assembler.planner.task import AZIMUTH_OF_STEP_0, Task
+from nodlidar_common import command_line
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.motion import triangle_motion
@@ -469,4 +475,27 @@ def test_a_progress_bar_appears_on_stderr_when_it_takes_long(capsys, monkeypatch
     assert list(progress.progress(range(5))) == [0, 1, 2, 3, 4]
     out, err = capsys.readouterr()
     assert out == ''
-    assert 'looking at N_s' in err
+    assert 'looking at nods' in err
+
+
+OPTION = st.tuples(
+    st.sampled_from(
+        [f.name.replace('_', '-') for of in (Task, Request) for f in fields(of)] + ['object', 'x']
+    ),
+    st.one_of(
+        st.floats().map(repr),
+        st.integers(-(10**30), 10**30).map(str),
+        st.sampled_from(['', 'x', 'hole=1,hole_after=1e-9', 'a.png', '/proc/a.png', '\n', '٣']),
+        st.none(),
+    ),
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(OPTION, max_size=4))
+def test_any_command_line_is_a_request_or_a_line_with_status_2(options):
+    argv = [f'--{name}' if value is None else f'--{name}={value}' for name, value in options]
+    err = io.StringIO()
+    with redirect_stderr(err), redirect_stdout(io.StringIO()):
+        status = command_line.run('plan_scan', lambda: parse(argv) and None)
+    assert (status, err.getvalue().count('\n')) in [(0, 0), (2, 1)]

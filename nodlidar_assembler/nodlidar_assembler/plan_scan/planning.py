@@ -66,7 +66,7 @@ def find(task: Task, request: Request) -> Answer:
     start, error = request.start_pitch, request.timing_error
     if request.samples_per_sweep is not None:
         n_s = request.samples_per_sweep
-        plan = evaluate(task, n_s, start, error, objective.hole_after)
+        plan = evaluate(task, n_s, start, error, objective.hole_after, progress=progress)
         return Answer(task, objective, [plan])
     samples = samples_in_band(task, request.speed_min, request.speed_max)
     count = request.top or (1 if request.json else 10)
@@ -74,7 +74,8 @@ def find(task: Task, request: Request) -> Answer:
     if error == 0.0:
         return Answer(task, objective, best)
     n_s = plans(task, samples, objective, start, 0.0, 1, progress)[0].samples_per_sweep
-    nominal = evaluate(task, n_s, start, error, objective.hole_after, int(samples.min()))
+    fewest = int(samples.min())
+    nominal = evaluate(task, n_s, start, error, objective.hole_after, fewest, progress)
     return Answer(task, objective, best, nominal)
 
 
@@ -92,6 +93,7 @@ def _on_the_front(task: Task, request: Request) -> Answer:
         request.timing_error,
         corner.time,
         fewest_samples=int(samples.min()),
+        progress=progress,
     )
     return Answer(task, objective, [plan], front=front.around(corner))
 

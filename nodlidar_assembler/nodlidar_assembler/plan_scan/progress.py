@@ -21,7 +21,7 @@ def progress(items: Iterable[T]) -> Iterator[T]:
     console = Console(stderr=True)
     redraws = console.is_terminal and not console.is_dumb_terminal
     bar = Progress(console=console, transient=True, disable=not redraws)
-    work = bar.add_task('looking at N_s', total=length_hint(items) or None)
+    work = bar.add_task('looking at nods', total=length_hint(items) or None)
     began, shown = time.monotonic(), False
     try:
         for item in items:

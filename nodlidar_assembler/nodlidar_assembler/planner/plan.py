@@ -1,5 +1,6 @@
 """A nod and all that it gives."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from nodlidar_assembler.planner.coverage import Coverage, Figures
@@ -9,6 +10,8 @@ from nodlidar_assembler.planner.objective import HOLE_AFTER
 from nodlidar_assembler.planner.start import pattern_from
 from nodlidar_assembler.planner.task import Task
 from nodlidar_assembler.planner.timing_error import hole_under_error, under_error, UnderError
+
+Progress = Callable[[Iterable[int]], Iterable[int]]
 
 # The runs that are reported: others than those to choose by, where the best was lucky, too.
 REPORTED_RUNS = range(1000, 1100)
@@ -58,17 +61,19 @@ def evaluate(
     timing_error: float = 0.0,
     hole_after: float = HOLE_AFTER,
     fewest_samples: int | None = None,
+    progress: Progress = iter,
 ) -> Plan:
     """Return what a nod gives; the lower bound is for nods of the fewest samples, or as fast.
 
-    See `plans` for the parameters.
+    See `plans` for the parameters; progress wraps the seeds of the runs with a timing error.
     """
     pattern = pattern_from(task, samples_per_sweep, start_pitch)
     figures = Coverage(task, pattern).figures()
     completion = hole = None
     if timing_error > 0.0:
-        completion = under_error(task, pattern, timing_error, REPORTED_RUNS)
-        hole = hole_under_error(task, pattern, hole_after, timing_error, HOLE_RUNS)
+        completion = under_error(task, pattern, timing_error, progress(REPORTED_RUNS))
+        runs = progress(HOLE_RUNS)
+        hole = hole_under_error(task, pattern, hole_after, timing_error, runs)
     return Plan(
         samples_per_sweep=samples_per_sweep,
         phase=pattern.phase,

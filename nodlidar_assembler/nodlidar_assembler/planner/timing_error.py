@@ -1,6 +1,6 @@
 """Completion and holes when the servo does not turn on time: runs of a nod with late turns."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import math
 
@@ -37,7 +37,9 @@ class UnderError:
     p90: float
 
 
-def under_error(task: Task, pattern: Pattern, error: float, seeds: range) -> UnderError:
+def under_error(
+    task: Task, pattern: Pattern, error: float, seeds: Iterable[int]
+) -> UnderError:
     """Return what the completion times of runs are, one for each seed."""
     n_s, phase = pattern.samples_per_sweep, pattern.phase
     times = [completion_run(task, n_s, phase, error, seed) for seed in seeds]
@@ -45,7 +47,7 @@ def under_error(task: Task, pattern: Pattern, error: float, seeds: range) -> Und
 
 
 def hole_under_error(
-    task: Task, pattern: Pattern, duration: float, error: float, seeds: range
+    task: Task, pattern: Pattern, duration: float, error: float, seeds: Iterable[int]
 ) -> UnderError:
     """Return what the largest holes of runs are after a time [s], one for each seed."""
     holes = [
