@@ -26,6 +26,7 @@ from nodlidar_bringup.recorder import Recorder
 from nodlidar_bringup.report import print_report
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.whole_file import named
 from nodlidar_sim.scene import load_scene, Scene
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.world import World
@@ -133,8 +134,10 @@ def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console)
     ------
     DemoError
         If no cloud comes, or the sensor ends before the time [s] is over.
+    OSError
+        If the bag cannot be written.
     """
-    with ExitStack() as stack:
+    with named(bag), ExitStack() as stack:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         stack.callback(rclpy.try_shutdown)
         recorder = Recorder(bag)

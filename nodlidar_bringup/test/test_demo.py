@@ -1,11 +1,15 @@
 """The demo: what it launches for which scene, and its table of distances."""
 
+import errno
 import io
 
+from nodlidar_bringup import demonstration
+from nodlidar_bringup.demo import main
 from nodlidar_bringup.demonstration import launch_arguments
 from nodlidar_bringup.report import rms_table
 from nodlidar_sim.scene import load_scene
 import pytest
+import rclpy
 from rich.console import Console
 
 
@@ -38,3 +42,41 @@ def rows(table):
     printed = io.StringIO()
     Console(file=printed, width=120).print(table)
     return [line.replace('│', ' ').split() for line in printed.getvalue().splitlines()]
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'status', 'said'),
+    [
+        (['--duration', 'nan'], 2, "'--duration' must be above 0 and at most 3600 s, but is nan"),
+        (['--duration', '0'], 2, 'but is 0.0'),
+        (['--scene', 'moon'], 2, "'scene' must be one of corner"),
+        (['--durat', '3'], 2, '--durat'),
+        (['--output', '/dev/null/results'], 1, "Not a directory: '/dev/null/results'"),
+    ],
+)
+def test_what_cannot_be_is_a_line_before_anything_is_started(capsys, arguments, status, said):
+    assert main(arguments) == status
+    error = capsys.readouterr().err
+    assert error.startswith('demo: error: ')
+    assert said in error
+    assert error.count('\n') == 1
+
+
+def test_a_full_disk_is_told_with_the_name_of_the_bag(tmp_path, monkeypatch):
+    def full(bag):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    monkeypatch.setattr(demonstration, 'Recorder', full)
+    with pytest.raises(OSError, match='No space left') as caught:
+        demonstration.record(tmp_path / 'bag', 1.0, None, Console())
+    assert caught.value.filename == str(tmp_path / 'bag')
+    assert not rclpy.ok()
+
+
+@pytest.mark.parametrize(('term', 'redrawn'), [('xterm', True), ('dumb', False)])
+def test_progress_is_shown_where_a_line_can_be_redrawn(monkeypatch, term, redrawn):
+    monkeypatch.setenv('TERM', term)
+    shown = io.StringIO()
+    with demonstration._progress(Console(file=shown, force_terminal=True)) as progress:
+        progress.add_task('waiting for the first cloud', total=1.0)
+    assert ('waiting' in shown.getvalue()) == redrawn

@@ -17,7 +17,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         Naming the path, if the disk is full, or it cannot be written for another reason.
     """
     part = path.with_name(f'.{path.stem}.part{path.suffix}')
-    try:
+    with named(path):
         try:
             yield part
             part.replace(path)
@@ -25,6 +25,13 @@ def whole_file(path: Path) -> Iterator[Path]:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
             raise
+
+
+@contextmanager
+def named(path: Path) -> Iterator[None]:
+    """Give an OSError raised inside the name of the file or folder that is written."""
+    try:
+        yield
     except OSError as error:
         if error.strerror is None:
             raise

@@ -4,6 +4,8 @@ from importlib import resources
 import math
 from pathlib import Path
 
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.yaml_file import YamlError
@@ -12,7 +14,9 @@ from nodlidar_sim.effects import Effects
 from nodlidar_sim.route import Leg
 from nodlidar_sim.scene import load_scene, parse_scene, route_names, scene_names
 from nodlidar_sim.section import SceneError
+from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world import World
 import numpy as np
 import pytest
 import yaml
@@ -300,3 +304,39 @@ def test_every_effect_and_scene_is_in_the_readme():
     readme = (Path(__file__).parents[1] / 'README.md').read_text(encoding='utf-8')
     for name in [*(field.name for field in fields(Effects)), *scene_names(), *route_names()]:
         assert f'`{name}`' in readme
+
+
+WEIRD = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.floats(),
+    st.integers(-(10**400), 10**400),
+    st.sampled_from(['', 'x', [], {}, [1e300] * 3, [1000.0] * 6, [1e-6] * 3, 1000.0, 86_400.0]),
+)
+
+
+def places(content):
+    """Return every place in a YAML file's content, as a container and a key in it."""
+    keys = content if isinstance(content, dict) else range(len(content))
+    found = [(content, key) for key in keys]
+    inner = [content[key] for key in keys if isinstance(content[key], (dict, list))]
+    return found + [place for each in inner for place in places(each)]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.sampled_from(scene_names()), st.lists(st.tuples(st.integers(0), WEIRD), max_size=2))
+def test_any_value_in_a_scene_is_one_of_a_world_or_a_typed_error(name, changes):
+    file = resources.files('nodlidar_sim') / 'scenes' / f'{name}.yaml'
+    content = yaml.safe_load(file.read_text())
+    for where, value in changes:
+        found = places(content)
+        at, key = found[where % len(found)]
+        at[key] = value
+    try:
+        scene = parse_scene(yaml.safe_dump(content), name)
+    except ParameterError:
+        return
+    world = World(scene, ServoMotion(), None, 0)
+    with np.errstate(all='raise', under='ignore'):
+        ranges = world.ranges(np.array([0, S, 10**15]), np.array([-1.0, 0.0, 1.0]))
+    assert (ranges > 0.0).all()
