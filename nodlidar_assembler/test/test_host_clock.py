@@ -4,6 +4,7 @@ from log_messages import scan_message, state_message
 from message_fuzz import fed
 from node_bench import SCAN_NS, sensor_log, simulated
 from nodlidar_assembler import host_clock
+from nodlidar_common.host_time import HostTime
 from nodlidar_common.messages import nod_from_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_sim.scene import load_scene
@@ -50,7 +51,9 @@ def run(log, monkeypatch):
         monkeypatch.setattr(host_clock, 'steady_ns', lambda: clock.now_ns)
         with fed(*parameters) as running:
             node = running.node
-            node._clock_watch._clock = clock
+            watch = node._clock_watch
+            watch._clock = clock
+            watch._time = HostTime(watch.now_ns, lambda: clock.now_ns)
             node._nod._node = clock_of(node, clock)
             node._clouds.publish = lambda cloud: clouds.append((clock.now_ns, cloud))
             node._nod._commands.publish = lambda told: commands.append((clock.now_ns, told))

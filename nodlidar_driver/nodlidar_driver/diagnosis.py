@@ -4,7 +4,7 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 import math
 
-from nodlidar_driver.host_time import HostTime
+from nodlidar_common.host_time import HostTime
 from nodlidar_driver.lidar import Lidar, Scan
 from nodlidar_driver.scan import ScanWindow
 from nodlidar_driver.scan_account import MISSED, ScanAccount, SETTLING

@@ -7,13 +7,13 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_common.device_node import DeviceNode
 from nodlidar_common.errors import DeviceError
+from nodlidar_common.host_time import HostTime
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import run
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_common.steady import steady_ns
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.diagnosis import Diagnosis
-from nodlidar_driver.host_time import HostTime
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.messages import arrival_message, fill_scan, scan_template
 from nodlidar_driver.scip_answer import STOP
@@ -72,7 +72,8 @@ class Driver(DeviceNode):
         """Publish one scan."""
         assert self._lidar is not None
         scan = self._lidar.read()
-        ahead_ns = self._host_time.ahead_ns()
+        self._host_time.look()
+        ahead_ns = self._host_time.ahead_ns
         stamp_ns = scan.stamp_ns + ahead_ns + round(self.config.stamp_offset * NS_PER_S)
         fill_scan(self._message, self._window, stamp_ns, scan.rotation, scan.ranges)
         self._scans.publish(self._message)

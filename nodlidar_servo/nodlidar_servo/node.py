@@ -7,6 +7,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_common.device_node import DeviceNode
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.host_time import HostTime
 from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.node import run
@@ -17,7 +18,6 @@ from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
 from nodlidar_servo.following import Following
-from nodlidar_servo.host_time import HostTime
 from nodlidar_servo.latency import reduce_latency
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.nod_status import status_message
@@ -108,7 +108,7 @@ class ServoNode(DeviceNode):
 
     def cycle(self) -> None:
         """Measure and steer once, and publish what was measured."""
-        if step_ns := self._host_time.follow():
+        if step_ns := self._host_time.look():
             self.get_logger().warning(f"the host's clock was set by {step_ns / NS_PER_S:.3f} s")
         sample = self._loop.cycle()
         if sample is not None:
