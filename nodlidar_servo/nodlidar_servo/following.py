@@ -14,8 +14,10 @@ _LONGEST = 10.0  # s; a servo that was told nothing for so long is at its goal
 _DELAY = 0.02  # s, by which a servo may be late: an adapter, a host
 _SHARE = 1.0 / 6.0  # of the span: a servo that is blocked in mid-span is beyond it mostly
 _LEAST = 0.016  # rad, three ticks
-_NARROWER = 0.8
-_WITHIN = 0.2  # s, within the limit after which a servo follows; less is passing by
+_FADING = 0.98  # of the highest speed by each cycle, since what it led to takes time
+_OTHER_SPEED = 0.1  # share by which the speed of another nod differs; less is tuning
+_GIVING = 0.1  # of its speed, by which the model comes back to the servo: errors do not add up
+_WITHIN = 0.25  # s, within the limit after which a servo follows; less is passing by
 _STANDING = 0.05  # s
 
 
@@ -45,6 +47,11 @@ class ModelMotor:
         while remaining > 0.0:
             self._step(min(remaining, _STEP))
             remaining -= _STEP
+
+    def give_way(self, pitch: float, duration: float) -> None:
+        """Come nearer to a pitch [rad] in so much time [s]."""
+        most = _GIVING * abs(self.velocity) * duration
+        self.pitch += min(max(pitch - self.pitch, -most), most)
 
     def _step(self, duration: float) -> None:
         way = self._goal - self.pitch
@@ -80,11 +87,14 @@ class Following:
         self.believed = True
         self._config = config
         self._model: ModelMotor | None = None
+        self._nod: NodTrajectory | None = None
+        self._fastest = 0.0
         self._allowed = math.inf
         self._off_since_ns: int | None = None
         self._last_off_ns = 0
         self._retry_ns = 0
         self._moved_ns, self._moved_to = 0, math.nan
+        self._measured_ns = 0
         self._range = math.inf, -math.inf
 
     def may_drive(self, now_ns: int) -> bool:
@@ -97,21 +107,19 @@ class Following:
 
     def drive(self, now_ns: int, drive: Drive, nod: NodTrajectory, sample: Measured) -> None:
         """Take note of what the servo is told at a steady time [ns], for which nod."""
-        allowed = self._allowed_for(nod)
         if self._model is None:
             self._last_off_ns, self._range = now_ns, (sample.pitch, sample.pitch)
-        # What adds up under a fast nod is too much for a slow one: that begins anew.
-        if self._model is None or allowed < _NARROWER * self._allowed:
+        # What adds up under one nod may be too much for another: that begins anew.
+        if self._model is None or self._nod is None or _is_another(nod, self._nod):
             self._model = ModelMotor(
                 self._config.acceleration, now_ns, sample.pitch, sample.velocity
             )
-        self._allowed = allowed
+            self._nod = nod
+        self._fastest = max(drive.speed, _FADING * self._fastest, nod.speed)
+        limit = max(min(self._config.following_error, _SHARE * nod.span), _LEAST)
+        self._allowed = limit + _DELAY * self._fastest
         self._model.advance(now_ns)
         self._model.tell(drive)
-
-    def _allowed_for(self, nod: NodTrajectory) -> float:
-        limit = max(min(self._config.following_error, _SHARE * nod.span), _LEAST)
-        return limit + _DELAY * nod.speed
 
     def measured(self, now_ns: int, pitch: float) -> None:
         """Compare a pitch [rad] that was measured at a steady time [ns] with the model."""
@@ -123,6 +131,8 @@ class Following:
         if self._model is None:
             return
         self._model.advance(now_ns)
+        self._model.give_way(pitch, min((now_ns - self._measured_ns) / NS_PER_S, _WITHIN))
+        self._measured_ns = now_ns
         self._range = min(self._range[0], pitch), max(self._range[1], pitch)
         error = self._model.pitch - pitch
         if abs(error) > self._allowed:
@@ -147,3 +157,8 @@ class Following:
             )
             self._retry_ns = now_ns + round(RETRY * NS_PER_S)
             self.rest()
+
+
+def _is_another(nod: NodTrajectory, former: NodTrajectory) -> bool:
+    limits = max(abs(nod.pitch_min - former.pitch_min), abs(nod.pitch_max - former.pitch_max))
+    return limits > _LEAST or abs(nod.speed - former.speed) > _OTHER_SPEED * former.speed
