@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 import re
 
@@ -173,6 +173,19 @@ class Judge:
             if np.count_nonzero(_within(after, (start_ns, start_ns + WINDOW_NS))) >= enough:
                 return float(start_ns - episode.mended_ns) / 1e9
         return math.inf
+
+    def unaccounted(self, episodes: Sequence[Episode]) -> int:
+        """Return of how many scans nobody told from the first fault to the last one of a launch.
+
+        What is lost at the end of a fault may be told of after it, which does not matter here.
+        """
+        launches: list[list[Episode]] = []
+        for episode in episodes:
+            if episode.relaunched or not launches:
+                launches.append([])
+            launches[-1].append(episode)
+        wholes = [replace(each[0], until_ns=each[-1].until_ns) for each in launches]
+        return sum(self._accounted(whole)[1] for whole in wholes)
 
     def _accounted(self, episode: Episode) -> tuple[int, int]:
         """Return how many scans that were sent made no cloud, and of how many nobody told."""

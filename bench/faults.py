@@ -76,10 +76,11 @@ def results(
     for episode, judgement in judged:
         kinds.setdefault(episode.kind, []).append(judgement)
     healthy = kinds.pop(NONE)
+    every = row(ALL, [replace(j, text='') for each in kinds.values() for j in each])
     return [
         row(NONE, healthy),
         *(row(name, kinds[name]) for name in sorted(kinds)),
-        row(ALL, [replace(j, text='') for each in kinds.values() for j in each]),
+        every | {'unaccounted': judge.unaccounted(episodes)},
         *load_rows(rig.loads),
     ]
 

@@ -6,7 +6,13 @@ from bench.report import markdown, recorded, RESULTS
 
 PAGES = tuple(
     RESULTS.parent.parent / page
-    for page in ('README.md', 'docs/tradeoffs.md', 'docs/nod_schedules.md', 'docs/publication.md')
+    for page in (
+        'README.md',
+        'docs/faults.md',
+        'docs/tradeoffs.md',
+        'docs/nod_schedules.md',
+        'docs/publication.md',
+    )
 )
 _MARKED = re.compile(
     r'(<!-- bench: (\w+)(?: where (.*?) = (.*?))?(?:: (.*?))? -->\n).*?(<!-- end -->)', re.DOTALL
@@ -17,8 +23,13 @@ def filled(text: str) -> str:
     """Return a page with the recorded rows between its marks.
 
     The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``. With ``NAME: one; two``
-    the table has these columns alone, with ``NAME where COLUMN = this | that``, also before the
-    colon, these rows.
+    the table has these columns alone, and the rows that have them all; with ``NAME where COLUMN =
+    this | that``, also before the colon, these rows.
+
+    Raises
+    ------
+    KeyError
+        If no row has the columns.
     """
     return _MARKED.sub(_table, text)
 
@@ -29,7 +40,10 @@ def _table(mark: re.Match[str]) -> str:
     if by is not None:
         rows = [row for row in rows if str(row[by]) in values.split(' | ')]
     if columns is not None:
-        rows = [{column: row[column] for column in columns.split('; ')} for row in rows]
+        names = columns.split('; ')
+        rows = [{name: row[name] for name in names} for row in rows if row.keys() >= set(names)]
+        if not rows:
+            raise KeyError(columns)
     return f'{begin}{markdown(rows)}\n{end}'
 
 

@@ -12,7 +12,7 @@ from nodlidar_driver.scan_account import MISSED, ScanAccount, SETTLING
 _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
 _RATE_SCANS = 10  # expected in the time that the rate is taken over: one more or less is no news
 _DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave what the estimate can follow
-_LATE_WARNING = 0.1  # s; a scan that is late by a rotation waited for the host or in the line
+_LATE_WARNING = 0.02  # s; a scan that is later waited for the host or in the line
 _SILENCE, _SILENCE_PERIODS = 0.5, 2.5  # s and scans, whichever is longer, without any
 _CLOCK_STEPS = 'Host clock steps'
 
@@ -49,7 +49,7 @@ class Diagnosis:
         self._host_time = host_time
         self._lidar: Lidar | None = None
         self._latency = math.nan
-        self._late = 0.0
+        self._late, self._late_scans = 0.0, 0
         self._heard_ns = 0
         self._last: Counter[str] = self._counts()
         self._reports: deque[tuple[int, int]] = deque()  # time [ns] and scans published by then
@@ -66,13 +66,14 @@ class Diagnosis:
     def published(self, scan: Scan) -> None:
         """Take note of a scan."""
         self._late = max(self._late, scan.late)
+        self._late_scans += scan.late > _LATE_WARNING
         self._latency = (scan.arrival_ns - scan.stamp_ns) * 1e-9
         self._heard_ns = scan.arrival_ns
 
     def urgent(self, now_ns: int) -> tuple[object, ...]:
         """Return what is to be reported at once when it is another at a time [ns]."""
         lost = self.account.lost.total() - self.account.lost[SETTLING]
-        return self._silence(now_ns) > 0.0, lost, self._host_time.steps
+        return self._silence(now_ns) > 0.0, lost, self._late_scans, self._host_time.steps
 
     def report(self, now_ns: int) -> Report:
         """Return how things are at a time [ns] by the clock of the scans' arrival."""
@@ -132,7 +133,7 @@ class Diagnosis:
         if stepped:
             warnings.append(f"the host's clock was set by {self._host_time.last_step_ns / 1e9} s")
         if late > _LATE_WARNING:
-            warnings.append(f'scans came up to {late:.1f} s late; their stamps are right')
+            warnings.append(f'scans came up to {late:.2g} s late; their stamps are right')
         return warnings
 
     def _warnings(self, lidar: Lidar, rate: float) -> list[str]:

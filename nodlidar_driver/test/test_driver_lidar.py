@@ -3,6 +3,7 @@
 from lidar_rig import FULL, Rig, room, START_NS
 from nodlidar_common.host_time import HostTime
 from nodlidar_driver.diagnosis import Diagnosis
+from nodlidar_driver.lidar import Scan
 from nodlidar_driver.scan import scan_window
 from nodlidar_sim.virtual_port import VirtualClock
 import numpy as np
@@ -147,6 +148,18 @@ def test_the_diagnosis_warns_of_late_scans():
     assert diagnosis.report(rig.clock()).warnings == [late]
     assert diagnosis.report(rig.clock()).warnings == []
     assert rig.account.lost.total() == 0
+
+
+def test_a_late_scan_is_told_of_at_once():
+    rig = Rig()
+    diagnosis = Diagnosis(FULL, HostTime(rig.clock, rig.clock))
+    before = diagnosis.urgent(rig.clock())
+    for late, is_urgent in ((0.004, False), (0.03, True)):
+        diagnosis.published(Scan(0, 0.1, np.zeros(1, np.float32), 0, late))
+        assert (diagnosis.urgent(rig.clock()) != before) == is_urgent
+    assert diagnosis.report(rig.clock()).warnings[0] == (
+        'scans came up to 0.03 s late; their stamps are right'
+    )
 
 
 def test_the_diagnosis_warns_of_a_clock_that_was_set():

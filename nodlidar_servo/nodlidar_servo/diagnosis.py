@@ -3,15 +3,15 @@
 from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.recent import Recent
-from nodlidar_servo.replies import PositionError, status_names
+from nodlidar_servo.replies import LateReplyError, status_names
 from nodlidar_servo.servo import Sample, Servo
 from nodlidar_servo.servo_loop import LoopFigures
 
 LOW_RATE = 0.9
 """Below this share of the rate that is asked for, joint states come too seldom."""
 
-MANY_FAILURES = 0.01
-"""Above this share of the replies, failures are a fault of the bus or the host."""
+MANY_LATE = 0.01
+"""Above this share of late replies the host is too busy; any other failure is one of the bus."""
 
 
 class Diagnosis:
@@ -84,9 +84,10 @@ class Diagnosis:
     def urgent(self, now_ns: int) -> object:
         """Return what is told at once when it changes, at a time [ns] of the steady clock."""
         alarms = (self._servo.shut_down, self.sample.status) if self._servo and self.sample else ()
-        impossible = self._figures.failures[PositionError.reason] > 0
+        failures = self._figures.failures
+        failed = failures.total() - failures[LateReplyError.reason]
         commanded = self._commands.tracker(now_ns) is not None
-        return self._following.fault, alarms, impossible, commanded
+        return self._following.fault, alarms, failed, commanded
 
     def _counted(self, now_ns: int) -> dict[str, str]:
         counted = self._figures
@@ -130,10 +131,8 @@ class Diagnosis:
         failures = recent.failures
         asked = recent.samples + failures.total()
         for reason, count in failures.items():
-            if count > MANY_FAILURES * asked:
+            if count > (MANY_LATE * asked if reason == LateReplyError.reason else 0):
                 warnings.append(f'{count / asked:.1%} of the replies failed: {reason}')
-        if failures[PositionError.reason]:
-            warnings.append(f'{failures[PositionError.reason]} impossible positions were refused')
         return warnings
 
     def _command_warnings(self, servo: Servo | None, now_ns: int) -> list[str]:

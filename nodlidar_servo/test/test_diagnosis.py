@@ -72,6 +72,23 @@ def test_failures_are_counted_by_reason(diagnosis, figures):
 
 
 @pytest.mark.parametrize(
+    ('reason', 'count', 'is_told'),
+    [('late reply', 1, False), ('late reply', 3, True), ('corrupt reply', 1, True)],
+)
+def test_any_failure_of_the_bus_and_many_late_replies_are_a_warning(
+    diagnosis, figures, commands, reason, count, is_told
+):
+    diagnosis.report(SECOND // 2)
+    before = diagnosis.urgent(SECOND // 2)
+    commands.accept(NOD, SECOND)
+    figures.samples += 150
+    figures.failures[reason] += count
+    assert (diagnosis.urgent(2 * SECOND) != before) == (reason != 'late reply')
+    warnings = diagnosis.report(2 * SECOND)[1]
+    assert warnings == [f'{count / (150 + count):.1%} of the replies failed: {reason}'] * is_told
+
+
+@pytest.mark.parametrize(
     ('measured', 'words'),
     [
         (sample(voltage=5.9), 'supply is 5.9 V, outside 6.0 to 19.0 V'),
