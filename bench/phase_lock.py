@@ -144,10 +144,10 @@ class Tied:
         self._rng = np.random.default_rng(seed)
         self._revolution = 0
 
-    def cycle(self) -> Sample | None:
+    def cycle(self) -> list[Sample]:
         """Do one cycle of the servo, after the scan and the command that are due.
 
-        Return what it measured, None if that failed.
+        Return what it measured.
         """
         due_ns = START_NS + round(self._revolution * 1024 * TRUE_BEAM_NS)
         if self._rig.clock() >= due_ns:

@@ -153,8 +153,7 @@ class NoddingSensor:
             beams = scan * SENSOR.steps + np.arange(SENSOR.first_step, SENSOR.last_step + 1)
             beams_ns = START_NS + np.rint(beams * TRUE_BEAM_NS).astype(np.int64)
             while self._rig.clock() < beams_ns[-1] + BRACKET * NS_PER_S:
-                sample = self._tied.cycle()
-                if sample is not None:
+                for sample in self._tied.cycle():
                     self._samples.append((sample.stamp_ns, sample.pitch))
             x = float(self._world.base.poses(beams_ns[:1])[0, 0])
             yield self._rig.clock(), x, self._assembled(beams_ns, x)

@@ -19,6 +19,7 @@ _OTHER_SPEED = 0.1  # share by which the speed of another nod differs; less is t
 _GIVING = 0.1  # of its speed, by which the model comes back to the servo: errors do not add up
 _WITHIN = 0.25  # s, within the limit after which a servo follows; less is passing by
 _STANDING = 0.05  # s
+_DOUBTED = 0.02  # rad; a servo that stands still while the model goes so far is not believed
 
 
 class ModelMotor:
@@ -94,6 +95,7 @@ class Following:
         self._last_off_ns = 0
         self._retry_ns = 0
         self._moved_ns, self._moved_to = 0, math.nan
+        self._model_then = math.nan  # its pitch when the servo moved last
         self._measured_ns = 0
         self._range = math.inf, -math.inf
 
@@ -115,6 +117,7 @@ class Following:
                 self._config.acceleration, now_ns, sample.pitch, sample.velocity
             )
             self._nod = nod
+            self._model_then = sample.pitch
         self._fastest = max(drive.speed, _FADING * self._fastest, nod.speed)
         limit = max(min(self._config.following_error, _SHARE * nod.span), _LEAST)
         self._allowed = limit + _DELAY * self._fastest
@@ -123,16 +126,22 @@ class Following:
 
     def measured(self, now_ns: int, pitch: float) -> None:
         """Compare a pitch [rad] that was measured at a steady time [ns] with the model."""
-        if abs(pitch - self._moved_to) < _LEAST / 2.0:
-            moved = False
-        else:
-            self._moved_ns, self._moved_to, moved = now_ns, pitch, True
-        self.believed = self.believed or moved
-        if self._model is None:
-            return
-        self._model.advance(now_ns)
-        self._model.give_way(pitch, min((now_ns - self._measured_ns) / NS_PER_S, _WITHIN))
+        model_pitch = math.nan
+        if self._model is not None:
+            self._model.advance(now_ns)
+            self._model.give_way(pitch, min((now_ns - self._measured_ns) / NS_PER_S, _WITHIN))
+            model_pitch = self._model.pitch
         self._measured_ns = now_ns
+        if not abs(pitch - self._moved_to) < _LEAST / 2.0:
+            self._moved_ns, self._moved_to, self._model_then = now_ns, pitch, model_pitch
+            self.believed = True
+        elif abs(model_pitch - self._model_then) > _DOUBTED:
+            self.believed = False
+        if self._model is not None:
+            self._compare(now_ns, pitch)
+
+    def _compare(self, now_ns: int, pitch: float) -> None:
+        assert self._model is not None
         self._range = min(self._range[0], pitch), max(self._range[1], pitch)
         error = self._model.pitch - pitch
         if abs(error) > self._allowed:
@@ -147,8 +156,6 @@ class Following:
             self._off_since_ns = now_ns
         self._last_off_ns = now_ns
         stands = now_ns - self._moved_ns > _STANDING * NS_PER_S
-        if stands:
-            self.believed = False
         if now_ns - self._off_since_ns > self._config.following_error_time * NS_PER_S:
             how = 'stands still' if stands else 'moves otherwise'
             self.fault = self.fault or (

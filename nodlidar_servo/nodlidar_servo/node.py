@@ -110,8 +110,7 @@ class ServoNode(DeviceNode):
         """Measure and steer once, and publish what was measured."""
         if step_ns := self._host_time.look():
             self.get_logger().warning(f"the host's clock was set by {step_ns / NS_PER_S:.3f} s")
-        sample = self._loop.cycle()
-        if sample is not None:
+        for sample in self._loop.cycle():
             self._diagnosis.sample = sample
             self._publish(sample)
         if self._following.fault != self._fault_told:

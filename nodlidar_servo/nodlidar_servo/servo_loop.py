@@ -5,9 +5,12 @@ from collections.abc import Callable
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.following import Following
+from nodlidar_servo.held_samples import HeldSamples
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import LateReplyError, ReplyError
 from nodlidar_servo.servo import Sample, Servo
+
+_DOUBT = 0.05  # s; or two cycles, for how long at most a sample is in doubt
 
 LOST_AFTER = 0.5
 """A servo that has not been measured for this time [s], nor in FEWEST_FAILURES, is lost."""
@@ -49,6 +52,10 @@ class LoopFigures:
         self.missed_cycles = 0
         self.withheld = 0
 
+    def withhold(self, samples: int) -> None:
+        """Count samples that were not believed."""
+        self.withheld += samples
+
 
 class ServoLoop:
     """Measures at a fixed rate and keeps the servo on the commanded nod.
@@ -88,6 +95,8 @@ class ServoLoop:
         self._following = following
         self._figures = figures
         self._schedule = Schedule(rate)
+        doubt_ns = max(round(_DOUBT * NS_PER_S), 2 * self._schedule.period_ns)
+        self._held = HeldSamples(doubt_ns, figures.withhold)
         self._clock = clock
         self._sleep = sleep
         self._steady = steady or clock
@@ -95,13 +104,14 @@ class ServoLoop:
         self._measured_ns = 0
         self._heard()
 
-    def cycle(self) -> Sample | None:
+    def cycle(self) -> list[Sample]:
         """Wait for the next cycle, measure and steer.
 
         Returns
         -------
-        Sample | None
-            What was measured; None if that failed or is not to be believed.
+        list of Sample
+            What is known since the last cycle, in the order of time: none if measuring failed, or
+            what was measured is not believed yet.
 
         Raises
         ------
@@ -114,12 +124,9 @@ class ServoLoop:
         self._wait_until(deadline_ns)
         measured = self._attempt(self._measure)
         self._attempt(self._steer)
-        if not measured:
-            return None
-        if not self._following.believed:
-            self._figures.withheld += 1
-            return None
-        return self._sample
+        if not measured or self._sample is None:
+            return []
+        return self._held.add(self._sample, self._following.believed)
 
     def _turn_before(self, deadline_ns: int) -> None:
         """Steer at the instant of a turn that comes before the next cycle."""

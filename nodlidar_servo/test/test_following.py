@@ -98,6 +98,20 @@ def test_a_servo_that_stands_still_is_named_within_a_second_and_loses_its_torque
     assert len(bench.run_for(1.0)) >= 99
 
 
+@pytest.mark.parametrize('nod', [NOD, FAST, SLOW])
+@pytest.mark.parametrize('after', np.linspace(0.0, 0.8, 9))
+def test_no_position_of_an_encoder_that_stands_still_is_published(nod, after):
+    bench = FaultyBench(nod)
+    bench.run_for(after * 2.0 * nod.sweep_duration)
+    freeze(bench)
+    samples = bench.run_for(2.0)
+    truth = bench.motion.position(np.array([sample.stamp_ns for sample in samples]))
+    errors = np.abs(np.array([sample.pitch for sample in samples]) - truth)
+    # Of a cycle: the one in which it came to stand still.
+    assert errors.max(initial=0.0) < max(0.035, 0.012 * nod.speed)
+    assert bench.figures.withheld > 50
+
+
 def test_a_torque_limit_that_was_reset_is_written_again():
     bench = FaultyBench()
     reset_torque_limit(bench)
