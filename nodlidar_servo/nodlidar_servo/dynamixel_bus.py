@@ -149,8 +149,12 @@ class DynamixelBus:
             The first register, and how many bytes are wanted.
         spare
             Up to so many more may be read. Each request after one without answer asks for another
-            length, so that a reply that comes late is not taken for that of a later request.
+            length, so that a reply that comes late is not taken for that of a later request. When
+            every length was asked for in vain nothing more is: the motor has to be connected anew.
         """
+        if spare and self._missed > spare:
+            self._port.drain()
+            raise NoAnswerError(f'{self._name} does not answer')
         size = length + self._turn % (spare + 1)
         packet = self._request(INST_READ, [address, size], size)
         status, data = packet[_STATUS], bytes(packet[_DATA:-1])

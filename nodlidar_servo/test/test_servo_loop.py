@@ -309,3 +309,18 @@ def test_whole_periods_that_have_passed_are_skipped_and_counted():
     schedule.advance(0)
     assert schedule.advance(35_000_000) == (30_000_000, 2)
     assert schedule.advance(36_000_000) == (40_000_000, 0)
+
+
+@pytest.mark.parametrize('delay_ms', range(20, 500, 20))
+def test_replies_that_all_come_late_are_never_those_of_later_requests(delay_ms):
+    bench = Bench(latency_timer=0.001)
+    bench.run(1.0)
+    bench.faults.delay_ns = delay_ms * 1_000_000
+    samples, end_ns = [], bench.clock() + 1_000_000_000
+    with contextlib.suppress(NoAnswerError):
+        while bench.clock() < end_ns:
+            bench.commands.accept(NOD, bench.clock())
+            samples += bench.loop.cycle()
+    truth = bench.motion.position(np.array([sample.stamp_ns for sample in samples]))
+    for sample, true in zip(samples, truth, strict=True):
+        assert sample.pitch == pytest.approx(true, abs=0.01)
