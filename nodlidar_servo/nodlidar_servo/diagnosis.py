@@ -10,7 +10,7 @@ from nodlidar_servo.servo_loop import LoopFigures
 LOW_RATE = 0.9
 """Below this share of the rate that is asked for, joint states come too seldom."""
 
-MANY_LATE = 0.01
+MANY_LATE = 0.1
 """Above this share of late replies the host is too busy; any other failure is one of the bus."""
 
 

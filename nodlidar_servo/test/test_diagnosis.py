@@ -73,7 +73,7 @@ def test_failures_are_counted_by_reason(diagnosis, figures):
 
 @pytest.mark.parametrize(
     ('reason', 'count', 'is_told'),
-    [('late reply', 1, False), ('late reply', 3, True), ('corrupt reply', 1, True)],
+    [('late reply', 10, False), ('late reply', 20, True), ('corrupt reply', 1, True)],
 )
 def test_any_failure_of_the_bus_and_many_late_replies_are_a_warning(
     diagnosis, figures, commands, reason, count, is_told
