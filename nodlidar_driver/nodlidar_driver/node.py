@@ -1,7 +1,6 @@
 """The lidar's lifecycle node: keeps it connected and publishes its scans."""
 
 import sys
-import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
@@ -31,7 +30,7 @@ class Driver(DeviceNode):
 
     def __init__(self) -> None:
         super().__init__('driver', DriverConfig)
-        self._host_time = HostTime(time.time_ns, steady_ns)
+        self._host_time = HostTime()
         self.configure()
         self._port: serial.Serial | None = None
         self._lidar: Lidar | None = None
