@@ -55,7 +55,7 @@ class Sample:
     voltage, temperature
         Supply [V] and motor [deg C].
     status
-        Status bits, see :func:`.dynamixel_bus.status_names`.
+        Status bits, see :func:`.replies.status_names`.
     """
 
     stamp_ns: int
