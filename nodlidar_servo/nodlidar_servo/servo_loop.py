@@ -105,7 +105,7 @@ class ServoLoop:
         self._heard()
 
     def cycle(self) -> list[Sample]:
-        """Wait for the next cycle, measure and steer.
+        """Wait for the next cycle, measure, once more if that fails early, and steer.
 
         Returns
         -------
@@ -123,10 +123,16 @@ class ServoLoop:
         self._turn_before(deadline_ns)
         self._wait_until(deadline_ns)
         measured = self._attempt(self._measure)
+        if not measured and self._may_repeat(deadline_ns):
+            measured = self._attempt(self._measure)
         self._attempt(self._steer)
         if not measured or self._sample is None:
             return []
         return self._held.add(self._sample, self._following.believed)
+
+    def _may_repeat(self, deadline_ns: int) -> bool:
+        """Tell if the first reply that failed, or a late one, may be asked for again."""
+        return self._failures <= 1 and self._steady() - deadline_ns < self._schedule.period_ns
 
     def _turn_before(self, deadline_ns: int) -> None:
         """Steer at the instant of a turn that comes before the next cycle."""

@@ -9,7 +9,7 @@ from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.following import Following
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.replies import NoAnswerError
+from nodlidar_servo.replies import CorruptReplyError, LateReplyError, NoAnswerError
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, LOST_AFTER, Schedule, ServoLoop
 from nodlidar_sim import rx24f_table as table
@@ -38,8 +38,9 @@ class Bench:
         self.commands = NodCommands(ServoConfig())
         self.figures = LoopFigures()
         self.following = Following(ServoConfig())
+        self.servo = Servo(self.port, ServoConfig(), self.clock)
         self.loop = ServoLoop(
-            Servo(self.port, ServoConfig(), self.clock),
+            self.servo,
             self.commands,
             self.following,
             rate,
@@ -218,7 +219,7 @@ def test_a_servo_that_falls_silent_is_given_up_within_a_second(begin, latency_ti
 
 
 @pytest.mark.parametrize('lost', [1, 2, 3])
-def test_a_lost_reply_costs_one_sample(lost):
+def test_a_cycle_without_replies_costs_one_sample(lost):
     bench = Bench(latency_timer=0.001)
     bench.run(1.0)
     for _ in range(lost):
@@ -226,7 +227,26 @@ def test_a_lost_reply_costs_one_sample(lost):
         assert bench.loop.cycle() == []
     bench.faults.mute = False
     bench.run(0.2)
-    assert bench.figures.failures == {'no answer': lost}
+    assert bench.figures.failures == {'no answer': lost + 1}
+    assert bench.figures.missed_cycles == 0
+
+
+@pytest.mark.parametrize('error', [NoAnswerError, CorruptReplyError, LateReplyError])
+def test_a_lost_or_late_reply_is_asked_for_again_in_the_same_cycle(error):
+    bench = Bench(latency_timer=0.001)
+    before = bench.run(1.0)[-1]
+    sample, failing = bench.servo.sample, iter([True])
+
+    def fails_once():
+        measured = sample()
+        if next(failing, False):
+            raise error('once')
+        return measured
+
+    bench.servo.sample = fails_once
+    (after,) = bench.loop.cycle()
+    assert 0 < after.stamp_ns - before.stamp_ns < 14_000_000
+    assert bench.figures.failures == {error.reason: 1}
     assert bench.figures.missed_cycles == 0
 
 
