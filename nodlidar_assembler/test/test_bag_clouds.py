@@ -215,11 +215,11 @@ def test_messages_may_come_late_and_out_of_order(simulated, tmp_path):
     drops = Counter(summary.assembly.drops)
     assert drops.pop(JointFilter.OUT_OF_ORDER) > 0
     assert set(drops) <= {'joint samples missing at a turn-around'}
-    assert summary.assembly.counts['clouds'] == 40 - drops.total() >= 36
+    assert summary.assembly.counts['clouds'] == 40 - drops.total() >= 35
     points = PlyData.read(tmp_path / 'out.ply')['vertex'].data
     near = xyz_of(points)[np.linalg.norm(xyz_of(points), axis=1) < 3.0]
     distance = simulated.world.surface_distance(near, np.full(len(near), START_NS))
-    assert np.sqrt(np.mean(distance**2)) < 0.02
+    assert np.sqrt(np.mean(distance**2)) < 0.005
 
 
 def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_path):

@@ -110,3 +110,24 @@ def test_a_gap_on_a_straight_way_is_interpolated():
     pitch = PitchEstimator('slerp', MAX_GAP).pitch(START_NS, OFFSET, stamps_ns, samples)
     line = np.polynomial.Polynomial.fit(OFFSET, pitch, 1)
     np.testing.assert_allclose(pitch, line(OFFSET), atol=STEP)
+
+
+def test_a_turn_around_in_a_gap_is_refused_also_where_gaps_are_many():
+    estimator = PitchEstimator('slerp', MAX_GAP)
+    ago_ns = np.arange(2, 150) * 10_000_000
+    before_ns = (START_NS - ago_ns)[::-1]
+    estimator.pitch(int(before_ns[0]), np.zeros(1), before_ns, np.zeros(len(before_ns)))
+    with pytest.raises(PitchError, match='joint samples missing at a turn-around'):
+        estimator.pitch(START_NS, OFFSET, *nod_samples(0.05, apart=0.04))
+
+
+def test_another_rate_becomes_usual():
+    estimator = PitchEstimator('slerp', MAX_GAP)
+    for apart in (10_000_000, 40_000_000):
+        stamps_ns = START_NS - 10**10 + np.arange(150) * apart
+        estimator.pitch(int(stamps_ns[0]), np.zeros(1), stamps_ns, np.zeros(150))
+    estimator.pitch(START_NS, OFFSET, *nod_samples(0.05, apart=0.04))
+    later = START_NS - 2 * 10**10 + np.arange(150) * 10_000_000  # the clock was set back
+    estimator.pitch(int(later[0]), np.zeros(1), later, np.zeros(150))
+    with pytest.raises(PitchError, match='joint samples missing at a turn-around'):
+        estimator.pitch(START_NS, OFFSET, *nod_samples(0.05, apart=0.04))

@@ -92,6 +92,7 @@ def require_turns_seen(
     offset: NDArray[np.float64],
     sample_time: NDArray[np.float64],
     sample_pitch: NDArray[np.float64],
+    usual_gap: float,
 ) -> None:
     """Raise PitchError if samples are missing where the joint turns around during the scan.
 
@@ -105,17 +106,22 @@ def require_turns_seen(
         Time of each beam [s], ascending, shape (n,).
     sample_time, sample_pitch
         Joint samples [s], [rad], ascending, shape (m,), which bracket the beams.
+    usual_gap
+        Time between joint samples of which none is missing [s].
     """
-    if len(sample_time) < 3:
-        return
     gap = np.diff(sample_time)
+    is_used = (sample_time[1:] > offset[0]) & (sample_time[:-1] < offset[-1])
+    is_wide = is_used & (gap > _MISSING * usual_gap)
+    if not is_wide.any():
+        return
+    if len(gap) < 2:
+        raise PitchError('joint samples missing at a turn-around')
     bend = np.diff(np.diff(sample_pitch) / gap)
     bend[np.abs(bend) > _FASTEST_TURN] = 0.0
     before, after = np.append(bend[:1], bend), np.append(bend, bend[-1:])
     both = np.maximum(np.abs(before + after), 1e-300)
     height = np.maximum(before * after, 0.0) / both * gap
-    is_used = (sample_time[1:] > offset[0]) & (sample_time[:-1] < offset[-1])
-    if np.any(is_used & (gap > _MISSING * np.median(gap)) & (height > MOST_CUT)):
+    if np.any(is_wide & (height > MOST_CUT)):
         raise PitchError('joint samples missing at a turn-around')
 
 

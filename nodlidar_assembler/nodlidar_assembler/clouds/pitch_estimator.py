@@ -4,6 +4,7 @@ from collections import Counter
 
 from nodlidar_assembler.clouds.leg_model import leg_pitch, LegModelError
 from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, require_turns_seen
+from nodlidar_assembler.clouds.usual_gap import UsualGap
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,7 @@ class PitchEstimator:
         self._max_joint_gap = max_joint_gap
         self._joint_step = joint_step
         self.margin_ns = round(leg_margin * NS_PER_S) if name == 'trajectory' else 0
+        self._usual_gap = UsualGap()
         self.fallbacks: Counter[str] = Counter()
 
     def pitch(
@@ -71,15 +73,16 @@ class PitchEstimator:
         """
         samples = ordered_samples(sample_ns, sample_pitch)
         times = (samples[0] - start_ns) / NS_PER_S
+        usual_gap = self._usual_gap.add(samples[0])
         if self._name != 'trajectory':
             pitch = beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
             if self._name != 'nearest':
-                require_turns_seen(offset, times, samples[1])
+                require_turns_seen(offset, times, samples[1], usual_gap)
             return pitch
         between = beam_pitch('slerp', start_ns, offset, *samples, self._max_joint_gap)
         try:
             return leg_pitch(start_ns, offset, *samples, self._joint_step)
         except LegModelError as error:
-            require_turns_seen(offset, times, samples[1])
+            require_turns_seen(offset, times, samples[1], usual_gap)
             self.fallbacks[str(error)] += 1
             return between
