@@ -12,7 +12,8 @@ from nodlidar_driver.scan_account import MISSED, ScanAccount, SETTLING
 _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
 _RATE_SCANS = 10  # expected in the time that the rate is taken over: one more or less is no news
 _DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave what the estimate can follow
-_LATE_WARNING = 0.02  # s; a scan that is later waited for the host or in the line
+_LATE_WARNING = 0.01  # s; a scan that is later waited for the host or in the line
+_MEAN_LATE_WARNING = 0.002  # s; scans that are later on average do so again and again
 _SILENCE, _SILENCE_PERIODS = 0.5, 2.5  # s and scans, whichever is longer, without any
 _CLOCK_STEPS = 'Host clock steps'
 
@@ -49,7 +50,8 @@ class Diagnosis:
         self._host_time = host_time
         self._lidar: Lidar | None = None
         self._latency = math.nan
-        self._late, self._late_scans = 0.0, 0
+        self._lateness: list[float] = []  # of the scans since the last report [s]
+        self._late_scans = 0
         self._heard_ns = 0
         self._last: Counter[str] = self._counts()
         self._reports: deque[tuple[int, int]] = deque()  # time [ns] and scans published by then
@@ -65,7 +67,7 @@ class Diagnosis:
 
     def published(self, scan: Scan) -> None:
         """Take note of a scan."""
-        self._late = max(self._late, scan.late)
+        self._lateness.append(scan.late)
         self._late_scans += scan.late > _LATE_WARNING
         self._latency = (scan.arrival_ns - scan.stamp_ns) * 1e-9
         self._heard_ns = scan.arrival_ns
@@ -79,8 +81,9 @@ class Diagnosis:
         """Return how things are at a time [ns] by the clock of the scans' arrival."""
         lidar, counts = self._lidar, self._counts()
         news, self._last = counts - self._last, counts
-        late, self._late = self._late, 0.0
-        warnings = self._news(news, late)
+        lateness, self._lateness = self._lateness, []
+        late = max(lateness, default=0.0)
+        warnings = self._news(news) + _late_warnings(lateness)
         if silence := self._silence(now_ns):
             warnings.append(f'no scan for {silence:.1f} s')
         figures = {name: str(count) for name, count in counts.items()}
@@ -125,15 +128,13 @@ class Diagnosis:
             return math.nan
         return (published - by_then) * 1e9 / (now_ns - then_ns)
 
-    def _news(self, news: Counter[str], late: float) -> list[str]:
+    def _news(self, news: Counter[str]) -> list[str]:
         """Return warnings of what happened since the last report."""
         del news[f'Scans dropped: {SETTLING}']  # each stream begins so
         stepped = news.pop(_CLOCK_STEPS, 0)
         warnings = [f'{name.lower()}: {count} more' for name, count in sorted(news.items())]
         if stepped:
             warnings.append(f"the host's clock was set by {self._host_time.last_step_ns / 1e9} s")
-        if late > _LATE_WARNING:
-            warnings.append(f'scans came up to {late:.2g} s late; their stamps are right')
         return warnings
 
     def _warnings(self, lidar: Lidar, rate: float) -> list[str]:
@@ -163,3 +164,11 @@ class Diagnosis:
             'Arrival jitter': f'{lidar.device_clock.jitter * 1e3:.2f} ms',
             'Latest arrival': f'{late * 1e3:.1f} ms late',
         }
+
+
+def _late_warnings(lateness: list[float]) -> list[str]:
+    """Return a warning if scans waited, as their lateness [s] tells."""
+    late = max(lateness, default=0.0)
+    if late > _LATE_WARNING or (lateness and sum(lateness) / len(lateness) > _MEAN_LATE_WARNING):
+        return [f'scans came up to {late:.2g} s late; their stamps are right']
+    return []

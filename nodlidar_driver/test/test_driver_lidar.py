@@ -162,6 +162,16 @@ def test_a_late_scan_is_told_of_at_once():
     )
 
 
+def test_scans_that_are_a_little_late_are_told_of_if_they_are_many():
+    rig = Rig()
+    diagnosis = Diagnosis(FULL, HostTime(rig.clock, rig.clock))
+    for lateness, warned in (([0.0] * 9 + [0.009], False), ([0.001, 0.005] * 5, True)):
+        for late in lateness:
+            diagnosis.published(Scan(0, 0.1, np.zeros(1, np.float32), 0, late))
+        warnings = diagnosis.report(rig.clock()).warnings
+        assert warnings == warned * ['scans came up to 0.005 s late; their stamps are right']
+
+
 def test_the_diagnosis_warns_of_a_clock_that_was_set():
     rig, wall = Rig(), VirtualClock(START_NS)
     host_time = HostTime(wall, rig.clock)
