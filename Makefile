@@ -31,8 +31,8 @@ compare: build           ## say what got slower than bench/results
 
 figures: build           ## draw the figures of the documentation anew, into docs/figures
 	@$(ACTIVATE) && python -m figures
-	@$(ACTIVATE) && ros2 run nodlidar_assembler plan_scan --timing-error 0.003 --top 1 --plot docs/figures/plan.png
-	@$(ACTIVATE) && ros2 run nodlidar_assembler plan_scan --max-hole 2 --speed-max 6 --plot docs/figures/front.png
+	@$(ACTIVATE) && ros2 run nodlidar_planner plan_scan --timing-error 0.003 --top 1 --plot docs/figures/plan.png
+	@$(ACTIVATE) && ros2 run nodlidar_planner plan_scan --max-hole 2 --speed-max 6 --plot docs/figures/front.png
 
 build: install/ready-$(ROS)  ## build the workspace into install/
 

@@ -7,12 +7,12 @@ and with limits that are wider by the rest of that row: what is lower than a cel
 
 import time
 
-from nodlidar_assembler.planner.feedback import Feedback, SPREAD
-from nodlidar_assembler.planner.lower_bound import lower_bound
-from nodlidar_assembler.planner.pattern import HALF_SAMPLE
-from nodlidar_assembler.planner.schedule import whole_rows
-from nodlidar_assembler.planner.task import Task
-from nodlidar_assembler.planner.timing_error import completion_run
+from nodlidar_planner.feedback import Feedback, SPREAD
+from nodlidar_planner.lower_bound import lower_bound
+from nodlidar_planner.pattern import HALF_SAMPLE
+from nodlidar_planner.schedule import whole_rows
+from nodlidar_planner.task import Task
+from nodlidar_planner.timing_error import completion_run
 import numpy as np
 
 from bench.reference import FULL_CIRCLE

@@ -17,13 +17,13 @@ from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.surroundings import Surroundings
-from nodlidar_assembler.planner.band import samples_in_band
-from nodlidar_assembler.planner.choice import quick_choice
-from nodlidar_assembler.planner.feedback import Feedback
-from nodlidar_assembler.planner.task import Task
 from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode
+from nodlidar_planner.band import samples_in_band
+from nodlidar_planner.choice import quick_choice
+from nodlidar_planner.feedback import Feedback
+from nodlidar_planner.task import Task
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
 import numpy as np

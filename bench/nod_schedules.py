@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 import math
 
-from nodlidar_assembler.planner.feedback import Feedback, SPREAD
-from nodlidar_assembler.planner.lower_bound import lower_bound
-from nodlidar_assembler.planner.pattern import HALF_SAMPLE
-from nodlidar_assembler.planner.schedule import (
+from nodlidar_planner.feedback import Feedback, SPREAD
+from nodlidar_planner.lower_bound import lower_bound
+from nodlidar_planner.pattern import HALF_SAMPLE
+from nodlidar_planner.schedule import (
     first_hits,
     interlaced,
     rows_of,
@@ -15,8 +15,8 @@ from nodlidar_assembler.planner.schedule import (
     shortest_interlaced,
     whole_rows,
 )
-from nodlidar_assembler.planner.search import soonest
-from nodlidar_assembler.planner.task import Task
+from nodlidar_planner.search import soonest
+from nodlidar_planner.task import Task
 import numpy as np
 from numpy.typing import NDArray
 

@@ -15,9 +15,6 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import largest_square
-from nodlidar_assembler.planner.band import samples_in_band
-from nodlidar_assembler.planner.choice import quick_choice
-from nodlidar_assembler.planner.task import Task
 from nodlidar_bringup.evaluation import (
     FAR,
     near_beams,
@@ -28,6 +25,9 @@ from nodlidar_bringup.evaluation import (
 )
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_planner.band import samples_in_band
+from nodlidar_planner.choice import quick_choice
+from nodlidar_planner.task import Task
 from nodlidar_sim.effects import RangeFaults
 from nodlidar_sim.motion import triangle_motion
 from nodlidar_sim.scene import load_scene, Scene

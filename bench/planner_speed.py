@@ -7,15 +7,15 @@ from pathlib import Path
 import sys
 import time
 
-from nodlidar_assembler.planner.band import samples_in_band
-from nodlidar_assembler.planner.choice import quick_choice
-from nodlidar_assembler.planner.coverage import Coverage
-from nodlidar_assembler.planner.front import Front
-from nodlidar_assembler.planner.hole import largest_hole
-from nodlidar_assembler.planner.objective import HOLE_AFTER
-from nodlidar_assembler.planner.pattern import Pattern
-from nodlidar_assembler.planner.survey import survey
-from nodlidar_assembler.planner.task import Task
+from nodlidar_planner.band import samples_in_band
+from nodlidar_planner.choice import quick_choice
+from nodlidar_planner.coverage import Coverage
+from nodlidar_planner.front import Front
+from nodlidar_planner.hole import largest_hole
+from nodlidar_planner.objective import HOLE_AFTER
+from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.survey import survey
+from nodlidar_planner.task import Task
 import numpy as np
 
 from bench.reference import FULL_CIRCLE
@@ -23,7 +23,7 @@ from bench.report import Row
 from figures.coverage import maps_of, STARTS
 
 # The enumeration that the tests check the planner with.
-sys.path.append(str(Path(__file__).parent.parent / 'nodlidar_assembler' / 'test'))
+sys.path.append(str(Path(__file__).parent.parent / 'nodlidar_planner' / 'test'))
 from planner_enumeration import enumerate_cells
 
 TASKS = {

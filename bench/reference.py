@@ -3,8 +3,8 @@
 from dataclasses import replace
 from math import pi
 
-from nodlidar_assembler.planner.task import Task
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_planner.task import Task
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording, simulate

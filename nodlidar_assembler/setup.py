@@ -23,7 +23,7 @@ setup(
         'console_scripts': [
             'assemble_bag = nodlidar_assembler.assemble_bag:main',
             'assembler = nodlidar_assembler.node:main',
-            'plan_scan = nodlidar_assembler.plan_scan.command:main',
+            'plan_scan = nodlidar_assembler.plan_scan:main',
         ]
     },
 )

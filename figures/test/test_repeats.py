@@ -2,8 +2,8 @@
 
 import math
 
-from nodlidar_assembler.planner.pattern import Pattern
-from nodlidar_assembler.planner.timing_error import turn_instants
+from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.timing_error import turn_instants
 import numpy as np
 import pytest
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, JOINT_STEP, LEG_MARGIN
-from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
+from nodlidar_planner.task import Task
 
 NOD_MODES = ('coprime', 'feedback', 'interlaced')
 LEAST_SPAN = 1e-6  # of the nod [rad]

@@ -4,9 +4,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_bench import bench
 from nodlidar_assembler.control.nod_adaptation import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
-from nodlidar_assembler.planner.task import Task
 from nodlidar_common.messages import nod_from_message
 from nodlidar_msgs.msg import Coverage, NodCommand
+from nodlidar_planner.task import Task
 import pytest
 from rclpy.parameter import Parameter
 from test_assembler_node import log

@@ -5,11 +5,11 @@ import math
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.revolutions import Revolutions
-from nodlidar_assembler.planner.feedback import SPREAD
-from nodlidar_assembler.planner.lower_bound import lower_bound
-from nodlidar_assembler.planner.task import Task
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_planner.feedback import SPREAD
+from nodlidar_planner.lower_bound import lower_bound
+from nodlidar_planner.task import Task
 import numpy as np
 import pytest
 

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.control.nod_adaptation import BAND, choices, MARGIN, NodAdaptation
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits, PitchLimitsConfig
-from nodlidar_assembler.planner.pattern import Pattern
-from nodlidar_assembler.planner.task import Task
-from nodlidar_assembler.planner.timing_error import under_error
 from nodlidar_common.errors import ParameterError
+from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.task import Task
+from nodlidar_planner.timing_error import under_error
 import numpy as np
 import pytest
 

@@ -156,3 +156,17 @@ def test_a_nod_is_shifted_with_the_clock(step_ns):
     assert clock.revolutions.restarts == 0
     at_ns = STAMP_NS + 3_900_000_000 + step_ns
     assert apart(phase(clock.nod, at_ns), 39 * 1024 + 0.5, 8002) < 0.1
+
+
+def test_the_nod_that_is_commanded_fills_every_cell_of_the_finest_grid_once():
+    n_l, n_s = 64, 21
+    geometry = ScanGeometry(n_l, -math.pi, 2 * math.pi / n_l, 0.1 / n_l, 0.02, 5.6)
+    clock = NodClock(NodShape(-0.5, 0.5, n_s), n_l)
+    clock.add_scan(geometry, 0)
+    nod = clock.nod
+    n = np.arange(n_l * n_s)
+    pitch = nod.pitch(np.rint(n * 0.1 / n_l * 1e9).astype(np.int64))
+    rows = np.floor((pitch + 0.5) * n_s).astype(int)
+    count = np.zeros((n_l, n_s), dtype=int)
+    np.add.at(count, (n % n_l, rows), 1)
+    assert np.array_equal(count, np.ones((n_l, n_s)))

@@ -5,10 +5,10 @@ import math
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.pitch_limits import PitchLimitsConfig
-from nodlidar_assembler.plan_scan.options import Request
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
 from nodlidar_driver.config import DriverConfig
+from nodlidar_planner.plan_scan.options import Request
 from nodlidar_servo.config import ServoConfig
 import pytest
 

@@ -17,7 +17,7 @@ sys.exit(importlib.import_module(module).main(['a.mcap', 'b.ply'] if 'bag' in mo
     ('module', 'package'),
     [
         ('nodlidar_assembler.assemble_bag', 'rosbags'),
-        ('nodlidar_assembler.plan_scan.command', 'rich'),
+        ('nodlidar_planner.plan_scan.command', 'rich'),
         ('nodlidar_bringup.demo', 'plyfile'),
     ],
 )

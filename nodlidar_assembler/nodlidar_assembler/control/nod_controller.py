@@ -9,9 +9,9 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.nod_adaptation import fewest_samples
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
-from nodlidar_assembler.planner.schedule import even_rows, shortest_interlaced
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_planner.schedule import even_rows, shortest_interlaced
 import numpy as np
 from numpy.typing import NDArray
 

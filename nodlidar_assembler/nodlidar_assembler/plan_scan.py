@@ -1,0 +1,11 @@
+"""`ros2 run nodlidar_assembler plan_scan`: the old name of the planner's command."""
+
+import sys
+
+from nodlidar_planner.plan_scan import command
+
+
+def main() -> int:
+    """Name the new command and run it."""
+    sys.stderr.write('plan_scan has moved: use `ros2 run nodlidar_planner plan_scan`\n')
+    return command.main()

@@ -1,0 +1,62 @@
+"""The band of N_s that a nod is chosen from."""
+
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_planner.task import Task
+import numpy as np
+from numpy.typing import NDArray
+
+# The band of N_s that is useful with an N_L of 1024, and in proportion with others: faster nods
+# are beyond the servo, slower ones beyond patience.
+USEFUL_SAMPLES, OF_STEPS = (1001, 8000), 1024
+MAX_CHOICES = 200_000
+
+
+def samples_in_band(
+    task: Task, speed_min: float | None = None, speed_max: float | None = None
+) -> NDArray[np.int64]:
+    """Return the N_s, coprime with N_L, at which the nod's speed [rad/s] lies in a band.
+
+    A limit that is not given is that of USEFUL_SAMPLES.
+
+    Raises
+    ------
+    ParameterError
+        If the limits are no speeds, in the wrong order, or no N_s lies between them.
+    """
+    for key, speed in (('speed_min', speed_min), ('speed_max', speed_max)):
+        if speed is not None and not 0.0 < speed < math.inf:
+            raise ParameterError(key, 'above 0 rad/s and finite', speed)
+    one_sample = task.speed(1)
+    fewest, most = (n_s * task.steps_per_revolution / OF_STEPS for n_s in USEFUL_SAMPLES)
+    if speed_max is not None:
+        fewest = one_sample / speed_max
+    if speed_min is not None:
+        most = one_sample / speed_min
+    fewest, most = math.ceil(fewest - 1e-9), math.floor(most + 1e-9)
+    if most - fewest > MAX_CHOICES:
+        limit = f'at least {task.speed(fewest + MAX_CHOICES):.3g} rad/s, for {MAX_CHOICES} choices'
+        raise ParameterError('speed_min', limit, speed_min or task.speed(most))
+    fewest = max(1, fewest)
+    samples: NDArray[np.int64] = np.arange(fewest, most + 1)
+    samples = samples[np.gcd(samples, task.steps_per_revolution) == 1]
+    if len(samples) == 0:
+        raise _none_between(task, fewest, most, speed_min, speed_max)
+    return samples
+
+
+def _none_between(
+    task: Task, fewest: int, most: int, speed_min: float | None, speed_max: float | None
+) -> ParameterError:
+    """Return the error for a band without N_s, about a limit that was given."""
+    if speed_max is None or most < 1:
+        key, value = 'speed_min', speed_min
+        limit = f'at most {task.speed(fewest):.4g} rad/s, that of N_s = {fewest}'
+    else:
+        key, value = 'speed_max', speed_max
+        limit = f'at least {task.speed(most):.4g} rad/s, that of N_s = {most}'
+        limit += ', or speed_min given as well' if speed_min is None else ''
+    if fewest <= most:
+        limit = f'such that one N_s of {fewest} to {most} is coprime with N_L'
+    return ParameterError(key, limit, value)

@@ -1,0 +1,189 @@
+"""The gaps in height between the beams of some neighbouring azimuth steps.
+
+In each revolution, neighbouring steps get one run of consecutive samples: one interval of
+height, folded where the nod turns. Heights are as in Pattern: above the lower limit, in samples of
+the nod.
+"""
+
+from nodlidar_planner.pattern import Pattern
+import numpy as np
+from numpy.typing import NDArray
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+class BeamGaps:
+    """The highest gap between the beams of samples 0 <= n < samples, for many windows of steps.
+
+    A window is the steps first <= s <= last; those from N_L on are steps of the next revolution,
+    and a window with last < first has none. The limits of the nod bound the gaps like beams.
+
+    Parameters
+    ----------
+    pattern
+        Where the samples are.
+    samples
+        How many there are.
+    """
+
+    def __init__(self, pattern: Pattern, samples: int) -> None:
+        self.pattern = pattern
+        self._turn = pattern.samples_per_sweep
+        self._cycle = pattern.cycle
+        self._whole = int(pattern.phase)
+        self._fraction = pattern.phase - self._whole
+        self._end = samples
+        self._revolution = pattern.steps_per_revolution
+
+    @property
+    def spacing(self) -> float:
+        """The widest gap between consecutive samples, in samples of the nod."""
+        return 1.0
+
+    @property
+    def runs(self) -> int:
+        """How many runs of samples a window has, empty ones counted.
+
+        Windows that reach into the next revolution need one that begins before the first.
+        """
+        return 1 - (-self._end // self._revolution)
+
+    @property
+    def work_between_runs(self) -> int:
+        """How many array elements between_runs() goes through for one window."""
+        return self.runs
+
+    @property
+    def work_between_samples(self) -> int:
+        """How many array elements between_samples() goes through for one window."""
+        return self.runs + 4 * self._cycle
+
+    def between_runs(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+        """Return the highest gap between the runs of each window, and where it begins.
+
+        Where it is above the spacing, this is the highest gap between the samples, which are at
+        most as far apart within a run.
+
+        Parameters
+        ----------
+        first, last
+            First and last step of each window, shape (w,).
+
+        Returns
+        -------
+        gap, bottom
+            Both in samples of the nod, shape (w,).
+        """
+        a, b = self._runs_of(first, last)
+        leg_a, height_a = self._folded(a)
+        leg_b, height_b = self._folded(b)
+        low, high = np.minimum(height_a, height_b), np.maximum(height_a, height_b)
+        turns = leg_b - leg_a
+        up = leg_a % 2 == 0
+        high[(turns > 1) | ((turns == 1) & up)] = self._turn
+        low[(turns > 1) | ((turns == 1) & ~up)] = 0.0
+        # A run without samples is put at the limit, where it changes no gap.
+        low[b < a] = high[b < a] = self._turn
+        # If r runs end below a height where just r have begun, there is a gap. So the ends can be
+        # sorted apart from the beginnings.
+        low.sort(axis=1)
+        high.sort(axis=1)
+        return highest(append(low, self._turn) - prepend(high, 0.0), prepend(high, 0.0))
+
+    def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+        """Return the highest gap between the samples of each window, and where it begins.
+
+        As between_runs(), but by marking which samples of the nod's cycle there are: slower, and
+        exact for the lowest of gaps.
+        """
+        a, b = self._runs_of(first, last)
+        place = (a + self._whole) % self._cycle
+        after = place + np.clip(b + 1 - a, 0, self._cycle)
+        there = _covered(place, after, 2 * self._cycle)
+        there = there[:, : self._cycle] | there[:, self._cycle :]
+        height = self._folded(np.arange(self._cycle) - self._whole)[1]
+        order = np.argsort(height)
+        reached = np.maximum.accumulate(np.where(there[:, order], height[order], 0.0), axis=1)
+        return highest(
+            append(height[order], self._turn) - prepend(reached, 0.0), prepend(reached, 0.0)
+        )
+
+    def _runs_of(self, first: Integers, last: Integers) -> tuple[Integers, Integers]:
+        """Return the first and last sample of each window's runs, shape (w, runs)."""
+        begin = np.arange(-1, self.runs - 1) * self._revolution
+        a = np.maximum(begin + first[:, None], 0)
+        b = np.minimum(begin + last[:, None], self._end - 1)
+        return a, b
+
+    def _folded(self, n: Integers) -> tuple[Integers, Floats]:
+        """Return the leg of the nod that samples lie on, even ones upward, and their height."""
+        m = n + self._whole
+        leg = m // self._turn
+        along = (m - leg * self._turn) + self._fraction
+        return leg, np.where(leg % 2 == 0, along, self._turn - along)
+
+
+class WholeBeamGaps(BeamGaps):
+    """The same after a whole period of the pattern.
+
+    Then the samples of a step are all those that are equal to it modulo the pattern's stride. So
+    only so many windows differ as there are beginnings and widths up to that, which are few.
+    """
+
+    def __init__(self, pattern: Pattern) -> None:
+        super().__init__(pattern, pattern.period)
+
+    @property
+    def work_between_runs(self) -> int:
+        """How many array elements between_runs() goes through for one window on average."""
+        return max(1, self.runs * self.pattern.stride // self._revolution)
+
+    def between_runs(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+        """See BeamGaps."""
+        first, last, which = self._differing(first, last)
+        gap, bottom = super().between_runs(first, last)
+        return gap[which], bottom[which]
+
+    def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+        """See BeamGaps."""
+        first, last, which = self._differing(first, last)
+        gap, bottom = super().between_samples(first, last)
+        return gap[which], bottom[which]
+
+    def _differing(self, first: Integers, last: Integers) -> tuple[Integers, Integers, Integers]:
+        """Return the windows that differ, and which of them each is."""
+        stride = self.pattern.stride
+        width = np.clip(last - first + 1, 0, stride)
+        found, which = np.unique(first % stride * (stride + 1) + width, return_inverse=True)
+        begin, width = np.divmod(found, stride + 1)
+        return begin, begin + width - 1, which
+
+
+def _covered(begin: Integers, end: Integers, places: int) -> NDArray[np.bool_]:
+    """Tell for each row of half-open intervals which places they cover, shape (rows, places)."""
+    row = np.arange(len(begin))[:, None] * (places + 1)
+    size = len(begin) * (places + 1)
+    change = np.bincount((begin + row).ravel(), minlength=size)
+    change -= np.bincount((end + row).ravel(), minlength=size)
+    covered: NDArray[np.bool_] = np.cumsum(change.reshape(-1, places + 1), axis=1)[:, :-1] > 0
+    return covered
+
+
+def highest(gap: Floats, bottom: Floats) -> tuple[Floats, Floats]:
+    """Return the highest gap of each row, and where it begins."""
+    at = np.argmax(gap, axis=1)[:, None]
+    return (
+        np.take_along_axis(gap, at, axis=1)[:, 0],
+        np.take_along_axis(bottom, at, axis=1)[:, 0],
+    )
+
+
+def append(values: Floats, last: float) -> Floats:
+    """Return rows with one more value at their ends."""
+    return np.concatenate([values, np.full((*values.shape[:-1], 1), last)], axis=-1)
+
+
+def prepend(values: Floats, first: float) -> Floats:
+    """Return rows with one more value at their beginnings."""
+    return np.concatenate([np.full((*values.shape[:-1], 1), first), values], axis=-1)

@@ -1,0 +1,179 @@
+"""The choice of the nod: the N_s that serves an objective best, at speeds that the servo holds."""
+
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_planner.coverage import Coverage
+from nodlidar_planner.hole import largest_hole
+from nodlidar_planner.objective import Objective
+from nodlidar_planner.plan import evaluate, Plan
+from nodlidar_planner.search import soonest
+from nodlidar_planner.start import pattern_from
+from nodlidar_planner.survey import Progress
+from nodlidar_planner.task import column_runs, Task
+from nodlidar_planner.timing_error import under_error
+import numpy as np
+from numpy.typing import NDArray
+
+Integers = NDArray[np.int64]
+
+# Parts of the timing error that hits must stay away from other rows by. What completes soonest
+# with these does well in simulated runs, too; which part does best depends on the error. The
+# quick choice has one part, the shortlist the best so many of each.
+QUICK_GUARD = 0.75
+GUARDS = (0.5, 0.75, 1.0)
+SHORTLIST = 12
+CHOOSING_RUNS = range(40)
+# Holes that differ by less are as large; computed ones differ by rounding.
+HOLE_DECIMALS = 10
+
+
+def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> int:
+    """Return the N_s that completes soonest, as far as possible with hits that an error spares.
+
+    It takes some ten milliseconds: for a controller. `plans` compares by simulated runs, too.
+
+    Parameters
+    ----------
+    task, samples
+        What must be covered, and the N_s to choose from.
+    timing_error
+        Standard deviation of the instants at which the servo turns [s].
+
+    Raises
+    ------
+    ParameterError
+        If no N_s ever completes.
+    """
+    guard = QUICK_GUARD * timing_error / task.sample_time
+    return int(_soonest(task, samples, guard, None, 1)[0])
+
+
+def plans(
+    task: Task,
+    samples: Integers,
+    objective: Objective,
+    start_pitch: float | None = None,
+    timing_error: float = 0.0,
+    count: int = 10,
+    progress: Progress = iter,
+) -> list[Plan]:
+    """Return the best nods, best first.
+
+    With a timing error the completion times are those of simulated runs, of which mean and 90th
+    percentile count alike.
+
+    Parameters
+    ----------
+    task
+        What must be covered.
+    samples
+        The N_s to choose from, shape (n,).
+    objective
+        What counts. Ties go by the longest revisit, then by the hit frequency.
+    start_pitch
+        Pitch at sample 0 [rad], going up; half a sample past the lower limit if not given.
+    timing_error
+        Standard deviation of the instants at which the servo turns [s].
+    count
+        How many to return; fewer if no more complete.
+    progress
+        Wraps the N_s while they are gone through, to show it.
+
+    Raises
+    ------
+    ParameterError
+        If no N_s ever completes, or a timing error is given for another objective.
+    """
+    if timing_error > 0.0 and not objective.only_completion:
+        raise ParameterError('timing_error', '0 s unless completion alone counts', timing_error)
+    fewest = int(samples.min())
+    chosen: list[int]
+    if timing_error > 0.0:
+        chosen = _robust(task, samples, start_pitch, timing_error, progress)[:count]
+    elif objective.only_completion:
+        chosen = _soonest(task, samples, 0.0, start_pitch, count).tolist()
+    else:
+        chosen = samples.tolist()
+    if timing_error == 0.0:
+        ranks = {n_s: _rank(task, n_s, objective, start_pitch) for n_s in progress(chosen)}
+        served = [n_s for n_s in ranks if math.isfinite(ranks[n_s][0])]
+        chosen = sorted(served, key=lambda n_s: ranks[n_s])[:count]
+    if not chosen:
+        _check_columns(task)
+        raise _no_rows(task)
+    return [
+        evaluate(task, n_s, start_pitch, timing_error, objective.hole_after, fewest)
+        for n_s in progress(chosen)
+    ]
+
+
+def _soonest(
+    task: Task, samples: Integers, guard: float, start_pitch: float | None, count: int
+) -> Integers:
+    """Return the N_s that complete soonest, with as much of the guard [samples] as any bears."""
+    _check_columns(task)
+    # Beams that fall at random complete in about as many revolutions; a guard shall help.
+    at_random = task.rows * math.log(task.cells + 1) / task.scan_rate
+    while True:
+        limit = at_random if guard > 0.0 else math.inf
+        found, _ = soonest(task, samples, guard, count, start_pitch, limit)
+        if len(found):
+            return found
+        if guard == 0.0:
+            raise _no_rows(task)
+        guard = guard / 2.0 if guard > 1.0 else 0.0
+
+
+def _check_columns(task: Task) -> None:
+    """Raise ParameterError if some column has no beam, so that nothing ever completes."""
+    seen = len(column_runs(task.column_of_step())[0])
+    if seen < task.columns:
+        finer = task.cell < math.tau / task.steps_per_revolution
+        key = 'object_size' if finer or task.full_circle else 'azimuth'
+        limit = f'such that each of the {task.columns} columns has a beam, not just {seen}'
+        raise ParameterError(key, limit, getattr(task, key))
+
+
+def _no_rows(task: Task) -> ParameterError:
+    """Return the error for a row that has a beam with no N_s."""
+    allowed = 'so large that with some N_s every row has a beam'
+    return ParameterError('object_size', allowed, task.object_size)
+
+
+def _robust(
+    task: Task,
+    samples: Integers,
+    start_pitch: float | None,
+    timing_error: float,
+    progress: Progress,
+) -> list[int]:
+    """Return a shortlist, in the order of mean and 90th percentile under the timing error."""
+    error = timing_error / task.sample_time
+    shortlists = [
+        _soonest(task, samples, g * error, start_pitch, SHORTLIST)[:SHORTLIST] for g in GUARDS
+    ]
+    shortlist = np.unique(np.concatenate(shortlists)).tolist()
+    score = {}
+    for n_s in progress(shortlist):
+        pattern = pattern_from(task, n_s, start_pitch)
+        runs = under_error(task, pattern, timing_error, CHOOSING_RUNS)
+        score[n_s] = runs.expected + runs.p90
+    return sorted(shortlist, key=lambda n_s: score[n_s])
+
+
+def _rank(
+    task: Task, samples_per_sweep: int, objective: Objective, start_pitch: float | None
+) -> tuple[float, float, float]:
+    """Return what N_s are ordered by, least first; the hole is looked for only if it counts."""
+    pattern = pattern_from(task, samples_per_sweep, start_pitch)
+    figures = Coverage(task, pattern).figures()
+    score = 0.0
+    if objective.completion > 0.0:
+        score += objective.completion * figures.completion_time
+    if objective.revisit > 0.0:
+        score += objective.revisit * figures.revisit_max
+    if objective.hole > 0.0:
+        hole = largest_hole(task, pattern, objective.hole_after)
+        score += objective.hole * round(hole.side, HOLE_DECIMALS)
+    return score, figures.revisit_max, -figures.hit_frequency

@@ -1,0 +1,130 @@
+"""When the lidar and the nod cross the cells of a task, without going through the samples.
+
+Sample n has azimuth step n mod N_L and residue n mod 2 N_s, which tells its row. A column is a run
+of steps; the residues at which the lidar enters it, revolution by revolution, are a rotation of
+the circle of 2 N_s residues by N_L. With g = gcd(N_L, 2 N_s), columns that start at steps equal
+modulo g and are equally wide are crossed alike, some revolutions apart. So there are few classes
+of columns, and the crossings of one column of each class, in order, tell those of all cells.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from nodlidar_planner.pattern import Pattern
+import numpy as np
+from numpy.typing import NDArray
+
+# The first hit of a cell that is never hit.
+NEVER = np.iinfo(np.int64).max
+
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnClass:
+    """Columns that are crossed alike.
+
+    Attributes
+    ----------
+    pattern
+        What crosses them.
+    columns, starts
+        Their numbers among the columns that the lidar sees, and their first steps; shape (c,).
+    key
+        The crossings of the first of them in one period, ascending, shape (k,): row * period + the
+        sample at which it begins, counted from the column's first step in revolution 0.
+    bounds
+        Where each row's crossings begin in the key, and where the last's end; shape (rows + 1,).
+    """
+
+    pattern: Pattern
+    columns: Integers
+    starts: Integers
+    key: Integers
+    bounds: Integers
+
+    def first_hits(self, start: int) -> Integers:
+        """Return the samples from a starting one to the first crossing of each cell from then on.
+
+        Returns
+        -------
+        Shape (columns, rows); NEVER where none comes.
+        """
+        rows, period = len(self.bounds) - 1, self.pattern.period
+        if len(self.key) == 0:
+            return np.full((len(self.columns), rows), NEVER)
+        ahead = self.pattern.whole_revolutions(self.starts - self.starts[0])
+        since = (ahead - self.starts + start) % period
+        order = np.argsort(since)
+        wanted = np.arange(rows)[:, None] * period + since[order]
+        found = np.searchsorted(self.key, wanted)
+        next_period = found == self.bounds[1:, None]
+        found = np.where(next_period, self.bounds[:-1, None], found)
+        never = (self.bounds[:-1] == self.bounds[1:])[:, None]
+        hit = self.key[np.minimum(found, len(self.key) - 1)] + period * next_period - wanted
+        first = np.empty((len(order), rows), dtype=np.int64)
+        first[order] = np.where(never, NEVER, hit).T
+        return first
+
+    def longest_gaps(self) -> Integers:
+        """Return the longest gap between crossings in each row with any, period after period."""
+        begins, ends = self.bounds[:-1], self.bounds[1:]
+        begins, ends = begins[begins < ends], ends[begins < ends]
+        if len(begins) == 0:
+            return np.zeros(0, dtype=np.int64)
+        gap = np.diff(self.key, append=0)
+        gap[ends - 1] = self.key[begins] + self.pattern.period - self.key[ends - 1]
+        return np.asarray(np.maximum.reduceat(gap, begins))
+
+
+def column_classes(
+    pattern: Pattern, row_of: Integers, rows: int, starts: Integers, widths: Integers
+) -> Iterator[ColumnClass]:
+    """Yield the columns in classes of equal width and equal start modulo g.
+
+    Parameters
+    ----------
+    pattern
+        Of lidar and nod.
+    row_of, rows
+        The row of each residue modulo 2 N_s, -1 where there is none, shape (2 N_s,); how many
+        rows there are.
+    starts, widths
+        First step and number of steps of each column, shape (columns,).
+    """
+    alike = widths * pattern.stride + starts % pattern.stride
+    order = np.argsort(alike, kind='stable')
+    row_keys = np.arange(rows + 1) * pattern.period
+    for columns in np.split(order, np.flatnonzero(np.diff(alike[order])) + 1):
+        if len(columns):
+            key = _crossings(pattern, row_of, int(starts[columns[0]]), int(widths[columns[0]]))
+            bounds = np.searchsorted(key, row_keys)
+            yield ColumnClass(pattern, columns, starts[columns], key, bounds)
+
+
+def _crossings(pattern: Pattern, row_of: Integers, start: int, width: int) -> Integers:
+    """Return the crossings of a column, as the key of a column class.
+
+    They begin where the lidar enters the column in the row, or where the nod enters the row
+    within the column.
+    """
+    n_l, period = pattern.steps_per_revolution, pattern.period
+    entered = np.arange(0, period, n_l)
+    row = row_of[(start + entered) % pattern.cycle]
+    always_inside = width == n_l
+    by_column = (row * period + entered)[(row >= 0) & (not always_inside)]
+    first = np.flatnonzero((row_of != np.roll(row_of, 1)) & (row_of >= 0))
+    residue, offset = _pairs(first, start, width, pattern.stride, 0 if always_inside else 1)
+    revolutions = pattern.whole_revolutions(residue - start - offset)
+    by_row = row_of[residue] * period + revolutions + offset
+    return np.sort(np.concatenate([by_column, by_row]))
+
+
+def _pairs(
+    residues: Integers, start: int, width: int, stride: int, least: int
+) -> tuple[Integers, Integers]:
+    """Return the residues and offsets into a column, least to width - 1, that occur together."""
+    offset = (residues - start) % stride + stride * np.arange(-(-width // stride))[:, None]
+    residue = np.broadcast_to(residues, offset.shape)
+    kept = (offset >= least) & (offset < width)
+    return residue[kept], offset[kept]

@@ -1,0 +1,239 @@
+"""The trade of time for the largest hole: the nods of a band that are best at either.
+
+A nod's largest hole only shrinks with time. At a corner of the front over all nods, none has as
+small a hole sooner, and none a smaller one by then. Most nods lose by one look at a few windows
+(`hole.exceeds`), so only some are searched.
+"""
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_planner.hole import (
+    exceeds,
+    largest_hole,
+    largest_side,
+    least_side,
+    samples_taken,
+)
+from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.search import spread
+from nodlidar_planner.start import pattern_from
+from nodlidar_planner.task import Task
+from nodlidar_planner.timing_error import hole_under_error, late_turns
+import numpy as np
+from numpy.typing import NDArray
+
+Progress = Callable[[Iterable[Pattern]], Iterable[Pattern]]
+
+# No nod is waited for longer [s].
+PATIENCE = 600.0
+# Seeds of the runs with a timing error; an odd number of them.
+RUNS = range(15)
+# The soonest of so many nods shows about how soon the soonest of all is.
+FEW = 8
+# Beside a corner, others are looked for at so many times before and after it, by such a factor.
+OTHERS, FACTOR = 4, math.sqrt(2.0)
+# Holes that differ by less are as wide [rad]: more than the search rounds, less than matters.
+_ROUNDING = 1e-11
+
+
+@dataclass(frozen=True, slots=True)
+class Corner:
+    """A nod at an instant when none has a smaller hole, nor any had one as small before.
+
+    Attributes
+    ----------
+    samples_per_sweep
+        N_s.
+    time
+        When its largest hole is so small for the first time [s].
+    hole
+        Side of that [rad].
+    """
+
+    samples_per_sweep: int
+    time: float
+    hole: float
+
+
+class Front:
+    """Finds corners of the front of some nods.
+
+    Parameters
+    ----------
+    task
+        Region and lidar.
+    samples
+        The N_s to choose from, shape (n,).
+    start_pitch
+        Pitch at sample 0 [rad], going up; half a sample past the lower limit if not given.
+    timing_error
+        Standard deviation of the instants at which the servo turns [s]. If it is not 0, a nod's
+        hole is the median of some runs of it.
+    progress
+        Wraps the nods whenever they are gone through, to show it.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        samples: NDArray[np.int64],
+        start_pitch: float | None = None,
+        timing_error: float = 0.0,
+        progress: Progress = iter,
+    ) -> None:
+        self._task = task
+        self._error = timing_error
+        self._progress = progress
+        # In this order the first ones are about as good as any.
+        self._patterns = [
+            pattern_from(task, int(samples[i]), start_pitch) for i in spread(len(samples))
+        ]
+
+    def choose(self, time_budget: float | None, max_hole: float | None) -> Corner:
+        """Return the corner that one limit leads to, or with both the soonest that keeps to them.
+
+        Parameters
+        ----------
+        time_budget, max_hole
+            See `within` and `reaching`; at least one is given.
+
+        Raises
+        ------
+        ParameterError
+            If no corner keeps to both, naming those that keep to either, or as `reaching` and
+            `within` do.
+        """
+        if max_hole is None:
+            return self.within(math.nan if time_budget is None else time_budget)
+        soonest = self.reaching(max_hole)
+        if time_budget is None or soonest.time <= time_budget + self._task.sample_time:
+            return soonest
+        smallest = self.within(time_budget)
+        allowed = (
+            f'at least {math.degrees(smallest.hole):.4g}° after {time_budget:g} s '
+            f'(N_s = {smallest.samples_per_sweep}), or the time at least {soonest.time:.4g} s '
+            f'(N_s = {soonest.samples_per_sweep})'
+        )
+        raise ParameterError('max_hole', allowed, math.degrees(max_hole))
+
+    def around(self, corner: Corner) -> list[Corner]:
+        """Return a corner among others from a quarter to four times its time, soonest first."""
+        times = [corner.time * FACTOR**k for k in range(-OTHERS, OTHERS + 1) if k]
+        others = self.corners([time for time in times if time <= PATIENCE])
+        by_time = {each.time: each for each in [*others, corner]}
+        return [by_time[time] for time in sorted(by_time)]
+
+    def within(self, time_budget: float) -> Corner:
+        """Return the corner with the smallest hole after a time [s].
+
+        Raises
+        ------
+        ParameterError
+            If the time is so short that no nod divides the region, or above PATIENCE.
+        """
+        if not 0.0 < time_budget <= PATIENCE:
+            allowed = f'above 0 and at most {PATIENCE:g} s'
+            raise ParameterError('time_budget', allowed, time_budget)
+        corner = self._within(time_budget)
+        if corner is None:
+            allowed = 'so long that the beams of some nod divide the region by then'
+            raise ParameterError('time_budget', allowed, time_budget)
+        return corner
+
+    def reaching(self, max_hole: float) -> Corner:
+        """Return the corner with the least time after which no hole is wider than a side [rad].
+
+        Raises
+        ------
+        ParameterError
+            If no nod gets there, not within PATIENCE, or without a beam.
+        """
+        least, largest = least_side(self._task), largest_side(self._task)
+        if not least - _ROUNDING < max_hole < largest - _ROUNDING:
+            least_degrees, largest_degrees = math.degrees(least), math.degrees(largest)
+            allowed = (
+                f'at least {least_degrees:.4g}°, which is always free between two steps, '
+                f'and below {largest_degrees:.4g}°, the region'
+            )
+            raise ParameterError('max_hole', allowed, math.degrees(max_hole))
+        soonest = self._soonest(max_hole, self._enough(max_hole))
+        if soonest is None:
+            allowed = f'so large that some nod gets there within {PATIENCE:g} s'
+            raise ParameterError('max_hole', allowed, math.degrees(max_hole))
+        smallest = self._smallest(max_hole + _ROUNDING, soonest[0])
+        pattern = soonest[1] if smallest is None else smallest[1]
+        return self._corner(soonest[0], pattern)
+
+    def corners(self, times: Sequence[float]) -> list[Corner]:
+        """Return the corners with the smallest hole after some times [s], soonest first.
+
+        One that is the best at several times is there once; one that none is at, not.
+        """
+        found: list[Corner] = []
+        for time in sorted(times, reverse=True):
+            if not found or time < found[-1].time:
+                corner = self._within(time)
+                found += [corner] if corner else []
+        return found[::-1]
+
+    def _within(self, time: float) -> Corner | None:
+        taken = samples_taken(self._task, time)
+        smallest = self._smallest(largest_side(self._task), taken)
+        if smallest is None:
+            return None
+        hole, pattern = smallest
+        return self._corner(*(self._soonest(hole + _ROUNDING, taken) or (taken, pattern)))
+
+    def _corner(self, taken: int, pattern: Pattern) -> Corner:
+        time = taken * self._task.sample_time
+        return Corner(pattern.samples_per_sweep, time, self._hole(pattern, taken))
+
+    def _smallest(self, below: float, taken: int) -> tuple[float, Pattern] | None:
+        """Return the smallest hole after some samples and its nod, if it's below a side [rad]."""
+        best = None
+        for pattern in self._progress(self._patterns):
+            if self._is_at(pattern, below - _ROUNDING, taken):
+                below = self._hole(pattern, taken)
+                best = below, pattern
+        return best
+
+    def _soonest(self, side: float, most: int) -> tuple[int, Pattern] | None:
+        """Return after how many samples, at most so many, a nod is at a side; and that nod."""
+        best = None
+        for pattern in self._progress(self._patterns):
+            if self._is_at(pattern, side, most):
+                taken = bisect_left(range(most), True, key=lambda n: self._is_at(pattern, side, n))
+                best = taken, pattern
+                most = taken - 1
+        return best
+
+    def _enough(self, side: float) -> int:
+        """Return a number of samples, doubled until a few nods show that it suffices."""
+        enough, most = self._task.steps_per_revolution, samples_taken(self._task, PATIENCE)
+        few = self._patterns[:FEW]
+        while enough < most and not any(self._is_at(each, side, enough) for each in few):
+            enough *= 2
+        return min(enough, most)
+
+    def _hole(self, pattern: Pattern, taken: int) -> float:
+        time = taken * self._task.sample_time
+        if self._error > 0.0:
+            return hole_under_error(self._task, pattern, time, self._error, RUNS).median
+        return largest_hole(self._task, pattern, time).side
+
+    def _is_at(self, pattern: Pattern, side: float, taken: int) -> bool:
+        """Tell whether the hole is at most as wide as a side: that of most runs, if of any."""
+        task, time = self._task, taken * self._task.sample_time
+        if self._error == 0.0:
+            return not exceeds(task, pattern, time, side)
+        most, wider = len(RUNS) // 2 + 1, 0
+        for runs, seed in enumerate(RUNS, start=1):
+            turns = late_turns(task, pattern, time, self._error, seed)
+            wider += exceeds(task, pattern, time, side, turns)
+            if max(wider, runs - wider) == most:
+                break
+        return wider < most

@@ -1,0 +1,88 @@
+"""A nod and all that it gives."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from nodlidar_planner.coverage import Coverage, Figures
+from nodlidar_planner.hole import largest_hole
+from nodlidar_planner.lower_bound import lower_bound
+from nodlidar_planner.objective import HOLE_AFTER
+from nodlidar_planner.start import pattern_from
+from nodlidar_planner.task import Task
+from nodlidar_planner.timing_error import hole_under_error, under_error, UnderError
+
+Progress = Callable[[Iterable[int]], Iterable[int]]
+
+# The runs that are reported: others than those to choose by, where the best was lucky, too.
+REPORTED_RUNS = range(1000, 1100)
+HOLE_RUNS = REPORTED_RUNS[:25]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A nod and what it gives.
+
+    Attributes
+    ----------
+    samples_per_sweep, phase
+        N_s, and samples that the nod is past its lower limit at sample 0.
+    speed, sweep_duration
+        Speed [rad/s] and time of one sweep [s].
+    figures
+        Completion, revisits and hit frequency.
+    hole
+        Side of the largest hole [rad], after the objective's time.
+    lower_bound
+        Completion time that no nod of the band can beat [s].
+    distinct_directions
+        Directions that the pattern ever points to.
+    under_error
+        Completion under the servo's timing error, if one was given.
+    hole_under_error
+        The largest hole under it [rad].
+    """
+
+    samples_per_sweep: int
+    phase: float
+    speed: float
+    sweep_duration: float
+    figures: Figures
+    hole: float
+    lower_bound: float
+    distinct_directions: int
+    under_error: UnderError | None
+    hole_under_error: UnderError | None
+
+
+def evaluate(
+    task: Task,
+    samples_per_sweep: int,
+    start_pitch: float | None = None,
+    timing_error: float = 0.0,
+    hole_after: float = HOLE_AFTER,
+    fewest_samples: int | None = None,
+    progress: Progress = iter,
+) -> Plan:
+    """Return what a nod gives; the lower bound is for nods of the fewest samples, or as fast.
+
+    See `plans` for the parameters; progress wraps the seeds of the runs with a timing error.
+    """
+    pattern = pattern_from(task, samples_per_sweep, start_pitch)
+    figures = Coverage(task, pattern).figures()
+    completion = hole = None
+    if timing_error > 0.0:
+        completion = under_error(task, pattern, timing_error, progress(REPORTED_RUNS))
+        runs = progress(HOLE_RUNS)
+        hole = hole_under_error(task, pattern, hole_after, timing_error, runs)
+    return Plan(
+        samples_per_sweep=samples_per_sweep,
+        phase=pattern.phase,
+        speed=task.speed(samples_per_sweep),
+        sweep_duration=samples_per_sweep * task.sample_time,
+        figures=figures,
+        hole=largest_hole(task, pattern, hole_after).side,
+        lower_bound=lower_bound(task, fewest_samples or samples_per_sweep),
+        distinct_directions=pattern.distinct_directions,
+        under_error=completion,
+        hole_under_error=hole,
+    )

@@ -1,0 +1,230 @@
+"""The command line of plan_scan: its options are the fields of two dataclasses."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, Field, fields
+import os
+from pathlib import Path
+from typing import Any, get_args
+
+from nodlidar_common.command_line import LineParser
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import check, limits_of, parameter
+from nodlidar_planner.coverage import MAX_SAMPLES_PER_SWEEP
+from nodlidar_planner.front import PATIENCE
+from nodlidar_planner.objective import Objective
+from nodlidar_planner.task import Task
+
+PICTURES = ('.png', '.pdf', '.svg')
+_OBJECTIVE = 'completion, revisit, hole, or weights such as completion=1,revisit=0.5,hole=10'
+_DESCRIPTION = (
+    'Choose the samples per sweep (N_s), and with it the speed of the nod, with which a nodding '
+    'lidar finds an object soonest, or the largest hole between its beams is small. Angles are in '
+    'radians unless said otherwise, positive pitch is up.'
+)
+_NAMED_OTHERWISE = {
+    'object_size': '--object',
+    'duration': '--time-budget, or hole_after of --objective,',  # the planner's
+}
+_KINDS = {int: ('N', 'a whole number'), float: ('X', 'a number'), str: ('TEXT', 'a text')}
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What is asked about a task; see each field's description.
+
+    Raises
+    ------
+    ParameterError
+        For a value out of its range, or values that do not go with each other.
+    """
+
+    speed_min: float | None = parameter(
+        None, 'Slowest nod [default: of 8000 samples per sweep]', unit='rad/s', minimum=1e-6
+    )
+    speed_max: float | None = parameter(
+        None, 'Fastest nod [default: of 1001 samples per sweep]', unit='rad/s', minimum=1e-6
+    )
+    start_pitch: float | None = parameter(
+        None,
+        'Pitch at step 0 of the first revolution, going up [default: half a sample past the lower '
+        'limit, which makes the finest grid]',
+        unit='rad',
+        minimum=-1.6,
+        maximum=1.6,
+    )
+    objective: str = parameter(
+        'completion',
+        f'What is to be least: {_OBJECTIVE} (per second of completion and of longest revisit, per '
+        'rad of the largest hole); hole_after=8 among them sets the time of the hole [s]',
+    )
+    time_budget: float | None = parameter(
+        None,
+        'Leave the smallest hole after this time, and show the front of time and hole',
+        unit='s',
+        minimum=1e-6,
+        maximum=PATIENCE,
+    )
+    max_hole: float | None = parameter(
+        None,
+        'Leave no hole wider than this as soon as can be, and show the front; with --time-budget, '
+        'within that',
+        unit='deg',
+        minimum=1e-6,
+        maximum=180.0,
+    )
+    timing_error: float = parameter(
+        0.0,
+        'Standard deviation of the instants at which the servo turns around',
+        unit='s',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    samples_per_sweep: int | None = parameter(
+        None,
+        'Evaluate this N_s, whatever its speed, instead of choosing one',
+        minimum=1,
+        maximum=MAX_SAMPLES_PER_SWEEP,
+    )
+    json: bool = parameter(False, 'Print one JSON object; what is infinite is null in it')
+    plot: str | None = parameter(None, 'Draw into this .png, .pdf or .svg file')
+    top: int | None = parameter(
+        None, 'List this many plans [default: 10; 1 with --json]', minimum=1, maximum=10_000
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+        objective_of(self.objective)
+        slowest, fastest = self.speed_min, self.speed_max
+        if slowest is not None and fastest is not None and fastest < slowest:
+            raise ParameterError('speed_max', f'at least --speed-min = {slowest} rad/s', fastest)
+        if self.on_the_front:
+            self._check_alone()
+        if self.plot is not None:
+            _check_picture(Path(self.plot))
+
+    @property
+    def on_the_front(self) -> bool:
+        """Whether the trade of time for the largest hole is asked for."""
+        return self.time_budget is not None or self.max_hole is not None
+
+    def _check_alone(self) -> None:
+        """Raise ParameterError for what has no meaning on the front."""
+        for key, neutral in (('objective', 'completion'), ('top', None)):
+            if (value := getattr(self, key)) != neutral:
+                raise ParameterError(key, 'left out with --time-budget and --max-hole', value)
+
+
+def parse(argv: Sequence[str] | None) -> tuple[Task, Request]:
+    """Return what a command line asks for.
+
+    Raises
+    ------
+    ParameterError
+        For a value that is not allowed.
+    SystemExit
+        After --help, or with status 2 and a line on stderr for what is no option.
+    """
+    parser = LineParser('plan_scan', _DESCRIPTION)
+    for title, of in (('what must be found, and by which lidar', Task), ('the nod', Request)):
+        group = parser.add_argument_group(title)
+        for option_field in fields(of):
+            _add_option(group, option_field)
+    values = vars(parser.parse_args(argv))
+    task, request = ({f.name: values[f.name] for f in fields(of)} for of in (Task, Request))
+    return Task(**task), Request(**request)
+
+
+def as_option(error: ParameterError) -> ParameterError:
+    """Return the error of a field with the name of its option."""
+    return ParameterError(_flag(error.key), error.limit, error.value)
+
+
+def objective_of(text: str) -> Objective:
+    """Return the objective that a text names: 'revisit', or weights: 'completion=1,hole=10'.
+
+    What is not named has no weight; a name alone has 1. `hole_after` is a time [s].
+
+    Raises
+    ------
+    ParameterError
+        If the text is no objective.
+    """
+    given: dict[str, float] = {}
+    for term in text.split(','):
+        name, equals, weight = term.partition('=')
+        if (name := name.strip()) in given:
+            raise ParameterError('objective', f'{_OBJECTIVE}, each once', text)
+        given[name] = _number(weight if equals else '1', text)
+    weights = {name: given.pop(name, 0.0) for name in ('completion', 'revisit', 'hole')}
+    hole_after = given.pop('hole_after', Objective().hole_after)
+    if given or not any(weights.values()) or hole_after == 0.0:
+        raise ParameterError('objective', _OBJECTIVE, text)
+    return Objective(**weights, hole_after=hole_after)
+
+
+def _number(weight: str, text: str) -> float:
+    try:
+        value = float(weight)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < float('inf'):
+        raise ParameterError('objective', f'{_OBJECTIVE}, none below 0', text)
+    return value
+
+
+def _check_picture(path: Path) -> None:
+    if path.suffix.lower() not in PICTURES:
+        raise ParameterError('plot', 'a file that ends in ' + ', '.join(PICTURES), str(path))
+    writable = path if path.exists() else path.parent
+    if path.is_dir() or not path.parent.is_dir() or not os.access(writable, os.W_OK):
+        raise ParameterError('plot', 'a file in a folder that can be written to', str(path))
+
+
+def _flag(name: str) -> str:
+    return _NAMED_OTHERWISE.get(name) or '--' + name.replace('_', '-')
+
+
+def _add_option(group: Any, option_field: 'Field[Any]') -> None:
+    """Add the option of a dataclass field; its range is checked by the dataclass."""
+    flag, name, limits = _flag(option_field.name), option_field.name, limits_of(option_field)
+    if option_field.type is bool:
+        group.add_argument(flag, dest=name, action='store_true', help=limits.description)
+        return
+    kind: Any = next(iter(get_args(option_field.type)), option_field.type)
+    metavar = limits.unit or _KINDS[kind][0]
+    group.add_argument(
+        flag,
+        dest=name,
+        type=_reader(kind),
+        metavar=metavar,
+        default=option_field.default,
+        help=_help(option_field),
+    )
+
+
+def _help(option_field: 'Field[Any]') -> str:
+    limits, default = limits_of(option_field), option_field.default
+    text = limits.description
+    if limits.minimum is not None:
+        text += f'; {limits.in_words()}'
+    if default is not None:
+        text += (
+            f' [default: {default:.6g}]'
+            if isinstance(default, float)
+            else f' [default: {default}]'
+        )
+    return text.replace('%', '%%')
+
+
+def _reader(kind: type[Any]) -> Callable[[str], Any]:
+    """Return what reads an option's text; argparse puts the option's name before its error."""
+
+    def read(text: str) -> Any:
+        try:
+            return kind(text)
+        except ValueError:
+            message = f'must be {_KINDS[kind][1]}, but is {text!r}'
+            raise argparse.ArgumentTypeError(message) from None
+
+    return read

@@ -1,0 +1,136 @@
+"""What plan_scan does with its options: finds the plans, draws and prints them."""
+
+from collections.abc import Sequence
+import json
+import math
+from pathlib import Path
+import sys
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_planner.band import samples_in_band
+from nodlidar_planner.choice import plans
+from nodlidar_planner.front import Front
+from nodlidar_planner.objective import Objective
+from nodlidar_planner.plan import evaluate
+from nodlidar_planner.plan_scan.options import as_option, objective_of, parse, Request
+from nodlidar_planner.plan_scan.progress import progress
+from nodlidar_planner.plan_scan.table import Answer, as_json, print_answer
+from nodlidar_planner.survey import survey, survey_under_error
+from nodlidar_planner.task import Task
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+
+SHOWN_UNDER_ERROR = 120  # N_s whose runs under a timing error are drawn
+ON_FRONT_UNDER_ERROR = 60  # N_s that the front under a timing error is made of
+WIDTH = 100  # of tables that do not go to a terminal
+
+
+def plan_scan(argv: Sequence[str] | None) -> None:
+    """Do what a command line asks for.
+
+    Raises
+    ------
+    ParameterError
+        For a value that is not allowed, naming its option.
+    OSError
+        If the picture cannot be written.
+    SystemExit
+        As `parse`.
+    """
+    try:
+        _plan_scan(*parse(argv))
+    except ParameterError as error:
+        raise as_option(error) from error
+
+
+def _plan_scan(task: Task, request: Request) -> None:
+    answer = find(task, request)
+    if request.plot is not None:
+        _plot(Path(request.plot), answer, request)
+    console = Console(
+        width=None if sys.stdout.isatty() else WIDTH, markup=False, highlight=False, emoji=False
+    )
+    if request.json:
+        alternatives = request.top is not None and request.top > 1
+        console.out(json.dumps(as_json(answer, alternatives), indent=2, allow_nan=False))
+    else:
+        print_answer(answer, console)
+
+
+def find(task: Task, request: Request) -> Answer:
+    """Return the best plans for a request, or the one that it gives."""
+    if request.on_the_front:
+        return _on_the_front(task, request)
+    objective = objective_of(request.objective)
+    start, error = request.start_pitch, request.timing_error
+    if request.samples_per_sweep is not None:
+        n_s = request.samples_per_sweep
+        plan = evaluate(task, n_s, start, error, objective.hole_after, progress=progress)
+        return Answer(task, objective, [plan])
+    samples = samples_in_band(task, request.speed_min, request.speed_max)
+    count = request.top or (1 if request.json else 10)
+    best = plans(task, samples, objective, start, error, count, progress)
+    if error == 0.0:
+        return Answer(task, objective, best)
+    n_s = plans(task, samples, objective, start, 0.0, 1, progress)[0].samples_per_sweep
+    fewest = int(samples.min())
+    nominal = evaluate(task, n_s, start, error, objective.hole_after, fewest, progress)
+    return Answer(task, objective, best, nominal)
+
+
+def _on_the_front(task: Task, request: Request) -> Answer:
+    """Return the nod at the corner of the front that a request's limits lead to."""
+    samples = _samples(task, request)
+    front = Front(task, samples, request.start_pitch, request.timing_error, progress)
+    largest = None if request.max_hole is None else math.radians(request.max_hole)
+    corner = front.choose(request.time_budget, largest)
+    objective = Objective(hole_after=corner.time)
+    plan = evaluate(
+        task,
+        corner.samples_per_sweep,
+        request.start_pitch,
+        request.timing_error,
+        corner.time,
+        fewest_samples=int(samples.min()),
+        progress=progress,
+    )
+    return Answer(task, objective, [plan], front=front.around(corner))
+
+
+def _samples(task: Task, request: Request) -> NDArray[np.int64]:
+    """Return the N_s to choose from; with a timing error, which takes long, some of them."""
+    if request.samples_per_sweep is not None:
+        return np.array([request.samples_per_sweep])
+    samples = samples_in_band(task, request.speed_min, request.speed_max)
+    return samples if request.timing_error == 0.0 else _thinned(samples, ON_FRONT_UNDER_ERROR)
+
+
+def _thinned(samples: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+    """Return at most about so many N_s, evenly spread."""
+    return samples[:: max(1, len(samples) // most)]
+
+
+def _plot(path: Path, answer: Answer, request: Request) -> None:
+    # Imported here: matplotlib takes as long as all the rest.
+    from nodlidar_planner.plan_scan.pictures import (
+        Candidates,
+        write_front_picture,
+        write_picture,
+    )
+
+    if answer.front:
+        instant = answer.objective.hole_after
+        write_front_picture(path, answer.task, answer.plans[0], instant, answer.front)
+        return
+    samples = samples_in_band(answer.task, request.speed_min, request.speed_max)
+    figures = survey(answer.task, samples, request.start_pitch, progress)
+    completion = np.array([each.completion_time for each in figures])
+    some = _thinned(samples, SHOWN_UNDER_ERROR)
+    errors = []
+    if request.timing_error > 0.0:
+        errors = survey_under_error(
+            answer.task, some, request.timing_error, request.start_pitch, progress
+        )
+    candidates = Candidates(samples, completion, list(zip(some.tolist(), errors, strict=False)))
+    write_picture(path, answer.task, answer.plans, candidates, answer.nominal)

@@ -1,0 +1,96 @@
+"""What plans are in words: their values with units, and what to know before using one."""
+
+from collections.abc import Iterator
+import math
+
+from nodlidar_planner.pattern import HALF_SAMPLE, Pattern
+from nodlidar_planner.plan import Plan
+from nodlidar_planner.task import Task
+import numpy as np
+
+# No-load speed of the RX-24F at 12 V, 126 rpm (ROBOTIS e-manual).
+FASTEST_SERVO = 126 * math.tau / 60
+# With which it turns around without load [rad/s^2]; the servo node's parameter `acceleration`.
+TURN_ACCELERATION = 200.0
+
+
+def notes(task: Task, plan: Plan) -> list[str]:
+    """Return what an engineer should know before using a plan."""
+    return [*_unseen(task, plan), *_hard_for_the_servo(task, plan)]
+
+
+def number(value: float) -> str:
+    """Return a number with four digits, or all those before the point."""
+    if not math.isfinite(value):
+        return 'never'
+    return f'{value:.4g}' if abs(value) < 1e4 else f'{value:.0f}'
+
+
+def seconds(value: float) -> str:
+    """Return a time with its unit, or 'never'."""
+    return f'{number(value)} s' if math.isfinite(value) else 'never'
+
+
+def angle(value: float) -> str:
+    """Return an angle in radians, with degrees beside."""
+    return f'{number(value)} rad ({math.degrees(value):.2f}°)'
+
+
+def _unseen(task: Task, plan: Plan) -> Iterator[str]:
+    share = plan.figures.never_hit_share
+    if share > 0.0:
+        yield f'{100.0 * share:.3g} % of the cells are never hit, so it never completes'
+    measured = task.column_of_step()
+    columns = len(np.unique(measured[measured >= 0]))
+    if columns < task.columns:
+        yield (
+            f'the lidar has beams in {columns} of the {task.columns} columns: the others are '
+            f'outside its view, or narrower than its step of '
+            f'{angle(math.tau / task.steps_per_revolution)}'
+        )
+    if plan.samples_per_sweep < task.rows:
+        yield f'a sweep of {plan.samples_per_sweep} samples cannot hit {task.rows} rows'
+    common = math.gcd(plan.samples_per_sweep, task.steps_per_revolution)
+    if common > 1:
+        yield (
+            f'N_s = {plan.samples_per_sweep} and the {task.steps_per_revolution} steps of a '
+            f'revolution have the divisor {common} in common: the pattern repeats {common} times '
+            f'too early'
+        )
+    half_sample = Pattern(task.steps_per_revolution, plan.samples_per_sweep, HALF_SAMPLE)
+    if plan.distinct_directions < half_sample.distinct_directions:
+        yield (
+            f'legs up and down meet in the same directions; started half a sample past a limit, '
+            f'without --start-pitch, {half_sample.distinct_directions} are distinct'
+        )
+
+
+def _hard_for_the_servo(task: Task, plan: Plan) -> Iterator[str]:
+    if plan.speed > FASTEST_SERVO:
+        yield (
+            f'an RX-24F reaches {FASTEST_SERVO:.1f} rad/s (126 rpm), without load; '
+            f'--speed-max says what yours holds'
+        )
+    yield from _hard_to_turn(task, plan)
+    row_time = task.row_height(plan.samples_per_sweep) * task.sample_time
+    if plan.under_error is not None and row_time < plan.under_error.error:
+        yield (
+            f'the nod passes a row in {row_time * 1e3:.2g} ms, less than the timing error: which '
+            f'rows are hit is left to chance'
+        )
+
+
+def _hard_to_turn(task: Task, plan: Plan) -> Iterator[str]:
+    """Tell if turns, parabolas around the instants that are planned, take too long or too much."""
+    turn, short = 2.0 * plan.speed / TURN_ACCELERATION, plan.speed**2 / (2.0 * TURN_ACCELERATION)
+    outermost = min(task.cell, task.span - (task.rows - 1) * task.cell)
+    if turn > plan.sweep_duration:
+        yield (
+            f'an RX-24F takes {seconds(turn)} to turn around, at {TURN_ACCELERATION:g} rad/s²: '
+            f'more than a sweep'
+        )
+    elif short > outermost:
+        yield (
+            f'an RX-24F turns around {angle(short)} short of the limits, at {TURN_ACCELERATION:g} '
+            f'rad/s², and leaves out the outermost row: give the nod limits that are as much wider'
+        )

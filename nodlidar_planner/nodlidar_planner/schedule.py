@@ -1,0 +1,178 @@
+"""Nods whose sweeps differ in duration: slow sweeps up that interlace, and fast returns.
+
+The steady nod's sweeps up and down are two even combs, but where they coincide one of them is
+wasted. Here one comb does the work, in as little more than its share of the time as the return
+takes; docs/nod_schedules.md has the proof and the measurements.
+"""
+
+from dataclasses import dataclass, replace
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_planner.pattern import HALF_SAMPLE
+from nodlidar_planner.task import Task
+import numpy as np
+from numpy.typing import NDArray
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """Sweeps of given durations, up and down in turn, repeated for ever.
+
+    Attributes
+    ----------
+    sweeps
+        Their durations in samples, the first up; an even number of them.
+    phase
+        Samples that the nod is past its lower limit, going up, at sample 0.
+
+    Raises
+    ------
+    ParameterError
+        If the number of sweeps is odd or 0, or one is shorter than a sample.
+    """
+
+    sweeps: tuple[int, ...]
+    phase: float = HALF_SAMPLE
+
+    def __post_init__(self) -> None:
+        if not self.sweeps or len(self.sweeps) % 2:
+            raise ParameterError('sweeps', 'an even number of sweeps', len(self.sweeps))
+        if min(self.sweeps) < 1:
+            raise ParameterError('sweeps', 'at least 1 sample each', min(self.sweeps))
+
+    @property
+    def period(self) -> int:
+        """Samples after which the nod repeats."""
+        return sum(self.sweeps)
+
+    def turns(self, samples: int) -> Floats:
+        """Return the instants of the turns, in samples, from -phase to the first past a sample."""
+        periods = math.ceil((samples + self.phase) / self.period) + 1
+        ends = np.concatenate([[0.0], np.cumsum(np.tile(self.sweeps, periods))])
+        turns: Floats = ends - self.phase
+        return turns[: np.searchsorted(turns, samples, side='right') + 1]
+
+
+def whole_rows(task: Task) -> Task:
+    """Return the task with its limits a little wider, so that no row is lower than a cell.
+
+    A row that is only partly in the nod's span is met by as much fewer beams, and all wait for it.
+    """
+    more = (task.rows * task.cell - task.span) / 2.0
+    return replace(task, pitch_min=task.pitch_min - more, pitch_max=task.pitch_max + more)
+
+
+def even_rows(task: Task) -> Task:
+    """Return the task for an object that is a little smaller, so that no row is lower than a cell.
+
+    It is for a nod whose limits are given; see whole_rows. A single row is even as it is.
+    """
+    if task.rows == 1:
+        return task
+    cell = task.span / task.rows
+    return replace(task, object_size=2.0 * task.distance * math.sin(cell / 2.0))
+
+
+def interlaced(task: Task, fewest_samples: int, combs: int, overlap: float = 0.0) -> Schedule:
+    """Return slow sweeps up that interlace, so many to one coverage, and fast returns.
+
+    Each sweep up passes any azimuth in steps of `combs` cells, less the overlap, and each is a
+    cell's height off from those before it. So wherever in the region the object lies, it's hit
+    within one period, returns aside. One comb is soonest complete; more show all of the view
+    sooner, though coarsely.
+
+    Parameters
+    ----------
+    task
+        What must be covered; see whole_rows.
+    fewest_samples
+        Samples in a sweep at the highest speed; no sweep has fewer.
+    combs
+        How many sweeps up interlace.
+    overlap
+        Part of a cell's height by which neighbouring beams are closer than a cell; [0, 1). It
+        takes up errors of the turns' instants.
+
+    Raises
+    ------
+    ParameterError
+        If a number is out of its range.
+    """
+    if combs < 1:
+        raise ParameterError('combs', 'at least 1', combs)
+    if not 0.0 <= overlap < 1.0:
+        raise ParameterError('overlap', 'at least 0 and below 1', overlap)
+    revolution = task.steps_per_revolution
+    rows = task.span / task.cell
+    up = max(fewest_samples, math.ceil(rows * revolution / (combs * (1.0 - overlap))))
+    revolutions = _coprime_from(math.ceil((up + fewest_samples) * combs / revolution), combs)
+    # The last cycle ends with a whole revolution; those before it, to half a sample, evenly.
+    ends = np.rint(np.arange(combs + 1) * (revolutions * revolution / combs)).astype(np.int64)
+    while np.diff(ends).min() < up + fewest_samples:
+        revolutions = _coprime_from(revolutions + 1, combs)
+        ends = np.rint(np.arange(combs + 1) * (revolutions * revolution / combs)).astype(np.int64)
+    return Schedule(tuple(int(d) for end in np.diff(ends) for d in (up, end - up)))
+
+
+def shortest_interlaced(
+    task: Task, fewest_samples: int, most_samples: int, overlap: float = 0.0
+) -> Schedule:
+    """Return the interlaced schedule with the fewest combs whose sweeps keep to a speed band.
+
+    Raises
+    ------
+    ParameterError
+        If the band is too narrow for any.
+    """
+    rows = task.span / task.cell
+    fewest = math.ceil(rows * task.steps_per_revolution / ((1.0 - overlap) * most_samples))
+    for combs in range(fewest, 2 * math.ceil(rows) + fewest):
+        schedule = interlaced(task, fewest_samples, combs, overlap)
+        if max(schedule.sweeps) <= most_samples:
+            return schedule
+    raise ParameterError('most_samples', f'well above {fewest_samples}', most_samples)
+
+
+def rows_of(task: Task, turns: Floats, samples: Integers) -> Integers:
+    """Return the row that each sample falls in, for sweeps between given turns.
+
+    Parameters
+    ----------
+    task
+        Whose limits the nod reaches at each turn.
+    turns
+        Their instants, in samples, ascending; shape (t,), the first at the lower limit.
+    samples
+        Shape (n,), between the first turn and the last.
+    """
+    sweeps = np.interp(samples, turns, np.arange(len(turns))) % 2.0
+    return task.row_of_height(1.0 - np.abs(sweeps - 1.0), samples_per_sweep=1)
+
+
+def first_hits(task: Task, turns: Floats) -> Floats:
+    """Return the first sample, from 0 on, that hits each cell; shape (columns, rows).
+
+    It is infinite where none does before the last turn.
+    """
+    samples = np.arange(math.ceil(turns[-1]))
+    column = task.column_of_step()[samples % task.steps_per_revolution]
+    cell = _cells(task, column, rows_of(task, turns, samples))
+    first = np.full(task.cells + 1, np.inf)
+    first[cell[::-1]] = samples[::-1]
+    return first[:-1].reshape(task.columns, task.rows)
+
+
+def _cells(task: Task, column: Integers, row: Integers) -> Integers:
+    """Return each sample's cell; one past the last where the lidar measures none."""
+    return np.where(column >= 0, column * task.rows + row, task.cells)
+
+
+def _coprime_from(number: int, other: int) -> int:
+    """Return the least number from a given one on that is coprime with another."""
+    while math.gcd(number, other) != 1:
+        number += 1
+    return number

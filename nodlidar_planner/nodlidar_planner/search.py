@@ -1,0 +1,204 @@
+"""The N_s that complete soonest, without evaluating all of them.
+
+One column cannot be complete later than all are. So the completion of a single column, for many
+N_s at once, bounds each from below; only those whose bound beats the best so far are evaluated.
+"""
+
+import math
+from typing import Any
+
+from nodlidar_planner.coverage import Coverage, turn_reach
+from nodlidar_planner.start import pattern_from, phase_at
+from nodlidar_planner.task import column_runs, Task
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+AnyFloats = NDArray[np.floating[Any]]
+
+# So few N_s are evaluated without bounds.
+FEW = 3
+# After so many columns the most promising N_s is evaluated, to have a better time to beat.
+EVALUATED_AFTER = (2, 8, 32)
+# Of so many N_s one is looked at first, for the same reason.
+THINNING = 16
+# Rows that are watched in a column: as many as an integer has bits, without its sign.
+WATCHED_ROWS = 63
+# N_s whose columns are computed together: as many as fit the processor's cache.
+BLOCK = 128
+# A bound may be this much too low [samples], so that single precision will do up to this sample.
+ROUNDING = 0.05
+SINGLE_PRECISION = 2**18
+
+
+def soonest(
+    task: Task,
+    samples: Integers,
+    guard: float = 0.0,
+    count: int = 1,
+    start_pitch: float | None = None,
+    limit: float = math.inf,
+) -> tuple[Integers, Floats]:
+    """Return the N_s that complete soonest, and their times.
+
+    Parameters
+    ----------
+    task
+        What must be covered.
+    samples
+        The N_s to choose from, shape (n,).
+    guard
+        See Coverage.
+    count
+        How many to return; fewer if no more complete, more if others tie with the last.
+    start_pitch
+        See `phase_at`.
+    limit
+        Completion must take less than this [s].
+
+    Returns
+    -------
+    N_s and completion times [s], soonest first; ties in the order given.
+    """
+    samples = samples[_bears(task, samples, guard)]
+    search = _Search(task, guard, count, start_pitch, limit)
+    thinning = 1
+    while len(samples) > thinning * max(FEW, count):
+        thinning *= THINNING
+    while thinning:
+        search.look_at(samples[::thinning])
+        thinning //= THINNING
+    return search.best(samples)
+
+
+def _bears(task: Task, samples: Integers, guard: float) -> NDArray[np.bool_]:
+    """Tell for which N_s the second row from below is high enough for a guard at either side."""
+    if task.rows < 3:
+        return np.ones(len(samples), dtype=np.bool_)
+    part = np.array(min(2.0 * task.cell / task.span, 0.5))  # nowhere in the row is it easier
+    return np.asarray(samples * task.row_height(1) >= 2.0 * turn_reach(guard, part))
+
+
+def spread(count: int) -> Integers:
+    """Return 0 .. count - 1 in an order of which every beginning is spread evenly."""
+    golden = (math.sqrt(5.0) - 1.0) / 2.0
+    return np.argsort(np.argsort(np.arange(count) * golden % 1.0))
+
+
+class _Search:
+    """The completion times that are known already, and how to know those that matter."""
+
+    def __init__(
+        self, task: Task, guard: float, count: int, start_pitch: float | None, limit: float
+    ) -> None:
+        self._task = task
+        self._guard = guard
+        self._count = count
+        self._start_pitch = start_pitch
+        self._times: dict[int, float] = {}
+        self._limit = self._to_beat = limit
+
+    def look_at(self, samples: Integers) -> None:
+        """Evaluate all N_s that may be among the best."""
+        bound = self._bounds(samples)
+        for index in np.argsort(bound, kind='stable'):
+            if bound[index] > self._to_beat:
+                break
+            self._evaluate(int(samples[index]))
+
+    def best(self, samples: Integers) -> tuple[Integers, Floats]:
+        """Return the best of the N_s that were evaluated, and their times [s]."""
+        known = np.array([n_s for n_s in samples if int(n_s) in self._times], dtype=np.int64)
+        times = np.array([self._times[int(n_s)] for n_s in known])
+        last = times[np.argsort(times)[: self._count]].max(initial=0.0)
+        order = np.argsort(times, kind='stable')
+        order = order[(times[order] <= last) & (times[order] < self._limit)]
+        return known[order], times[order]
+
+    def _bounds(self, samples: Integers) -> Floats:
+        """Return bounds of the completion times, above the time to beat for all but a few."""
+        starts, widths = column_runs(self._task.column_of_step())
+        bound = np.zeros(len(samples))
+        for visited, column in enumerate(spread(len(starts)), start=1):
+            open_ = np.flatnonzero(bound < self._to_beat)
+            if not math.isfinite(self._to_beat) or len(open_) <= FEW:
+                break
+            column_bound = column_completion(
+                self._task,
+                samples[open_],
+                int(starts[column]),
+                int(widths[column]),
+                math.ceil(self._to_beat * self._task.scan_rate) + 1,
+                self._guard,
+                self._start_pitch,
+            )
+            bound[open_] = np.maximum(bound[open_], column_bound)
+            if visited in EVALUATED_AFTER:
+                self._evaluate(int(samples[open_[np.argmin(bound[open_])]]))
+        return bound
+
+    def _evaluate(self, samples_per_sweep: int) -> None:
+        if samples_per_sweep not in self._times:
+            pattern = pattern_from(self._task, samples_per_sweep, self._start_pitch)
+            coverage = Coverage(self._task, pattern, self._guard)
+            self._times[samples_per_sweep] = coverage.completion_time()
+            times = sorted([*self._times.values(), *[self._limit] * self._count])
+            self._to_beat = times[self._count - 1]
+
+
+def column_completion(
+    task: Task,
+    samples: Integers,
+    start: int,
+    width: int,
+    revolutions: int,
+    guard: float,
+    start_pitch: float | None = None,
+) -> Floats:
+    """Return a time before which a column is not complete, for each N_s; shape (n,) [s].
+
+    It is exact where rows are higher than a column is wide; otherwise rows that the nod passes
+    between two samples count as hit. Infinite if not complete after the revolutions.
+    """
+    entry = start + task.steps_per_revolution * np.arange(revolutions)
+    phase = phase_at(task, samples, start_pitch)
+    bounds = np.empty(len(samples))
+    for first in range(0, len(samples), BLOCK):
+        block = slice(first, first + BLOCK)
+        bounds[block] = _column_completion(
+            task, samples[block, None], phase[block, None], entry, width, guard
+        )
+    return bounds
+
+
+def _column_completion(
+    task: Task, samples: Integers, phase: Floats, entry: Integers, width: int, guard: float
+) -> Floats:
+    """Return the bounds for N_s of shape (n, 1)."""
+    precision: DTypeLike = np.float32 if entry[-1] < SINGLE_PRECISION else np.float64
+    n_s: AnyFloats = samples.astype(precision)
+    low, high = _passed(n_s, entry.astype(precision) + phase.astype(precision), width)
+    height = task.row_height(1) * n_s
+    last = min(task.rows, WATCHED_ROWS) - 1
+    if guard > 0.0:
+        low, high = low + turn_reach(guard, low / n_s), high - turn_reach(guard, high / n_s)
+    first_row = np.clip(np.floor((low - ROUNDING) / height), 0, task.rows - 1).astype(np.int64)
+    last_row = np.clip(np.floor((high + ROUNDING) / height), 0, last).astype(np.int64)
+    inside = (first_row <= last_row) & (first_row <= last)
+    hit = (np.int64(2) << last_row) - (np.int64(1) << np.minimum(first_row, last))
+    seen = np.bitwise_or.accumulate(np.where(inside, hit, 0), axis=1)
+    complete = seen == (1 << (last + 1)) - 1
+    when = entry[np.argmax(complete, axis=1)] * task.sample_time
+    return np.where(complete[:, -1], when, np.inf)
+
+
+def _passed(n_s: AnyFloats, entry: AnyFloats, width: int) -> tuple[AnyFloats, AnyFloats]:
+    """Return the lowest and the highest height during each pass of a column, (N_s, passes)."""
+    cycle = 2 * n_s
+    begin = entry - np.floor(entry / cycle) * cycle
+    end = begin + (width - 1)
+    at_begin, at_end = n_s - np.abs(begin - n_s), np.abs(n_s - np.abs(end - n_s))
+    low = (end < cycle) * np.minimum(at_begin, at_end)
+    high = np.where((begin <= n_s) & (end >= n_s), n_s, np.maximum(at_begin, at_end))
+    return low, high

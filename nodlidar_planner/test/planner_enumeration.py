@@ -1,0 +1,105 @@
+"""What the planner is checked with: the publication's task, and plain enumeration of a pattern."""
+
+from dataclasses import dataclass
+import math
+
+from nodlidar_planner.crossings import NEVER
+from nodlidar_planner.task import MEASURED_FROM, MEASURED_TO, Task
+import numpy as np
+
+PUBLISHED = Task(0.10, 2.0, -math.pi / 4, math.pi / 4, full_circle=True)
+
+
+@dataclass(frozen=True)
+class Enumerated:
+    """First hits, longest gaps and crossings in one period of every cell, (columns, rows)."""
+
+    first: np.ndarray
+    longest_gap: np.ndarray
+    crossings: np.ndarray
+
+
+def cells_of_samples(task, pattern, n):
+    """Return column * rows + row of each sample; -1 where it is in no cell."""
+    column = task.column_of_step()[n % pattern.steps_per_revolution]
+    wave = (n + pattern.phase) % (2 * pattern.samples_per_sweep)
+    triangle = pattern.samples_per_sweep - np.abs(wave - pattern.samples_per_sweep)
+    height = triangle * (task.span / pattern.samples_per_sweep)
+    row = np.minimum(np.floor(height / task.cell + 1e-9).astype(np.int64), task.rows - 1)
+    return np.where(column >= 0, column * task.rows + row, -1)
+
+
+def enumerate_cells(task, pattern):
+    """Enumerate one period."""
+    cells = task.columns * task.rows
+    period = np.lcm(pattern.steps_per_revolution, 2 * pattern.samples_per_sweep)
+    cell = cells_of_samples(task, pattern, np.arange(period, dtype=np.int64))
+    first = np.full(cells, NEVER)
+    hits = np.flatnonzero(cell >= 0)
+    first[cell[hits][::-1]] = hits[::-1]
+    begins = np.flatnonzero((cell != np.roll(cell, 1)) & (cell >= 0))
+    if len(begins) == 0 and cell[0] >= 0:  # all samples are in one cell, which is never left
+        return _shaped(task, first, np.zeros(cells, int), np.bincount(cell[:1], minlength=cells))
+    begins = begins[np.argsort(cell[begins], kind='stable')]
+    gap = (np.roll(begins, -1) - begins).astype(np.int64)
+    last = np.flatnonzero(np.diff(cell[begins], append=-1))
+    starts = np.concatenate([[0], last[:-1] + 1]) if len(last) else last
+    gap[last] = begins[starts] + period - begins[last]
+    longest = np.zeros(cells, dtype=np.int64)
+    np.maximum.at(longest, cell[begins], gap)
+    return _shaped(task, first, longest, np.bincount(cell[begins], minlength=cells))
+
+
+def _shaped(task, *figures):
+    return Enumerated(*(figure.reshape(task.columns, task.rows) for figure in figures))
+
+
+def beams(task, pattern, samples):
+    """Return azimuth and pitch of every beam in the region, one by one."""
+    n = np.arange(samples, dtype=np.int64)
+    wave = (n + pattern.phase) % (2 * pattern.samples_per_sweep)
+    height = pattern.samples_per_sweep - np.abs(wave - pattern.samples_per_sweep)
+    pitch = task.pitch_min + height * (task.span / pattern.samples_per_sweep)
+    step = n % pattern.steps_per_revolution
+    azimuth = -0.75 * math.pi + step * (math.tau / pattern.steps_per_revolution)
+    if task.full_circle:
+        return azimuth, pitch
+    seen = (azimuth > MEASURED_FROM - 1e-9) & (azimuth < MEASURED_TO + 1e-9)
+    seen &= np.abs(azimuth) < task.azimuth + 1e-9
+    return azimuth[seen], pitch[seen]
+
+
+def region(task):
+    """Return left, right edge of the region; a full circle is unrolled from step 0 on."""
+    if task.full_circle:
+        return -0.75 * math.pi, 1.25 * math.pi
+    return -task.azimuth, task.azimuth
+
+
+def unrolled(task, azimuth, pitch):
+    """Return the beams with, in a full circle, those of the next turn around as well."""
+    if not task.full_circle:
+        return azimuth, pitch
+    return np.concatenate([azimuth, azimuth + math.tau]), np.concatenate([pitch, pitch])
+
+
+def widest_by_corners(task, pattern, samples):
+    """Grow a square from each corner on a beam's azimuth and a beam's pitch, or the region's."""
+    return widest_at(task, *unrolled(task, *beams(task, pattern, samples)))
+
+
+def widest_at(task, azimuth, pitch):
+    """Grow a square from each corner, given all beams, of a full circle as unrolled."""
+    left, right = region(task)
+    widest = 0.0
+    y = np.unique(np.append(pitch, task.pitch_min))[:, None]
+    corners = np.unique(np.append(azimuth, left))
+    for x in corners[corners < right]:
+        room = math.tau if task.full_circle else right - x
+        side = np.minimum(room, task.pitch_max - y[:, 0])
+        if len(azimuth):
+            above = (azimuth > x + 1e-9) & (pitch > y + 1e-9)
+            reach = np.maximum(azimuth - x, pitch - y)
+            side = np.minimum(side, np.where(above, reach, np.inf).min(axis=1))
+        widest = max(widest, side.max())
+    return widest

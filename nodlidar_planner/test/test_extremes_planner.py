@@ -1,0 +1,125 @@
+"""The planner at the limits of what can be asked of it (docs/extremes.md)."""
+
+from dataclasses import fields
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import limits_of
+from nodlidar_planner.band import samples_in_band
+from nodlidar_planner.choice import plans
+from nodlidar_planner.coverage import Coverage, MAX_SAMPLES_PER_SWEEP
+from nodlidar_planner.crossings import NEVER
+from nodlidar_planner.objective import Objective
+from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.plan import evaluate
+from nodlidar_planner.task import Task
+import numpy as np
+from planner_enumeration import enumerate_cells
+import pytest
+
+EDGES = [
+    (field.name, edge)
+    for field in fields(Task)
+    for edge in (limits_of(field).minimum, limits_of(field).maximum)
+    if edge is not None
+]
+# What goes with an edge, for the task to make sense and its cells to be few enough to enumerate.
+WITH = {
+    ('object_size', 1e-6): {'distance': 1e-3},
+    ('object_size', 1e3): {'distance': 1e6},
+    ('distance', 1e-3): {'object_size': 2e-3},
+    ('distance', 1e6): {'object_size': 1e3},
+    ('pitch_min', 1.6): {'pitch_min': math.nextafter(1.6, 0.0), 'pitch_max': 1.6},
+    ('pitch_max', -1.6): {'pitch_min': -1.6, 'pitch_max': math.nextafter(-1.6, 0.0)},
+}
+# Limits at which columns have no beam (681 steps are in the region), or too many N_s are in the
+# band; and what is said.
+UNSEEN = 'such that each of the {} columns has a beam, not just {}'
+IMPOSSIBLE = {
+    ('object_size', 1e-6): ('object_size', UNSEEN.format(4173, 681)),
+    ('object_size', 1e3): ('object_size', UNSEEN.format(4173, 681)),
+    ('distance', 1e6): ('object_size', UNSEEN.format(4173, 681)),
+    ('azimuth', math.pi): ('azimuth', UNSEEN.format(126, 84)),
+    ('steps_per_revolution', 1): ('object_size', UNSEEN.format(84, 0)),
+    ('steps_per_revolution', 65_536): (
+        'speed_min',
+        'at least 3.05 rad/s, for 200000 choices',
+    ),
+}
+
+
+def task_at(key, edge):
+    return Task(**({key: edge} | WITH.get((key, edge), {})))
+
+
+@pytest.mark.parametrize(('key', 'edge'), EDGES)
+@pytest.mark.parametrize('n_s', [1, 33])
+def test_at_every_limit_of_a_task_the_figures_are_those_of_enumeration(key, edge, n_s):
+    task = task_at(key, edge)
+    pattern = Pattern(task.steps_per_revolution, n_s)
+    figures, expected = Coverage(task, pattern).figures(), enumerate_cells(task, pattern)
+    last = expected.first.max()
+    completion = math.inf if last == NEVER else last * task.sample_time
+    assert figures.completion_time == pytest.approx(completion)
+    assert figures.cells == expected.first.size
+    assert figures.never_hit_share == pytest.approx(np.mean(expected.first == NEVER))
+    period = np.lcm(task.steps_per_revolution, 2 * n_s) * task.sample_time
+    assert figures.hit_frequency == pytest.approx(np.mean(expected.crossings) / period)
+
+
+@pytest.mark.parametrize(('key', 'edge'), [edge for edge in EDGES if edge not in IMPOSSIBLE])
+def test_at_a_limit_of_a_task_that_can_be_done_the_choice_is_a_plan(key, edge):
+    task = task_at(key, edge)
+    (plan,) = plans(task, samples_in_band(task)[::40], Objective(), count=1)
+    assert plan.lower_bound <= plan.figures.completion_time < math.inf
+    assert math.gcd(plan.samples_per_sweep, task.steps_per_revolution) == 1
+    assert 0.0 < plan.hole < math.tau
+
+
+@pytest.mark.parametrize(('key', 'edge'), IMPOSSIBLE)
+def test_at_a_limit_of_a_task_that_cannot_be_done_it_is_said_why(key, edge):
+    task = task_at(key, edge)
+    with pytest.raises(ParameterError) as caught:
+        plans(task, samples_in_band(task), Objective(), count=1)
+    assert (caught.value.key, caught.value.limit) == IMPOSSIBLE[key, edge]
+
+
+@pytest.mark.parametrize(('key', 'edge'), EDGES)
+def test_beyond_every_limit_of_a_task_is_refused_by_name(key, edge):
+    toward = math.inf if edge == max(e for k, e in EDGES if k == key) else -math.inf
+    beyond = math.nextafter(edge, toward)
+    if isinstance(edge, int):
+        beyond = edge + (1 if toward > 0.0 else -1)
+    for value in (beyond, math.nan, toward):
+        with pytest.raises(ParameterError, match=f"'{key}' must be ") as caught:
+            Task(**{key: value})
+        assert caught.value.key == key
+
+
+@pytest.mark.parametrize('span', [5e-324, 1e-300, 1e-12, 1e-6])
+@pytest.mark.parametrize('n_s', [1, 1001, MAX_SAMPLES_PER_SWEEP])
+def test_a_nod_of_hardly_any_span_sees_its_one_row_of_cells_in_every_revolution(span, n_s):
+    task = Task(pitch_min=0.0, pitch_max=span)
+    plan = evaluate(task, n_s)
+    # The 84th of the columns, 0.05 rad wide, from azimuth -119.53 degrees on.
+    last_column = math.ceil((83 * task.cell - task.azimuth + 0.75 * math.pi) / (math.tau / 1024))
+    assert plan.figures.completion_time == pytest.approx(last_column * task.sample_time)
+    assert plan.figures.cells == 84
+    assert plan.figures.revisit_max == pytest.approx(0.1)
+    assert plan.figures.hit_frequency == pytest.approx(10.0)
+    assert plan.hole == pytest.approx(span)
+
+
+@pytest.mark.parametrize('n_l', [1, 2, 65_536])
+@pytest.mark.parametrize('n_s', [1, 7, MAX_SAMPLES_PER_SWEEP])
+def test_the_fewest_and_the_most_samples_and_steps_see_as_many_cells_as_they_can(n_l, n_s):
+    """The steps see min(N_L, columns) columns, the heights of their samples so many rows."""
+    task = Task(steps_per_revolution=n_l, full_circle=True)
+    figures = evaluate(task, n_s).figures
+    assert figures.cells == 126 * 25
+    heights = {1: 1, 7: 7, MAX_SAMPLES_PER_SWEEP: 25}[n_s]
+    seen = min(n_l, 126) * heights
+    assert figures.never_hit_share == pytest.approx(1.0 - seen / figures.cells)
+    complete = seen == figures.cells
+    assert math.isfinite(figures.completion_time) == complete
+    assert math.isfinite(figures.revisit_max) == complete

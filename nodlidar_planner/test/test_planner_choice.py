@@ -1,0 +1,144 @@
+"""The choice of N_s by what it gives, also under errors of the servo's turns."""
+
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_planner.band import samples_in_band
+from nodlidar_planner.choice import plans, quick_choice
+from nodlidar_planner.objective import Objective
+from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.plan import evaluate
+from nodlidar_planner.survey import survey
+from nodlidar_planner.task import Task
+from nodlidar_planner.timing_error import completion_run
+import numpy as np
+from planner_enumeration import PUBLISHED
+import pytest
+
+BAND = samples_in_band(PUBLISHED)
+
+
+def test_the_choice_completes_in_less_than_half_the_time_of_the_published_one():
+    best = plans(PUBLISHED, BAND, Objective(), count=1)[0]
+    published = evaluate(PUBLISHED, 2745, start_pitch=PUBLISHED.pitch_min)
+    assert best.figures.completion_time <= 6.3
+    assert published.figures.completion_time == pytest.approx(13.13, abs=0.005)
+    assert best.lower_bound < best.figures.completion_time
+
+
+def test_weights_choose_by_what_they_weigh():
+    task, samples = Task(0.4, 2.0), BAND[::50]
+    figures = survey(task, samples)
+    by_revisit = plans(task, samples, Objective(completion=0.0, revisit=1.0), count=2)
+    assert by_revisit[0].figures.revisit_max == min(f.revisit_max for f in figures)
+    by_hole = plans(task, samples, Objective(completion=0.0, hole=1.0, hole_after=2.0), count=99)
+    holes = [plan.hole for plan in by_hole]
+    assert holes == sorted(holes)
+    assert len(holes) == len(samples)
+
+
+@pytest.mark.parametrize('count', [1, 3, 10])
+def test_ties_go_by_the_longest_revisit_and_then_by_the_hit_frequency(count):
+    task = Task(0.93, 2.0, full_circle=True, steps_per_revolution=55)
+    samples = np.array([n for n in range(107, 133) if math.gcd(n, 55) == 1])
+    figures = dict(zip(samples.tolist(), survey(task, samples), strict=True))
+    order = sorted(
+        figures,
+        key=lambda n_s: (
+            figures[n_s].completion_time,
+            figures[n_s].revisit_max,
+            -figures[n_s].hit_frequency,
+        ),
+    )
+    assert figures[order[0]].completion_time == figures[order[9]].completion_time
+    best = plans(task, samples, Objective(), count=count)
+    assert [plan.samples_per_sweep for plan in best] == order[:count]
+
+
+def test_holes_that_rounding_makes_differ_tie():
+    task = Task(0.3, 1.0, steps_per_revolution=49)
+    best = plans(task, np.array([59, 67]), Objective(0.0, 0.0, 1.0, hole_after=0.7), count=2)
+    assert best[0].hole == pytest.approx(best[1].hole, abs=1e-12)
+    assert best[0].figures.revisit_max < best[1].figures.revisit_max
+
+
+def test_a_weighted_choice_leaves_out_what_never_completes():
+    samples = np.array([64, 4001, 1024, 4003])
+    weighted = Objective(completion=1.0, revisit=0.5)
+    found = [plan.samples_per_sweep for plan in plans(Task(), samples, weighted)]
+    assert sorted(found) == [4001, 4003]
+    with pytest.raises(ParameterError, match="'object_size' must be so large that with some N_s"):
+        plans(Task(), samples[::2], weighted)
+    with pytest.raises(ParameterError, match="'azimuth' must be such that each of the"):
+        plans(Task(azimuth=3.0), samples, Objective(completion=0.0, revisit=1.0))
+
+
+def test_survey_shows_what_it_goes_through():
+    shown = []
+    assert (
+        len(survey(Task(), BAND[:3], progress=lambda samples: shown.extend(samples) or shown)) == 3
+    )
+    assert shown == [1001, 1003, 1005]
+
+
+def test_the_timing_errors_that_were_measured_before():
+    median = evaluate(PUBLISHED, 2745, PUBLISHED.pitch_min, 0.003).under_error.median
+    assert median == pytest.approx(22.0, abs=2.5)
+    median = evaluate(PUBLISHED, 1057, PUBLISHED.pitch_min, 0.001).under_error.median
+    assert median == pytest.approx(17.9, abs=2.5)
+
+
+def test_the_robust_choice_completes_sooner_than_the_nominal_one_under_error():
+    error, fresh = 0.003, range(5000, 5100)
+    nominal = plans(PUBLISHED, BAND, Objective(), count=1)[0]
+    robust = plans(PUBLISHED, BAND, Objective(), timing_error=error, count=1)[0]
+    quick = quick_choice(PUBLISHED, BAND, error)
+    medians = [
+        np.median([completion_run(PUBLISHED, n_s, 0.5, error, seed) for seed in fresh])
+        for n_s in (nominal.samples_per_sweep, robust.samples_per_sweep, quick)
+    ]
+    assert medians[0] >= 1.5 * medians[1]
+    assert medians[0] >= 1.5 * medians[2]
+    assert robust.figures.completion_time > nominal.figures.completion_time
+
+
+def test_without_error_the_quick_choice_is_the_exact_one():
+    assert (
+        quick_choice(PUBLISHED, BAND) == plans(PUBLISHED, BAND, Objective())[0].samples_per_sweep
+    )
+
+
+def test_an_error_wider_than_the_rows_still_ends_in_a_choice():
+    task = Task(0.02, 2.0)
+    assert quick_choice(task, samples_in_band(task)[::40], timing_error=0.05) in BAND
+
+
+def test_what_never_completes_is_refused_by_name():
+    with pytest.raises(ParameterError, match="'object_size' must be such that each of the"):
+        plans(Task(0.001, 5.0), BAND, Objective())
+    with pytest.raises(ParameterError, match="'object_size' must be so large that with some N_s"):
+        plans(Task(0.02, 2.0), np.array([17]), Objective())
+    with pytest.raises(ParameterError, match="'azimuth' must be such that each of the"):
+        plans(Task(azimuth=3.0), BAND, Objective())
+    circle = Task(0.3, 2.0, full_circle=True, steps_per_revolution=43)  # its last column is narrow
+    with pytest.raises(ParameterError, match="'object_size' must be such that each of the"):
+        plans(circle, BAND, Objective())
+    with pytest.raises(ParameterError, match='timing_error'):
+        plans(Task(), BAND, Objective(revisit=1.0), timing_error=0.001)
+    with pytest.raises(ParameterError, match='start_pitch'):
+        evaluate(Task(), 4001, start_pitch=1.0)
+
+
+@pytest.mark.parametrize(
+    'weights', [{'completion': -1.0}, {'completion': 0.0}, {'hole': math.nan}, {'hole_after': 0.0}]
+)
+def test_objectives_that_are_none_are_refused(weights):
+    with pytest.raises(ParameterError):
+        Objective(**weights)
+
+
+def test_a_pattern_that_leaves_cells_out_is_evaluated_all_the_same():
+    plan = evaluate(PUBLISHED, 1024)
+    assert plan.figures.completion_time == math.inf
+    assert 0.0 < plan.figures.never_hit_share < 1.0
+    assert plan.distinct_directions == Pattern(1024, 1024).distinct_directions

@@ -1,0 +1,106 @@
+"""The choice of the next sweep, knowing where the beams went."""
+
+import itertools
+import math
+
+from nodlidar_planner.feedback import Feedback, SPREAD
+from nodlidar_planner.schedule import first_hits
+from nodlidar_planner.task import Task
+from nodlidar_planner.timing_error import completion_run
+import numpy as np
+import pytest
+
+TASK = Task(0.10, 2.0, -math.pi / 4, math.pi / 4, full_circle=True)
+WINDOW = Task()
+
+
+def fed_back(task, n_s, error, seed):
+    """Return the turns of a nod whose sweeps are chosen until all was seen, and its Feedback."""
+    feedback, noise = Feedback(task, n_s, error), np.random.default_rng(seed)
+    turns, last = [-0.5], 0
+    while feedback.unseen.any():
+        going_up = len(turns) % 2 == 1
+        duration = feedback.next_duration(turns[-1], going_up)
+        assert (1 - SPREAD) * n_s <= duration <= (1 + SPREAD) * n_s
+        turn = turns[-1] + duration + noise.normal(0.0, error / task.sample_time)
+        new = feedback.saw(turns[-1], turn, going_up)
+        last = new[-1] if len(new) else last
+        turns.append(turn)
+    return np.array(turns), last * task.sample_time
+
+
+@pytest.mark.parametrize(('task', 'n_s'), [(TASK, 4001), (WINDOW, 2500), (WINDOW, 1001)])
+def test_what_was_seen_is_what_enumeration_sees(task, n_s):
+    turns, completion = fed_back(task, n_s, 0.003, seed=3)
+    first = first_hits(task, turns)
+    assert first.max() * task.sample_time == pytest.approx(completion, abs=1e-9)
+
+
+def test_a_sweep_marks_just_its_own_cells():
+    feedback = Feedback(WINDOW, 2500, 0.0)
+    turns = np.array([-0.5, 2400.0, 5100.25, 7401.0])
+    for k in range(3):
+        feedback.saw(turns[k], turns[k + 1], going_up=k % 2 == 0)
+    first = first_hits(WINDOW, turns)
+    assert np.array_equal(feedback.unseen, ~np.isfinite(first))
+
+
+def test_beams_mark_what_their_sweep_does():
+    """The same sweeps, by the turns' instants and by where each of their beams points."""
+    by_turns, by_beams = Feedback(WINDOW, 2500, 0.0), Feedback(WINDOW, 2500, 0.0)
+    turns = np.array([-0.5, 2400.0, 5100.25, 7401.0])
+    for k in range(3):
+        by_turns.saw(turns[k], turns[k + 1], going_up=k % 2 == 0)
+    n = np.arange(math.ceil(turns[-1]))
+    limits = np.resize([WINDOW.pitch_min, WINDOW.pitch_max], len(turns))
+    by_beams.saw_beams(WINDOW.step_azimuth()[n % 1024], np.interp(n, turns, limits))
+    assert np.array_equal(by_turns.unseen, by_beams.unseen)
+
+
+def test_beams_beyond_the_limits_mark_nothing():
+    feedback = Feedback(WINDOW, 2500, 0.0)
+    feedback.saw_beams(np.zeros(2), np.array([WINDOW.pitch_min, WINDOW.pitch_max]) * 1.01)
+    assert feedback.unseen.all()
+
+
+def test_what_the_sweep_under_way_will_hit_is_not_gone_for_again():
+    """It hits all of a patch; knowing that, the next one is much likelier to hit another cell."""
+
+    def hits(under_way):
+        count = 0
+        for column, row in itertools.product(range(5, 120, 7), range(2, 30, 5)):
+            feedback = Feedback(TASK, 4001, 0.0)
+            feedback.unseen = patch.copy()
+            feedback.unseen[column, row] = True
+            duration = feedback.next_duration(4000.5, False, under_way)
+            feedback.saw(4000.5, 4000.5 + duration, False)
+            count += not feedback.unseen[column, row]
+        return count
+
+    present = Feedback(TASK, 4001, 0.0)
+    present.saw(-0.5, 4000.5, True)
+    patch = ~present.unseen
+    patch[:40] = patch[42:] = False
+    assert hits((-0.5, 4001.0)) > 1.5 * hits(None)
+
+
+def test_the_choice_goes_for_what_is_left():
+    """With one cell left that a sweep of some duration can hit, it is hit."""
+    for column, row in ((20, 12), (60, 24), (100, 7)):
+        feedback = Feedback(TASK, 4001, 0.0)
+        feedback.unseen[:] = False
+        feedback.unseen[column, row] = True
+        turn, going_up = -0.5, True
+        for _ in range(8):
+            duration = feedback.next_duration(turn, going_up)
+            feedback.saw(turn, turn + duration, going_up)
+            turn, going_up = turn + duration, not going_up
+        assert not feedback.unseen.any()
+
+
+@pytest.mark.parametrize('n_s', [2500, 4001])
+def test_under_error_feedback_completes_much_sooner_than_the_planned_nod(n_s):
+    error, seeds = 0.003, range(8)
+    planned = np.median([completion_run(TASK, n_s, 0.5, error, seed) for seed in seeds])
+    chosen = np.median([fed_back(TASK, n_s, error, seed)[1] for seed in seeds])
+    assert chosen < 0.75 * planned

@@ -1,0 +1,32 @@
+"""Runs of a nod whose turns are late."""
+
+from nodlidar_planner.coverage import Coverage
+from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.task import Task
+from nodlidar_planner.timing_error import completion_run, turn_instants
+import numpy as np
+from planner_enumeration import PUBLISHED
+import pytest
+
+
+def test_a_run_without_error_takes_as_long_as_coverage_says():
+    for task in (PUBLISHED, Task(), Task(distance=1.0, steps_per_revolution=1440)):
+        for n_s in (1001, 2747, 4001, 7999):
+            exact = Coverage(task, Pattern(task.steps_per_revolution, n_s)).completion_time()
+            run = completion_run(task, n_s, 0.5, 0.0, seed=1)
+            assert exact - 10 * task.sample_time <= run <= exact + 1e-12
+
+
+@pytest.mark.parametrize('n_s', [1057, 4001, 7987])
+@pytest.mark.parametrize('error', [0.001, 0.008])
+def test_a_run_takes_as_long_as_its_samples_enumerated(n_s, error):
+    task, samples = PUBLISHED, int(60.0 / PUBLISHED.sample_time)
+    turns = turn_instants(n_s, 0.5, error / task.sample_time, samples, seed=7)
+    n = np.arange(samples)
+    sweep = np.interp(n, turns, np.arange(len(turns)))
+    row = task.row_of_height(1.0 - np.abs(sweep % 2.0 - 1.0), 1)
+    cell = task.column_of_step()[n % 1024] * task.rows + row
+    first = np.full(task.cells, samples)
+    first[cell[::-1]] = n[::-1]
+    expected = first.max() * task.sample_time
+    assert completion_run(task, n_s, 0.5, error, seed=7) == pytest.approx(expected, abs=0.001)
