@@ -15,7 +15,7 @@ help:                    ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## */\t/' | expand -t 12
 
 demo: build              ## scan the simulated room for 20 s; leaves cloud.ply, cloud.png and a bag in demo_output/
-	@$(ACTIVATE) && ros2 run nodlidar_bringup demo $(DEMO_ARGS)
+	@$(ACTIVATE) && ros2 run nodlidar_demo demo $(DEMO_ARGS)
 
 test: build lint         ## run every test
 	@$(ACTIVATE) && python -m pytest $(PYTEST_ARGS)

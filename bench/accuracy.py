@@ -2,7 +2,7 @@
 
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
-from nodlidar_bringup.evaluation import (
+from nodlidar_demo.evaluation import (
     FAR,
     MAX_JOINT_GAP,
     near_beams,

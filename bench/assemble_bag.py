@@ -21,7 +21,7 @@ from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_bringup.evaluation import simulated_log
+from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.sensor_model import SensorModel

@@ -13,7 +13,7 @@ from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
 import numpy as np

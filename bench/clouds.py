@@ -9,8 +9,8 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.clouds.points import POINT
-from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log
 import numpy as np
 from numpy.typing import NDArray
 

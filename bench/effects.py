@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_bringup.evaluation import points_of, simulated_log, simulated_odometry, xyz_of
 from nodlidar_common.parameters import limits_of
+from nodlidar_demo.evaluation import points_of, simulated_log, simulated_odometry, xyz_of
 from nodlidar_sim.base import to_space
 from nodlidar_sim.effects import Effects
 from nodlidar_sim.scene import load_scene, Scene, scene_names

@@ -5,7 +5,7 @@ from dataclasses import replace
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, USUAL_MOTION
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_bringup.evaluation import (
+from nodlidar_demo.evaluation import (
     FAR,
     moved_surface_rms,
     near_beams,

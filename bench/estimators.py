@@ -8,8 +8,8 @@ from nodlidar_assembler.clouds.ego_motion import Odometry, USUAL_MOTION
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry, xyz_of
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry, xyz_of
 from nodlidar_sim.simulation import Recording
 import numpy as np
 from numpy.typing import NDArray

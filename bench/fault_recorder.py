@@ -10,7 +10,7 @@ from pathlib import Path
 import signal
 import time
 
-from nodlidar_bringup.recorder import Recorder
+from nodlidar_demo.ros.recorder import Recorder
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions

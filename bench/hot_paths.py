@@ -17,9 +17,9 @@ from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.surroundings import Surroundings
-from nodlidar_bringup.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode
+from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
 from nodlidar_planner.band import samples_in_band
 from nodlidar_planner.choice import quick_choice
 from nodlidar_planner.feedback import Feedback

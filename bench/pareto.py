@@ -15,7 +15,9 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import largest_square
-from nodlidar_bringup.evaluation import (
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_demo.evaluation import (
     FAR,
     near_beams,
     points_of,
@@ -23,8 +25,6 @@ from nodlidar_bringup.evaluation import (
     surface_rms,
     xyz_of,
 )
-from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_planner.band import samples_in_band
 from nodlidar_planner.choice import quick_choice
 from nodlidar_planner.task import Task

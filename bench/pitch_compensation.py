@@ -22,9 +22,9 @@ from nodlidar_assembler.control.pitch_limits import (
     PitchLimitsConfig,
     ranges_that_count,
 )
-from nodlidar_bringup.evaluation import MAX_JOINT_GAP, xyz_of
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
+from nodlidar_demo.evaluation import MAX_JOINT_GAP, xyz_of
 from nodlidar_sim.scene import load_scene, Scene
 from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.world import World

@@ -15,8 +15,8 @@ from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_bringup.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording
 import numpy as np

@@ -4,7 +4,7 @@ from itertools import product
 import math
 
 from nodlidar_assembler.clouds.pitch_estimator import LEG_MARGIN, PitchEstimator
-from nodlidar_bringup.evaluation import MAX_JOINT_GAP
+from nodlidar_demo.evaluation import MAX_JOINT_GAP
 from nodlidar_sim.sensor_model import SensorModel
 
 from bench.accuracy import pitch_rms

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
-from nodlidar_bringup.evaluation import (
+from nodlidar_demo.evaluation import (
     FAR,
     MAX_JOINT_GAP,
     near_beams,

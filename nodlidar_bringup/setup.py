@@ -25,5 +25,4 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Starts a whole nodding lidar, real or simulated.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['demo = nodlidar_bringup.demo:main']},
 )

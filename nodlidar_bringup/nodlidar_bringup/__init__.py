@@ -1,1 +1,1 @@
-"""The demo: runs a simulated sensor, records it and measures what it delivers."""
+"""What the launch file is made of, and the launch file as a child process."""

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_bringup.delivery import Delivery
-from nodlidar_bringup.evaluation import FAR
+from nodlidar_demo.delivery import Delivery
+from nodlidar_demo.evaluation import FAR
 import numpy as np
 from rich.console import Console
 from rich.table import Table

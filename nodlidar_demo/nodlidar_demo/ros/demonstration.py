@@ -12,21 +12,21 @@ from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT as MOUNT
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_bringup.delivery import read_delivery, read_start_ns
-from nodlidar_bringup.evaluation import (
+from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
+from nodlidar_common.command_line import LineParser
+from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.whole_file import named
+from nodlidar_demo.delivery import read_delivery, read_start_ns
+from nodlidar_demo.evaluation import (
     moved_surface_rms,
     near_beams,
     points_of,
     surface_rms,
     xyz_of,
 )
-from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
-from nodlidar_bringup.pictures import write_picture, write_ply
-from nodlidar_bringup.recorder import Recorder
-from nodlidar_bringup.report import print_report
-from nodlidar_common.command_line import LineParser
-from nodlidar_common.errors import NodlidarError, ParameterError
-from nodlidar_common.whole_file import named
+from nodlidar_demo.pictures import write_picture, write_ply
+from nodlidar_demo.report import print_report
+from nodlidar_demo.ros.recorder import Recorder
 from nodlidar_sim.scene import load_scene, Scene
 from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.world import World

@@ -2,8 +2,8 @@
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import POINT
-from nodlidar_bringup.evaluation import xyz_of
-from nodlidar_bringup.pictures import picture, seen_from, write_picture, write_ply
+from nodlidar_demo.evaluation import xyz_of
+from nodlidar_demo.pictures import picture, seen_from, write_picture, write_ply
 import numpy as np
 from plyfile import PlyData
 import pytest

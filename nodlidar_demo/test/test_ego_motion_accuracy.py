@@ -6,7 +6,8 @@ from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses, USUAL_MOTION
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline
-from nodlidar_bringup.evaluation import (
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_demo.evaluation import (
     moved_surface_rms,
     near_beams,
     points_of,
@@ -14,7 +15,6 @@ from nodlidar_bringup.evaluation import (
     simulated_odometry,
     xyz_of,
 )
-from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
 import numpy as np

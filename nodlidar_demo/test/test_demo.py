@@ -3,10 +3,10 @@
 import errno
 import io
 
-from nodlidar_bringup import demonstration
-from nodlidar_bringup.demo import main
-from nodlidar_bringup.demonstration import launch_arguments
-from nodlidar_bringup.report import rms_table
+from nodlidar_demo.demo import main
+from nodlidar_demo.report import rms_table
+from nodlidar_demo.ros import demonstration
+from nodlidar_demo.ros.demonstration import launch_arguments
 from nodlidar_sim.scene import load_scene
 import pytest
 import rclpy

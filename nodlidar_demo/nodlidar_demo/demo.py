@@ -1,4 +1,4 @@
-"""`ros2 run nodlidar_bringup demo`: scans a simulated scene, and shows and measures the result."""
+"""`ros2 run nodlidar_demo demo`: scans a simulated scene, and shows and measures the result."""
 
 from collections.abc import Sequence
 import sys
@@ -11,7 +11,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def work() -> None:
         # Imported here: a package that is missing is told in a line.
-        from nodlidar_bringup.demonstration import demonstrate
+        from nodlidar_demo.ros.demonstration import demonstrate
 
         demonstrate(argv, __doc__)
 

@@ -1,0 +1,1 @@
+"""What needs ROS: running the launch file, and recording what it publishes."""
