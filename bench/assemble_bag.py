@@ -23,9 +23,9 @@ from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.bag import write_bag
-from nodlidar_sim.scene import load_scene
-from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.sensor_model import SensorModel
 from rosbags.rosbag2 import Reader, StoragePlugin
 
 from bench.hot_paths import interleaved

@@ -14,8 +14,8 @@ from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
-from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 
 from bench.reference import reference_nod, START_NS

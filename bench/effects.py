@@ -12,10 +12,10 @@ from dataclasses import dataclass, fields, replace
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_common.parameters import limits_of
 from nodlidar_demo.evaluation import points_of, simulated_log, simulated_odometry, xyz_of
-from nodlidar_sim.base import to_space
-from nodlidar_sim.effects import Effects
-from nodlidar_sim.scene import load_scene, Scene, scene_names
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.base import to_space
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.scene import load_scene, Scene, scene_names
 import numpy as np
 
 from bench.hot_paths import interleaved

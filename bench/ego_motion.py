@@ -14,8 +14,8 @@ from nodlidar_demo.evaluation import (
     simulated_odometry,
     xyz_of,
 )
-from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from numpy.typing import NDArray
 

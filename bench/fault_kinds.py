@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import math
 import signal
 
-from nodlidar_sim.faulty_line import FaultyLine
-from nodlidar_sim.rx24f_table import TORQUE_LIMIT
+from nodlidar_sim.devices.faulty_line import FaultyLine
+from nodlidar_sim.devices.rx24f_table import TORQUE_LIMIT
 import numpy as np
 
 from bench.fault_rig import Rig

@@ -11,19 +11,19 @@ import time
 from types import TracebackType
 
 from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
-from nodlidar_sim.device import Device
-from nodlidar_sim.effects import imperfect
-from nodlidar_sim.faults import FaultyDevice
-from nodlidar_sim.faulty_line import FaultyLine
-from nodlidar_sim.pseudo_terminals import PseudoTerminals
-from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.rx24f_table import TORQUE_ENABLE
-from nodlidar_sim.scene import load_scene
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.urg import UrgEmulator
-from nodlidar_sim.urg_requests import Stream
-from nodlidar_sim.urg_scan import Turn
-from nodlidar_sim.world import World
+from nodlidar_sim.devices.device import Device
+from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.devices.faulty_line import FaultyLine
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx24f_table import TORQUE_ENABLE
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.devices.urg_requests import Stream
+from nodlidar_sim.devices.urg_scan import Turn
+from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.world.effects import imperfect
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.world import World
 import numpy as np
 import psutil
 

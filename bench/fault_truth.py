@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from nodlidar_sim.motion import Array, Motion, Times
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.urg_scan import FIRST_STEP, LAST_STEP, MIN_RANGE_MM, Turn
+from nodlidar_sim.devices.urg_scan import FIRST_STEP, LAST_STEP, MIN_RANGE_MM, Turn
+from nodlidar_sim.world.motion import Array, Motion, Times
+from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 from numpy.typing import NDArray
 

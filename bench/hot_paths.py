@@ -24,8 +24,8 @@ from nodlidar_planner.band import samples_in_band
 from nodlidar_planner.choice import quick_choice
 from nodlidar_planner.feedback import Feedback
 from nodlidar_planner.task import Task
-from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from numpy.typing import NDArray
 

@@ -28,11 +28,11 @@ from nodlidar_demo.evaluation import (
 from nodlidar_planner.band import samples_in_band
 from nodlidar_planner.choice import quick_choice
 from nodlidar_planner.task import Task
-from nodlidar_sim.effects import RangeFaults
-from nodlidar_sim.motion import triangle_motion
-from nodlidar_sim.scene import load_scene, Scene
-from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.effects import RangeFaults
+from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.scene import load_scene, Scene
+from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 from numpy.typing import NDArray
 

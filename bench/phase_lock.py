@@ -18,10 +18,10 @@ from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.servo import Sample, Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
-from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.rx24f_motor import TICK
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx24f_motor import TICK
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 from numpy.typing import NDArray
 

@@ -25,9 +25,9 @@ from nodlidar_assembler.control.pitch_limits import (
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_demo.evaluation import MAX_JOINT_GAP, xyz_of
-from nodlidar_sim.scene import load_scene, Scene
-from nodlidar_sim.sensor_model import SensorModel
-from nodlidar_sim.world import World
+from nodlidar_sim.world.scene import load_scene, Scene
+from nodlidar_sim.world.sensor_model import SensorModel
+from nodlidar_sim.world.world import World
 import numpy as np
 from numpy.typing import NDArray
 

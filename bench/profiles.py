@@ -17,8 +17,8 @@ from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
-from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 
 from bench.accuracy import pitch_rms

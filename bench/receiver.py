@@ -2,7 +2,7 @@
 
 import sys
 
-from nodlidar_common.node import run
+from nodlidar_common.ros.node import run
 from rclpy.node import Node
 from sensor_msgs.msg import JointState, LaserScan
 

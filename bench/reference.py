@@ -5,9 +5,9 @@ from math import pi
 
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_planner.task import Task
-from nodlidar_sim.scene import load_scene
-from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.sensor_model import SensorModel
 
 START_NS = 1_700_000_000_000_000_000
 SPAN = 1.2272

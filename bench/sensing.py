@@ -5,7 +5,7 @@ import math
 
 from nodlidar_assembler.clouds.pitch_estimator import LEG_MARGIN, PitchEstimator
 from nodlidar_demo.evaluation import MAX_JOINT_GAP
-from nodlidar_sim.sensor_model import SensorModel
+from nodlidar_sim.world.sensor_model import SensorModel
 
 from bench.accuracy import pitch_rms
 from bench.reference import simulated_room

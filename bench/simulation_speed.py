@@ -6,9 +6,9 @@ Times are of one core, the lower quartile of runs that take turns.
 from collections.abc import Callable
 from dataclasses import replace
 
-from nodlidar_sim.effects import Effects
-from nodlidar_sim.scene import load_scene, Scene, scene_names
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.scene import load_scene, Scene, scene_names
 
 from bench.effects import TYPICAL
 from bench.hot_paths import interleaved

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_demo.evaluation import simulated_log
-from nodlidar_sim.sensor_model import SensorModel
+from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 
 from bench.reference import simulated_room

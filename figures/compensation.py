@@ -6,7 +6,7 @@ import matplotlib
 
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from rich.console import Console
 from rich.table import Table

@@ -18,8 +18,8 @@ from nodlidar_demo.evaluation import (
     simulated_log,
     surface_rms,
 )
-from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console

@@ -7,7 +7,7 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_sim.motion import triangle_motion, TURN_ACCELERATION
+from nodlidar_sim.world.motion import triangle_motion, TURN_ACCELERATION
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console

@@ -19,5 +19,5 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Driver of the Hokuyo URG-04LX-UG01: SCIP 2.0 to LaserScan.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['driver = nodlidar_driver.node:main']},
+    entry_points={'console_scripts': ['driver = nodlidar_driver.ros.node:main']},
 )

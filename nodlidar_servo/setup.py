@@ -19,5 +19,5 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Dynamixel servo that follows a nod command and publishes joint states.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['servo = nodlidar_servo.node:main']},
+    entry_points={'console_scripts': ['servo = nodlidar_servo.ros.node:main']},
 )

@@ -2,8 +2,8 @@
 
 from dataclasses import fields, replace
 
-from nodlidar_sim.effects import Effects
-from nodlidar_sim.scene import load_scene, scene_names
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.scene import load_scene, scene_names
 import numpy as np
 import pytest
 

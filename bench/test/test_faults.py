@@ -6,10 +6,10 @@ import math
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, xyz_of
-from nodlidar_sim.effects import Effects
-from nodlidar_sim.scene import load_scene
-from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 import pytest
 

@@ -1,6 +1,6 @@
 """Limits that follow the range save repeats and make points even over the height."""
 
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 

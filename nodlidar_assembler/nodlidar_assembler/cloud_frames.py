@@ -3,7 +3,7 @@
 from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.origins import frame_of, OF_ODOMETRY
-from nodlidar_common.messages import time_message
+from nodlidar_common.ros.messages import time_message
 from rclpy.node import Node
 from tf2_ros import StaticTransformBroadcaster
 

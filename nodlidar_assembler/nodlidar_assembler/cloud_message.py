@@ -4,7 +4,7 @@ from array import array
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
-from nodlidar_common.messages import time_message
+from nodlidar_common.ros.messages import time_message
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 

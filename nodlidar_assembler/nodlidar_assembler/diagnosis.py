@@ -9,9 +9,9 @@ from nodlidar_assembler.filters.scan_filter import ScanFilter
 from nodlidar_assembler.filters.scan_to_cloud import ScanToCloud
 from nodlidar_assembler.inputs import Input
 from nodlidar_assembler.silence import Silence
-from nodlidar_common.diagnostics import SteadyUpdater
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.steady import steady_ns
+from nodlidar_common.ros.diagnostics import SteadyUpdater
+from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from nodlidar_common.host_time import HostTime
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.steady import steady_ns
+from nodlidar_common.ros.steady import steady_ns
 from rclpy.node import Node
 
 # What comes within this time [ns] after the clock was set may still be stamped by the former time.

@@ -9,10 +9,10 @@ from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.filters.scan_message import geometry_from_message
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.messages import nod_to_message
+from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.stamps import time_ns
-from nodlidar_common.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.msg import NodCommand
 import numpy as np

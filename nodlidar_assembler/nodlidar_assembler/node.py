@@ -20,8 +20,8 @@ from nodlidar_assembler.nod_commander import NodCommander
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_assembler.tf_odometry import TfOdometry
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.node import run
-from nodlidar_common.node_parameters import declare
+from nodlidar_common.ros.node import run
+from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 from rclpy.qos import QoSProfile

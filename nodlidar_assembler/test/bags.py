@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.bag import messages, STORE, TOPICS, write_bag
-from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 START_NS = 1_700_000_000_000_000_000

@@ -1,6 +1,6 @@
 """What a driver and a servo would publish of a sensor's log."""
 
-from nodlidar_common.messages import time_message
+from nodlidar_common.ros.messages import time_message
 from sensor_msgs.msg import JointState, LaserScan
 
 

@@ -11,10 +11,10 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.node import Assembler
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.messages import nod_from_message
+from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 import rclpy

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from message_filters import SimpleFilter
 from nodlidar_assembler.filters.bracket_filter import BracketFilter
-from nodlidar_common.messages import time_message
+from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import LaserScan
 

@@ -14,12 +14,12 @@ from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.messages import time_message
 from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
+from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile

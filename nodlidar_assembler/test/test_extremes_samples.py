@@ -8,7 +8,7 @@ from message_filters import SimpleFilter
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
 from nodlidar_assembler.filters.bracket_filter import BracketFilter
-from nodlidar_common.messages import time_message
+from nodlidar_common.ros.messages import time_message
 import numpy as np
 import pytest
 from sensor_msgs.msg import LaserScan

@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from log_messages import scan_message
 from node_bench import bench, LONGEST
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_common.messages import nod_from_message, time_message
+from nodlidar_common.ros.messages import nod_from_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 import pytest

@@ -5,9 +5,9 @@ from message_fuzz import fed
 from node_bench import SCAN_NS, sensor_log, simulated
 from nodlidar_assembler import host_clock
 from nodlidar_common.host_time import HostTime
-from nodlidar_common.messages import nod_from_message
+from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 from rclpy.time import Time

@@ -5,7 +5,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.leg_model import leg_pitch, LegModelError, OTHER_MOTION, TOO_FEW
-from nodlidar_sim.motion import blended_motion
+from nodlidar_sim.world.motion import blended_motion
 import numpy as np
 import pytest
 

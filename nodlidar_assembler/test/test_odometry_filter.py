@@ -8,7 +8,7 @@ from message_filters import SimpleFilter
 from nodlidar_assembler.clouds.ego_motion import MotionLimits
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.filters.odometry_filter import OdometryFilter
-from nodlidar_common.messages import time_message
+from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
 import pytest

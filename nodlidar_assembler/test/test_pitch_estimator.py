@@ -5,7 +5,7 @@ from nodlidar_assembler.clouds.leg_model import OTHER_MOTION, TOO_FEW
 from nodlidar_assembler.clouds.pitch import beam_pitch, PitchError
 from nodlidar_assembler.clouds.pitch_estimator import PitchEstimator
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_sim.motion import triangle_motion
+from nodlidar_sim.world.motion import triangle_motion
 import numpy as np
 import pytest
 

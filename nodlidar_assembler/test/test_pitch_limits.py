@@ -13,8 +13,8 @@ from nodlidar_assembler.control.pitch_limits import (
 )
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_sim.scene import load_scene, parse_scene
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene, parse_scene
 import numpy as np
 import pytest
 

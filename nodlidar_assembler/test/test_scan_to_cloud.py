@@ -6,7 +6,7 @@ from node_bench import sensor_log, simulated, START_NS
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.filters.scan_to_cloud import ScanToCloud
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import pytest
 
 DEADLINE = 0.05

@@ -12,8 +12,8 @@ from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 

@@ -4,7 +4,7 @@ import gc
 
 from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.tf_odometry import TfOdometry
-from nodlidar_common.messages import time_message
+from nodlidar_common.ros.messages import time_message
 from nodlidar_common.survival import Survival
 import pytest
 import rclpy

@@ -6,7 +6,7 @@ import re
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameter_file import read_parameters
 from nodlidar_common.yaml_file import YamlError
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import xacro
 
 _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_servo.config import ServoConfig
-from nodlidar_sim.scene import load_scene, scene_names
+from nodlidar_sim.world.scene import load_scene, scene_names
 import numpy as np
 import pytest
 from urdf_parser_py.urdf import URDF

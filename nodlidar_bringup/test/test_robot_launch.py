@@ -5,13 +5,13 @@ import math
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import GetState
 from nodlidar_bringup.launched import launched_sensor
-from nodlidar_common.messages import nod_from_message
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
-from nodlidar_sim.scene import load_scene
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.world import World
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.world import World
 import numpy as np
 from observer import Observer
 import pytest

@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from nodlidar_bringup.launched import launched_sensor
 from nodlidar_common.stamps import time_ns
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from observer import Observer
 from sensor_msgs.msg import PointCloud2

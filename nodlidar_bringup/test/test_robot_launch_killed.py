@@ -5,10 +5,10 @@ import signal
 import time
 
 from nodlidar_bringup.launched import launched_sensor
+from nodlidar_sim.devices.rx24f_table import TORQUE_ENABLE
 from nodlidar_sim.emulate import make_devices
-from nodlidar_sim.pseudo_terminals import PseudoTerminals
-from nodlidar_sim.rx24f_table import TORQUE_ENABLE
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.world.scene import load_scene
 import psutil
 import pytest
 

@@ -12,10 +12,10 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from nodlidar_common.device_node import DeviceNode
 from nodlidar_common.errors import DeviceError, ParameterError, StoppedError
-from nodlidar_common.node import run
 from nodlidar_common.parameters import parameter
+from nodlidar_common.ros.device_node import DeviceNode
+from nodlidar_common.ros.node import run
 import pytest
 import rclpy
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
@@ -397,7 +397,7 @@ def test_a_parameter_file_that_cannot_be_read_ends_the_process_with_its_name(tmp
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from nodlidar_common.node import run
+from nodlidar_common.ros.node import run
 from test_device_node import active_device, FakeDevice
 FakeDevice.obey = lambda self, order: print(order, flush=True)
 FakeDevice.disconnect = lambda self: print('disconnect', flush=True)

@@ -4,8 +4,8 @@ from contextlib import contextmanager
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from nodlidar_common.diagnostics import SteadyUpdater
-from nodlidar_common.steady import create_steady_timer
+from nodlidar_common.ros.diagnostics import SteadyUpdater
+from nodlidar_common.ros.steady import create_steady_timer
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor

@@ -4,8 +4,8 @@ from fractions import Fraction
 
 from builtin_interfaces.msg import Time
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.messages import nod_from_message, nod_to_message, time_message
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.ros.messages import nod_from_message, nod_to_message, time_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
 import pytest

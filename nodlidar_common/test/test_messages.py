@@ -1,8 +1,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.messages import nod_from_message, nod_to_message, time_message
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.ros.messages import nod_from_message, nod_to_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 import pytest

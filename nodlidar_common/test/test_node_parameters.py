@@ -1,8 +1,8 @@
 from dataclasses import dataclass, replace
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.node_parameters import declare
 from nodlidar_common.parameters import parameter
+from nodlidar_common.ros.node_parameters import declare
 import pytest
 import rclpy
 from rclpy.parameter import Parameter

@@ -11,7 +11,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import Recording
-from nodlidar_sim.world import World
+from nodlidar_sim.world.world import World
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,7 +7,7 @@ from nodlidar_demo.demo import main
 from nodlidar_demo.report import rms_table
 from nodlidar_demo.ros import demonstration
 from nodlidar_demo.ros.demonstration import launch_arguments
-from nodlidar_sim.scene import load_scene
+from nodlidar_sim.world.scene import load_scene
 import pytest
 import rclpy
 from rich.console import Console

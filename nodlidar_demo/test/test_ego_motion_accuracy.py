@@ -15,8 +15,8 @@ from nodlidar_demo.evaluation import (
     simulated_odometry,
     xyz_of,
 )
-from nodlidar_sim.scene import load_scene
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 

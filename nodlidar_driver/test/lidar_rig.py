@@ -3,8 +3,8 @@
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import scan_window
 from nodlidar_driver.scan_account import ScanAccount
-from nodlidar_sim.urg import UrgEmulator
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 
 START_NS = 1_700_000_000_000_000_000

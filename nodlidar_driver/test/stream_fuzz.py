@@ -8,8 +8,8 @@ from nodlidar_common.errors import DeviceError
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import ScanWindow
 from nodlidar_driver.scan_account import ScanAccount
-from nodlidar_sim.urg import UrgEmulator
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 
 WINDOW = ScanWindow(360, 409, 1, 0)

@@ -5,7 +5,7 @@ from nodlidar_common.host_time import HostTime
 from nodlidar_driver.diagnosis import Diagnosis
 from nodlidar_driver.lidar import Scan
 from nodlidar_driver.scan import scan_window
-from nodlidar_sim.virtual_port import VirtualClock
+from nodlidar_sim.ports.virtual_port import VirtualClock
 import numpy as np
 import pytest
 

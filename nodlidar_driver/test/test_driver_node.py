@@ -14,9 +14,9 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
-from nodlidar_driver.node import Driver
-from nodlidar_sim.pseudo_terminals import PseudoTerminals
-from nodlidar_sim.urg import UrgEmulator
+from nodlidar_driver.ros.node import Driver
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 import numpy as np
 import pytest
 import rclpy
@@ -28,7 +28,7 @@ from rclpy.task import Future
 from sensor_msgs.msg import LaserScan, TimeReference
 
 TIMEOUT = 20.0
-MAIN = 'from nodlidar_driver.node import main; main()'
+MAIN = 'from nodlidar_driver.ros.node import main; main()'
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
 

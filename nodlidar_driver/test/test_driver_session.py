@@ -11,8 +11,8 @@ from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import ScanWindow
 from nodlidar_driver.scip_answer import STOP
 from nodlidar_driver.scip_client import ScipClient
-from nodlidar_sim.faults import FaultyDevice
-from nodlidar_sim.virtual_port import VirtualPort
+from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.ports.virtual_port import VirtualPort
 import numpy as np
 import pytest
 import serial

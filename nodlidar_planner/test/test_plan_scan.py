@@ -27,7 +27,7 @@ from nodlidar_planner.plan_scan.pictures import (
 )
 from nodlidar_planner.plan_scan.words import notes
 from nodlidar_planner.task import AZIMUTH_OF_STEP_0, Task
-from nodlidar_sim.motion import triangle_motion
+from nodlidar_sim.world.motion import triangle_motion
 import numpy as np
 from planner_enumeration import cells_of_samples, enumerate_cells, widest_by_corners
 import pytest

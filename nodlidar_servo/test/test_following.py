@@ -2,9 +2,9 @@
 
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.following import RETRY
-from nodlidar_sim import rx24f_table as table
-from nodlidar_sim.rx24f_motor import TICK
-from nodlidar_sim.servo_motion import ServoMotion
+from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices.rx24f_motor import TICK
+from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest
 from test_servo_loop import Bench, NOD, START_NS, SWEEP

@@ -4,12 +4,12 @@ from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.replies import LateReplyError, NoAnswerError, ReplyError
 from nodlidar_servo.servo import Servo
-from nodlidar_sim import rx24f_table as table
-from nodlidar_sim.faults import FaultyDevice
-from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.rx24f_motor import SPEED_UNIT, TICK
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx24f_motor import SPEED_UNIT, TICK
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest
 

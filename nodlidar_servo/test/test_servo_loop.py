@@ -12,12 +12,12 @@ from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import CorruptReplyError, LateReplyError, NoAnswerError
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, LOST_AFTER, Schedule, ServoLoop
-from nodlidar_sim import rx24f_table as table
-from nodlidar_sim.faults import FaultyDevice
-from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.rx24f_motor import SPEED_UNIT, TICK
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx24f_motor import SPEED_UNIT, TICK
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest
 

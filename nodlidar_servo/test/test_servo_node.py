@@ -10,15 +10,15 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from nodlidar_common.messages import nod_to_message
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_sim import rx24f_table as table
-from nodlidar_sim.pseudo_terminals import PseudoTerminals
-from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.rx24f_motor import TICK
-from nodlidar_sim.servo_motion import ServoMotion
+from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx24f_motor import TICK
+from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest
 import rclpy
@@ -28,7 +28,7 @@ from sensor_msgs.msg import JointState
 
 TIMEOUT = 20.0
 SWEEP = 4001 * 0.1 / 1024
-MAIN = 'from nodlidar_servo.node import main; main()'
+MAIN = 'from nodlidar_servo.ros.node import main; main()'
 
 
 def start(*parameters, namespace=''):

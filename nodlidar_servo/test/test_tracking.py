@@ -8,7 +8,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_servo.models import MODELS, PitchScale
 from nodlidar_servo.tracking import arrival_speed, check_nod, Dynamics, NodTracker, shortest_sweep
-from nodlidar_sim.servo_motion import ServoMotion
+from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest
 

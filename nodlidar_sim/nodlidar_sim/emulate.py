@@ -9,17 +9,17 @@ import time
 
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.command_line import run as run_command
-from nodlidar_sim.commanded import CommandedBase
-from nodlidar_sim.device import Device
-from nodlidar_sim.effects import imperfect
-from nodlidar_sim.odometry import Base, Odometer
-from nodlidar_sim.odometry_uncertainty import OdometryUncertainty
-from nodlidar_sim.pseudo_terminals import PseudoTerminals
-from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.scene import load_scene, route_names, Scene, scene_names
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.urg import UrgEmulator
-from nodlidar_sim.world import World
+from nodlidar_sim.devices.device import Device
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.world.commanded import CommandedBase
+from nodlidar_sim.world.effects import imperfect
+from nodlidar_sim.world.odometry import Base, Odometer
+from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
+from nodlidar_sim.world.scene import load_scene, route_names, Scene, scene_names
+from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.world import World
 import numpy as np
 
 _GRACE = 2.0  # for drivers that end with the program, to leave the devices safe [s]
@@ -154,8 +154,8 @@ def run_node(
 ) -> int:
     """Run the base's node until a signal, and the devices until their hosts have ended, too."""
     # Imported here: without odometry, the devices are emulated where there is no ROS.
-    from nodlidar_common.node import run as run_until_signal
-    from nodlidar_sim.base_node import BaseNode
+    from nodlidar_common.ros.node import run as run_until_signal
+    from nodlidar_sim.ros.base_node import BaseNode
 
     commanded = base if isinstance(base, CommandedBase) else None
     status = run_until_signal(

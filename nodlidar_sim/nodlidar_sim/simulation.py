@@ -7,12 +7,12 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_sim.effects import Effects, range_faults
-from nodlidar_sim.motion import triangle_motion
-from nodlidar_sim.odometry import Odometer
-from nodlidar_sim.scene import Scene
-from nodlidar_sim.sensor_model import instants, SensorModel
-from nodlidar_sim.world import World
+from nodlidar_sim.world.effects import Effects, range_faults
+from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.odometry import Odometer
+from nodlidar_sim.world.scene import Scene
+from nodlidar_sim.world.sensor_model import instants, SensorModel
+from nodlidar_sim.world.world import World
 import numpy as np
 from numpy.typing import NDArray
 
@@ -78,7 +78,7 @@ def simulate(
     Parameters
     ----------
     scene
-        From nodlidar_sim.scene.load_scene.
+        From nodlidar_sim.world.scene.load_scene.
     nod
         The commanded trajectory, which the servo follows as triangle_motion says.
     duration

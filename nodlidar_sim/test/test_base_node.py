@@ -6,13 +6,13 @@ import time
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from nodlidar_common.stamps import time_ns
-from nodlidar_sim.base_node import BaseNode
-from nodlidar_sim.commanded import CommandedBase
-from nodlidar_sim.effects import Effects
-from nodlidar_sim.odometry import Odometer
-from nodlidar_sim.odometry_uncertainty import OdometryUncertainty
-from nodlidar_sim.route import Plan
-from nodlidar_sim.virtual_port import VirtualClock
+from nodlidar_sim.ports.virtual_port import VirtualClock
+from nodlidar_sim.ros.base_node import BaseNode
+from nodlidar_sim.world.commanded import CommandedBase
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.odometry import Odometer
+from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
+from nodlidar_sim.world.route import Plan
 import numpy as np
 import pytest
 import rclpy

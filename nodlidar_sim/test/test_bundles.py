@@ -7,17 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.pose import Pose
-from nodlidar_sim import raycast
-from nodlidar_sim.base import to_child, turn
-from nodlidar_sim.bundles import bundled, Bundles, RAYS
-from nodlidar_sim.motion import triangle_motion
-from nodlidar_sim.moving import Mover
-from nodlidar_sim.raycast import surfaces_of
-from nodlidar_sim.route import Leg, Plan
-from nodlidar_sim.scene import load_scene
-from nodlidar_sim.sensor_model import SensorModel
-from nodlidar_sim.shapes import Box, Cylinder, Plane, Sphere
-from nodlidar_sim.world import World
+from nodlidar_sim.world import raycast
+from nodlidar_sim.world.base import to_child, turn
+from nodlidar_sim.world.bundles import bundled, Bundles, RAYS
+from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.moving import Mover
+from nodlidar_sim.world.raycast import surfaces_of
+from nodlidar_sim.world.route import Leg, Plan
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.sensor_model import SensorModel
+from nodlidar_sim.world.shapes import Box, Cylinder, Plane, Sphere
+from nodlidar_sim.world.world import World
 import numpy as np
 import pytest
 

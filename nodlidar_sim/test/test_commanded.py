@@ -1,8 +1,8 @@
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_sim.commanded import CommandedBase
-from nodlidar_sim.route import Leg, Plan
+from nodlidar_sim.world.commanded import CommandedBase
+from nodlidar_sim.world.route import Leg, Plan
 import numpy as np
 import pytest
 

@@ -1,6 +1,6 @@
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_sim.dynamixel_packets import InstructionReader, status_packet
+from nodlidar_sim.devices.dynamixel_packets import InstructionReader, status_packet
 import pytest
 
 PING = bytes.fromhex('FFFF010201FB')

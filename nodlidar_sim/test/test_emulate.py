@@ -12,8 +12,8 @@ from nav_msgs.msg import Odometry
 from nodlidar_common import scip
 from nodlidar_common.serial_port import open_port
 from nodlidar_sim.emulate import main, make_devices, parse, without_ros_args
-from nodlidar_sim.scene import load_scene
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 import rclpy

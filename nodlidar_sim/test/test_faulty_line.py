@@ -1,5 +1,5 @@
-from nodlidar_sim.faults import FaultyDevice
-from nodlidar_sim.faulty_line import FaultyLine
+from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.devices.faulty_line import FaultyLine
 import numpy as np
 import pytest
 

@@ -1,9 +1,9 @@
 import math
 
-from nodlidar_sim.base import compose
-from nodlidar_sim.effects import Effects
-from nodlidar_sim.odometry import Odometer
-from nodlidar_sim.route import Leg, Plan
+from nodlidar_sim.world.base import compose
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.odometry import Odometer
+from nodlidar_sim.world.route import Leg, Plan
 import numpy as np
 import pytest
 

@@ -1,10 +1,10 @@
 """The uncertainty that odometry tells, against how far many odometers really are off."""
 
-from nodlidar_sim.base import motion_of, relative
-from nodlidar_sim.effects import Effects
-from nodlidar_sim.odometry import Odometer, WHEEL_DISTANCE
-from nodlidar_sim.odometry_uncertainty import OdometryUncertainty
-from nodlidar_sim.route import Leg, Plan
+from nodlidar_sim.world.base import motion_of, relative
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.odometry import Odometer, WHEEL_DISTANCE
+from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
+from nodlidar_sim.world.route import Leg, Plan
 import numpy as np
 import pytest
 

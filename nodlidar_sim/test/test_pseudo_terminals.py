@@ -4,7 +4,7 @@ import time
 
 from nodlidar_common.errors import PortError
 from nodlidar_common.serial_port import open_port
-from nodlidar_sim.pseudo_terminals import HostClock, PseudoTerminals
+from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
 import pytest
 from serial import SerialException
 

@@ -1,7 +1,7 @@
 from nodlidar_common.pose import Pose
-from nodlidar_sim.raycast import surfaces_of
-from nodlidar_sim.scene import load_scene
-from nodlidar_sim.shapes import Box, Plane, Sphere
+from nodlidar_sim.world.raycast import surfaces_of
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.shapes import Box, Plane, Sphere
 import numpy as np
 import pytest
 

@@ -3,7 +3,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_sim.route import Leg, Plan
+from nodlidar_sim.world.route import Leg, Plan
 import numpy as np
 import pytest
 

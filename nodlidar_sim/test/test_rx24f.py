@@ -4,10 +4,10 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_sim.dynamixel_packets import checksum
-from nodlidar_sim.rx24f import Rx24fEmulator
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.devices.dynamixel_packets import checksum
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest
 

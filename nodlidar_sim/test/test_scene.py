@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.yaml_file import YamlError
-from nodlidar_sim import scene as scene_module
-from nodlidar_sim.effects import Effects
-from nodlidar_sim.route import Leg
-from nodlidar_sim.scene import load_scene, parse_scene, route_names, scene_names
-from nodlidar_sim.section import SceneError
-from nodlidar_sim.servo_motion import ServoMotion
 from nodlidar_sim.simulation import simulate
-from nodlidar_sim.world import World
+from nodlidar_sim.world import scene as scene_module
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.route import Leg
+from nodlidar_sim.world.scene import load_scene, parse_scene, route_names, scene_names
+from nodlidar_sim.world.section import SceneError
+from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.world import World
 import numpy as np
 import pytest
 import yaml

@@ -3,7 +3,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_sim.servo_motion import ServoMotion, trapezoid
+from nodlidar_sim.world.servo_motion import ServoMotion, trapezoid
 import numpy as np
 import pytest
 

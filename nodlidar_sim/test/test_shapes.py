@@ -4,7 +4,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.pose import Pose
-from nodlidar_sim.shapes import Box, Cylinder, Plane, Sphere
+from nodlidar_sim.world.shapes import Box, Cylinder, Plane, Sphere
 import numpy as np
 import pytest
 

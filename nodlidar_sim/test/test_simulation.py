@@ -3,11 +3,11 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_sim.effects import Effects, imperfect, range_faults
-from nodlidar_sim.motion import triangle_motion
-from nodlidar_sim.scene import load_scene, parse_scene, scene_names
-from nodlidar_sim.sensor_model import SensorModel
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.effects import Effects, imperfect, range_faults
+from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.scene import load_scene, parse_scene, scene_names
+from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 import pytest
 

@@ -3,9 +3,9 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common import scip
-from nodlidar_sim.faults import FaultyDevice
-from nodlidar_sim.urg import UrgEmulator
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 import pytest
 

@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common import scip
-from nodlidar_sim.urg_scan import clustered, range_codes, ScanRequest, Turn
+from nodlidar_sim.devices.urg_scan import clustered, range_codes, ScanRequest, Turn
 import numpy as np
 import pytest
 

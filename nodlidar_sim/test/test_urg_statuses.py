@@ -1,8 +1,8 @@
 """Every status that an emulated URG-04LX can answer with, and how it gets there."""
 
 from nodlidar_common import scip
-from nodlidar_sim.urg import UrgEmulator
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 import pytest
 

@@ -1,6 +1,6 @@
 from nodlidar_common.errors import PortError
-from nodlidar_sim.byte_buffer import BoundedBuffer, BUFFER_BYTES
-from nodlidar_sim.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.ports.byte_buffer import BoundedBuffer, BUFFER_BYTES
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import pytest
 from serial import SerialException
 

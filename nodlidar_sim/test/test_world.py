@@ -1,10 +1,10 @@
 import math
 
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_sim.motion import PiecewiseMotion, triangle_motion
-from nodlidar_sim.route import Plan
-from nodlidar_sim.scene import load_scene, parse_scene
-from nodlidar_sim.world import World
+from nodlidar_sim.world.motion import PiecewiseMotion, triangle_motion
+from nodlidar_sim.world.route import Plan
+from nodlidar_sim.world.scene import load_scene, parse_scene
+from nodlidar_sim.world.world import World
 import numpy as np
 import pytest
 

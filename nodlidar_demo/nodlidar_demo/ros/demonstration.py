@@ -27,9 +27,9 @@ from nodlidar_demo.evaluation import (
 from nodlidar_demo.pictures import write_picture, write_ply
 from nodlidar_demo.report import print_report
 from nodlidar_demo.ros.recorder import Recorder
-from nodlidar_sim.scene import load_scene, Scene
-from nodlidar_sim.servo_motion import ServoMotion
-from nodlidar_sim.world import World
+from nodlidar_sim.world.scene import load_scene, Scene
+from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.world import World
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions

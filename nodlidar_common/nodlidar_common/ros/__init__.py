@@ -1,0 +1,1 @@
+"""What the nodes share: parameters, diagnostics, steady timers, devices that stay safe."""

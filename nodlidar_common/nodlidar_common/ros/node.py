@@ -1,0 +1,82 @@
+"""How a node runs and ends."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import signal
+import sys
+
+from nodlidar_common.errors import NodlidarError
+from nodlidar_common.ros.device_node import DeviceNode
+from nodlidar_common.survival import Survival
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+LOOK_PERIOD = 0.2  # s, between two looks whether to end
+
+
+def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+    """Run a node until a signal ends it or it failed; return the exit status.
+
+    An exception in a callback does not end the node: it is logged with its cause and counted, by
+    the node's own `survival` if it has one.
+    """
+    with _ending_signals() as received:
+        try:
+            _init(args)
+            node = make_node()
+        except NodlidarError as error:
+            print(f'{sys.argv[0]}: {error}', file=sys.stderr)
+            rclpy.try_shutdown()
+            return 2
+        try:
+            if isinstance(node, DeviceNode):
+                node.start_if_told()
+            _spin_until(lambda: bool(received) or getattr(node, 'failed', False), node)
+        finally:
+            node.destroy_node()
+            rclpy.shutdown()
+    return 1 if getattr(node, 'failed', False) else 0
+
+
+def _init(args: list[str] | None) -> None:
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # rcl's: arguments or a file of parameters that it cannot read
+        raise NodlidarError(str(error)) from error
+
+
+@contextmanager
+def _ending_signals() -> Iterator[list[int]]:
+    """Collect the signals that are to end the program.
+
+    rclpy's own handlers invalidate its context at once: whatever is just being published fails,
+    and an executor about to wait raises an error or misses the signal and waits on.
+    """
+    received: list[int] = []
+    ending = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as nohup has it
+        ending.append(signal.SIGHUP)  # the terminal was closed
+    before = {
+        number: signal.signal(number, lambda got, _: received.append(got)) for number in ending
+    }
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            # A second Ctrl-C would break off what the first one has begun.
+            signal.signal(number, signal.SIG_IGN if received else handler)
+
+
+def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
+    # rclpy's spin_until_future_complete keeps some memory for every callback that it runs.
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    survival = getattr(node, 'survival', None) or Survival(node.get_logger().error)
+    try:
+        while not is_over() and rclpy.ok():
+            with survival.surviving():
+                executor.spin_once(timeout_sec=LOOK_PERIOD)
+    finally:
+        executor.shutdown()

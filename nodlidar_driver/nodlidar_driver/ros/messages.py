@@ -1,0 +1,45 @@
+"""Scans as ROS messages."""
+
+import array
+
+from nodlidar_common.ros.messages import time_message
+from nodlidar_driver.identity import Capabilities
+from nodlidar_driver.scan import ScanWindow, STEPS_PER_TURN
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import LaserScan, TimeReference
+
+
+def scan_template(window: ScanWindow, frame_id: str, lidar: Capabilities) -> LaserScan:
+    """Return a scan with all that stays the same from scan to scan."""
+    message = LaserScan(
+        angle_min=window.angle_min,
+        angle_max=window.angle_max,
+        angle_increment=window.angle_increment,
+        range_min=lidar.range_min,
+        range_max=lidar.range_max,
+    )
+    message.header.frame_id = frame_id
+    return message
+
+
+def fill_scan(
+    message: LaserScan,
+    window: ScanWindow,
+    stamp_ns: int,
+    rotation: float,
+    ranges: NDArray[np.float32],
+) -> None:
+    """Fill in what differs: the first beam's time [ns], one rotation's [s], the ranges [m]."""
+    message.header.stamp = time_message(stamp_ns)
+    message.time_increment = rotation / STEPS_PER_TURN * window.cluster
+    message.scan_time = rotation * (window.skip + 1)
+    message.ranges = array.array('f', ranges.tobytes())
+
+
+def arrival_message(message: LaserScan, arrival_ns: int) -> TimeReference:
+    """Return when a scan's last byte was read [ns], referring to the scan by its stamp."""
+    arrival = TimeReference(time_ref=message.header.stamp, source='last byte')
+    arrival.header.stamp = time_message(arrival_ns)
+    arrival.header.frame_id = message.header.frame_id
+    return arrival

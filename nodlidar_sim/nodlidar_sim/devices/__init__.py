@@ -1,0 +1,1 @@
+"""The emulated lidar and servo, at byte level, in virtual time."""

@@ -1,0 +1,61 @@
+"""A device with bad wiring, for tests of what hosts make of it."""
+
+from nodlidar_sim.devices.device import Device
+from nodlidar_sim.devices.faulty_line import FaultyLine
+
+
+class FaultyDevice(FaultyLine):
+    """A device behind a bad connection: as a line, it is the one from the device to the host.
+
+    Parameters
+    ----------
+    device
+        The sound device.
+    seed
+        Of the choice of bytes.
+
+    Attributes
+    ----------
+    to_device
+        The line from the host to the device.
+    stalled_until_ns
+        Before this time nothing passes, in either direction; the device hears it all then.
+    """
+
+    def __init__(self, device: Device, seed: int = 0) -> None:
+        super().__init__(seed)
+        self.to_device = FaultyLine([seed, 1])
+        self.stalled_until_ns = 0
+        self._held = b''
+        self._device = device
+
+    def receive(self, data: bytes, now_ns: int) -> None:
+        """Pass on the host's bytes."""
+        self._held += data
+        self._pass_on(now_ns)
+
+    def transmit(self, now_ns: int) -> bytes:
+        """Return what is left of the device's bytes."""
+        if now_ns < self.stalled_until_ns:
+            return b''
+        self._pass_on(now_ns)
+        return self.carry(self._device.transmit(now_ns), now_ns)
+
+    def next_event_ns(self) -> int | None:
+        """Return when bytes next come out, or the device's next event."""
+        if self._held:
+            return self.stalled_until_ns
+        events = (
+            self._device.next_event_ns(),
+            super().next_event_ns(),
+            self.to_device.next_event_ns(),
+        )
+        return min((event for event in events if event is not None), default=None)
+
+    def _pass_on(self, now_ns: int) -> None:
+        if now_ns < self.stalled_until_ns:
+            return
+        held, self._held = self._held, b''
+        heard = self.to_device.carry(held, now_ns)
+        if heard:
+            self._device.receive(heard, now_ns)

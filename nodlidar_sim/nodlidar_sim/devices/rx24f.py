@@ -1,0 +1,179 @@
+"""A Dynamixel RX-24F at byte level: Protocol 1.0, its control table, and the motor behind it."""
+
+import math
+
+from nodlidar_sim.devices.dynamixel_packets import (
+    BROADCAST,
+    Instruction,
+    InstructionReader,
+    status_packet,
+)
+from nodlidar_sim.devices.rx24f_motor import Rx24fMotor
+from nodlidar_sim.devices.rx24f_table import (
+    BAUD,
+    ControlTable,
+    Errors,
+    ID,
+    REGISTERED,
+    RETURN_DELAY,
+    RETURN_LEVEL,
+)
+from nodlidar_sim.devices.wire import BITS_PER_BYTE, Wire
+from nodlidar_sim.world.servo_motion import ServoMotion
+
+PING, READ, WRITE, REG_WRITE, ACTION, RESET, SYNC_WRITE = 1, 2, 3, 4, 5, 6, 0x83
+
+_DELAY_UNIT_NS = 2_000
+_PIECE = 256
+_FASTEST_BIT_RATE = 2_000_000
+_BIT_RATE_TOLERANCE = 0.03
+
+
+class Rx24fEmulator:
+    """The servo, its bus and its USB adapter as the host sees them; a `Device`.
+
+    Parameters
+    ----------
+    motion
+        Where the shaft is; the servo gives it its goals.
+    servo_id, baud, return_delay
+        What the registers of these names hold: bit rate is 2 Mbit/s / (baud + 1), the delay
+        counts 2 us. A servo from the factory has 1, 34 and 250.
+    latency_timer
+        Of the USB adapter, which hands replies over at multiples of it [s]; 0 for at once.
+    zero_tick, invert
+        How the servo is mounted: the tick at pitch 0, and whether rising ticks turn down.
+
+    Attributes
+    ----------
+    motor
+        What the servo drives; tests make it fail there.
+    table
+        The registers.
+    host_bit_rate
+        What the host's port is set to, where that can be known; another rate than the servo's is
+        answered by silence.
+    """
+
+    def __init__(
+        self,
+        motion: ServoMotion,
+        *,
+        servo_id: int = ID.default,
+        baud: int = BAUD.default,
+        return_delay: int = RETURN_DELAY.default,
+        latency_timer: float = 0.0,
+        zero_tick: int = 512,
+        invert: bool = False,
+    ) -> None:
+        self.table = ControlTable()
+        self.table[ID], self.table[BAUD] = servo_id, baud
+        self.table[RETURN_DELAY] = return_delay
+        self.motor = Rx24fMotor(motion, self.table, zero_tick, invert)
+        self.host_bit_rate: int | None = None
+        self._reader = InstructionReader()
+        self._wire = Wire(self.bit_rate / BITS_PER_BYTE, _PIECE, round(latency_timer * 1e9))
+        self._heard_ns = 0
+        self._registered: bytes | None = None
+
+    @property
+    def bit_rate(self) -> float:
+        """Bit rate of the servo [bit/s]."""
+        return _FASTEST_BIT_RATE / (self.table[BAUD] + 1)
+
+    def receive(self, data: bytes, now_ns: int) -> None:
+        """Take bytes from the host, each as long on the wire as the bit rate says."""
+        if not self._hears():
+            return
+        start_ns = max(now_ns, self._heard_ns)
+        for instruction, taken in self._reader.feed(data, now_ns):
+            self._obey(instruction, start_ns + self._wire.duration_ns(taken))
+        self._heard_ns = start_ns + self._wire.duration_ns(len(data))
+        self._wire.bytes_per_second = self.bit_rate / BITS_PER_BYTE
+
+    def transmit(self, now_ns: int) -> bytes:
+        """Return the bytes that have reached the host by now [ns]."""
+        return self._wire.take(now_ns)
+
+    def next_event_ns(self) -> int | None:
+        """Return when the next reply reaches the host, or None if none is on its way."""
+        return self._wire.next_event_ns()
+
+    def _hears(self) -> bool:
+        if self.host_bit_rate is None:
+            return True
+        return math.isclose(self.host_bit_rate, self.bit_rate, rel_tol=_BIT_RATE_TOLERANCE)
+
+    def _obey(self, instruction: Instruction, at_ns: int) -> None:
+        """Do what a packet says at the time at which it was complete, and answer it."""
+        own_id, answered = self.table[ID], self._answers(instruction)
+        answer_ns = at_ns + self.table[RETURN_DELAY] * _DELAY_UNIT_NS
+        if instruction.servo_id not in (own_id, BROADCAST):
+            return
+        errors, data = Errors.CHECKSUM, b''
+        if instruction.sound:
+            errors, data = self._execute(instruction, at_ns)
+        errors = self.motor.update(at_ns, errors)
+        if answered:
+            self._wire.send(status_packet(own_id, errors, data), answer_ns)
+
+    def _answers(self, instruction: Instruction) -> bool:
+        """Tell whether an instruction is answered: by the return level, and a ping always.
+
+        Of broadcasts only pings are answered (ROBOTIS, RX-28 and RX-64 manuals, section 4-4).
+        """
+        least = {PING: 0, READ: 1}.get(instruction.code, 2) if instruction.sound else 2
+        if instruction.servo_id == BROADCAST:
+            return least == 0
+        return self.table[RETURN_LEVEL] >= least
+
+    def _execute(self, instruction: Instruction, at_ns: int) -> tuple[Errors, bytes]:
+        """Return the errors and the data of the answer to a sound packet."""
+        code, parameters = instruction.code, instruction.parameters
+        if code == READ and len(parameters) == 2:
+            return self._read(parameters[0], parameters[1], at_ns)
+        if code == PING and not parameters:
+            return Errors.NONE, b''
+        if code == WRITE and len(parameters) > 1:
+            return self._write(parameters), b''
+        if code == REG_WRITE and len(parameters) > 1:
+            return self._register(parameters), b''
+        if code == ACTION and not parameters and self._registered is not None:
+            return self._act(self._registered), b''
+        if code == RESET and not parameters:
+            self.motor.reset(at_ns)
+            return Errors.NONE, b''
+        if code == SYNC_WRITE and instruction.servo_id == BROADCAST:
+            return self._sync_write(parameters), b''
+        return Errors.INSTRUCTION, b''
+
+    def _read(self, address: int, size: int, at_ns: int) -> tuple[Errors, bytes]:
+        self.motor.measure(at_ns)
+        data = self.table.read(address, size)
+        return (Errors.RANGE, b'') if data is None else (Errors.NONE, data)
+
+    def _write(self, parameters: bytes) -> Errors:
+        errors = self.table.write(parameters[0], parameters[1:])
+        if not errors:
+            self.motor.written(parameters[0], len(parameters) - 1)
+        return errors
+
+    def _register(self, parameters: bytes) -> Errors:
+        errors = self.table.errors_of(parameters[0], parameters[1:])
+        if not errors:
+            self._registered, self.table[REGISTERED] = parameters, 1
+        return errors
+
+    def _act(self, registered: bytes) -> Errors:
+        self._registered, self.table[REGISTERED] = None, 0
+        return self._write(registered)
+
+    def _sync_write(self, parameters: bytes) -> Errors:
+        """Write this servo's part of: address, size, then ID and data for each servo."""
+        if len(parameters) < 2:
+            return Errors.INSTRUCTION
+        step = parameters[1] + 1
+        for begin in range(2, len(parameters) - step + 1, step):
+            if parameters[begin] == self.table[ID]:
+                return self._write(parameters[:1] + parameters[begin + 1 : begin + step])
+        return Errors.NONE

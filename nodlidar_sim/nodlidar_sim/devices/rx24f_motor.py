@@ -1,0 +1,152 @@
+"""The motor of an RX-24F: what the registers make it do, and what it tells through them."""
+
+import math
+
+from nodlidar_sim.devices.rx24f_table import (
+    ControlTable,
+    Errors,
+    GOAL,
+    LOAD,
+    MAX_TORQUE,
+    MOVING,
+    MOVING_SPEED,
+    POSITION,
+    SHUTDOWN,
+    SPEED,
+    TEMPERATURE,
+    TEMPERATURE_LIMIT,
+    TORQUE_ENABLE,
+    TORQUE_LIMIT,
+    VOLTAGE,
+    VOLTAGE_MAX,
+    VOLTAGE_MIN,
+)
+from nodlidar_sim.world.servo_motion import ServoMotion
+import numpy as np
+
+TICK = math.radians(300.0) / 1024
+"""Angle from a position to the next [rad]."""
+
+SPEED_UNIT = 0.111 * 2.0 * math.pi / 60.0
+"""Step of the speed registers [rad/s]."""
+
+_LAST_TICK = 1023
+_VALUE_BITS = 0x3FF
+_CLOCKWISE = 0x400
+_SPEED_PER_VOLT = 126.0 * 2.0 * math.pi / 60.0 / 12.0
+_WITHOUT_END = 1e6  # rad: a goal that a wheel does not reach
+_TURN = 2.0 * math.pi
+
+
+class Rx24fMotor:
+    """Drives the motion as the table says.
+
+    Parameters
+    ----------
+    motion
+        Pitch of the shaft; clockwise is falling ticks.
+    table
+        The registers.
+    zero_tick, invert
+        The tick at pitch 0, and whether rising ticks turn down.
+
+    Attributes
+    ----------
+    voltage, temperature
+        Supply [V] and motor [deg C].
+    load
+        Torque that holds the load, in units of the greatest one; above the torque limit the
+        motor is overloaded.
+    """
+
+    def __init__(
+        self, motion: ServoMotion, table: ControlTable, zero_tick: int, invert: bool
+    ) -> None:
+        self.voltage = 12.0
+        self.temperature = 35.0
+        self.load = 0.0
+        self._motion = motion
+        self._table = table
+        self._zero_tick = zero_tick
+        self._sign = -1.0 if invert else 1.0
+        self._target: tuple[float, float] | None = None
+        table[GOAL] = self._position(0)
+
+    def reset(self, now_ns: int) -> None:
+        """Set every register to its default; the goal is where the shaft is."""
+        self._table.reset()
+        self._table[GOAL] = self._position(now_ns)
+
+    def written(self, address: int, size: int) -> None:
+        """Note that the host wrote registers: a goal turns the torque on."""
+        if address < GOAL.address + GOAL.size and GOAL.address < address + size:
+            self._table[TORQUE_ENABLE] = 1
+
+    def update(self, now_ns: int, refusal: Errors) -> Errors:
+        """Drive by the registers from now [ns] on, and return all that is wrong.
+
+        What is wrong with a request counts, too: SHUTDOWN may name it.
+        """
+        errors = refusal | self._alarms()
+        if errors & self._table[SHUTDOWN]:
+            self._table[TORQUE_LIMIT] = 0
+        target = self._wanted()
+        if target != self._target:
+            self._target = target
+            if target is None:
+                self._motion.brake(now_ns)
+            else:
+                self._motion.set_goal(now_ns, *target)
+        return errors
+
+    def measure(self, now_ns: int) -> None:
+        """Bring the registers that tell the state up to date."""
+        speed = self._sign * float(self._motion.velocity(np.array([now_ns]))[0])
+        self._table[POSITION] = self._position(now_ns)
+        self._table[SPEED] = _with_direction(speed / SPEED_UNIT)
+        self._table[LOAD] = _with_direction(self._sign * self.load * _VALUE_BITS)
+        self._table[MOVING] = int(abs(speed) > 1e-9)
+        self._table[VOLTAGE] = round(self.voltage * 10.0)
+        self._table[TEMPERATURE] = round(self.temperature)
+
+    def _alarms(self) -> Errors:
+        table, errors = self._table, Errors.NONE
+        if not table[VOLTAGE_MIN] <= round(self.voltage * 10.0) <= table[VOLTAGE_MAX]:
+            errors |= Errors.VOLTAGE
+        if self.temperature > table[TEMPERATURE_LIMIT]:
+            errors |= Errors.OVERHEATING
+        torque = min(table[TORQUE_LIMIT], table[MAX_TORQUE])
+        if table[TORQUE_ENABLE] and abs(self.load) * _VALUE_BITS > torque:
+            errors |= Errors.OVERLOAD
+        return errors
+
+    def _wanted(self) -> tuple[float, float] | None:
+        """Return the pitch [rad] to go to and the speed [rad/s]; None for no drive."""
+        table = self._table
+        if not table[TORQUE_ENABLE] or not table[TORQUE_LIMIT] or not table[MAX_TORQUE]:
+            return None
+        fastest = self.voltage * _SPEED_PER_VOLT
+        speed = (table[MOVING_SPEED] & _VALUE_BITS) * SPEED_UNIT
+        if not table.wheel_mode:
+            return self._pitch(table[GOAL]), min(speed or fastest, fastest)
+        if speed == 0.0:
+            return None
+        direction = -1.0 if table[MOVING_SPEED] & _CLOCKWISE else 1.0
+        return self._sign * direction * _WITHOUT_END, min(speed, fastest)
+
+    def _pitch(self, tick: int) -> float:
+        return self._sign * (tick - self._zero_tick) * TICK
+
+    def _position(self, now_ns: int) -> int:
+        """Return the nearest tick; in wheel mode that within the turn, as far as ticks go."""
+        pitch = float(self._motion.position(np.array([now_ns]))[0])
+        ticks = self._sign * pitch / TICK + self._zero_tick
+        if self._table.wheel_mode:
+            ticks %= _TURN / TICK
+        return min(max(round(ticks), 0), _LAST_TICK)
+
+
+def _with_direction(value: float) -> int:
+    """Return a speed or load as a register: bit 10 is clockwise."""
+    magnitude = min(round(abs(value)), _VALUE_BITS)
+    return magnitude | (_CLOCKWISE if value < 0.0 and magnitude else 0)

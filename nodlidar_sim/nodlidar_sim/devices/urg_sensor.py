@@ -1,0 +1,291 @@
+"""What an emulated URG-04LX does on each command of SCIP 2.0, and what it then answers.
+
+Section numbers are those of Hokuyo's specification C-42-03320B.
+"""
+
+from collections.abc import Callable
+import re
+
+from nodlidar_common import scip
+from nodlidar_sim.devices.urg_clock import UrgClock
+from nodlidar_sim.devices.urg_faults import UrgFaults
+from nodlidar_sim.devices.urg_identity import (
+    parameter_lines,
+    STANDARD_SPEED,
+    status_lines,
+    version_lines,
+)
+from nodlidar_sim.devices.urg_requests import (
+    CommandError,
+    message,
+    number,
+    scan_request,
+    size_status,
+    Stream,
+)
+from nodlidar_sim.devices.urg_scan import Turn
+
+MAX_LINE = 80
+
+_TEXT = re.compile(rb'[A-Za-z0-9 ._+@]*')
+_MAX_TEXT = 16
+_OPEN_IN_FIRMWARE_UPDATE = (b'VV', b'II', b'RS')
+_BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
+
+
+class UrgSensor:
+    """The state of the sensor that commands change; what takes time is left to the caller.
+
+    Parameters
+    ----------
+    clock
+        Its timer and motor.
+    serial_number
+        As VV tells it.
+    bit_rate
+        At power-up [bit/s].
+    scip11
+        Start in SCIP 1.1, of which only the version and the change to SCIP 2.0 are understood.
+
+    Attributes
+    ----------
+    laser
+        Whether it is on.
+    bit_rate
+        As SS set it; over USB it has no effect [bit/s].
+    stream
+        The running MD or MS, if any.
+    faults
+        What is wrong with it; tests make it fail there.
+    firmware_update
+        Set it to get 0I for most commands, until a reset.
+    """
+
+    def __init__(self, clock: UrgClock, serial_number: str, bit_rate: int, scip11: bool) -> None:
+        self.laser = False
+        self.stream: Stream | None = None
+        self.bit_rate = self._default_bit_rate = bit_rate
+        self.faults = UrgFaults()
+        self.firmware_update = False
+        self._clock = clock
+        self._serial_number = serial_number
+        self._scip2 = not scip11
+        self._time_mode = False
+        self._high_sensitivity = False
+        self._error: bytes | None = None
+
+    def refuse_next(self, status: bytes) -> None:
+        """Answer the next command with an error status."""
+        self._error = status
+
+    def execute(self, line: bytes, turn: Turn, repeated: bool = False) -> bytes:
+        """Do what a command says, at the end of a turn, and return the answer.
+
+        Of commands of one type that come at once, only the first is obeyed (section 8).
+        """
+        if not self._scip2:
+            return self._answer_in_scip11(line)
+        if repeated:
+            return message(line, b'0B')
+        before = self.stream
+        try:
+            lines = self._answer(line, turn)
+        except CommandError as error:
+            return message(line, error.status)
+        if self.stream is before:
+            self.stream = None  # every command that is obeyed ends a stream
+        return message(line, b'00', lines)
+
+    def measures(self) -> bool:
+        """Tell whether the turn under way will be sent by the stream."""
+        return self.stream is not None and self.stream.wait == 0
+
+    def scan_message(self, turn: Turn) -> bytes:
+        """Return the stream's message at the end of a turn, empty when it skips this one."""
+        stream = self.stream
+        if stream is None:
+            return b''
+        if stream.wait:
+            stream.wait -= 1
+            return b''
+        status = self.faults.next_status(stream.sent)
+        if status is not None:
+            self._stop_if_broken()
+            return message(stream.echo(), b'%02d' % status)
+        stream.advance()
+        if stream.remaining == 0:
+            self.laser, self.stream = False, None  # section 8.1
+        return message(stream.echo(), b'99', stream.request.lines(turn))
+
+    def _stop_if_broken(self) -> None:
+        if self.faults.malfunction:
+            self.laser, self.stream = False, None
+
+    def _answer_in_scip11(self, line: bytes) -> bytes:
+        """Answer without sums: to V, and to the change to SCIP 2.0."""
+        self._scip2 = line == b'SCIP2.0'
+        lines = [text[:-2] for text in version_lines(self._serial_number)] if line == b'V' else []
+        status = b'0' if self._scip2 or lines else b'E'
+        return b'\n'.join([line, status, *lines]) + b'\n\n'
+
+    def _answer(self, line: bytes, turn: Turn) -> list[bytes]:
+        """Return the lines of the answer to an obeyed command; raises CommandError."""
+        body, _, text = line.partition(b';')
+        self._check_line(line, text)
+        letters, parameters = body[:2], body[2:]
+        if letters not in _COMMANDS:
+            raise CommandError(b'0D' if len(body) < 2 else b'0E')
+        if self.firmware_update and letters not in _OPEN_IN_FIRMWARE_UPDATE:
+            raise CommandError(b'0I')
+        if self._time_mode and letters != b'TM':
+            raise CommandError(b'0E')
+        size, action = _COMMANDS[letters]
+        if len(parameters) != size:
+            raise CommandError(size_status(len(parameters), size))
+        return action(self, line, parameters, turn)
+
+    def _check_line(self, line: bytes, text: bytes) -> None:
+        error, self._error = self._error, None
+        if error:
+            raise CommandError(error)
+        if len(line) >= MAX_LINE:
+            raise CommandError(b'0B')
+        if len(text) > _MAX_TEXT:
+            raise CommandError(b'0G')
+        if not _TEXT.fullmatch(text):
+            raise CommandError(b'0H')
+
+    # The commands (section 8): each returns the lines of its answer or raises CommandError.
+
+    def _version(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        return version_lines(self._serial_number)
+
+    def _parameters(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        return parameter_lines()
+
+    def _status(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        malfunction = self.faults.malfunction
+        status = f'Malfunction {malfunction}' if malfunction else 'Sensor works well.'
+        if self.firmware_update:
+            status = 'F/W update mode'
+        return status_lines(
+            self.laser,
+            self.stream is not None,
+            self._clock.speed,
+            f'{self.bit_rate}[bps]',
+            self._clock.timer(turn.end_ns),
+            status,
+        )
+
+    def _laser_on(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        if self.faults.malfunction:
+            raise CommandError(b'01')
+        if self.laser:
+            raise CommandError(b'02')
+        self.laser = True
+        return []
+
+    def _quit(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        self.laser, self.stream = False, None
+        return []
+
+    def _reset(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        self._clock.speed = STANDARD_SPEED
+        self.bit_rate = self._default_bit_rate
+        return self._partial_reset(line, parameters, turn)
+
+    def _partial_reset(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        self._clock.reset_timer(turn.end_ns)
+        self.firmware_update = self._high_sensitivity = False
+        self.faults.clear()
+        return self._quit(line, parameters, turn)
+
+    def _time(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        if parameters == b'1':
+            if not self._time_mode:
+                raise CommandError(b'04')
+            return [scip.add_sum(scip.encode([self._clock.timer(turn.end_ns)], 4))]
+        if parameters not in (b'0', b'2'):
+            raise CommandError(b'01')
+        enter = parameters == b'0'
+        if enter == self._time_mode:
+            raise CommandError(b'02' if enter else b'03')
+        self._time_mode = enter
+        self.laser, self.stream = False, None
+        return []
+
+    def _stream_scans(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        request = scan_request(line, parameters)
+        interval = number(parameters[10:11], b'06')
+        count = number(parameters[11:13], b'07')
+        self._check_sound()
+        self.laser = True
+        self.stream = Stream(request, line[:13], line[15:], interval, count or None)
+        return []
+
+    def _one_scan(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        request = scan_request(line, parameters)
+        self._check_sound()
+        if not self.laser:
+            raise CommandError(b'10')
+        return request.lines(turn)
+
+    def _check_sound(self) -> None:
+        if self.faults.malfunction:
+            raise CommandError(b'%02d' % self.faults.malfunction)
+
+    def _set_bit_rate(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        bit_rate = number(parameters, b'01')
+        if bit_rate not in _BIT_RATES:
+            raise CommandError(b'02')
+        if bit_rate == self.bit_rate:
+            raise CommandError(b'03')
+        self.bit_rate = bit_rate
+        return []
+
+    def _set_speed(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        level = number(parameters, b'01')
+        if level > 10 and level != 99:
+            raise CommandError(b'02')
+        speed = round(STANDARD_SPEED * (1.0 - (level % 99) / 100.0))  # 1 % a level: our choice
+        if speed == self._clock.speed:
+            raise CommandError(b'03')
+        self._clock.speed = speed
+        return []
+
+    def _set_sensitivity(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        if parameters not in (b'0', b'1'):
+            raise CommandError(b'01')
+        high = parameters == b'1'
+        if high == self._high_sensitivity:
+            raise CommandError(b'02')
+        self._high_sensitivity = high
+        return []
+
+    def _simulate(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        refusal = self.faults.simulate(parameters)
+        if refusal:
+            raise CommandError(refusal)
+        return self._quit(line, parameters, turn)
+
+
+_Action = Callable[[UrgSensor, bytes, bytes, Turn], list[bytes]]
+
+_COMMANDS: dict[bytes, tuple[int, _Action]] = {  # size of the parameters, what to do
+    b'VV': (0, UrgSensor._version),
+    b'PP': (0, UrgSensor._parameters),
+    b'II': (0, UrgSensor._status),
+    b'BM': (0, UrgSensor._laser_on),
+    b'QT': (0, UrgSensor._quit),
+    b'RS': (0, UrgSensor._reset),
+    b'RT': (0, UrgSensor._partial_reset),
+    b'TM': (1, UrgSensor._time),
+    b'MD': (13, UrgSensor._stream_scans),
+    b'MS': (13, UrgSensor._stream_scans),
+    b'GD': (10, UrgSensor._one_scan),
+    b'GS': (10, UrgSensor._one_scan),
+    b'SS': (6, UrgSensor._set_bit_rate),
+    b'CR': (2, UrgSensor._set_speed),
+    b'HS': (1, UrgSensor._set_sensitivity),
+    b'DB': (2, UrgSensor._simulate),
+}

@@ -1,0 +1,1 @@
+"""Ways to reach the devices: by call, or by pseudo-terminal."""

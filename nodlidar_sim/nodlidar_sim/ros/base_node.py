@@ -1,0 +1,135 @@
+"""The node of the simulated base: odometry out, commands in."""
+
+from collections.abc import Callable
+import math
+
+from geometry_msgs.msg import Quaternion, TransformStamped, Twist
+from nav_msgs.msg import Odometry
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.steady import create_steady_timer
+from nodlidar_sim.world.base import motion_of, relative
+from nodlidar_sim.world.commanded import CommandedBase
+from nodlidar_sim.world.odometry import Odometer
+from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import TimeReference
+from tf2_ros import TransformBroadcaster
+
+Array = NDArray[np.float64]
+
+ODOM, BASE = 'odom', 'base_link'
+PERIOD = 0.02  # s, between two samples of the odometry
+# Variance of what wheels do not measure: height, roll and pitch [m², rad² or per s²].
+UNKNOWN = 1e6
+
+
+class BaseNode(Node):
+    """Publishes what an odometer says, as `odom` and as the transform from odom to base_link.
+
+    Parameters
+    ----------
+    odometer
+        Asked every PERIOD for the pose at that instant.
+    uncertainty
+        Told of its motion, and asked for what the covariances of the messages are to be.
+    clock
+        The host time [ns] of the simulation.
+    is_running
+        Whether the simulation goes on; without it the node has failed.
+    commanded
+        The base that `cmd_vel` drives, if it is to.
+    """
+
+    def __init__(
+        self,
+        odometer: Odometer,
+        uncertainty: OdometryUncertainty,
+        clock: Callable[[], int],
+        is_running: Callable[[], bool] = lambda: True,
+        commanded: CommandedBase | None = None,
+    ) -> None:
+        super().__init__('base')
+        self.failed = False
+        self._odometer, self._uncertainty = odometer, uncertainty
+        self._host_time, self._is_running = clock, is_running
+        self._last_ns = clock()
+        self._last_pose = odometer.poses(np.array([self._last_ns]))
+        overridable = QoSOverridingOptions.with_default_policies()
+        self._publisher = self.create_publisher(
+            Odometry, 'odom', 50, qos_overriding_options=overridable
+        )
+        self._broadcaster = TransformBroadcaster(self)
+        self._tell_start(odometer.start_ns)
+        if commanded is not None:
+            self._commanded = commanded
+            self.create_subscription(
+                Twist, 'cmd_vel', self._drive, 10, qos_overriding_options=overridable
+            )
+        create_steady_timer(self, PERIOD, self.sample)
+
+    def _tell_start(self, start_ns: int) -> None:
+        """Publish when all that moves left its start, for those who know the scene."""
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._start = self.create_publisher(TimeReference, '~/start', latched)
+        message = TimeReference(source='simulation')
+        message.header.stamp = time_message(start_ns)
+        self._start.publish(message)
+
+    def sample(self) -> None:
+        """Publish the odometry of this instant."""
+        self.failed = not self._is_running()
+        now_ns = self._host_time()
+        if now_ns <= self._last_ns:
+            return
+        pose = self._odometer.poses(np.array([now_ns]))
+        motion = motion_of(relative(self._last_pose, pose))[0]
+        elapsed = (now_ns - self._last_ns) / NS_PER_S
+        velocity = motion / elapsed
+        self._uncertainty.add(self._last_pose[0, 2], motion, elapsed)
+        self._last_ns, self._last_pose = now_ns, pose
+        message = odometry_message(now_ns, pose[0], velocity)
+        message.pose.covariance = covariance(self._uncertainty.of_pose)
+        message.twist.covariance = covariance(self._uncertainty.of_velocity(velocity))
+        self._publisher.publish(message)
+        self._broadcaster.sendTransform(transform_of(message))
+
+    def _drive(self, message: Twist) -> None:
+        try:
+            self._commanded.drive((message.linear.x, message.angular.z), self._host_time())
+        except ParameterError as error:
+            self.get_logger().error(f'cmd_vel ignored: {error}', throttle_duration_sec=1.0)
+
+
+def odometry_message(stamp_ns: int, pose: Array, velocity: Array) -> Odometry:
+    """Return the message of a pose x, y, yaw in odom and a velocity of base_link in its frame."""
+    message = Odometry(child_frame_id=BASE)
+    message.header.frame_id, message.header.stamp = ODOM, time_message(stamp_ns)
+    x, y, yaw = map(float, pose)
+    place, twist = message.pose.pose, message.twist.twist
+    place.position.x, place.position.y = x, y
+    place.orientation = Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
+    twist.linear.x, twist.linear.y, twist.angular.z = map(float, velocity)
+    return message
+
+
+def covariance(planar: Array) -> list[float]:
+    """Return that of x, y, z and turns about them, (36,), from that of x, y and yaw, (3, 3)."""
+    whole = UNKNOWN * np.eye(6)
+    whole[np.ix_([0, 1, 5], [0, 1, 5])] = planar
+    return [float(value) for value in whole.ravel()]
+
+
+def transform_of(message: Odometry) -> TransformStamped:
+    """Return the transform that an odometry message tells."""
+    transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
+    place = message.pose.pose
+    transform.transform.translation.x = place.position.x
+    transform.transform.translation.y = place.position.y
+    transform.transform.rotation = place.orientation
+    return transform

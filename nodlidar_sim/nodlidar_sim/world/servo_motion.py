@@ -1,0 +1,183 @@
+"""The motion of a servo that is given goals while it moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_sim.world.motion import (
+    Array,
+    PiecewiseMotion,
+    SINCE_EVER_NS,
+    Times,
+    TURN_ACCELERATION,
+)
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A duration [s] at a constant acceleration [rad/s2]."""
+
+    duration: float
+    acceleration: float
+
+
+def trapezoid(
+    distance: float, velocity: float, speed_limit: float, acceleration: float
+) -> list[Piece]:
+    """Return the quickest way to come to rest at a distance, from a velocity, within limits.
+
+    Parameters
+    ----------
+    distance
+        From here to the goal [rad], signed.
+    velocity
+        At the start [rad/s]; above the speed limit, it is reduced first.
+    speed_limit, acceleration
+        Positive bounds [rad/s, rad/s2].
+
+    Notes
+    -----
+    The direction of travel is the side of the goal on which full braking would end. With it as the
+    positive one, the peak speed without a limit follows from v0^2 + 2 a s1 = vp^2 = 2 a s2 with
+    s1 + s2 = s.
+    """
+    braking_distance = velocity * abs(velocity) / (2.0 * acceleration)
+    side = math.copysign(1.0, distance - braking_distance)
+    start = side * velocity
+    peak = math.sqrt(max(0.0, acceleration * side * distance + start**2 / 2.0))
+    top = min(peak, speed_limit)
+    change = math.copysign(acceleration, top - start)
+    speed_up, slow_down = abs(top - start) / acceleration, top / acceleration
+    ramps = (start + top) / 2.0 * speed_up + top / 2.0 * slow_down
+    cruise = max(0.0, side * distance - ramps) / top if top > 0.0 else 0.0
+    return [
+        Piece(speed_up, side * change),
+        Piece(cruise, 0.0),
+        Piece(slow_down, -side * acceleration),
+    ]
+
+
+class ServoMotion:
+    """Where a servo's shaft is, was and, if no other goal comes, will be.
+
+    Parameters
+    ----------
+    position
+        Angle [rad] at which it has rested since ever.
+    acceleration
+        Of every change of speed [rad/s2].
+    jitter
+        A servo that is told to turn around does so late by |N(0, jitter)| [s]; 0 for never.
+    seed
+        Of the jitter.
+    history
+        How long [s] the past is kept; asking for older times raises ParameterError.
+    """
+
+    def __init__(
+        self,
+        position: float = 0.0,
+        acceleration: float = TURN_ACCELERATION,
+        jitter: float = 0.0,
+        seed: int = 0,
+        history: float = 5.0,
+    ) -> None:
+        self.acceleration = acceleration
+        self._history_ns = round(history * NS_PER_S)
+        self._delay = _TurnDelay(jitter, seed) if jitter > 0.0 else None
+        self._pieces = PiecewiseMotion(
+            np.array([SINCE_EVER_NS]), np.array([position]), np.zeros(1), np.zeros(1)
+        )
+
+    def position(self, times_ns: Times) -> Array:
+        """Return the angle [rad] at each time [ns]."""
+        return self._pieces.position(times_ns)
+
+    def velocity(self, times_ns: Times) -> Array:
+        """Return the speed [rad/s] at each time [ns]."""
+        return self._pieces.velocity(times_ns)
+
+    def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
+        """Go to an angle [rad] from now on, at a speed [rad/s] and there come to rest.
+
+        Raises
+        ------
+        ParameterError
+            If the goal is not finite, the speed is not positive or the time [ns] is forgotten.
+        """
+        if not math.isfinite(goal):
+            raise ParameterError('goal', 'finite', goal)
+        if not speed_limit > 0.0:
+            raise ParameterError('speed_limit', 'above 0 rad/s', speed_limit)
+        start_ns = now_ns
+        if self._delay is not None:
+            position, velocity = self._state(now_ns)
+            start_ns = self._delay.apply(now_ns, goal - position, velocity)
+        position, velocity = self._state(start_ns)
+        profile = trapezoid(goal - position, velocity, speed_limit, self.acceleration)
+        self._follow(start_ns, profile, goal)
+
+    def brake(self, now_ns: int) -> None:
+        """Come to rest from now [ns] on, and stay there: as a geared servo without torque."""
+        position, velocity = self._state(now_ns)
+        stop = Piece(
+            abs(velocity) / self.acceleration, -math.copysign(self.acceleration, velocity)
+        )
+        self._follow(now_ns, [stop], position + velocity * stop.duration / 2.0)
+
+    def _state(self, now_ns: int) -> tuple[float, float]:
+        now = np.array([now_ns])
+        return float(self.position(now)[0]), float(self.velocity(now)[0])
+
+    def _follow(self, start_ns: int, profile: list[Piece], goal: float) -> None:
+        """Replace what was to come after start_ns by a profile that ends at rest at a goal."""
+        position, velocity = self._state(start_ns)
+        rows = []
+        for piece in profile:
+            rows.append((position, velocity, piece.acceleration))
+            position += (velocity + 0.5 * piece.acceleration * piece.duration) * piece.duration
+            velocity += piece.acceleration * piece.duration
+        rows.append((goal, 0.0, 0.0))
+        ends = np.cumsum([0.0] + [piece.duration for piece in profile])
+        starts_ns = start_ns + np.rint(ends * NS_PER_S).astype(np.int64)
+        self._pieces = _spliced(self._pieces, starts_ns, np.array(rows), self._history_ns)
+
+
+class _TurnDelay:
+    """Makes a servo late at every change of direction, once, however often it is told."""
+
+    def __init__(self, deviation: float, seed: int) -> None:
+        self._deviation = deviation
+        self._rng = np.random.default_rng(seed)
+        self._turning_to = 0.0
+        self._ready_ns = 0
+
+    def apply(self, now_ns: int, distance: float, velocity: float) -> int:
+        """Return when [ns] a goal at a distance [rad] begins to count, at a velocity [rad/s]."""
+        if distance * velocity >= 0.0:
+            self._turning_to = 0.0
+            return now_ns
+        if self._turning_to != math.copysign(1.0, distance):
+            self._turning_to = math.copysign(1.0, distance)
+            late = abs(self._rng.normal(0.0, self._deviation))
+            self._ready_ns = now_ns + round(late * NS_PER_S)
+        return max(now_ns, self._ready_ns)
+
+
+def _spliced(
+    past: PiecewiseMotion, starts_ns: Times, rows: Array, history_ns: int
+) -> PiecewiseMotion:
+    """Return the past up to starts_ns[0], as far back as the history goes, then the rows."""
+    begin, end = np.searchsorted(past.starts_ns, [starts_ns[0] - history_ns, starts_ns[0]])
+    kept = slice(max(0, begin - 1), end)
+    positions, velocities, accelerations = rows.T
+    return PiecewiseMotion(
+        np.concatenate([past.starts_ns[kept], starts_ns]),
+        np.concatenate([past.positions[kept], positions]),
+        np.concatenate([past.velocities[kept], velocities]),
+        np.concatenate([past.accelerations[kept], accelerations]),
+    )

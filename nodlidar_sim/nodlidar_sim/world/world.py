@@ -1,0 +1,95 @@
+"""What the lidar sees: every beam at its own instant, with the pitch and base pose it then has."""
+
+from __future__ import annotations
+
+from nodlidar_sim.world.base import to_parent, to_space, turn
+from nodlidar_sim.world.motion import Motion
+from nodlidar_sim.world.odometry import Base
+from nodlidar_sim.world.scene import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+
+
+class World:
+    """A scene, the nod's motion and the base's motion.
+
+    Parameters
+    ----------
+    scene
+        Surfaces and the sensor's mount.
+    motion
+        Pitch at any instant, positive up.
+    base
+        Pose of base_link in the world at any instant; by default the scene's route from start_ns.
+    start_ns
+        When what moves in the scene leaves its start [ns].
+    """
+
+    def __init__(
+        self, scene: Scene, motion: Motion, base: Base | None = None, start_ns: int = 0
+    ) -> None:
+        self.scene = scene
+        self.motion = motion
+        self.base = scene.route(start_ns) if base is None else base
+        self._moving = [mover.moving(start_ns) for mover in scene.movers.values()]
+
+    def ranges(self, times_ns: Times, azimuth: Array) -> Array:
+        """Return the true range [m] of beams, inf where there is nothing.
+
+        Parameters
+        ----------
+        times_ns
+            When each beam is sent [ns], shape (n,).
+        azimuth
+            Its angle in the scan plane [rad], shape (n,).
+        """
+        rays = self.rays(times_ns, azimuth)
+        nearest = self.scene.surfaces.distances(*rays)
+        for moving in self._moving:
+            np.minimum(nearest, moving.distances(*rays, times_ns), out=nearest)
+        return nearest
+
+    def rays(self, times_ns: Times, azimuth: Array) -> tuple[Array, Array]:
+        """Return the origin and the direction of each beam in the world, shape (n, 3) each.
+
+        The optical centre lies z_off above the nod axis, in the nodding frame, so both follow from
+        turning (0, 0, z_off) and (cos azimuth, sin azimuth, 0) up by the pitch.
+        """
+        pitch = self.motion.position(times_ns)
+        up, level = np.sin(pitch), np.cos(pitch)
+        ahead, zero = np.cos(azimuth), np.zeros_like(pitch)
+        arm = self.scene.optical_offset
+        origins = np.stack([-arm * up, zero, arm * level]).T
+        directions = np.stack([ahead * level, np.sin(azimuth), ahead * up]).T
+        mount, poses = self.scene.mount, self.base.poses(times_ns)
+        if len(poses) == 1:  # it stands: the mount is at one place
+            mount = to_space(poses[0]) @ mount
+            return mount.to_parent(origins), mount.directions_to_parent(directions)
+        return (
+            to_parent(mount.to_parent(origins), poses),
+            turn(mount.directions_to_parent(directions), poses[:, 2]),
+        )
+
+    def surface_distance(self, points: Array, times_ns: Times) -> Array:
+        """Return how far points in nodlidar_base_link are from the nearest surface [m].
+
+        Parameters
+        ----------
+        points
+            Shape (m, 3), each in the frame as it is at its time.
+        times_ns
+            When the frame is meant [ns], shape (m,) or (1,).
+        """
+        in_base = self.scene.mount.to_parent(points)
+        in_world = to_parent(in_base, self.base.poses(times_ns))
+        return self.surface_distance_in_world(in_world, times_ns)
+
+    def surface_distance_in_world(self, points: Array, times_ns: Times) -> Array:
+        """Return the same for points in the world: to where surfaces are at the points' times."""
+        nearest = self.scene.surfaces.surface_distance(points)
+        for moving in self._moving:
+            np.minimum(nearest, moving.surface_distance(points, times_ns), out=nearest)
+        return nearest
