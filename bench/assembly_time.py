@@ -8,11 +8,11 @@ from dataclasses import replace
 import timeit
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
+from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
@@ -68,7 +68,7 @@ def _times(
     samples = log.sample_ns[around], log.sample_pitch[around]
 
     def to_message() -> None:
-        cloud_message(pipeline.add_scan(scan, *samples, odometry())[0], 'frame')
+        cloud_message(pipeline.add_scan(scan, *samples, odometry()).clouds[0], 'frame')
 
     return _mean(lambda: pipeline.add_scan(scan, *samples, odometry())), _mean(to_message)
 

@@ -55,8 +55,8 @@ def results() -> list[Row]:
 def _by_numbers(log: SensorLog) -> list[Row]:
     pipeline = Pipeline('slerp', 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
     scan = log.scans[len(log.scans) // 2]
-    pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)
-    given = pipeline.beams(scan.geometry), scan.ranges, pipeline.pitch
+    assembled = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)
+    given = assembled.beams, scan.ranges, assembled.pitch
     exact = _assembled(NUMBERS[1], *given)
     times = interleaved(
         {numbers.name: partial(_bytes, numbers, *given) for numbers in NUMBERS},
@@ -137,6 +137,7 @@ def _ages(log: SensorLog, mode: str) -> list[NDArray[np.float64]]:
             pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
         samples_given = around.stop
         now_ns = log.sample_ns[around.stop - 1]
-        for cloud in pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around]):
+        samples = log.sample_ns[around], log.sample_pitch[around]
+        for cloud in pipeline.add_scan(scan, *samples).clouds:
             ages.append((now_ns - cloud.time_ns) / NS_PER_S)
     return ages

@@ -66,7 +66,7 @@ def _action(estimator: str, motion: str, log: SensorLog, odometry: Odometry) -> 
         return lambda: pipeline.add_scan(scan, *samples)
 
     def per_scan() -> None:
-        points = pipeline.add_scan(scan, *samples)[0]
+        points = pipeline.add_scan(scan, *samples).clouds[0]
         pose = given.at(np.array([(scan.stamp_ns + end_ns) // 2]), USUAL_MOTION)
         x, y, z, w = pose.orientation[0]
         moved = xyz_of(points) @ quat2mat([w, x, y, z]).T + pose.position

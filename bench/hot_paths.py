@@ -10,13 +10,13 @@ from dataclasses import replace
 from itertools import product
 import time
 
-from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.surroundings import Surroundings
+from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode
 from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
@@ -134,7 +134,7 @@ def _scan_action(estimator: str, moving: bool) -> Action:
     samples = log.sample_ns[around], log.sample_pitch[around]
     near = np.flatnonzero(np.abs(odometry.time_ns - scan.stamp_ns) < NS_PER_S // 5)
     given = Odometry(odometry.time_ns[near], odometry.poses[near]) if moving else None
-    return lambda: pipeline.add_scan(scan, *samples, given)[0].data
+    return lambda: pipeline.add_scan(scan, *samples, given).clouds[0].data
 
 
 def _message_and_coverage() -> dict[str, Action]:
@@ -142,7 +142,7 @@ def _message_and_coverage() -> dict[str, Action]:
     log = simulated_log(simulated)
     pipeline = Pipeline('slerp', 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
     scan = log.scans[10]
-    points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)[0]
+    points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch).clouds[0]
     beams = pipeline.beams(scan.geometry)
     surroundings, scans = Surroundings(AssemblerConfig()), iter(range(10**9))
 

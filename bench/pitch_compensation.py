@@ -119,6 +119,11 @@ class NoddingSensor:
         Of the nod, to begin with [rad].
     seed
         Of the servo's faults.
+
+    Attributes
+    ----------
+    pitch
+        Of the last scan's beams, as the assembler tells it [rad], shape (n,).
     """
 
     def __init__(self, scene: Scene, limits: tuple[float, float], seed: int) -> None:
@@ -130,11 +135,7 @@ class NoddingSensor:
         arm = Pose.from_xyzrpy((0.0, 0.0, scene.optical_offset, 0.0, 0.0, 0.0))
         self._pipeline = Pipeline('slerp', 'scan', arm, MAX_JOINT_GAP)
         self._samples: deque[tuple[int, float]] = deque(maxlen=HISTORY)
-
-    @property
-    def pitch(self) -> Floats:
-        """Of the last scan's beams, as the assembler tells it [rad], shape (n,)."""
-        return self._pipeline.pitch
+        self.pitch: Floats = np.zeros(0)
 
     def change(self, limits: tuple[float, float]) -> None:
         """Command other limits [rad]."""
@@ -162,7 +163,8 @@ class NoddingSensor:
         ranges = self._world.ranges(beams_ns, SENSOR.azimuth)
         scan = Scan(int(beams_ns[0]), URG, SENSOR.rounded_ranges(ranges).astype(np.float32))
         stamps, pitch = (np.array(told) for told in zip(*self._samples, strict=True))
-        (cloud,) = self._pipeline.add_scan(scan, stamps, pitch)
+        assembled = self._pipeline.add_scan(scan, stamps, pitch)
+        self.pitch, (cloud,) = assembled.pitch, assembled.clouds
         driven = self._world.base.poses(cloud.time_ns)[:, :1] - x
         in_base = self._world.scene.mount.to_parent(xyz_of(cloud))
         return in_base + driven * (1.0, 0.0, 0.0)

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from functools import partial
 
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.cloud_message import cloud_message
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.surroundings import Surroundings
 from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_sim.simulation import Recording
@@ -120,9 +120,10 @@ def _compute(log: SensorLog, config: AssemblerConfig) -> None:
         beams = pipeline.beams(scan.geometry)
         begin_ns, end_ns = scan.stamp_ns - margin_ns, scan.stamp_ns + beams.duration_ns + margin_ns
         around = log.samples_around(begin_ns, end_ns)
-        for cloud in pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around]):
+        assembled = pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around])
+        for cloud in assembled.clouds:
             cloud_message(cloud, config.frame_id)
-        surroundings.add_scan(scan, beams, pipeline.pitch)
+        surroundings.add_scan(scan, beams, assembled.pitch)
         if config.coverage_window > 0.0 and k % SCANS_PER_S == 0:
             surroundings.covered()
 

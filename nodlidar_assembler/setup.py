@@ -22,7 +22,7 @@ setup(
     entry_points={
         'console_scripts': [
             'assemble_bag = nodlidar_assembler.assemble_bag:main',
-            'assembler = nodlidar_assembler.node:main',
+            'assembler = nodlidar_assembler.ros.node:main',
             'plan_scan = nodlidar_assembler.plan_scan:main',
         ]
     },

@@ -77,7 +77,7 @@ def published(recording, spoil=lambda scan: scan, without=(), told=None):
         at_ns = sound.stamp_ns + 70_000_000 + LATENCY_NS
         scans.append((at_ns, scan))
         if 0 < i < len(log.scans) - 1 and i not in without:
-            points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)[0]
+            points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch).clouds[0]
             clouds.append((at_ns, Cloud(int(points.time_ns[0]), xyz_of(points))))
     kept = log.sample_ns < START_NS + round(DURATION - 1) * S
     stamps, pitch = log.sample_ns[kept], log.sample_pitch[kept]

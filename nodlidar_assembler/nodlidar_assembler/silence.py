@@ -31,4 +31,3 @@ class Silence:
         silence = (now_ns - self._last_ns) / NS_PER_S
         limit = max(LEAST_SILENCE, _INTERVALS * self._interval_ns / NS_PER_S)
         return silence if silence > limit else 0.0
-

@@ -5,7 +5,7 @@ import math
 import random
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.node import Assembler
+from nodlidar_assembler.ros.node import Assembler
 import rclpy
 from rclpy.logging import LoggingSeverity
 from sensor_msgs.msg import JointState, LaserScan

@@ -8,7 +8,7 @@ from log_messages import scan_message, state_message
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.node import Assembler
+from nodlidar_assembler.ros.node import Assembler
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_msgs.msg import Coverage, NodCommand
 from nodlidar_sim.simulation import simulate

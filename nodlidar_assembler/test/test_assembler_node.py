@@ -8,8 +8,8 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.node import Assembler
 from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.ros.node import Assembler
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns

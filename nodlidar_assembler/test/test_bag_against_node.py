@@ -43,7 +43,7 @@ def clouds_of_node(entries, expected, cloud_mode):
             raw = bytes(STORE.serialize_cdr(message, TOPICS[topic]))
             publishers[topic].publish(deserialize_message(raw, KINDS[topic]))
             running.executor.spin_once(timeout_sec=0.05)
-        clouds, drops = running.out[PointCloud2], running.node._to_cloud.drops
+        clouds, drops = running.out[PointCloud2], running.node.assembly.assembler.drops
         running.spin_until(lambda: len(clouds) >= len(expected.clouds))
         running.spin_until(lambda: drops.total() >= expected.drops.total())
         return [(c.header.stamp, bytes(c.data)) for c in clouds], dict(drops)

@@ -14,7 +14,7 @@ from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.filters.joint_filter import JointFilter
+from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from plyfile import PlyData
@@ -185,7 +185,7 @@ def test_what_is_malformed_is_counted_and_the_rest_is_read(simulated, tmp_path):
     bag = write_messages(tmp_path / 'bag', entries)
     summary = write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
     drops = Counter(summary.assembly.drops)
-    assert drops.pop(JointFilter.MALFORMED) == 1
+    assert drops.pop(JointInput.MALFORMED) == 1
     assert drops.pop('ranges must be at least one') == 1
     assert drops.pop('stamp must be after 1970 and before 2038') == 1
     assert drops.total() == 1
@@ -213,7 +213,7 @@ def test_messages_may_come_late_and_out_of_order(simulated, tmp_path):
     summary = write_clouds(late, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
     # A joint state that comes after the one behind it is left out, which matters at turn-arounds.
     drops = Counter(summary.assembly.drops)
-    assert drops.pop(JointFilter.OUT_OF_ORDER) > 0
+    assert drops.pop(JointInput.OUT_OF_ORDER) > 0
     assert set(drops) <= {'joint samples missing at a turn-around'}
     assert summary.assembly.counts['clouds'] == 40 - drops.total() >= 35
     points = PlyData.read(tmp_path / 'out.ply')['vertex'].data

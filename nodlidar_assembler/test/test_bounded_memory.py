@@ -2,7 +2,6 @@
 
 import time
 
-from message_filters import SimpleFilter
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.joint_history import JointHistory, MOST_SAMPLES
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
@@ -13,12 +12,12 @@ from nodlidar_assembler.clouds.turns import TurnFinder
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps, MOST_COMMANDED
 from nodlidar_assembler.control.revolutions import Revolutions, WINDOW
-from nodlidar_assembler.filters.joint_filter import JointFilter
-from nodlidar_assembler.filters.waiting_filter import MOST_WAITING, WaitingFilter
+from nodlidar_assembler.inputs.joint_input import JointInput
+from nodlidar_assembler.waiting import MOST_WAITING, WaitingLine
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
 import pytest
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import JointState
 
 S = 1_000_000_000
 BEGIN_NS = 1_700_000_000 * S
@@ -65,19 +64,12 @@ def test_samples_of_nearly_one_instant_are_not_kept_for_ever(apart_ns):
     assert len(turns._samples) == MOST_TURN_SAMPLES
 
 
-class Patience(WaitingFilter):
-    """Lets nothing go before it is overdue."""
-
-    def _settled(self, overdue, scan, *given):
-        return overdue
-
-
 def test_scans_that_wait_on_a_clock_that_stands_still_are_not_kept_for_ever():
-    source = SimpleFilter()
-    waiting = Patience(source, lambda scan: 0, 0.3, lambda: BEGIN_NS)
-    for _ in range(2 * MOST_WAITING):
-        source.signalMessage(LaserScan())
-    assert len(waiting._waiting) == MOST_WAITING
+    waiting = WaitingLine(300_000_000)
+    for k in range(2 * MOST_WAITING):
+        waiting.add(k, BEGIN_NS)
+        list(waiting.leave(BEGIN_NS, lambda k, overdue: overdue or None))
+    assert len(waiting) == MOST_WAITING
 
 
 def test_stamps_of_scans_are_kept_for_a_window():
@@ -88,10 +80,9 @@ def test_stamps_of_scans_are_kept_for_a_window():
 
 
 def test_names_of_other_joints_are_not_kept_for_ever():
-    source = SimpleFilter()
-    joint = JointFilter(source, AssemblerConfig(), drops={})
+    joint = JointInput(AssemblerConfig(), drops={})
     for k in range(1000):
-        source.signalMessage(JointState(name=[f'{k}.{n}' for n in range(50)]))
+        joint.samples(JointState(name=[f'{k}.{n}' for n in range(50)]))
     assert len(joint.trouble) < 1000
 
 

@@ -66,7 +66,7 @@ def test_a_whole_scan_out_of_the_sensors_limits_makes_no_cloud(value):
     around = START_NS + np.array([0, 70_000_000])
     for mode in ('scan', 'sweep'):
         pipeline = Pipeline('slerp', mode, REFERENCE_MOUNT, 0.1)
-        assert pipeline.add_scan(scan, around, np.zeros(2)) == []
+        assert pipeline.add_scan(scan, around, np.zeros(2)).clouds == []
 
 
 any_ranges = arrays(np.float32, 682, elements=st.floats(width=32), fill=st.floats(width=32))

@@ -3,8 +3,9 @@
 from dataclasses import fields
 import math
 
+from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.control.surroundings import Surroundings
@@ -51,7 +52,8 @@ def nods(config, ranges, revolutions=8):
         pitch = found[-1].pitch(now_ns + at.offset_ns)
         scan = Scan(now_ns, geometry, np.full(beams, ranges, np.float32))
         surroundings.add_scan(scan, at, pitch)
-        surroundings.follow(scan, at, pitch)
+        placed = place(at, scan.ranges, pitch)
+        surroundings.follow(Assembled(scan, at, pitch, placed, None, []))
         controller.saw(scan, at, pitch, now_ns + S // 10)
         controller.change(surroundings.shape(), now_ns + S // 10)
     return found, surroundings

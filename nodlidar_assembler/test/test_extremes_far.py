@@ -85,7 +85,7 @@ def test_a_sweep_across_two_origins_is_one_cloud_in_the_frame_of_its_first_scan(
         start_ns = START_NS + k * 100_000_000
         around_ns = start_ns + np.array([0, 80_000_000])
         scan = Scan(start_ns, URG, np.full(682, 2.0, np.float32))
-        clouds += pipeline.add_scan(scan, around_ns, np.zeros(2), odometry)
+        clouds += pipeline.add_scan(scan, around_ns, np.zeros(2), odometry).clouds
         ends.append(x[0] + 0.04 * k + 0.4 * 340 * 0.1 / 1024 + 2.0)  # of the beam straight ahead
     (cloud,) = clouds
     assert cloud.origin == (999_424, 0, 0)

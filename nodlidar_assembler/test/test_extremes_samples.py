@@ -4,14 +4,14 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from message_filters import SimpleFilter
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
-from nodlidar_assembler.filters.bracket_filter import BracketFilter
-from nodlidar_common.ros.messages import time_message
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.scan_assembler import ScanAssembler
 import numpy as np
 import pytest
-from sensor_msgs.msg import LaserScan
 
 S, MS = 1_000_000_000, 1_000_000
 OFFSET = np.arange(682) * 97.65625e-6
@@ -102,17 +102,14 @@ def test_a_single_beam_takes_the_pitch_of_its_instant(name):
 @pytest.mark.parametrize('start_ns', [0, 7 * S - 33 * MS, (2**31 - 1) * S + 900 * MS])
 @pytest.mark.parametrize('margin_ns', [0, 200 * MS])
 def test_a_scan_is_bracketed_at_the_ends_of_time_too(start_ns, margin_ns):
-    scans, joint, released, clock = SimpleFilter(), SimpleFilter(), [], [0]
-    bracket = BracketFilter(
-        scans, joint, lambda _: 66 * MS, 0.3, lambda: clock[0], print, margin_ns
-    )
-    bracket.registerCallback(lambda _, found: released.append(found.time_ns.tolist()))
+    estimator = 'trajectory' if margin_ns else 'slerp'
+    assembler = ScanAssembler(AssemblerConfig(estimator=estimator, leg_margin=margin_ns / S))
+    given = []
+    assembler._pipeline.add_scan = lambda scan, *samples: given.append(samples[0].tolist())
     stamps = [start_ns + k * 10 * MS for k in range(0, 10)]
     for stamp_ns in stamps:
-        joint.signalMessage(stamp_ns, 0.1)
-    scan = LaserScan()
-    scan.header.stamp = time_message(start_ns)
-    scans.signalMessage(scan)
-    clock[0] = S  # past the deadline: with a margin it waits for more
-    bracket.release()
-    assert released == [stamps if margin_ns else stamps[:8]]
+        assembler.add_joint_sample(stamp_ns, 0.1)
+    two_beams = ScanGeometry(2, 0.0, 1.0, 0.066, 0.02, 5.6)
+    assembler.add_scan(Scan(start_ns, two_beams, np.ones(2, np.float32)), 0)
+    list(assembler.ready(S))  # past the deadline: with a margin it waits for more
+    assert given == [stamps if margin_ns else stamps[:8]]

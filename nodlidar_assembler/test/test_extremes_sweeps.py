@@ -39,7 +39,7 @@ def assembled(scans, pitch_at, mode='sweep', sample_ns=20_000_000):
                 given_ns = stamp_ns
                 pipeline.add_sample(int(stamp_ns), float(value))
         ranges = np.full(shape.beams, 2.0, np.float32)
-        clouds += pipeline.add_scan(Scan(int(start_ns), shape, ranges), stamps, pitch)
+        clouds += pipeline.add_scan(Scan(int(start_ns), shape, ranges), stamps, pitch).clouds
     return clouds
 
 
@@ -89,7 +89,9 @@ def test_a_sweep_of_one_beam_is_a_cloud_of_one_point():
         pipeline.add_sample(int(stamp_ns), float(value))
     clouds = []
     for start_ns, shape in scans:
-        clouds += pipeline.add_scan(Scan(start_ns, shape, np.ones(1, np.float32)), stamps, pitch)
+        clouds += pipeline.add_scan(
+            Scan(start_ns, shape, np.ones(1, np.float32)), stamps, pitch
+        ).clouds
     assert [len(cloud.data) for cloud in clouds] == [1] * 19  # the last waits for its turn
     assert [int(cloud.time_ns[0]) for cloud in clouds] == [start_ns for start_ns, _ in scans[:-1]]
 

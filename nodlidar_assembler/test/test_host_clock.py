@@ -3,7 +3,7 @@
 from log_messages import scan_message, state_message
 from message_fuzz import fed
 from node_bench import SCAN_NS, sensor_log, simulated
-from nodlidar_assembler import host_clock
+from nodlidar_assembler.ros import host_clock
 from nodlidar_common.host_time import HostTime
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns
@@ -51,7 +51,7 @@ def run(log, monkeypatch):
         monkeypatch.setattr(host_clock, 'steady_ns', lambda: clock.now_ns)
         with fed(*parameters) as running:
             node = running.node
-            watch = node._clock_watch
+            watch = node._host_clock
             watch._clock = clock
             watch._time = HostTime(watch.now_ns, lambda: clock.now_ns)
             node._nod._node = clock_of(node, clock)
@@ -72,7 +72,12 @@ def run(log, monkeypatch):
                     message = make(stamp_ns, told)
                 running.feed(kind, message)
             assert node.survival.errors == {}
-            return clouds, commands, node._to_cloud.drops.copy(), dict(node.diagnosis.counts)
+            return (
+                clouds,
+                commands,
+                node.assembly.assembler.drops.copy(),
+                dict(node.diagnosis.counts),
+            )
 
     return run
 

@@ -3,9 +3,10 @@
 from dataclasses import replace
 import math
 
+from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_adaptation import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
@@ -47,7 +48,8 @@ def odometry_of(x, until_ns):
 
 def add(surroundings, scan, pitch, odometry=None):
     surroundings.add_scan(scan, BEAMS, pitch)
-    surroundings.follow(scan, BEAMS, pitch, odometry)
+    placed = place(BEAMS, scan.ranges, pitch)
+    surroundings.follow(Assembled(scan, BEAMS, pitch, placed, odometry, []))
 
 
 def test_a_wall_gives_the_limits_of_its_median_range():

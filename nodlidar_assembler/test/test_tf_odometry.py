@@ -3,7 +3,8 @@
 import gc
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.tf_odometry import TfOdometry
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.survival import Survival
 import pytest
@@ -18,15 +19,18 @@ class Bench:
     """A listener that is given messages by hand, and what it told."""
 
     def __init__(self, node):
-        self.tf = TfOdometry(node, 'odom', 'pivot', Survival(pytest.fail))
-        self.samples = self.backs = 0
-        self.tf.register(self._sampled, self._went_back)
+        self.history, self.samples, self.backs = OdometryHistory(), 0, 0
+        self.tf = TfOdometry(
+            node, 'odom', 'pivot', self._sampled, self._went_back, Survival(pytest.fail)
+        )
 
-    def _sampled(self):
+    def _sampled(self, *pose):
         self.samples += 1
+        self.history.add(*pose)
 
     def _went_back(self):
         self.backs += 1
+        self.history.clear()
 
     def hear(self, ms, x=0.0, parent='odom', child='base', z=0.0):
         self.tf.callback(TFMessage(transforms=[transform(ms, x, parent, child, z)]))
@@ -37,7 +41,7 @@ class Bench:
 
     def noted(self):
         """Return the time [ms] and x of each sample."""
-        around = self.tf.history.around(0, START * 2)
+        around = self.history.around(0, START * 2)
         times_ms = (around.time_ns - START) // MS
         return list(zip(times_ms, around.poses.position[:, 0], strict=True))
 
@@ -72,7 +76,7 @@ def test_each_sample_is_noted_at_its_own_time_with_the_fixed_mount(bench):
         bench.hear(ms, x)
     assert bench.noted() == [(0, 0.0), (20, 0.1), (500, 0.2)]
     assert bench.samples == 3
-    assert list(bench.tf.history.around(START, START + 1).poses.position[0]) == [0.0, 0.0, 1.0]
+    assert list(bench.history.around(START, START + 1).poses.position[0]) == [0.0, 0.0, 1.0]
 
 
 def test_before_the_mount_is_known_there_is_trouble_and_no_sample(node):
@@ -131,5 +135,7 @@ def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):
 
 def test_one_after_the_other_may_listen_with_the_clock_of_a_node(node):
     for _ in range(30):
-        TfOdometry(node, 'odom', 'pivot', Survival(pytest.fail)).unregister()
+        TfOdometry(
+            node, 'odom', 'pivot', lambda *pose: None, lambda: None, Survival(pytest.fail)
+        ).unregister()
         gc.collect()  # what is made next may lie where the last one was

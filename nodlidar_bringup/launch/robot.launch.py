@@ -16,7 +16,7 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_bringup import arguments
-from nodlidar_bringup.tied_node import tied_node
+from nodlidar_bringup.ros.tied_node import tied_node
 
 TF_RATE = 1000.0  # Hz, at most: a transform for each joint state, or TF is late by up to 50 ms
 

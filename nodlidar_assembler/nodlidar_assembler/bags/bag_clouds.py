@@ -152,7 +152,8 @@ def _check_result(source: BagSource, assembly: BagAssembly) -> None:
         raise BagError(f"'{source.path}' has no scan")
     if not assembly.counts['clouds']:
         reasons = ', '.join(f'{n} {reason}' for reason, n in assembly.drops.items())
-        why = f'{reasons}{assembly.aside}' if reasons else 'none has a measurement'
+        trouble = f' ({assembly.trouble})' if assembly.trouble else ''
+        why = f'{reasons}{trouble}' if reasons else 'none has a measurement'
         raise BagError(f'no cloud comes of {scans} scans: {why}')
 
 

@@ -136,4 +136,3 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
     ):
         parser.add_argument(option, metavar='TOPIC', default=default, help=f'default: {default}')
     return parser.parse_args(argv)
-

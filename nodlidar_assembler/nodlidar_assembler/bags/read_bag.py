@@ -9,7 +9,7 @@ from nodlidar_assembler.bags.transforms import carried, fixed_transforms, number
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import ordered_samples
-from nodlidar_assembler.filters.scan_message import scan_from_message
+from nodlidar_assembler.inputs.scan_message import scan_from_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
 

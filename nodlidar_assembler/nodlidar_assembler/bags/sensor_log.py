@@ -53,7 +53,7 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
         try:
             clouds += pipeline.add_scan(
                 scan, log.sample_ns[around], log.sample_pitch[around], log.odometry
-            )
+            ).clouds
         except PitchError as error:
             drops[str(error)] += 1
         except OdometryError as error:

@@ -48,19 +48,24 @@ def valid_beams(beams: Beams, ranges: NDArray[np.float32]) -> NDArray[np.intp]:
     return np.flatnonzero((ranges >= geometry.range_min) & (ranges <= farthest))
 
 
-def assemble(
-    beams: Beams,
-    start_ns: int,
-    ranges: NDArray[np.float32],
-    pitch: NDArray[np.float64],
-    intensities: NDArray[np.float32] | None = None,
-    poses: Poses | None = None,
-    moved_point: np.dtype[np.void] = MOVED_POINT,
-) -> Points:
-    """Return a scan's points; beams without a measurement are absent.
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """The beams of a scan that measured something, and where they ended.
 
-    They are in nodlidar_base_link or, with its `poses`, in the frame of odometry, counted from an
-    origin near the first of them.
+    Attributes
+    ----------
+    beams
+        Indices of the beams, shape (n,).
+    xyz
+        Where they ended in nodlidar_base_link [m], shape (3, n).
+    """
+
+    beams: NDArray[np.intp]
+    xyz: NDArray[np.float64]
+
+
+def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64]) -> Placed:
+    """Return where a scan's beams ended in nodlidar_base_link.
 
     A beam ends at ``p = direction * r + mount.position`` in the nodding frame; the nod by phi
     (positive up) about -y takes it to ``x = p_x cos(phi) - p_z sin(phi)``, ``y = p_y``,
@@ -71,12 +76,42 @@ def assemble(
     ----------
     beams
         Geometry of the scan.
-    start_ns
-        Instant of the first beam [ns].
-    ranges, intensities
-        As in the LaserScan, shape (n,); without intensities the field is 0.
+    ranges
+        As in the LaserScan, shape (n,).
     pitch
         Pitch of each beam [rad], shape (n,).
+    """
+    valid = valid_beams(beams, ranges)
+    xyz = beams.direction.take(valid, axis=1)
+    xyz *= ranges.take(valid)
+    xyz += beams.mount.position[:, None]
+    phi = pitch.take(valid)
+    cos, sin = np.cos(phi), np.sin(phi)
+    xyz[0], xyz[2] = xyz[0] * cos - xyz[2] * sin, xyz[0] * sin + xyz[2] * cos
+    return Placed(valid, xyz)
+
+
+def points_of(
+    placed: Placed,
+    beams: Beams,
+    start_ns: int,
+    intensities: NDArray[np.float32] | None = None,
+    poses: Poses | None = None,
+    moved_point: np.dtype[np.void] = MOVED_POINT,
+) -> Points:
+    """Return the points of a scan whose beams were placed.
+
+    They are in nodlidar_base_link or, with its `poses`, in the frame of odometry, counted from an
+    origin near the first of them.
+
+    Parameters
+    ----------
+    placed, beams
+        Where the beams ended, and the geometry of the scan.
+    start_ns
+        Instant of the first beam [ns].
+    intensities
+        As in the LaserScan, one for each beam; if there are others, or none, the field is 0.
     poses
         Of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,).
     moved_point
@@ -87,22 +122,30 @@ def assemble(
     OdometryError
         If the poses are too far out to be told in millimetres.
     """
-    valid = valid_beams(beams, ranges)
-    xyz = beams.direction.take(valid, axis=1)
-    xyz *= ranges.take(valid)
-    xyz += beams.mount.position[:, None]
-    phi = pitch.take(valid)
-    cos, sin = np.cos(phi), np.sin(phi)
-    xyz[0], xyz[2] = xyz[0] * cos - xyz[2] * sin, xyz[0] * sin + xyz[2] * cos
+    valid, xyz = placed.beams, placed.xyz
     data = np.zeros(len(valid), dtype=POINT if poses is None else moved_point)
     origin = OF_ODOMETRY
     if poses is not None:
         origin = origin_near(poses.position[0].tolist())
         xyz = poses.taken(valid).to_parent(xyz.T, origin).T
     data['x'], data['y'], data['z'] = xyz
-    if intensities is not None and len(intensities) == len(ranges):
+    if intensities is not None and len(intensities) == beams.geometry.beams:
         data['intensity'] = intensities.take(valid)
     if data.dtype == POINT:
         offset = beams.offset.take(valid)
         data['time'] = offset - offset[:1]
     return Points(start_ns + beams.offset_ns.take(valid), data, origin)
+
+
+def assemble(
+    beams: Beams,
+    start_ns: int,
+    ranges: NDArray[np.float32],
+    pitch: NDArray[np.float64],
+    intensities: NDArray[np.float32] | None = None,
+    poses: Poses | None = None,
+    moved_point: np.dtype[np.void] = MOVED_POINT,
+) -> Points:
+    """Return a scan's points: see :func:`place` and :func:`points_of`."""
+    placed = place(beams, ranges, pitch)
+    return points_of(placed, beams, start_ns, intensities, poses, moved_point)

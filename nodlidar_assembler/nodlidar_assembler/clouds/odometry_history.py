@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.pose import Pose
 import numpy as np
 
 SPAN_NS = 10 * NS_PER_S  # as TF keeps
@@ -12,9 +13,16 @@ MOST_SAMPLES = 20_000  # however close their stamps are
 
 
 class OdometryHistory:
-    """Keeps samples of a frame's pose; one that is not newer than the last is ignored."""
+    """Keeps samples of a frame's pose; one that is not newer than the last is ignored.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    mount
+        Pose, in that frame, of the one whose odometry is wanted, if it is another.
+    """
+
+    def __init__(self, mount: Pose | None = None) -> None:
+        self._mount = mount
         self._times_ns: list[int] = []
         self._positions: list[Sequence[float]] = []
         self._orientations: list[Sequence[float]] = []
@@ -57,7 +65,8 @@ class OdometryHistory:
         position = np.array(self._positions[chosen], dtype=np.float64).reshape(-1, 3)
         orientation = np.array(self._orientations[chosen], dtype=np.float64).reshape(-1, 4)
         time_ns = np.array(self._times_ns[chosen], dtype=np.int64)
-        return Odometry(time_ns, Poses(position, orientation))
+        odometry = Odometry(time_ns, Poses(position, orientation))
+        return odometry if self._mount is None else odometry.mounted(self._mount)
 
     def _forget(self, count: int) -> None:
         for samples in (self._times_ns, self._positions, self._orientations):

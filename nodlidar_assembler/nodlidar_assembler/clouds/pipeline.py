@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.assembly import assemble, Points
+from nodlidar_assembler.clouds.assembly import place, Placed, Points, points_of
 from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, USUAL_MOTION
 from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
 from nodlidar_assembler.clouds.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
@@ -28,6 +28,32 @@ class Scan:
     geometry: ScanGeometry
     ranges: NDArray[np.float32]
     intensities: NDArray[np.float32] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """A scan with all that is known of its beams.
+
+    Attributes
+    ----------
+    scan, beams
+        The scan and its geometry, worked out.
+    pitch
+        Of each beam [rad], shape (n,).
+    placed
+        Where the beams ended in nodlidar_base_link.
+    odometry
+        That compensated the motion of the base, if any did.
+    clouds
+        Those that are complete with this scan.
+    """
+
+    scan: Scan
+    beams: Beams
+    pitch: NDArray[np.float64]
+    placed: Placed
+    odometry: Odometry | None
+    clouds: list[Points]
 
 
 class Pipeline:
@@ -56,8 +82,6 @@ class Pipeline:
     ----------
     estimator
         Tells how long around a scan joint samples are wanted, and counts the scans that fell back.
-    pitch
-        Of the last scan's beams [rad].
     """
 
     def __init__(
@@ -76,7 +100,6 @@ class Pipeline:
         self._mount = mount
         self._motion_limits = motion_limits
         self._moved_point = moved_point
-        self.pitch: NDArray[np.float64] = np.zeros(0)
         self._beams: Beams | None = None
         self._turns = TurnFinder(TURN_HYSTERESIS)
         self._sweeps: SweepGatherer | None = None
@@ -126,8 +149,8 @@ class Pipeline:
         sample_ns: NDArray[np.int64],
         sample_pitch: NDArray[np.float64],
         odometry: Odometry | None = None,
-    ) -> list[Points]:
-        """Add a scan with the joint samples around it; return the clouds that are complete by now.
+    ) -> Assembled:
+        """Add a scan with the joint samples around it.
 
         With the odometry of nodlidar_base_link around it, points are in the frame of odometry,
         every beam at its own pose.
@@ -144,10 +167,14 @@ class Pipeline:
         poses = None
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
-        points = assemble(
-            beams, scan.stamp_ns, scan.ranges, pitch, scan.intensities, poses, self._moved_point
+        placed = place(beams, scan.ranges, pitch)
+        points = points_of(
+            placed, beams, scan.stamp_ns, scan.intensities, poses, self._moved_point
         )
-        self.pitch = pitch
+        return Assembled(scan, beams, pitch, placed, odometry, self._gathered(points))
+
+    def _gathered(self, points: Points) -> list[Points]:
+        """Return the clouds that are complete with the points of the latest scan."""
         if self._sweeps is not None:
             return self._sweeps.add_scan(points)
         return [points] if len(points.data) else []

@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.assembly import assemble
 from nodlidar_assembler.clouds.ego_motion import Odometry, rotated
 from nodlidar_assembler.clouds.geometry import Beams, revolution_time
-from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
@@ -96,25 +95,19 @@ class Surroundings:
         # Not the time between beams, which are fewer than steps where the lidar thins them.
         self._beam_period = revolution_time(beams.geometry) / self._config.steps_per_revolution
 
-    def follow(
-        self,
-        scan: Scan,
-        beams: Beams,
-        pitch: NDArray[np.float64],
-        odometry: Odometry | None = None,
-    ) -> None:
+    def follow(self, assembled: Assembled) -> None:
         """Let the limits follow a scan that was added.
 
         With odometry, up to its newest sample, they are for where the robot is by then.
         """
-        points = assemble(beams, scan.stamp_ns, scan.ranges, pitch).data
-        height = points['z'] + (self._config.sensor_height - self._optical_height)
-        xyz = np.stack([points['x'], points['y'], height], axis=1).astype(np.float64)
+        odometry = assembled.odometry
+        xyz = assembled.placed.xyz.T.copy()
+        xyz[:, 2] += self._config.sensor_height - self._optical_height
         ranges = ranges_that_count(self._limits.config, xyz)
         if odometry is None:
             self._now = None  # the way from there is in what is seen on it
         else:
-            middle_ns = scan.stamp_ns + beams.duration_ns // 2
+            middle_ns = assembled.scan.stamp_ns + assembled.beams.duration_ns // 2
             ranges = ranges - self._move(_place(odometry, middle_ns), odometry)
         self._limits.update(self._last_ns, ranges)
 

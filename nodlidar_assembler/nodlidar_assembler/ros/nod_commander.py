@@ -7,12 +7,10 @@ from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_controller import NodController
-from nodlidar_assembler.filters.scan_message import geometry_from_message
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
-from nodlidar_common.stamps import time_ns
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.msg import NodCommand
 import numpy as np
@@ -20,7 +18,6 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import LaserScan
 
 
 class NodCommander:
@@ -53,18 +50,17 @@ class NodCommander:
         """How long it took to see all cells the last time [s]; NaN if that is not known."""
         return self._controller.round_time
 
-    def follow_lidar(self, scan: LaserScan) -> None:
+    def follow_lidar(self, scan: Scan) -> None:
         """Keep the nod tied to the lidar's revolutions; its first command goes out at once."""
         first = self._controller.command is None
         self._last_scan_ns = steady_ns()
-        geometry = geometry_from_message(scan)
         try:
-            self._controller.add_scan(geometry, time_ns(scan.header.stamp))
+            self._controller.add_scan(scan.geometry, scan.stamp_ns)
         except ParameterError as error:
             self._error(f'no nod commanded: {error}')
         else:
             if first:
-                self._warn_of_other_steps(geometry)
+                self._warn_of_other_steps(scan.geometry)
                 self._publish()
 
     def clock_was_set(self, step_ns: int) -> None:

@@ -1,48 +1,54 @@
-"""The way of a scan to its cloud in virtual time: when what it waits for never comes."""
+"""The assembly as a filter, in virtual time: when what it waits for never comes."""
 
 from log_messages import scan_message, state_message
 from message_filters import SimpleFilter
 from node_bench import sensor_log, simulated, START_NS
-from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.filters.scan_to_cloud import ScanToCloud
+from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_sim.world.scene import load_scene
 import pytest
 
 DEADLINE = 0.05
 NO_ODOMETRY = 'no odometry after it before the deadline'
+WARNING = f'scan dropped: {NO_ODOMETRY} (TF: no transform was heard)'
 SCAN, STATE = range(2)
 
 
-class Silence:
-    """Odometry that never comes."""
-
-    trouble = ''
+class VirtualHostClock:
+    """A clock that nobody sets."""
 
     def __init__(self):
-        self.history = OdometryHistory()
+        self.now_ns = START_NS
 
-    def register(self, on_sample, on_time_back):
-        """Keep nothing: neither will ever be called."""
+    def patience_ns(self):
+        return self.now_ns
+
+    def look(self):
+        return True
 
 
-class Way:
-    """A ScanToCloud without odometry, its clock, and what came of the scans."""
+class Bench:
+    """An AssemblyFilter whose odometry never comes, its clock, and what came of the scans."""
 
     def __init__(self, **config):
-        self.now_ns, self.made = START_NS, []
+        self.clock, self.made, self.warnings = VirtualHostClock(), [], []
         self._inputs = SimpleFilter(), SimpleFilter()
-        self._way = ScanToCloud(
-            AssemblerConfig(ego_motion='beam', deadline=DEADLINE, **config),
+        self.filter = AssemblyFilter(
             *self._inputs,
-            Silence(),
-            lambda: self.now_ns,
-            lambda scan, clouds, odometry: self.made.append(scan.stamp_ns),
+            AssemblerConfig(ego_motion='beam', deadline=DEADLINE, **config),
+            self.clock,
+            self.warnings.append,
+            lambda: 'no transform was heard',
         )
-        self.drops = self._way.drops
+        self.filter.registerCallback(self._note)
+        self.drops = self.filter.assembler.drops
+
+    def _note(self, outcome):
+        if outcome.assembled is not None:
+            self.made.append(outcome.scan.stamp_ns)
 
     def feed(self, at_ns, kind, message):
-        self.now_ns = at_ns
+        self.clock.now_ns = at_ns
         self._inputs[kind].signalMessage(message)
 
 
@@ -59,15 +65,16 @@ def messages():
 def test_a_scan_without_odometry_is_given_up_with_the_first_joint_state_after_the_deadline(
     messages,
 ):
-    way = Way()
+    bench = Bench()
     given_up = []
     for entry in messages:
-        before = way.drops[NO_ODOMETRY]
-        way.feed(*entry)
-        given_up += [way.now_ns] * (way.drops[NO_ODOMETRY] - before)
+        before = bench.drops[NO_ODOMETRY]
+        bench.feed(*entry)
+        given_up += [bench.clock.now_ns] * (bench.drops[NO_ODOMETRY] - before)
     arrivals = [at_ns for at_ns, kind, _ in messages if kind == SCAN]
     states = [at_ns for at_ns, kind, _ in messages if kind == STATE]
     assert len(given_up) >= 3
+    assert bench.warnings == [WARNING] * len(given_up)
     for arrival_ns, at_ns in zip(arrivals, given_up, strict=False):
         bracketed_ns = next(ns for ns in states if ns >= arrival_ns)
         due_ns = bracketed_ns + round(DEADLINE * 1e9)
@@ -75,9 +82,9 @@ def test_a_scan_without_odometry_is_given_up_with_the_first_joint_state_after_th
 
 
 def test_it_leaves_uncompensated_as_soon_if_so_told(messages):
-    dropping, way = Way(), Way(without_odometry='uncompensated')
+    dropping, bench = Bench(), Bench(without_odometry='uncompensated')
     for entry in messages:
         dropping.feed(*entry)
-        way.feed(*entry)
-        assert len(way.made) == dropping.drops[NO_ODOMETRY]
-    assert len(way.made) >= 3
+        bench.feed(*entry)
+        assert len(bench.made) == dropping.drops[NO_ODOMETRY]
+    assert len(bench.made) >= 3

@@ -1,29 +1,26 @@
-"""Passes on what joint states tell of the nod's joint."""
+"""JointState messages as samples of the nod's joint."""
 
 from collections import Counter
+from typing import Any
 
-from message_filters import SimpleFilter
 from nodlidar_assembler.clouds.joint_order import JointOrder
 from nodlidar_assembler.clouds.pitch import LARGEST
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import LATEST_NS, time_ns
-from sensor_msgs.msg import JointState
 
 # Names of other joints that are told where the nod's is missing.
 _MOST_OTHERS = 20
 
 
-class JointFilter(SimpleFilter):
-    """Joint states in, (instant [ns], pitch [rad]) of one joint out; counts the malformed ones.
+class JointInput:
+    """Finds the samples of one joint in joint states, and counts the malformed ones.
 
     Messages without that joint are other joints' (a robot has many on one topic) and not counted.
     Samples leave in the order of their time, but for the first after time went back.
 
     Parameters
     ----------
-    source
-        Of the joint states.
     config
         Names the joint, and tells how its positions and stamps are to be taken.
     drops
@@ -33,8 +30,7 @@ class JointFilter(SimpleFilter):
     MALFORMED = f'joint state without a position up to {LARGEST:g} rad, or not of 1970 to 2038'
     OUT_OF_ORDER = 'joint state of another time than those around it'
 
-    def __init__(self, source: SimpleFilter, config: AssemblerConfig, drops: Counter[str]) -> None:
-        super().__init__()
+    def __init__(self, config: AssemblerConfig, drops: Counter[str]) -> None:
         self._joint_name, self._zero = config.joint_name, config.joint_zero
         self._sign = 1.0 if config.joint_positive == 'up' else -1.0
         self._delay_ns = round(config.joint_delay * NS_PER_S)
@@ -42,7 +38,6 @@ class JointFilter(SimpleFilter):
         self._order = JointOrder(round(config.max_joint_gap * NS_PER_S))
         self._heard = False
         self._others: set[str] = set()
-        source.registerCallback(self._add)
 
     @property
     def trouble(self) -> str:
@@ -59,26 +54,27 @@ class JointFilter(SimpleFilter):
         self._order.restart()
         self._count_left_out()
 
-    def tells_of_joint(self, message: JointState) -> bool:
+    def tells_of_joint(self, message: Any) -> bool:
         """Tell whether a message is about the nod's joint."""
         return self._joint_name in message.name
 
-    def _add(self, message: JointState) -> None:
+    def samples(self, message: Any) -> list[tuple[int, float]]:
+        """Take a joint state; return the samples [ns], [rad] that are sure by now."""
         if not self.tells_of_joint(message):
             if len(self._others) < _MOST_OTHERS:
                 self._others.update(message.name[:_MOST_OTHERS])
-            return
+            return []
         self._heard = True
         index = message.name.index(self._joint_name)
         told = index < len(message.position) and abs(message.position[index]) <= LARGEST
         measured_ns = time_ns(message.header.stamp) - self._delay_ns
         if not (told and 0 <= measured_ns <= LATEST_NS):
             self._drops[self.MALFORMED] += 1
-            return
+            return []
         pitch = self._sign * (float(message.position[index]) - self._zero)
-        for sample in self._order.add(measured_ns, pitch):
-            self.signalMessage(*sample)
+        sure = self._order.add(measured_ns, pitch)
         self._count_left_out()
+        return sure
 
     def _count_left_out(self) -> None:
         if self._order.left_out:

@@ -30,9 +30,7 @@ class Input(Subscriber):
         Whose message it is that is being passed on.
     """
 
-    def __init__(
-        self, node: Node, kind: Any, topic: str, depth: int, survival: Survival
-    ) -> None:
+    def __init__(self, node: Node, kind: Any, topic: str, depth: int, survival: Survival) -> None:
         self.publishers, self.publisher = Publishers(), 0
         self._survival = survival
         super().__init__(

@@ -5,9 +5,11 @@ from collections import Counter
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.filters.scan_filter import ScanFilter
-from nodlidar_assembler.filters.scan_to_cloud import ScanToCloud
-from nodlidar_assembler.inputs import Input
+from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
+from nodlidar_assembler.ros.input import Input
+from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_assembler.silence import Silence
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.diagnostics import SteadyUpdater
@@ -24,9 +26,9 @@ class Diagnosis:
 
     Parameters
     ----------
-    node, frame_id
-        Whose diagnostics these are, and the frame of its clouds, which stands for the hardware.
-    to_cloud, scans
+    node, config
+        Whose diagnostics these are; the frame of its clouds stands for the hardware.
+    assembly, odometry
         Know what was dropped, and what is missing.
     inputs
         What is heard, by its name in the plural; they know what was lost and who publishes.
@@ -37,37 +39,49 @@ class Diagnosis:
     def __init__(
         self,
         node: Node,
-        frame_id: str,
-        to_cloud: ScanToCloud,
-        scans: ScanFilter,
+        config: AssemblerConfig,
+        assembly: AssemblyFilter,
+        odometry: TfOdometry | None,
         inputs: dict[str, Input],
         survival: Survival,
     ) -> None:
-        self._node, self._to_cloud = node, to_cloud
-        self._watch, self._inputs, self._survival = scans.watch, inputs, survival
+        self._node, self._assembly, self._odometry = node, assembly, odometry
+        self._joint_name, self._inputs, self._survival = config.joint_name, inputs, survival
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
-        self._silences = {'scan': Silence(), f"position of '{to_cloud.joint_name}'": Silence()}
-        heard_scan, heard_joint = (silence.heard for silence in self._silences.values())
-        scans.registerCallback(lambda scan: heard_scan(steady_ns()))
-        to_cloud.joint.registerCallback(lambda *sample: heard_joint(steady_ns()))
+        self._scan_silence, self._joint_silence = Silence(), Silence()
+        self._odometry_silence = Silence()
         self._odometry_ns: int | None = None
-        if to_cloud.odometry is not None:
-            self._silences['odometry'] = Silence()
+        assembly.samples.registerCallback(self._sample_arrived)
         self._seen: Counter[str] = Counter()
         self._recent: Counter[str] = Counter()
         self._recent_ns = steady_ns() - _RECENT_NS
         self._latency = 0.0
-        self.updater = SteadyUpdater(node, frame_id, self._state)
+        self.updater = SteadyUpdater(node, config.frame_id, self._state)
         self.updater.add('clouds', self._report)
 
-    def scan_arrived(self, beams: int) -> None:
+    def scan_arrived(self, scan: Scan) -> None:
         """Count a scan."""
-        self.counts.update(scans=1, beams=beams)
+        self.counts.update(scans=1, beams=len(scan.ranges))
+        self._scan_silence.heard(steady_ns())
 
     def cloud_published(self, now_ns: int, cloud: Points) -> None:
         """Count a cloud, and note how long after its last point it was published."""
         self.counts.update(clouds=1, points=len(cloud.data))
         self._latency = (now_ns - int(cloud.time_ns[-1])) / NS_PER_S
+
+    def _sample_arrived(self, time_ns: int, pitch: float) -> None:
+        self._joint_silence.heard(steady_ns())
+
+    def _silences(self) -> dict[str, float]:
+        """Return how long inputs have been silent [s], those that are."""
+        now_ns = steady_ns()
+        silences = {
+            'scan': self._scan_silence,
+            f"position of '{self._joint_name}'": self._joint_silence,
+            'odometry': self._odometry_silence,
+        }
+        seconds = {name: silence.seconds(now_ns) for name, silence in silences.items()}
+        return {name: silent for name, silent in seconds.items() if silent}
 
     def _state(self) -> object:
         """Return what is out of order now, by kind."""
@@ -78,18 +92,19 @@ class Diagnosis:
             fresh = now_ns - self._recent_ns >= _RECENT_NS
             self._recent = (Counter() if fresh else self._recent) + (losses - self._seen)
             self._seen, self._recent_ns = losses, now_ns
-        silent = [name for name, silence in self._silences.items() if silence.seconds(now_ns)]
-        return silent, now_ns - self._recent_ns < _RECENT_NS, self._crowds()
+        return [*self._silences()], now_ns - self._recent_ns < _RECENT_NS, self._crowds()
 
     def _hear_odometry(self, now_ns: int) -> None:
-        odometry = self._to_cloud.odometry
-        if odometry is not None and odometry.history.newest_ns != self._odometry_ns:
-            self._odometry_ns = odometry.history.newest_ns
-            self._silences['odometry'].heard(now_ns)
+        odometry = self._odometry
+        if odometry is not None and odometry.newest_ns != self._odometry_ns:
+            self._odometry_ns = odometry.newest_ns
+            self._odometry_silence.heard(now_ns)
 
     def _losses(self) -> Counter[str]:
         """Return what was dropped or lost, or failed, so far, counted by what became of it."""
-        losses = Counter({f'dropped: {why}': n for why, n in self._to_cloud.drops.items()})
+        losses = Counter(
+            {f'dropped: {why}': n for why, n in self._assembly.assembler.drops.items()}
+        )
         for name, given in self._inputs.items():
             losses[f'lost before they arrived: {name}'] = given.publishers.lost
         losses.update({f'internal error: {k}': n for k, n in self._survival.errors.items()})
@@ -101,12 +116,12 @@ class Diagnosis:
         publishers = self._node.count_publishers(scans.sub.topic_name)
         told = {
             scans.sub.topic_name: publishers,
-            f"'{self._to_cloud.joint_name}'": states.publishers.telling,
+            f"'{self._joint_name}'": states.publishers.telling,
         }
         return {what: count for what, count in told.items() if count > 1}
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        self._to_cloud.release()
+        self._assembly.release()
         status.summary(DiagnosticStatus.OK, 'publishing clouds')
         if not self.counts['scans']:
             status.summary(DiagnosticStatus.STALE, 'no scan has come yet')
@@ -114,17 +129,17 @@ class Diagnosis:
             status.mergeSummary(DiagnosticStatus.ERROR, text)
         for text in self._warnings():
             status.mergeSummary(DiagnosticStatus.WARN, text)
-        for name, count in (self.counts | self._to_cloud.remarks | self._losses()).items():
+        for name, count in (
+            self.counts | self._assembly.assembler.remarks | self._losses()
+        ).items():
             status.add(name, str(count))
-        status.add('revolutions without a scan', str(self._watch.missing))
+        status.add('revolutions without a scan', str(self._assembly.watch.missing))
         status.add('latency after the last point [s]', f'{self._latency:.4f}')
         return status
 
     def _silent(self) -> list[str]:
-        now_ns = steady_ns()
-        seconds = {name: silence.seconds(now_ns) for name, silence in self._silences.items()}
-        texts = [f'no {name} for {silent:.1f} s' for name, silent in seconds.items() if silent]
-        return [*texts, *filter(None, [self._to_cloud.aside.strip(' ()')])]
+        texts = [f'no {name} for {silent:.1f} s' for name, silent in self._silences().items()]
+        return [*texts, *filter(None, [self._assembly.trouble])]
 
     def _warnings(self) -> list[str]:
         texts = [f'{count} publishers tell of {what}' for what, count in self._crowds().items()]

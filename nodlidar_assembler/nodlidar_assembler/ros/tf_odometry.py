@@ -1,10 +1,9 @@
 """Odometry from TF, with the samples' own times."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import math
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
@@ -29,10 +28,21 @@ class TfOdometry(TransformListener):
         Hears /tf and /tf_static.
     odom_frame, frame
         Frame of odometry, and the frame whose pose in it is wanted.
+    on_sample
+        Called with each new pose: [ns], x y z [m], x y z w.
+    on_time_back
+        Called when time went back.
     survival
         The shell around what is done with a message.
     on_drop
         Called with the reason for each transform that is malformed.
+
+    Attributes
+    ----------
+    newest_ns
+        Time of the latest pose [ns]; None if there is none.
+    trouble
+        Why there is none, in words; empty if there is one.
     """
 
     MALFORMED = 'transform that is not finite, or not of 1970 to 2038'
@@ -42,28 +52,25 @@ class TfOdometry(TransformListener):
         node: Node,
         odom_frame: str,
         frame: str,
+        on_sample: Callable[[int, Sequence[float], Sequence[float]], None],
+        on_time_back: Callable[[], None],
         survival: Survival,
         on_drop: Callable[[str], None] = lambda reason: None,
     ) -> None:
         self._survival, self._on_drop = survival, on_drop
-        self.history = OdometryHistory()
+        self.newest_ns: int | None = None
         self.trouble = 'no transform was heard'
         self._odom_frame, self._frame = odom_frame, frame
         self._parents: dict[str, str] = {}
-        self._newest_ns: dict[str, int] = {}
-        self._on_sample: Callable[[], None] = lambda: None
-        self._on_time_back: Callable[[], None] = lambda: None
-        super().__init__(Buffer(node=node), node)
-
-    def register(self, on_sample: Callable[[], None], on_time_back: Callable[[], None]) -> None:
-        """Set what is called after each new sample, and when time went back."""
+        self._newest_of: dict[str, int] = {}
         self._on_sample, self._on_time_back = on_sample, on_time_back
+        super().__init__(Buffer(node=node), node)
 
     def restart(self) -> None:
         """Forget what was heard of what moves: its times are of another clock."""
         self.buffer.clear()
-        self.history.clear()
-        self._newest_ns.clear()
+        self.newest_ns = None
+        self._newest_of.clear()
 
     def unregister(self) -> None:
         """Stop listening."""
@@ -91,9 +98,9 @@ class TfOdometry(TransformListener):
             self.restart()
             self._on_time_back()
         for transform in data.transforms:
-            newest_ns = self._newest_ns.get(transform.child_frame_id, 0)
+            newest_ns = self._newest_of.get(transform.child_frame_id, 0)
             stamp_ns = time_ns(transform.header.stamp)
-            self._newest_ns[transform.child_frame_id] = max(newest_ns, stamp_ns)
+            self._newest_of[transform.child_frame_id] = max(newest_ns, stamp_ns)
         super().callback(data)
         self._sample()
 
@@ -112,7 +119,7 @@ class TfOdometry(TransformListener):
     def _goes_back(self, data: TFMessage) -> bool:
         between = self._above(self._frame) ^ self._above(self._odom_frame)
         return any(
-            self._newest_ns.get(t.child_frame_id, 0) - time_ns(t.header.stamp) > TIME_JUMP_NS
+            self._newest_of.get(t.child_frame_id, 0) - time_ns(t.header.stamp) > TIME_JUMP_NS
             for t in data.transforms
             if t.child_frame_id in between
         )
@@ -132,7 +139,7 @@ class TfOdometry(TransformListener):
             latest = self.buffer.get_latest_common_time(self._odom_frame, self._frame)
             if not latest.nanoseconds:
                 self.trouble = f"'{self._frame}' is fixed in '{self._odom_frame}'"
-            if latest.nanoseconds <= (self.history.newest_ns or 0):
+            if latest.nanoseconds <= (self.newest_ns or 0):
                 return
             asked = Time(nanoseconds=latest.nanoseconds, clock_type=ClockType.ROS_TIME)
             pose = self.buffer.lookup_transform(self._odom_frame, self._frame, asked).transform
@@ -140,9 +147,8 @@ class TfOdometry(TransformListener):
             self.trouble = str(error)
             return
         p, q = pose.translation, pose.rotation
-        self.history.add(latest.nanoseconds, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-        self.trouble = ''
-        self._on_sample()
+        self.newest_ns, self.trouble = latest.nanoseconds, ''
+        self._on_sample(latest.nanoseconds, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 
 def is_pose(transform: TransformStamped) -> bool:

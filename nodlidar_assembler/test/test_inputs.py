@@ -1,13 +1,13 @@
-"""What is passed on and what is counted of scans and joint states that are malformed."""
+"""What is taken and what is counted of scans and joint states that are malformed."""
 
 from collections import Counter
 import math
 
-from message_filters import SimpleFilter
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.filters.joint_filter import JointFilter
-from nodlidar_assembler.filters.scan_filter import ScanFilter
+from nodlidar_assembler.inputs.joint_input import JointInput
+from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_common.stamps import time_ns
+import numpy as np
 import pytest
 from sensor_msgs.msg import JointState, LaserScan
 
@@ -33,12 +33,20 @@ def joint_state(sec=1_700_000_000, **fields):
     return message
 
 
-def passed_and_dropped(message, **parameters):
-    source, passed, dropped = SimpleFilter(), [], []
-    config = AssemblerConfig(**parameters)
-    ScanFilter(source, config, dropped.append).registerCallback(passed.append)
-    source.signalMessage(message)
-    return passed, dropped
+def refusal_of(message, **parameters):
+    with pytest.raises(RefusedScanError) as refusal:
+        ScanInput(AssemblerConfig(**parameters)).scan(message)
+    return str(refusal.value)
+
+
+def taken(message, **parameters):
+    return ScanInput(AssemblerConfig(**parameters)).scan(message)
+
+
+def samples_and_drops(message, **parameters):
+    drops = Counter()
+    samples = JointInput(AssemblerConfig(joint_name='nod', **parameters), drops).samples(message)
+    return samples, drops
 
 
 @pytest.mark.parametrize(
@@ -53,7 +61,9 @@ def passed_and_dropped(message, **parameters):
 )
 def test_scans_that_can_be_used_are_passed_on(fields):
     message = scan(**fields)
-    assert passed_and_dropped(message) == ([message], [])
+    found = taken(message)
+    assert found.stamp_ns == time_ns(message.header.stamp)
+    assert np.array_equal(found.ranges, message.ranges)
 
 
 @pytest.mark.parametrize(
@@ -79,43 +89,38 @@ def test_scans_that_can_be_used_are_passed_on(fields):
     ],
 )
 def test_a_malformed_scan_is_dropped_and_what_is_wrong_is_named(key, value):
-    passed, [reason] = passed_and_dropped(scan(**{key: value}))
-    assert passed == []
-    assert reason.startswith(f'{key} must be ')
+    assert refusal_of(scan(**{key: value})).startswith(f'{key} must be ')
 
 
 def test_a_scan_before_1970_is_dropped():
     message = scan()
     message.header.stamp.sec = -1
-    assert passed_and_dropped(message) == ([], [OF_NO_TIME])
+    assert refusal_of(message) == OF_NO_TIME
 
 
 def test_a_scan_stamped_at_its_end_is_taken_from_its_first_beam_on():
     message = scan()
     message.header.stamp.sec, message.header.stamp.nanosec = 5, 10_000_000
-    [passed], _ = passed_and_dropped(message, scan_delay=0.025)
-    assert time_ns(passed.header.stamp) == 4_985_000_000
+    assert taken(message, scan_delay=0.025).stamp_ns == 4_985_000_000
 
 
 def test_a_scan_that_a_delay_leads_before_1970_is_dropped():
-    assert passed_and_dropped(scan(), scan_delay=0.1) == ([], [OF_NO_TIME])
+    assert refusal_of(scan(), scan_delay=0.1) == OF_NO_TIME
 
 
 def test_the_time_between_beams_is_as_given_only_where_scans_tell_none():
-    [passed], _ = passed_and_dropped(scan(time_increment=0.0), time_increment=1e-5)
-    assert passed.time_increment == 1e-5
-    [passed], _ = passed_and_dropped(scan(), time_increment=1e-5)
-    assert passed.time_increment == 0.1 / 1024
+    assert taken(scan(time_increment=0.0), time_increment=1e-5).geometry.time_increment == 1e-5
+    assert taken(scan(), time_increment=1e-5).geometry.time_increment == 0.1 / 1024
 
 
-@pytest.mark.parametrize(('max_range', 'taken'), [(0.0, 5.6), (4.0, 4.0), (10.0, 5.6)])
-def test_what_is_too_far_is_what_the_scan_or_the_parameter_says(max_range, taken):
-    [passed], _ = passed_and_dropped(scan(range_max=5.6), max_range=max_range)
-    assert passed.range_max == pytest.approx(taken)
+@pytest.mark.parametrize(('max_range', 'farthest'), [(0.0, 5.6), (4.0, 4.0), (10.0, 5.6)])
+def test_what_is_too_far_is_what_the_scan_or_the_parameter_says(max_range, farthest):
+    found = taken(scan(range_max=5.6), max_range=max_range)
+    assert found.geometry.range_max == pytest.approx(farthest)
 
 
 def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():
-    reasons = {tuple(passed_and_dropped(scan(time_increment=-t))[1]) for t in (1e-4, 2e-4)}
+    reasons = {refusal_of(scan(time_increment=-t)) for t in (1e-4, 2e-4)}
     assert len(reasons) == 1
 
 
@@ -131,46 +136,31 @@ def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():
     ],
 )
 def test_malformed_joint_states_are_counted(message):
-    source, passed, drops = SimpleFilter(), [], Counter()
-    JointFilter(source, AssemblerConfig(joint_name='nod'), drops).registerCallback(passed.append)
-    source.signalMessage(message)
-    assert (passed, drops) == ([], {JointFilter.MALFORMED: 1})
+    assert samples_and_drops(message) == ([], {JointInput.MALFORMED: 1})
 
 
 def test_other_joints_are_passed_over_and_the_own_one_is_found_among_them():
-    source, passed, drops = SimpleFilter(), [], Counter()
-    joint = JointFilter(source, AssemblerConfig(joint_name='nod'), drops)
-    joint.registerCallback(lambda stamp_ns, pitch: passed.append(pitch))
-    source.signalMessage(joint_state(name=['arm', 'leg']))
-    source.signalMessage(joint_state())
-    assert (passed, drops) == ([0.1], {})
+    assert samples_and_drops(joint_state(name=['arm', 'leg'])) == ([], {})
+    ((_, pitch),), drops = samples_and_drops(joint_state())
+    assert (pitch, drops) == (0.1, {})
 
 
 def test_it_is_told_which_joints_there_are_until_the_own_one_is_heard():
-    source = SimpleFilter()
-    joint = JointFilter(source, AssemblerConfig(joint_name='nod'), Counter())
+    joint = JointInput(AssemblerConfig(joint_name='nod'), Counter())
     assert joint.trouble == 'no joint state was heard'
-    source.signalMessage(joint_state(name=['leg', 'arm']))
+    joint.samples(joint_state(name=['leg', 'arm']))
     assert joint.trouble == "no joint state tells of 'nod', but of 'arm', 'leg'"
-    source.signalMessage(joint_state())
+    joint.samples(joint_state())
     assert joint.trouble == ''
 
 
 def test_a_joint_of_another_convention_is_taken_as_it_is_meant():
     """A joint that is at 0.3 where the beams are level, goes down, and is told 20 ms late."""
-    source, passed = SimpleFilter(), []
-    config = AssemblerConfig(
-        joint_name='nod', joint_positive='down', joint_zero=0.3, joint_delay=0.02
-    )
-    joint = JointFilter(source, config, Counter())
-    joint.registerCallback(lambda time_ns, pitch: passed.append((time_ns, pitch)))
-    source.signalMessage(joint_state(sec=5))
-    assert passed == [(5_000_000_000 - 20_000_000, pytest.approx(0.2))]
+    convention = {'joint_positive': 'down', 'joint_zero': 0.3, 'joint_delay': 0.02}
+    (sample,), _ = samples_and_drops(joint_state(sec=5), **convention)
+    assert sample == (5_000_000_000 - 20_000_000, pytest.approx(0.2))
 
 
 def test_a_delay_that_leads_before_1970_is_counted():
-    source, passed, drops = SimpleFilter(), [], Counter()
-    JointFilter(source, AssemblerConfig(joint_name='nod', joint_delay=0.5), drops)
-    source.signalMessage(joint_state(sec=0))
-    assert drops == {JointFilter.MALFORMED: 1}
-    assert not passed
+    found = samples_and_drops(joint_state(sec=0), joint_delay=0.5)
+    assert found == ([], {JointInput.MALFORMED: 1})

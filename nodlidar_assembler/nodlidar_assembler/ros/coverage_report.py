@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import Covered
-from nodlidar_assembler.nod_commander import NodCommander
+from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_msgs.msg import Coverage
 from rclpy.node import Node
 from rclpy.qos import QoSProfile

@@ -1,1 +1,0 @@
-"""What scans wait for, in the manner of message_filters, and the way from them to clouds."""

@@ -1,0 +1,56 @@
+"""LaserScan messages, rclpy's or those read from a bag, as scans."""
+
+from functools import lru_cache
+import math
+from typing import Any
+
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import LATEST_NS, time_ns
+import numpy as np
+
+
+def scan_from_message(
+    message: Any, delay_ns: int = 0, time_increment: float = 0.0, max_range: float = math.inf
+) -> Scan:
+    """Return a LaserScan as a scan whose arrays are views of the message's.
+
+    Parameters
+    ----------
+    message
+        The LaserScan.
+    delay_ns
+        How much later than its first beam it is stamped [ns].
+    time_increment
+        Time between beams [s], where the message tells none.
+    max_range
+        What is farther is no measurement, whatever the message says [m].
+
+    Raises
+    ------
+    ParameterError
+        If the message's stamp, angles, times or limits are none.
+    """
+    stamp_ns = time_ns(message.header.stamp) - delay_ns
+    if not 0 <= stamp_ns <= LATEST_NS:
+        raise ParameterError('stamp', 'after 1970 and before 2038', stamp_ns / NS_PER_S)
+    geometry = _geometry(
+        len(message.ranges),
+        message.angle_min,
+        message.angle_increment,
+        message.time_increment or time_increment,
+        message.range_min,
+        min(message.range_max, max_range),
+    )
+    return Scan(
+        stamp_ns=stamp_ns,
+        geometry=geometry,
+        ranges=np.frombuffer(message.ranges, dtype=np.float32),
+        intensities=np.frombuffer(message.intensities, dtype=np.float32),
+    )
+
+
+# All scans of a lidar have the same geometry.
+_geometry = lru_cache(maxsize=16)(ScanGeometry)

@@ -1,0 +1,149 @@
+"""The assembler node: scans and joint states in, point clouds and the nod command out."""
+
+import sys
+
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.surroundings import Surroundings
+from nodlidar_assembler.profiles import ProfileConfig, PROFILES
+from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
+from nodlidar_assembler.ros.cloud_frames import CloudFrames
+from nodlidar_assembler.ros.cloud_message import cloud_message
+from nodlidar_assembler.ros.coverage_report import CoverageReport
+from nodlidar_assembler.ros.diagnosis import Diagnosis
+from nodlidar_assembler.ros.host_clock import HostClock
+from nodlidar_assembler.ros.input import Input
+from nodlidar_assembler.ros.nod_commander import NodCommander
+from nodlidar_assembler.ros.tf_odometry import TfOdometry
+from nodlidar_assembler.scan_assembler import Outcome
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.node import run
+from nodlidar_common.ros.node_parameters import declare
+from nodlidar_common.survival import Survival
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+
+# Messages that wait while the node is busy or stopped: for ten seconds.
+SCANS_WAITING, STATES_WAITING = 100, 1000
+
+
+class Assembler(Node):
+    """Gives every beam of each scan its own pose and publishes the points."""
+
+    def __init__(self) -> None:
+        super().__init__('assembler')
+        profile = PROFILES[declare(self, ProfileConfig).profile]
+        self.config = declare(self, AssemblerConfig, self._reconfigure, profile)
+        self.survival = Survival(self.get_logger().error)
+        self._host_clock = HostClock(self, self._clock_was_set)
+        self._nod = None
+        if self.config.command_nod:
+            self._nod = NodCommander(self, self.config, self.survival)
+        self._surroundings = Surroundings(self.config)
+        self._clouds = self.create_publisher(
+            PointCloud2,
+            'points',
+            QoSProfile(depth=10),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        self._subscribe()
+        if self.config.coverage_window > 0.0:
+            CoverageReport(
+                self, self.diagnosis.updater, self.config, self._surroundings.covered, self._nod
+            )
+
+    def _subscribe(self) -> None:
+        """Subscribe to scans and joint states, and to TF where the base moves."""
+        scans = Input(self, LaserScan, 'scan', SCANS_WAITING, self.survival)
+        states = Input(self, JointState, 'joint_states', STATES_WAITING, self.survival)
+        self.inputs = {'scans': scans, 'joint states': states}
+        self.assembly = AssemblyFilter(
+            scans, states, self.config, self._host_clock, self._warn, self._odometry_trouble
+        )
+        self.odometry: TfOdometry | None = None
+        if self.config.ego_motion != 'off':
+            self._frames = CloudFrames(self, self.config.odom_frame)
+            self.odometry = self._tf_odometry()
+        self.assembly.scans.registerCallback(self._scan_arrived)
+        self.assembly.registerCallback(self._publish)
+        states.registerCallback(self._note_publisher)
+        self.diagnosis = Diagnosis(
+            self, self.config, self.assembly, self.odometry, self.inputs, self.survival
+        )
+
+    def _tf_odometry(self) -> TfOdometry:
+        return TfOdometry(
+            self,
+            self.config.odom_frame,
+            self.config.frame_id,
+            self.assembly.add_odometry,
+            self.assembly.odometry_went_back,
+            self.survival,
+            lambda reason: self.assembly.assembler.drops.update([reason]),
+        )
+
+    def _odometry_trouble(self) -> str:
+        return self.odometry.trouble if self.odometry is not None else ''
+
+    def _warn(self, text: str) -> None:
+        self.get_logger().warning(text, throttle_duration_sec=5.0)
+
+    def _clock_was_set(self, step_ns: int) -> None:
+        """Begin anew with all but the nod, which goes on by the new time."""
+        self.get_logger().warning(f'the clock was set by {step_ns / NS_PER_S:.3f} s')
+        self.assembly.clock_was_set(step_ns)
+        if self.odometry is not None:
+            self.odometry.restart()
+        self._surroundings.restart()
+        if self._nod is not None:
+            self._nod.clock_was_set(step_ns)
+
+    def _note_publisher(self, message: JointState) -> None:
+        states = self.inputs['joint states']
+        if self.assembly.joint.tells_of_joint(message):
+            states.publishers.note(states.publisher)
+
+    def _scan_arrived(self, scan: Scan) -> None:
+        """Keep the nod tied to the lidar, before the scan waits for anything."""
+        self.diagnosis.scan_arrived(scan)
+        if self._nod is not None:
+            self._nod.follow_lidar(scan)
+
+    def _publish(self, outcome: Outcome) -> None:
+        """Publish a scan's clouds, then choose the nod by what was covered and what is around."""
+        assembled = outcome.assembled
+        if assembled is None:
+            return
+        for cloud in assembled.clouds:
+            self._clouds.publish(cloud_message(cloud, self._frame_id(assembled, cloud)))
+            self.diagnosis.cloud_published(self._host_clock.now_ns(), cloud)
+        self._adapt(assembled)
+
+    def _frame_id(self, assembled: Assembled, cloud: Points) -> str:
+        if assembled.odometry is None:
+            return self.config.frame_id
+        return self._frames.frame(cloud)
+
+    def _adapt(self, assembled: Assembled) -> None:
+        """Choose the nod by what was covered and what is around."""
+        scan, beams, pitch = assembled.scan, assembled.beams, assembled.pitch
+        self._surroundings.add_scan(scan, beams, pitch)
+        shape = None
+        if self.config.adapt_limits:
+            self._surroundings.follow(assembled)
+            shape = self._surroundings.shape()
+        if self._nod is not None:
+            self._nod.adapt(shape, scan, beams, pitch)
+
+    def _reconfigure(self, config: AssemblerConfig) -> None:
+        if config.adapt_limits and not self.config.adapt_limits:
+            self._surroundings.restart_limits()  # so that the limits set out from the present ones
+        self.config = config
+
+
+def main() -> None:
+    """Run the assembler node."""
+    sys.exit(run(Assembler))

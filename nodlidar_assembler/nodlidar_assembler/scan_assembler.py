@@ -1,0 +1,218 @@
+"""The road of a scan: bracketed by joint samples and odometry, assembled into points."""
+
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryError
+from nodlidar_assembler.clouds.joint_history import JointHistory, JointSamples
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
+from nodlidar_assembler.clouds.pitch import PitchError
+from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.waiting import WaitingLine
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.pose import Pose
+
+NO_JOINT_BEFORE = 'no joint state before it'
+NO_JOINT_AFTER = 'no joint state after it before the deadline'
+JOINT_WENT_BACK = 'joint states went back in time'
+NO_ODOMETRY_BEFORE = 'no odometry before it'
+NO_ODOMETRY_AFTER = 'no odometry after it before the deadline'
+ODOMETRY_WENT_BACK = 'odometry went back in time'
+
+_Bracketed = tuple[Scan, JointSamples]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a scan.
+
+    Attributes
+    ----------
+    scan
+        The scan.
+    assembled
+        Its beams, points and clouds; None if it was dropped.
+    dropped
+        Why it was dropped; empty if it was not.
+    uncompensated
+        Why the motion of the base was not compensated although it was to be; else empty.
+    """
+
+    scan: Scan
+    assembled: Assembled | None = None
+    dropped: str = ''
+    uncompensated: str = ''
+
+
+class ScanAssembler:
+    """Takes scans, joint samples and odometry as they come; tells what becomes of each scan.
+
+    A scan waits until joint samples bracket its first to its last beam and then, where the motion
+    of the base is compensated, until odometry does: each time up to the deadline.
+
+    Parameters
+    ----------
+    config
+        Parameters of the assembler.
+    mount
+        Pose, in the frame that odometry is of, of the frame that points are placed in; if it is
+        another.
+    pipeline
+        What makes points; by default as configured.
+
+    Attributes
+    ----------
+    drops
+        Scans that were dropped, counted by reason.
+    """
+
+    def __init__(
+        self,
+        config: AssemblerConfig,
+        mount: Pose | None = None,
+        pipeline: Pipeline | None = None,
+    ) -> None:
+        deadline_ns = round(config.deadline * NS_PER_S)
+        self._compensates = config.ego_motion != 'off'
+        self._drops_uncompensated = config.without_odometry == 'drop'
+        self._pipeline = pipeline or Pipeline.configured(config)
+        self._joints = JointHistory()
+        self._odometry = OdometryHistory(mount)
+        self._for_joints: WaitingLine[Scan, JointSamples | str] = WaitingLine(deadline_ns)
+        self._for_odometry: WaitingLine[_Bracketed, Odometry | str] = WaitingLine(deadline_ns)
+        self._given_up: deque[Outcome] = deque()
+        self.drops: Counter[str] = Counter()
+        self._otherwise: Counter[str] = Counter()
+
+    @property
+    def remarks(self) -> dict[str, int]:
+        """How many scans were made otherwise than asked for, by what was done and the reason."""
+        fallbacks = self._pipeline.estimator.fallbacks
+        return {
+            **self._otherwise,
+            **{f'slerp instead of trajectory: {reason}': n for reason, n in fallbacks.items()},
+        }
+
+    # What comes in.
+
+    def add_scan(self, scan: Scan, now_ns: int) -> None:
+        """Let a scan wait from an instant [ns] on."""
+        self._for_joints.add(scan, now_ns)
+
+    def add_joint_sample(self, time_ns: int, pitch: float) -> None:
+        """Add a joint sample [ns], [rad]; one that is older than the last begins another time."""
+        newest_ns = self._joints.newest_ns
+        if newest_ns is not None and newest_ns > time_ns:
+            self._forget_joints(JOINT_WENT_BACK)
+        self._joints.add(time_ns, pitch)
+        self._pipeline.add_sample(time_ns, pitch)
+
+    def add_odometry(
+        self, time_ns: int, position: Sequence[float], orientation: Sequence[float]
+    ) -> None:
+        """Add a pose [ns], x y z [m], x y z w; one of long before begins another time."""
+        if (self._odometry.newest_ns or 0) - time_ns > TIME_JUMP_NS:
+            self.odometry_went_back()
+        self._odometry.add(time_ns, position, orientation)
+
+    def odometry_went_back(self) -> None:
+        """Forget the odometry: that which comes is of another time."""
+        self._forget_odometry(ODOMETRY_WENT_BACK)
+
+    def restart(self, reason: str) -> None:
+        """Begin anew, dropping what waits for a reason: the clock was set."""
+        self._forget_odometry(reason)
+        self._forget_joints(reason)
+        self._pipeline.restart()
+
+    # What becomes of it.
+
+    def ready(self, now_ns: int) -> Iterator[Outcome]:
+        """Yield what became of scans by an instant [ns], by the clock of `add_scan`."""
+        while self._given_up:
+            yield self._given_up.popleft()
+        for scan, samples in self._for_joints.leave(now_ns, self._samples_around):
+            if isinstance(samples, str):
+                yield self._drop(scan, samples)
+            elif self._compensates:
+                self._for_odometry.add((scan, samples), now_ns)
+            else:
+                yield self._assemble(scan, samples)
+        for (scan, samples), odometry in self._for_odometry.leave(now_ns, self._odometry_around):
+            if isinstance(odometry, str):
+                yield self._without_odometry(scan, samples, odometry)
+            else:
+                yield self._assemble(scan, samples, odometry)
+
+    def _samples_around(self, scan: Scan, overdue: bool) -> JointSamples | str | None:
+        """Return the joint samples that bracket a scan, why there are none, or None: wait."""
+        joints, margin_ns = self._joints, self._pipeline.estimator.margin_ns
+        begin_ns, end_ns = self._span_ns(scan)
+        last_ns = joints.after(end_ns + margin_ns)
+        if last_ns is None and not overdue:
+            return None
+        if joints.after(end_ns) is None:
+            return NO_JOINT_AFTER
+        if joints.before(begin_ns) is None:
+            return NO_JOINT_BEFORE
+        first_ns = joints.before(begin_ns - margin_ns)
+        return joints.between(
+            begin_ns - margin_ns if first_ns is None else first_ns,
+            end_ns + margin_ns if last_ns is None else last_ns,
+        )
+
+    def _odometry_around(self, waiting: _Bracketed, overdue: bool) -> Odometry | str | None:
+        """Return the odometry from a scan to the newest, why there is none, or None: wait."""
+        begin_ns, end_ns = self._span_ns(waiting[0])
+        oldest_ns, newest_ns = self._odometry.oldest_ns, self._odometry.newest_ns
+        if oldest_ns is None or newest_ns is None or newest_ns < end_ns:
+            return NO_ODOMETRY_AFTER if overdue else None
+        if oldest_ns > begin_ns:
+            return NO_ODOMETRY_BEFORE
+        try:
+            return self._odometry.around(begin_ns, newest_ns)
+        except OdometryError as error:
+            return error.reason
+
+    def _assemble(
+        self,
+        scan: Scan,
+        samples: JointSamples,
+        odometry: Odometry | None = None,
+        uncompensated: str = '',
+    ) -> Outcome:
+        try:
+            assembled = self._pipeline.add_scan(scan, *samples, odometry)
+        except PitchError as error:
+            return self._drop(scan, str(error))
+        except OdometryError as error:
+            return self._without_odometry(scan, samples, error.reason)
+        if scan.geometry.time_increment == 0.0:
+            self._otherwise['all beams of one instant: time_increment is 0'] += 1
+        return Outcome(scan, assembled, uncompensated=uncompensated)
+
+    def _without_odometry(self, scan: Scan, samples: JointSamples, reason: str) -> Outcome:
+        if self._drops_uncompensated:
+            return self._drop(scan, reason)
+        self._otherwise[f'uncompensated: {reason}'] += 1
+        return self._assemble(scan, samples, uncompensated=reason)
+
+    def _drop(self, scan: Scan, reason: str) -> Outcome:
+        self.drops[reason] += 1
+        return Outcome(scan, dropped=reason)
+
+    def _span_ns(self, scan: Scan) -> tuple[int, int]:
+        """Return the instants of a scan's first and last beam [ns]."""
+        return scan.stamp_ns, scan.stamp_ns + self._pipeline.beams(scan.geometry).duration_ns
+
+    def _forget_joints(self, reason: str) -> None:
+        self._joints.clear()
+        self._given_up += [self._drop(scan, reason) for scan in self._for_joints.clear()]
+
+    def _forget_odometry(self, reason: str) -> None:
+        self._odometry.clear()
+        for scan, samples in self._for_odometry.clear():
+            self._given_up.append(self._without_odometry(scan, samples, reason))

@@ -1,0 +1,395 @@
+"""The road of a scan in virtual time: what is assembled, held and dropped, and in which order."""
+
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_assembler.clouds.ego_motion import MotionLimits
+from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.scan_assembler import (
+    JOINT_WENT_BACK,
+    NO_JOINT_AFTER,
+    NO_JOINT_BEFORE,
+    NO_ODOMETRY_AFTER,
+    NO_ODOMETRY_BEFORE,
+    ODOMETRY_WENT_BACK,
+    ScanAssembler,
+)
+from nodlidar_common.pose import Pose
+import numpy as np
+import pytest
+
+MS = 1_000_000
+START = 1_700_000_000_000 * MS
+UNTURNED = (0.0, 0.0, 0.0, 1.0)
+# Two beams 66 ms apart.
+GEOMETRY = ScanGeometry(2, 0.0, 1.0, 0.066, 0.02, 5.6)
+RANGES = np.ones(2, np.float32)
+
+
+class Watched(Pipeline):
+    """A pipeline that keeps what it was given, and interpolates over any gap."""
+
+    def __init__(self, margin_ms):
+        limits = MotionLimits(math.inf, math.inf, math.inf)
+        super().__init__('slerp', 'scan', REFERENCE_MOUNT, 3600.0, limits)
+        self.estimator.margin_ns = margin_ms * MS
+        self.given = []
+
+    def add_scan(self, scan, sample_ns, sample_pitch, odometry=None):
+        self.given.append((ms_of(scan), in_ms(sample_ns), odometry))
+        return super().add_scan(scan, sample_ns, sample_pitch, odometry)
+
+
+class Bench:
+    """A ScanAssembler, its clock, and lists of what came out."""
+
+    def __init__(self, deadline=0.3, margin=0, mount=None, **config):
+        self.now, self.dropped, self.uncompensated = START, [], []
+        self.pipeline = Watched(margin)
+        config = AssemblerConfig(deadline=deadline, **config)
+        self.assembler = ScanAssembler(config, mount, self.pipeline)
+
+    @property
+    def released(self):
+        return [(ms, samples) for ms, samples, _ in self.pipeline.given]
+
+    def scan(self, ms):
+        self.assembler.add_scan(Scan(START + ms * MS, GEOMETRY, RANGES), self.now)
+        self.release()
+
+    def joint(self, ms):
+        self.assembler.add_joint_sample(START + ms * MS, 0.1)
+        self.release()
+
+    def odometry(self, ms, x=0.0):
+        self.assembler.add_odometry(START + ms * MS, (x, 0.0, 0.0), UNTURNED)
+        self.release()
+
+    def release(self):
+        for outcome in self.assembler.ready(self.now):
+            assert (outcome.assembled is None) == bool(outcome.dropped)
+            if outcome.dropped:
+                self.dropped.append((ms_of(outcome.scan), outcome.dropped))
+            if outcome.uncompensated:
+                self.uncompensated.append((ms_of(outcome.scan), outcome.uncompensated))
+
+
+class MovingBench(Bench):
+    """A bench whose base moves, with joint samples wherever scans will be."""
+
+    def __init__(self, **config):
+        super().__init__(ego_motion='beam', **config)
+        self.joints(range(-1000, 3000, 10))
+
+    def joints(self, stamps_ms):
+        for ms in stamps_ms:
+            self.joint(ms)
+
+    @property
+    def released(self):
+        return [(ms, in_ms(odometry.time_ns)) for ms, _, odometry in self.pipeline.given]
+
+
+def ms_of(scan):
+    return (scan.stamp_ns - START) // MS
+
+
+def in_ms(times_ns):
+    return ((times_ns - START) // MS).tolist()
+
+
+# Waiting for joint samples
+
+
+def test_a_scan_waits_for_the_joint_state_after_its_last_beam():
+    bench = Bench()
+    bench.joint(0)
+    bench.scan(10)
+    bench.joint(20)
+    bench.joint(75)
+    assert bench.released == []
+    bench.joint(80)
+    assert bench.released == [(10, [0, 20, 75, 80])]
+
+
+def test_a_scan_that_comes_last_leaves_at_once_with_no_more_than_its_bracket():
+    bench = Bench()
+    for ms in range(0, 200, 10):
+        bench.joint(ms)
+    bench.scan(45)
+    assert bench.released == [(45, [40, 50, 60, 70, 80, 90, 100, 110, 120])]
+
+
+def test_without_a_joint_state_before_it_a_scan_is_dropped():
+    bench = Bench()
+    bench.joint(20)
+    bench.scan(10)
+    bench.joint(80)
+    assert bench.dropped == [(10, NO_JOINT_BEFORE)]
+    assert bench.assembler.drops == {NO_JOINT_BEFORE: 1}
+
+
+def test_at_the_deadline_a_scan_is_dropped_and_the_next_one_is_kept():
+    bench = Bench(deadline=0.3)
+    bench.joint(0)
+    bench.scan(10)
+    bench.now += 250 * MS
+    bench.scan(100)
+    bench.now += 51 * MS
+    bench.release()
+    assert bench.dropped == [(10, NO_JOINT_AFTER)]
+    bench.joint(170)
+    assert bench.released == [(100, [0, 170])]
+
+
+@given(st.permutations([('scan', 100 * k) for k in range(5)] + [('joint', 0), ('joint', 600)]))
+def test_whatever_the_order_every_scan_is_released_or_dropped_once_and_in_order(arrivals):
+    bench = Bench()
+    for kind, ms in arrivals:
+        getattr(bench, kind)(ms)
+    bench.now += 10_000 * MS
+    bench.release()
+    left = [ms for ms, _ in bench.released] + [ms for ms, _ in bench.dropped]
+    assert sorted(left) == [0, 100, 200, 300, 400]
+    order = [ms for kind, ms in arrivals if kind == 'scan']
+    assert [ms for ms, _ in bench.released] == [m for m in order if m in dict(bench.released)]
+
+
+def test_when_time_goes_back_no_old_joint_state_brackets_a_new_scan():
+    bench = Bench()
+    for ms in range(10_000, 10_200, 10):
+        bench.joint(ms)
+    bench.scan(10_180)
+    for ms in range(0, 200, 10):
+        bench.joint(ms)
+    bench.scan(45)
+    assert bench.dropped == [(10_180, JOINT_WENT_BACK)]
+    assert bench.released == [(45, list(range(40, 130, 10)))]
+
+
+def test_with_a_margin_a_scan_waits_for_it_and_brings_the_states_of_it():
+    bench = Bench(margin=50)
+    for ms in range(0, 200, 20):
+        bench.joint(ms)
+    bench.scan(75)
+    assert bench.released == []
+    bench.joint(200)
+    assert bench.released == [(75, list(range(20, 201, 20)))]
+
+
+def test_where_the_margin_is_missing_a_scan_leaves_at_the_deadline_with_its_bracket():
+    bench = Bench(margin=50, deadline=0.3)
+    for ms in range(40, 161, 20):
+        bench.joint(ms)
+    bench.scan(75)
+    bench.now += 301 * MS
+    bench.release()
+    assert bench.dropped == []
+    assert bench.released == [(75, list(range(40, 161, 20)))]
+
+
+def test_a_margin_does_not_replace_the_bracket():
+    bench = Bench(margin=50, deadline=0.3)
+    for ms in range(80, 141, 20):
+        bench.joint(ms)
+    bench.scan(75)
+    bench.joint(160)
+    bench.joint(200)
+    bench.scan(145)
+    bench.now += 301 * MS
+    bench.release()
+    assert bench.released == []
+    assert bench.dropped == [(75, NO_JOINT_BEFORE), (145, NO_JOINT_AFTER)]
+
+
+def test_a_clock_that_is_set_back_makes_no_scan_wait_without_end():
+    bench = Bench()
+    bench.joint(0)
+    bench.scan(10)
+    bench.now -= 3600_000 * MS
+    bench.release()
+    assert bench.dropped == [(10, NO_JOINT_AFTER)]
+
+
+def test_a_restart_drops_what_waits_for_its_reason_and_forgets_the_joint_samples():
+    bench = Bench()
+    bench.joint(0)
+    bench.scan(10)
+    bench.assembler.restart('the clock was set')
+    bench.scan(20)
+    bench.joint(100)
+    assert bench.dropped == [(10, 'the clock was set'), (20, NO_JOINT_BEFORE)]
+
+
+def test_a_scan_that_makes_something_fail_is_not_tried_again():
+    bench = Bench()
+    bench.joint(0)
+    bench.pipeline.add_scan = lambda *given: 1 / 0
+    bench.scan(10)
+    with pytest.raises(ZeroDivisionError):
+        bench.joint(77)
+    del bench.pipeline.add_scan
+    bench.scan(200)
+    bench.joint(270)
+    assert [ms for ms, _ in bench.released] == [200]
+
+
+# Waiting for odometry
+
+
+def test_a_scan_waits_for_the_odometry_after_its_last_beam():
+    bench = MovingBench()
+    for ms in (-20, 0):
+        bench.odometry(ms)
+    bench.scan(10)
+    for ms in (20, 40, 60):
+        bench.odometry(ms)
+    assert not bench.released
+    bench.odometry(80)
+    assert bench.released == [(10, [0, 20, 40, 60, 80])]
+
+
+def test_samples_at_the_first_and_last_beam_bracket_it():
+    bench = MovingBench()
+    for ms, x in ((-20, 0.0), (0, 1.0), (66, 2.0)):
+        bench.odometry(ms, x)
+    bench.scan(0)
+    assert bench.released == [(0, [0, 66])]
+    _, _, odometry = bench.pipeline.given[0]
+    assert np.array_equal(odometry.poses.position[:, 0], [1.0, 2.0])
+
+
+def test_the_newest_sample_comes_with_the_scan():
+    bench = MovingBench()
+    for ms in (0, 66, 100, 120):
+        bench.odometry(ms)
+    bench.scan(0)
+    assert bench.released == [(0, [0, 66, 100, 120])]
+
+
+def test_the_odometry_is_that_of_the_mounted_frame():
+    bench = MovingBench(mount=Pose.from_xyzrpy((0.0, 0.0, 1.0, 0.0, 0.0, 0.0)))
+    for ms in (0, 66):
+        bench.odometry(ms, 2.0)
+    bench.scan(0)
+    assert bench.pipeline.given[0][2].poses.position.tolist() == [[2.0, 0.0, 1.0]] * 2
+
+
+def test_without_odometry_before_it_a_scan_is_given_up_at_once():
+    bench = MovingBench()
+    bench.scan(10)
+    bench.odometry(20)
+    bench.odometry(80)
+    assert bench.dropped == [(10, NO_ODOMETRY_BEFORE)]
+
+
+def test_at_the_deadline_for_odometry_a_scan_is_given_up_and_the_next_one_is_kept():
+    bench = MovingBench()
+    bench.odometry(0)
+    bench.scan(10)
+    bench.now += 250 * MS
+    bench.scan(100)
+    bench.now += 51 * MS
+    bench.release()
+    assert bench.dropped == [(10, NO_ODOMETRY_AFTER)]
+    bench.odometry(170)
+    assert bench.released == [(100, [0, 170])]
+
+
+def test_the_deadline_for_odometry_begins_with_the_bracket():
+    bench = MovingBench()
+    bench.scan(2_950)
+    bench.now += 250 * MS
+    bench.joint(3_020)
+    bench.now += 299 * MS
+    bench.release()
+    assert not bench.dropped
+    bench.now += 2 * MS
+    bench.release()
+    assert bench.dropped == [(2_950, NO_ODOMETRY_AFTER)]
+
+
+def test_when_odometry_goes_back_what_waits_is_given_up_and_nothing_old_is_used():
+    bench = MovingBench()
+    bench.joints(range(10_000, 10_200, 10))
+    bench.odometry(10_000)
+    bench.scan(10_010)
+    bench.joints(range(0, 200, 10))
+    for ms in (0, 50, 100, 150):
+        bench.odometry(ms)
+    bench.scan(45)
+    assert bench.dropped == [(10_010, ODOMETRY_WENT_BACK)]
+    assert bench.released == [(45, [0, 50, 100, 150])]
+
+
+def test_a_source_that_knows_that_time_went_back_says_so():
+    bench = MovingBench()
+    bench.odometry(0)
+    bench.scan(10)
+    bench.assembler.odometry_went_back()
+    bench.release()
+    assert bench.dropped == [(10, ODOMETRY_WENT_BACK)]
+
+
+def test_odometry_that_is_not_finite_is_a_reason():
+    bench = MovingBench()
+    bench.odometry(0)
+    bench.odometry(70, math.inf)
+    bench.scan(0)
+    assert bench.dropped == [(0, 'odometry that is not finite')]
+
+
+def test_where_it_is_allowed_a_scan_without_odometry_is_made_uncompensated():
+    bench = MovingBench(without_odometry='uncompensated')
+    bench.scan(10)
+    bench.odometry(20)
+    bench.odometry(80)
+    assert bench.dropped == []
+    assert bench.uncompensated == [(10, NO_ODOMETRY_BEFORE)]
+    assert bench.assembler.remarks == {f'uncompensated: {NO_ODOMETRY_BEFORE}': 1}
+    assert bench.pipeline.given[0][2] is None
+
+
+@given(st.permutations([100 * k for k in range(5)]), st.integers(0, 5))
+def test_every_scan_is_compensated_or_given_up_once_and_in_order(stamps, when):
+    bench = MovingBench()
+    bench.odometry(0)
+    for k, ms in enumerate(stamps):
+        if k == when:
+            bench.odometry(600)
+        bench.scan(ms)
+    bench.now += 10_000 * MS
+    bench.release()
+    out = bench.dropped if when == 5 else bench.released
+    assert [entry[0] for entry in out] == stamps
+    assert len(bench.dropped) + len(bench.released) == 5
+
+
+# The history of odometry
+
+
+@given(st.lists(st.integers(0, 30_000), max_size=60))
+def test_the_history_has_the_last_10_s_of_what_was_newer_each_time(stamps):
+    history, expected = OdometryHistory(), []
+    for ms in stamps:
+        history.add(START + ms * MS, (float(ms), 0.0, 0.0), UNTURNED)
+        if not expected or ms > expected[-1]:
+            expected = [old for old in expected if old >= ms - 10_000] + [ms]
+    kept = history.around(START, START + 30_000 * MS)
+    assert in_ms(kept.time_ns) == expected
+    assert list(kept.poses.position[:, 0]) == expected
+
+
+@pytest.mark.parametrize(('ms', 'around'), [(0, [0, 20]), (20, [20, 40]), (40, [20, 40])])
+def test_an_instant_at_a_sample_has_another_one_beside_it(ms, around):
+    history, at_ns = OdometryHistory(), START + ms * MS
+    for each in (0, 20, 40):
+        history.add(START + each * MS, (float(each), 0.0, 0.0), UNTURNED)
+    kept = history.around(at_ns, at_ns)
+    assert in_ms(kept.time_ns) == around
+    limits = MotionLimits(max_gap=0.1, max_speed=math.inf, max_turn_rate=math.inf)
+    assert kept.at(np.array([at_ns]), limits).position[0, 0] == ms

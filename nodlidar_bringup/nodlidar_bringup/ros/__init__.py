@@ -1,0 +1,1 @@
+"""What the launch file is made of that needs ROS."""
