@@ -15,12 +15,12 @@ PROFILES = {
 
 @dataclass(frozen=True, slots=True)
 class ProfileConfig:
-    """The parameter that gives the other ones their defaults."""
+    """The profile."""
 
     profile: str = parameter(
         'balanced',
-        'Where parameters that are not given have their values from; the launch argument of the '
-        "same name sets the servo's rate, too",
+        'Default values of the other parameters: how much accuracy is worth how much time. The '
+        'launch argument of the same name also sets the feedback_rate of the servo',
         choices=tuple(PROFILES),
     )
 

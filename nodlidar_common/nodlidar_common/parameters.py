@@ -1,6 +1,7 @@
 """Parameters as frozen dataclasses: default, unit, range and description in one place.
 
-A configuration is a frozen, slotted dataclass whose fields are made by :func:`parameter`:
+A configuration is a frozen dataclass whose fields are made by :func:`parameter`; one that is the
+union of several inherits from them:
 
 >>> @dataclass(frozen=True, slots=True)
 ... class Config:
@@ -79,7 +80,7 @@ def limits_of(config_field: 'Field[Any]') -> Limits:
 
 
 def check(config: Any) -> None:
-    """Check every field's range, then the configuration's own ``check_together`` if it has one.
+    """Check every field's range, then what each of its classes checks by ``check_together``.
 
     Raises
     ------
@@ -92,9 +93,9 @@ def check(config: Any) -> None:
         if not limits.allow(value):
             allowed = limits.in_words() if _is_finite(value) else 'finite'
             raise ParameterError(config_field.name, allowed, value)
-    check_together = getattr(config, 'check_together', None)
-    if check_together is not None:
-        check_together()
+    for each_class in reversed(type(config).__mro__):
+        if 'check_together' in vars(each_class):
+            vars(each_class)['check_together'](config)
 
 
 def _is_finite(value: object) -> bool:

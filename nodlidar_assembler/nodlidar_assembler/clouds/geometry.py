@@ -5,6 +5,7 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,28 @@ _LEAST_STEP = 1e-6
 _MOST_REVOLUTIONS = 2.0
 # Of one revolution [s]: beyond these no lidar turns.
 _SHORTEST, _LONGEST = 5e-4, 20.0
+
+
+@dataclass(frozen=True)
+class MountConfig:
+    """Where the lidar is."""
+
+    laser_xyz: tuple[float, float, float] = parameter(
+        (0.0, 0.0, 0.080),
+        'Optical centre of the lidar in the nodding frame',
+        unit='m',
+    )
+    laser_rpy: tuple[float, float, float] = parameter(
+        (0.0, 0.0, 0.0),
+        'Roll, pitch and yaw of the lidar in the nodding frame',
+        unit='rad',
+    )
+
+    def check_together(self) -> None:
+        """Raise ParameterError if a vector has not three components."""
+        for key in ('laser_xyz', 'laser_rpy'):
+            if len(getattr(self, key)) != 3:
+                raise ParameterError(key, 'three numbers', getattr(self, key))
 
 
 @dataclass(frozen=True, slots=True)

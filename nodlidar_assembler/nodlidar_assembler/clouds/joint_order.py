@@ -1,10 +1,26 @@
 """Joint samples in the order of their time, whatever single stamps say."""
 
+from dataclasses import dataclass
+
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
+from nodlidar_common.parameters import parameter
 
 Sample = tuple[int, float]
 # As many samples in a row are needed until another time is believed.
 TO_BELIEVE = 3
+
+
+@dataclass(frozen=True)
+class JointSamplesConfig:
+    """The joint samples."""
+
+    max_joint_gap: float = parameter(
+        0.1,
+        'Longest time between joint samples to interpolate over',
+        unit='s',
+        minimum=0.001,
+        maximum=10.0,
+    )
 
 
 class JointOrder:

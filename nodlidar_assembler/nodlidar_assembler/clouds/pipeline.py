@@ -3,13 +3,23 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.assembly import place, Placed, Points, points_of
-from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, USUAL_MOTION
-from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
-from nodlidar_assembler.clouds.pitch_estimator import JOINT_STEP, LEG_MARGIN, PitchEstimator
+from nodlidar_assembler.clouds.ego_motion import (
+    MotionLimits,
+    Odometry,
+    OdometryConfig,
+    USUAL_MOTION,
+)
+from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
+from nodlidar_assembler.clouds.pitch_estimator import (
+    EstimatorConfig,
+    JOINT_STEP,
+    LEG_MARGIN,
+    PitchEstimator,
+)
 from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
 from nodlidar_assembler.clouds.turns import TurnFinder
-from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +28,31 @@ from numpy.typing import NDArray
 TURN_HYSTERESIS = 0.02
 # A nod that stands still closes a cloud after this time [s] instead of gathering without end.
 LONGEST_SWEEP = 30.0
+
+
+CLOUD_MODES = ('scan', 'sweep')
+
+
+@dataclass(frozen=True)
+class PipelineConfig(OdometryConfig, MountConfig, EstimatorConfig):
+    """The clouds."""
+
+    cloud_mode: str = parameter(
+        'scan',
+        'One cloud per scan, or per sweep, from one reversal of the nod to the next',
+        choices=CLOUD_MODES,
+    )
+    sweeps_per_cloud: int = parameter(
+        1,
+        'Sweeps in one cloud if cloud_mode is sweep; no cloud lasts longer than 30 s',
+        minimum=1,
+        maximum=100,
+    )
+    time_in_compensated_clouds: bool = parameter(
+        False,
+        'Keep the field time in clouds in odom_frame; a program that reads it may compensate the '
+        'motion again',
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +142,7 @@ class Pipeline:
             self._sweeps = SweepGatherer(LONGEST_SWEEP, sweeps_per_cloud)
 
     @classmethod
-    def configured(cls, config: AssemblerConfig) -> 'Pipeline':
+    def configured(cls, config: PipelineConfig) -> 'Pipeline':
         """Return the pipeline that the parameters of the assembler ask for."""
         return cls(
             config.estimator,

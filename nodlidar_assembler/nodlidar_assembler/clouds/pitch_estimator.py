@@ -1,17 +1,48 @@
 """The estimator that was chosen: which joint samples it needs, and the pitch of a scan's beams."""
 
 from collections import Counter
+from dataclasses import dataclass
 
+from nodlidar_assembler.clouds.joint_order import JointSamplesConfig
 from nodlidar_assembler.clouds.leg_model import leg_pitch, LegModelError
 from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, require_turns_seen
 from nodlidar_assembler.clouds.usual_gap import UsualGap
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
 
 ESTIMATORS = ('nearest', 'ends', 'slerp', 'trajectory')
 JOINT_STEP = 0.00511  # of the RX-24F's encoder, 300 degrees / 1024 [rad]
 LEG_MARGIN = 0.2  # half a leg of the reference nod [s]
+
+
+@dataclass(frozen=True)
+class EstimatorConfig(JointSamplesConfig):
+    """The pitch of a beam."""
+
+    estimator: str = parameter(
+        'slerp',
+        'Estimator of the pitch of a beam: nearest (one joint sample per scan), ends (linear from '
+        'the first to the last beam), slerp (interpolated per beam) or trajectory (legs of '
+        'constant speed fitted to the joint samples; slerp where the fit fails)',
+        choices=ESTIMATORS,
+    )
+    leg_margin: float = parameter(
+        LEG_MARGIN,
+        'Time before and after a scan from which trajectory fits joint samples; clouds are later '
+        'by as much, or by the deadline if that is less',
+        unit='s',
+        minimum=0.0,
+        maximum=2.0,
+    )
+    joint_step: float = parameter(
+        JOINT_STEP,
+        'Step of the joint encoder; trajectory rejects a fit that a sample misses by more',
+        unit='rad',
+        minimum=1e-6,
+        maximum=0.1,
+    )
 
 
 class PitchEstimator:

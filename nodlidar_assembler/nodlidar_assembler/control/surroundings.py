@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.ego_motion import Odometry, rotated
-from nodlidar_assembler.clouds.geometry import Beams, revolution_time
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
+from nodlidar_assembler.clouds.geometry import Beams, MountConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape
+from nodlidar_assembler.control.nod_controller import NodConfig
 from nodlidar_assembler.control.pitch_limits import (
     PitchLimits,
     PitchLimitsConfig,
@@ -17,12 +17,67 @@ from nodlidar_assembler.control.pitch_limits import (
 from nodlidar_assembler.control.runtime_coverage import Covered, MAX_FINEST_CELLS, RuntimeCoverage
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
 
 # The least span of adapted limits [rad]; less only where the configured limits are less apart.
 LEAST_SPAN = 0.2
 AHEAD = np.array([[1.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class SurroundingsConfig(OdometryConfig, MountConfig, NodConfig):
+    """Limits that follow the range, and observed coverage."""
+
+    adapt_limits: bool = parameter(
+        False,
+        'Let the limits of the nod follow the median range ahead, so that a band of heights stays '
+        'covered; never beyond pitch_min and pitch_max',
+        live=True,
+    )
+    band_bottom: float = parameter(
+        0.1,
+        'Lower end of the band of heights above the floor; lower points do not count',
+        unit='m',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+    band_top: float = parameter(
+        2.0,
+        'Upper end of the band of heights',
+        unit='m',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+    sensor_height: float = parameter(
+        1.08,
+        'Height of the optical centre above the floor at pitch 0',
+        unit='m',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+    limits_rate: float = parameter(
+        1.0,
+        'Fastest change of an adapted limit',
+        unit='rad/s',
+        minimum=0.01,
+        maximum=100.0,
+    )
+    coverage_window: float = parameter(
+        10.0,
+        'Time over which observed coverage is computed for ~/coverage and /diagnostics; with 0 it '
+        'is not computed',
+        unit='s',
+        minimum=0.0,
+        maximum=600.0,
+    )
+
+    def check_together(self) -> None:
+        """Raise ParameterError for a band of heights without a height."""
+        if self.band_top <= self.band_bottom:
+            limit = f'above band_bottom = {self.band_bottom} m'
+            raise ParameterError('band_top', limit, self.band_top)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +97,7 @@ class Surroundings:
         Of the assembler.
     """
 
-    def __init__(self, config: AssemblerConfig) -> None:
+    def __init__(self, config: SurroundingsConfig) -> None:
         self._config = config
         self._optical_height = config.laser_xyz[2]
         self.restart()

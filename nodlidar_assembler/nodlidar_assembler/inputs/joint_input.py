@@ -1,16 +1,44 @@
 """JointState messages as samples of the nod's joint."""
 
 from collections import Counter
+from dataclasses import dataclass
 from typing import Any
 
-from nodlidar_assembler.clouds.joint_order import JointOrder
+from nodlidar_assembler.clouds.joint_order import JointOrder, JointSamplesConfig
 from nodlidar_assembler.clouds.pitch import LARGEST
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import LATEST_NS, time_ns
 
 # Names of other joints that are told where the nod's is missing.
 _MOST_OTHERS = 20
+
+
+@dataclass(frozen=True)
+class JointInputConfig(JointSamplesConfig):
+    """The joint in joint_states."""
+
+    joint_name: str = parameter('nod_joint', 'Joint whose position is the pitch of the scan plane')
+    joint_positive: str = parameter(
+        'up',
+        'Direction in which the beams turn as the joint position rises: up (axis 0 -1 0, as in '
+        'nodlidar_bringup) or down (axis 0 1 0, as on many tilting lidars)',
+        choices=('up', 'down'),
+    )
+    joint_zero: float = parameter(
+        0.0,
+        'Joint position at pitch 0',
+        unit='rad',
+        minimum=-10.0,
+        maximum=10.0,
+    )
+    joint_delay: float = parameter(
+        0.0,
+        'Delay of joint state stamps after the measurement',
+        unit='s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
 
 
 class JointInput:
@@ -30,7 +58,7 @@ class JointInput:
     MALFORMED = f'joint state without a position up to {LARGEST:g} rad, or not of 1970 to 2038'
     OUT_OF_ORDER = 'joint state of another time than those around it'
 
-    def __init__(self, config: AssemblerConfig, drops: Counter[str]) -> None:
+    def __init__(self, config: JointInputConfig, drops: Counter[str]) -> None:
         self._joint_name, self._zero = config.joint_name, config.joint_zero
         self._sign = 1.0 if config.joint_positive == 'up' else -1.0
         self._delay_ns = round(config.joint_delay * NS_PER_S)

@@ -1,15 +1,44 @@
 """LaserScan messages as scans, those from which points can be made."""
 
+from dataclasses import dataclass
 import math
 from typing import Any
 
 from nodlidar_assembler.clouds.geometry import revolution_time
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.scan_watch import ScanWatch
 from nodlidar_assembler.inputs.scan_message import scan_from_message
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameters import parameter
+
+
+@dataclass(frozen=True)
+class ScanInputConfig:
+    """The scans."""
+
+    scan_delay: float = parameter(
+        0.0,
+        'Delay of scan stamps after the first beam',
+        unit='s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
+    time_increment: float = parameter(
+        0.0,
+        'Time between beams for scans that do not state it; with 0 all beams of such a scan share '
+        'one instant',
+        unit='s',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    max_range: float = parameter(
+        0.0,
+        'Ignore ranges beyond it; with 0 only the range_max of the scan applies',
+        unit='m',
+        minimum=0.0,
+        maximum=1e6,
+    )
 
 
 class RefusedScanError(NodlidarError):
@@ -30,7 +59,7 @@ class ScanInput:
         Knows the lidar's revolutions, and how many scans are missing.
     """
 
-    def __init__(self, config: AssemblerConfig) -> None:
+    def __init__(self, config: ScanInputConfig) -> None:
         self.watch = ScanWatch()
         self._delay_ns = round(config.scan_delay * NS_PER_S)
         self._time_increment = config.time_increment

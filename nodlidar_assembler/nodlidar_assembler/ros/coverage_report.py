@@ -5,8 +5,8 @@ import math
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import Covered
+from nodlidar_assembler.control.surroundings import SurroundingsConfig
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_msgs.msg import Coverage
 from rclpy.node import Node
@@ -23,8 +23,8 @@ class CoverageReport:
     ----------
     node, updater
         Of which this is told, and its diagnostics.
-    config
-        What is looked for, and over what time.
+    config, frame_id
+        What is looked for, and over what time; in which frame.
     covered
         Gives what has been covered.
     nod
@@ -35,7 +35,8 @@ class CoverageReport:
         self,
         node: Node,
         updater: Updater,
-        config: AssemblerConfig,
+        config: SurroundingsConfig,
+        frame_id: str,
         covered: Callable[[], Covered],
         nod: NodCommander | None,
     ) -> None:
@@ -45,7 +46,7 @@ class CoverageReport:
         self._told = Coverage(
             window=config.coverage_window, cell=config.task.cell, cells=config.task.cells
         )
-        self._told.header.frame_id = config.frame_id
+        self._told.header.frame_id = frame_id
         self._publisher = node.create_publisher(
             Coverage,
             '~/coverage',

@@ -6,7 +6,6 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import Input
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
@@ -26,8 +25,10 @@ class Diagnosis:
 
     Parameters
     ----------
-    node, config
-        Whose diagnostics these are; the frame of its clouds stands for the hardware.
+    node, frame_id
+        Whose diagnostics these are, and the frame of its clouds, which stands for the hardware.
+    joint_name
+        The joint that nods.
     assembly, odometry
         Know what was dropped, and what is missing.
     inputs
@@ -39,14 +40,15 @@ class Diagnosis:
     def __init__(
         self,
         node: Node,
-        config: AssemblerConfig,
+        frame_id: str,
+        joint_name: str,
         assembly: AssemblyFilter,
         odometry: TfOdometry | None,
         inputs: dict[str, Input],
         survival: Survival,
     ) -> None:
         self._node, self._assembly, self._odometry = node, assembly, odometry
-        self._joint_name, self._inputs, self._survival = config.joint_name, inputs, survival
+        self._joint_name, self._inputs, self._survival = joint_name, inputs, survival
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
         self._scan_silence, self._joint_silence = Silence(), Silence()
         self._odometry_silence = Silence()
@@ -56,7 +58,7 @@ class Diagnosis:
         self._recent: Counter[str] = Counter()
         self._recent_ns = steady_ns() - _RECENT_NS
         self._latency = 0.0
-        self.updater = SteadyUpdater(node, config.frame_id, self._state)
+        self.updater = SteadyUpdater(node, frame_id, self._state)
         self.updater.add('clouds', self._report)
 
     def scan_arrived(self, scan: Scan) -> None:

@@ -4,9 +4,8 @@ import math
 
 from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodShape
-from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_assembler.control.nod_controller import NodConfig, NodController
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_to_message
@@ -27,12 +26,14 @@ class NodCommander:
     ----------
     node, config
         The assembler, and its parameters as it was started.
+    frame_id
+        Frame in which the nod is commanded.
     survival
         The shell around what is done periodically.
     """
 
-    def __init__(self, node: Node, config: AssemblerConfig, survival: Survival) -> None:
-        self._node, self._config = node, config
+    def __init__(self, node: Node, config: NodConfig, frame_id: str, survival: Survival) -> None:
+        self._node, self._config, self._frame_id = node, config, frame_id
         self._configured = NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep)
         self._controller = NodController(config)
         self._last_scan_ns = 0  # by the steady clock, as the timer: a clock may be set
@@ -96,7 +97,7 @@ class NodCommander:
         silent = steady_ns() - self._last_scan_ns > self._config.scan_timeout * NS_PER_S
         if command is not None and not silent:
             nod, start_ns = command
-            message = nod_to_message(nod, self._now_ns(), self._config.frame_id, start_ns)
+            message = nod_to_message(nod, self._now_ns(), self._frame_id, start_ns)
             self._commands.publish(message)
 
     def _warn_if_samples_repeat(self) -> None:

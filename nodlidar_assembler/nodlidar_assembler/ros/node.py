@@ -41,7 +41,7 @@ class Assembler(Node):
         self._host_clock = HostClock(self, self._clock_was_set)
         self._nod = None
         if self.config.command_nod:
-            self._nod = NodCommander(self, self.config, self.survival)
+            self._nod = NodCommander(self, self.config, self.config.frame_id, self.survival)
         self._surroundings = Surroundings(self.config)
         self._clouds = self.create_publisher(
             PointCloud2,
@@ -52,7 +52,12 @@ class Assembler(Node):
         self._subscribe()
         if self.config.coverage_window > 0.0:
             CoverageReport(
-                self, self.diagnosis.updater, self.config, self._surroundings.covered, self._nod
+                self,
+                self.diagnosis.updater,
+                self.config,
+                self.config.frame_id,
+                self._surroundings.covered,
+                self._nod,
             )
 
     def _subscribe(self) -> None:
@@ -71,7 +76,13 @@ class Assembler(Node):
         self.assembly.registerCallback(self._publish)
         states.registerCallback(self._note_publisher)
         self.diagnosis = Diagnosis(
-            self, self.config, self.assembly, self.odometry, self.inputs, self.survival
+            self,
+            self.config.frame_id,
+            self.config.joint_name,
+            self.assembly,
+            self.odometry,
+            self.inputs,
+            self.survival,
         )
 
     def _tf_odometry(self) -> TfOdometry:
