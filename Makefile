@@ -1,7 +1,7 @@
-# The two commands of the README, `make demo` and `make test`, and what they stand on.
+# The two commands of the README, .PHONY: demo test lint bench compare figures docs buildmake demo.PHONY: demo test lint bench compare figures docs build and .PHONY: demo test lint bench compare figures docs buildmake test.PHONY: demo test lint bench compare figures docs build, and what they stand on.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: demo test lint bench compare figures build lock clean help
+.PHONY: demo test lint bench compare figures docs build lock clean help
 
 PYTHON ?= python3
 # Which ROS: the one that is sourced, or the wheels in .venv. Another one needs another .venv and install.
@@ -33,6 +33,9 @@ figures: build           ## draw the figures of the documentation anew, into doc
 	@$(ACTIVATE) && python -m figures
 	@$(ACTIVATE) && ros2 run nodlidar_planner plan_scan --timing-error 0.003 --top 1 --plot docs/figures/plan.png
 	@$(ACTIVATE) && ros2 run nodlidar_planner plan_scan --max-hole 2 --speed-max 6 --plot docs/figures/front.png
+
+docs: build              ## write the parameter files and tables anew, from the code
+	@$(ACTIVATE) && python tools/parameter_docs.py
 
 build: install/ready-$(ROS)  ## build the workspace into install/
 

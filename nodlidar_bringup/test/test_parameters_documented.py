@@ -1,30 +1,23 @@
 """Every node's parameters: declared == in its YAML file, with a comment each == in its README."""
 
 from dataclasses import fields
+from importlib.util import module_from_spec, spec_from_file_location
 from itertools import pairwise
 from pathlib import Path
 import re
 
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.profiles import governed, ProfileConfig, PROFILES
+from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.parameters import check, limits_of
-from nodlidar_driver.config import DriverConfig
 from nodlidar_servo.config import ServoConfig
 import pytest
 import yaml
 
 WORKSPACE = Path(__file__).parents[2]
-NODES = {
-    'assembler': (ProfileConfig, AssemblerConfig),
-    'driver': (DriverConfig,),
-    'servo': (ServoConfig,),
-}
-# What a profile gives a node is set by no file of parameters that ships, or it would go before.
-LEFT_TO_PROFILES = {
-    'assembler': {'profile', *governed()},
-    'driver': set(),
-    'servo': {'feedback_rate'},
-}
+SPEC = spec_from_file_location('parameter_docs', WORKSPACE / 'tools' / 'parameter_docs.py')
+parameter_docs = module_from_spec(SPEC)
+SPEC.loader.exec_module(parameter_docs)
+NODES, LEFT_TO_PROFILES = parameter_docs.NODES, parameter_docs.LEFT_TO_PROFILES
 
 of_every_node = pytest.mark.parametrize('node', NODES)
 
@@ -43,20 +36,6 @@ def declared(node):
 
 def yaml_text(node):
     return (WORKSPACE / f'nodlidar_{node}' / 'config' / f'{node}.yaml').read_text()
-
-
-def readme_rows(node):
-    """Return the defaults of a README's table; a row may have several parameters."""
-    text = (WORKSPACE / f'nodlidar_{node}' / 'README.md').read_text()
-    table = text[text.index('| parameter | default |') :].split('\n\n')[0]
-    rows = {}
-    for line in table.splitlines()[2:]:
-        names, defaults = (cell.strip() for cell in line.split('|')[1:3])
-        names = re.findall(r'`(\w+)`', names)
-        defaults = defaults.replace('`', '')
-        values = [defaults] if len(names) == 1 else defaults.split(', ')
-        rows |= dict(zip(names, map(yaml.safe_load, values), strict=True))
-    return rows
 
 
 def given_too(node):
@@ -83,9 +62,15 @@ def test_every_key_of_the_yaml_file_has_a_comment(node):
         assert line.startswith('#') or before.startswith('#'), line
 
 
+@pytest.mark.parametrize('path', parameter_docs.documents(), ids=lambda path: path.name)
+def test_what_is_documented_is_what_the_code_says(path):
+    assert path.read_text() == parameter_docs.documents()[path], 'stale: run `make docs`'
+
+
 @of_every_node
-def test_the_readme_has_every_parameter_with_its_default(node):
-    assert readme_rows(node) == declared(node)
+def test_the_readme_has_every_parameter(node):
+    text = (WORKSPACE / f'nodlidar_{node}' / 'README.md').read_text()
+    assert [name for name in declared(node) if f'\n| `{name}` |' not in text] == []
 
 
 @of_every_node
@@ -114,16 +99,3 @@ def test_the_default_profile_is_that_of_the_default_parameters():
     default = ProfileConfig().profile
     assert PROFILES[default] == AssemblerConfig()
     assert launched(default)['feedback_rate'] == ServoConfig().feedback_rate
-
-
-def test_the_readme_tells_what_each_profile_governs():
-    text = (WORKSPACE / 'nodlidar_assembler' / 'README.md').read_text()
-    lines = text[text.index('| governed |') :].split('\n\n')[0].splitlines()
-    cells = [[cell.strip(' `') for cell in line.split('|')[1:-1]] for line in lines]
-    names, rows = cells[0][1:], cells[2:]
-    told = {
-        row[0].split('`')[0]: dict(zip(names, map(yaml.safe_load, row[1:]), strict=True))
-        for row in rows
-    }
-    rates = {profile: launched(profile)['feedback_rate'] for profile in PROFILES}
-    assert told == governed() | {'feedback_rate': rates}

@@ -11,35 +11,56 @@ _ROTATION = 0.1  # s, nominal: a scan comes in each, but for those that are skip
 
 @dataclass(frozen=True, slots=True)
 class DriverConfig:
-    """Parameters of the driver node; see config/driver.yaml."""
+    """The lidar and its scans."""
 
-    port: str = parameter('/dev/ttyACM0', "The lidar's serial port")
-    baud_rate: int = parameter(
-        115200, 'Bit rate of an RS-232 port; without effect over USB', unit='bit/s', minimum=9600
+    port: str = parameter(
+        '/dev/ttyACM0',
+        'Serial port of the lidar; with two lidars use the stable names in /dev/serial/by-id',
     )
-    frame_id: str = parameter('laser', 'Frame of the scans: origin at the optical centre')
+    baud_rate: int = parameter(
+        115200,
+        'Bit rate of an RS-232 port (a whole scan at 10 Hz needs USB); no effect over USB',
+        unit='bit/s',
+        minimum=9600,
+    )
+    frame_id: str = parameter(
+        'laser', 'Frame of the scans: origin at the optical centre, x forward, z up'
+    )
     angle_min: float = parameter(
-        -2.0862, 'Azimuth of the first beam', unit='rad', minimum=-2.0863, maximum=2.0925
+        -2.0862,
+        'Azimuth of the first beam, rounded to a whole step of the lidar',
+        unit='rad',
+        minimum=-2.0863,
+        maximum=2.0925,
     )
     angle_max: float = parameter(
-        2.0924, 'Azimuth of the last beam', unit='rad', minimum=-2.0863, maximum=2.0925
+        2.0924,
+        'Azimuth of the last beam, rounded to a whole step of the lidar',
+        unit='rad',
+        minimum=-2.0863,
+        maximum=2.0925,
     )
     cluster: int = parameter(
-        1, 'Neighbouring beams that share one value, their least range', minimum=1, maximum=99
+        1,
+        'Neighbouring beams that share one value, the least of their ranges',
+        minimum=1,
+        maximum=99,
     )
-    skip: int = parameter(0, 'Scans left out after each published one', minimum=0, maximum=9)
+    skip: int = parameter(0, 'Scans to leave out after each published one', minimum=0, maximum=9)
     stamp_offset: float = parameter(
-        0.0, 'Added to the time stamps', unit='s', minimum=-1.0, maximum=1.0, live=True
+        0.0, 'Time to add to the stamps', unit='s', minimum=-1.0, maximum=1.0, live=True
     )
     timeout: float = parameter(
-        1.0, 'Silence after which the lidar is connected anew', unit='s', minimum=0.3, maximum=5.0
+        1.0,
+        'Silence after which the lidar is reconnected; at least 0.2 s for each of skip + 1 scans',
+        unit='s',
+        minimum=0.3,
+        maximum=5.0,
     )
     reconnect_delay: float = parameter(
-        0.5, 'Wait before connecting anew', unit='s', minimum=0.1, maximum=60.0
+        0.5, 'Wait before reconnecting', unit='s', minimum=0.1, maximum=60.0
     )
-    autostart: bool = parameter(
-        False, 'Configure and activate at start, without waiting to be told'
-    )
+    autostart: bool = parameter(False, 'Configure and activate the node at start')
 
     def check_together(self) -> None:
         """Raise ParameterError if the window holds no cluster or the timeout no two scans."""

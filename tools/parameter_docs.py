@@ -1,0 +1,153 @@
+"""Writes what is documented of parameters: each node's YAML file and the tables in its README.
+
+Names, defaults, units, ranges and descriptions stand once, in the dataclasses of the stages that
+they belong to. `make docs` runs this; a test says when a file is stale.
+"""
+
+from collections.abc import Iterator
+from dataclasses import Field, fields
+import inspect
+from pathlib import Path
+import re
+import textwrap
+from typing import Any
+
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.profiles import governed, ProfileConfig
+from nodlidar_common.parameters import Limits, limits_of
+from nodlidar_driver.config import DriverConfig
+from nodlidar_servo.config import ServoConfig
+import yaml
+
+WORKSPACE = Path(__file__).parents[1]
+NODES = {
+    'assembler': (ProfileConfig, AssemblerConfig),
+    'driver': (DriverConfig,),
+    'servo': (ServoConfig,),
+}
+# No file that ships sets what a profile does: it would override the profile.
+LEFT_TO_PROFILES = {
+    'assembler': {'profile', *governed()},
+    'driver': set(),
+    'servo': {'feedback_rate'},
+}
+WIDTH = 99
+
+
+def owner(config_class: type, name: str) -> type:
+    """Return the class of a configuration in which a field stands."""
+    classes = reversed(config_class.__mro__)
+    return next(each for each in classes if name in inspect.get_annotations(each))
+
+
+def stages(node: str) -> Iterator[tuple[str, list['Field[Any]']]]:
+    """Yield the stages of a node, each as what it is about and its parameters."""
+    for config_class in NODES[node]:
+        by_owner: dict[type, list[Field[Any]]] = {}
+        for field in fields(config_class):
+            by_owner.setdefault(owner(config_class, field.name), []).append(field)
+        for each, own in by_owner.items():
+            yield inspect.getdoc(each) or '', own
+
+
+def plain(value: object) -> object:
+    """Return a default as YAML has it."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+def in_yaml(value: object) -> str:
+    """Return a value as text in YAML."""
+    text = yaml.safe_dump(plain(value), default_flow_style=True, width=1000)
+    return text.removesuffix('\n').removesuffix('\n...')
+
+
+def allowed(limits: Limits) -> str:
+    """Return the allowed values in a few words; nothing if all are."""
+    if limits.choices or (limits.minimum is None and limits.maximum is None):
+        return '' if not limits.choices else ', '.join(limits.choices)
+    low, high = limits.minimum, limits.maximum
+    if high is None:
+        return f'from {low:g}'
+    return f'to {high:g}' if low is None else f'{low:g} to {high:g}'
+
+
+def yaml_file(node: str) -> str:
+    """Return a node's YAML file."""
+    lines = [
+        f'# Parameters of the {node} with their defaults. Written by `make docs` from the code.',
+        '/**:',
+        '  ros__parameters:',
+    ]
+    for about, own in stages(node):
+        lines += ['', f'    # {about.rstrip(".").upper()}']
+        for field in own:
+            limits = limits_of(field)
+            parts = [limits.unit, '' if limits.choices else allowed(limits)]
+            told = ', '.join(filter(None, parts))
+            text = f'{limits.description} [{told}].' if told else f'{limits.description}.'
+            lines += textwrap.wrap(
+                text, WIDTH, initial_indent='    # ', subsequent_indent='    # '
+            )
+            left = '# ' if field.name in LEFT_TO_PROFILES[node] else ''
+            lines.append(f'    {left}{field.name}: {in_yaml(field.default)}')
+    return '\n'.join(lines) + '\n'
+
+
+def table(node: str) -> str:
+    """Return the tables of a node's parameters for its README."""
+    tables = []
+    for about, own in stages(node):
+        rows = ['| parameter | default | unit | allowed | |', '| --- | --- | --- | --- | --- |']
+        for field in own:
+            limits = limits_of(field)
+            live = ' (can change while the node runs)' if limits.live else ''
+            rows.append(
+                f'| `{field.name}` | `{in_yaml(field.default)}` | {limits.unit} | '
+                f'{allowed(limits)} | {limits.description}{live} |'
+            )
+        tables.append(f'{about}\n\n' + '\n'.join(rows))
+    return '\n\n'.join(tables)
+
+
+def profile_table() -> str:
+    """Return what the profiles set, for the README of the assembler."""
+    rates = {
+        path.stem: yaml.safe_load(path.read_text())['/**']['ros__parameters']['feedback_rate']
+        for path in (WORKSPACE / 'nodlidar_bringup' / 'config' / 'profiles').glob('*.yaml')
+    }
+    names = sorted(rates, key=list(governed()['estimator']).index)
+    named = {f'`{name}`': values for name, values in governed().items()}
+    rows = [f'| parameter | {" | ".join(names)} |', '| --- ' * (len(names) + 1) + '|']
+    for name, values in (named | {'`feedback_rate` of the servo': rates}).items():
+        rows.append(f'| {name} | ' + ' | '.join(f'`{in_yaml(values[n])}`' for n in names) + ' |')
+    return '\n'.join(rows)
+
+
+def documents() -> dict[Path, str]:
+    """Return the documents that tell of parameters, as they should be."""
+    found = {}
+    for node in NODES:
+        folder = WORKSPACE / f'nodlidar_{node}'
+        found[folder / 'config' / f'{node}.yaml'] = yaml_file(node)
+        readme = folder / 'README.md'
+        found[readme] = filled(readme.read_text(), 'parameters', table(node))
+    readme = WORKSPACE / 'nodlidar_assembler' / 'README.md'
+    found[readme] = filled(found[readme], 'profiles', profile_table())
+    return found
+
+
+def filled(text: str, name: str, content: str) -> str:
+    """Return a page with the block of a name filled anew."""
+    block = re.compile(rf'(<!-- {name} -->\n).*?(<!-- end -->)', re.DOTALL)
+    assert block.search(text), f'no block <!-- {name} -->'
+    return block.sub(lambda match: f'{match[1]}{content}\n{match[2]}', text)
+
+
+def main() -> None:
+    """Write all documents."""
+    for path, text in documents().items():
+        path.write_text(text)
+
+
+if __name__ == '__main__':
+    main()
