@@ -16,7 +16,8 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.servo import Sample, Servo
+from nodlidar_servo.sample import Sample
+from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from nodlidar_sim.devices.rx24f import Rx24fEmulator
 from nodlidar_sim.devices.rx24f_motor import TICK

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryError
 from nodlidar_assembler.clouds.joint_history import JointHistory, JointSamples
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
-from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
-from nodlidar_assembler.waiting import WaitingLine
-from nodlidar_common.errors import ParameterError
+from nodlidar_assembler.waiting import WaitingConfig, WaitingLine
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 
 NO_JOINT_BEFORE = 'no joint state before it'
@@ -24,54 +22,6 @@ NO_ODOMETRY_AFTER = 'no odometry after it before the deadline'
 ODOMETRY_WENT_BACK = 'odometry went back in time'
 
 _Bracketed = tuple[Scan, JointSamples]
-
-
-EGO_MOTION_MODES = ('off', 'beam')
-WITHOUT_ODOMETRY = ('drop', 'uncompensated')
-
-
-@dataclass(frozen=True)
-class ScanAssemblerConfig(PipelineConfig):
-    """What a scan waits for, and where its points are."""
-
-    frame_id: str = parameter(
-        'nodlidar_base_link',
-        'Frame of the clouds: it does not nod; origin on the nod axis, x forward, z up',
-    )
-    deadline: float = parameter(
-        0.3,
-        'Longest time that a scan waits for joint samples, and then again for odometry',
-        unit='s',
-        minimum=0.001,
-        maximum=10.0,
-    )
-    ego_motion: str = parameter(
-        'off',
-        'off: clouds in frame_id; beam: clouds in odom_frame, every beam from the pose of the '
-        'robot at its instant, by odometry from TF',
-        choices=EGO_MOTION_MODES,
-    )
-    odom_frame: str = parameter(
-        'odom',
-        'Frame of odometry: TF has the pose of frame_id in it',
-    )
-    without_odometry: str = parameter(
-        'drop',
-        'What happens to a scan without odometry: drop, or uncompensated (its cloud is in '
-        'frame_id; not with clouds per sweep)',
-        choices=WITHOUT_ODOMETRY,
-    )
-
-    def check_together(self) -> None:
-        """Raise ParameterError for frames and modes that exclude each other."""
-        if self.ego_motion == 'off':
-            return
-        if self.odom_frame in ('', self.frame_id):
-            limit = f"a frame other than frame_id = '{self.frame_id}'"
-            raise ParameterError('odom_frame', limit, self.odom_frame)
-        if self.cloud_mode == 'sweep' and self.without_odometry != 'drop':
-            limit = 'drop with clouds per sweep, whose points are in one frame'
-            raise ParameterError('without_odometry', limit, self.without_odometry)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +70,7 @@ class ScanAssembler:
 
     def __init__(
         self,
-        config: ScanAssemblerConfig,
+        config: WaitingConfig,
         mount: Pose | None = None,
         pipeline: Pipeline | None = None,
     ) -> None:

@@ -4,7 +4,8 @@ from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.recent import Recent
 from nodlidar_servo.replies import LateReplyError, status_names
-from nodlidar_servo.servo import Sample, Servo
+from nodlidar_servo.sample import Sample
+from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures
 
 LOW_RATE = 0.9

@@ -17,6 +17,7 @@ from nodlidar_servo.replies import (
     Reply,
     ReplyError,
 )
+from nodlidar_servo.sample import Sample
 from nodlidar_servo.sample_time import excess_ns, sample_time_ns, UsualExcess, WireTime
 
 _EEPROM = struct.Struct('<H3xBHHxBBBHBxB')  # 0..18, see _set_up
@@ -38,33 +39,6 @@ class Limits:
     voltage_min: float
     voltage_max: float
     shutdown: int
-
-
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """One measurement of the servo.
-
-    Attributes
-    ----------
-    stamp_ns
-        Host time at which the motor measured [ns], see :func:`.sample_time.sample_time_ns`.
-    pitch, velocity
-        Pitch [rad], positive up, and its rate [rad/s].
-    load
-        Load as a share of the maximum torque, -1 to 1, positive if it drives upwards.
-    voltage, temperature
-        Supply [V] and motor [deg C].
-    status
-        Status bits, see :func:`.replies.status_names`.
-    """
-
-    stamp_ns: int
-    pitch: float
-    velocity: float
-    load: float
-    voltage: float
-    temperature: int
-    status: int
 
 
 class Servo:

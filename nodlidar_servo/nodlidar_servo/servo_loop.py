@@ -8,7 +8,8 @@ from nodlidar_servo.following import Following
 from nodlidar_servo.held_samples import HeldSamples
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import LateReplyError, ReplyError
-from nodlidar_servo.servo import Sample, Servo
+from nodlidar_servo.sample import Sample
+from nodlidar_servo.servo import Servo
 
 _DOUBT = 0.05  # s; or two cycles, for how long at most a sample is in doubt
 

@@ -5,7 +5,8 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.servo import Limits, Sample
+from nodlidar_servo.sample import Sample
+from nodlidar_servo.servo import Limits
 from nodlidar_servo.servo_loop import LoopFigures
 import pytest
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from nodlidar_assembler.bags.bag_source import messages_of
+from nodlidar_assembler.bags.bag_tf import BagTf
 from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, TF
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.bags.transforms import carried, fixed_transforms, numbers
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import ordered_samples
@@ -53,18 +53,23 @@ def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
     OdometryError
         If they are no poses.
     """
-    static = messages_of(path, lambda topic, kind: kind == TF and topic.endswith('tf_static'))
-    carrier, mount = carried(frame, fixed_transforms(recorded.message for recorded in static))
-    moving = messages_of(path, lambda topic, kind: kind == TF and not topic.endswith('tf_static'))
-    samples = {
-        time_ns(entry.header.stamp): numbers(entry.transform)
-        for recorded in moving
-        for entry in recorded.message.transforms
-        if (entry.header.frame_id, entry.child_frame_id) == (odom_frame, carrier)
-    }
+    static, moving, again = (
+        (recorded.message for recorded in messages_of(path, is_wanted))
+        for is_wanted in (_is_static, _is_moving, _is_moving)
+    )
+    tf = BagTf(odom_frame, frame, static, moving)
+    samples = {pose[0]: (*pose[1], *pose[2]) for message in again for pose in tf.samples(message)}
     if not samples:
-        raise BagError(f"'{path}' has no transforms from '{odom_frame}' to '{carrier}'")
+        raise BagError(f"'{path}' has no transforms from '{odom_frame}' to '{tf.carrier}'")
     stamps = sorted(samples)
     poses = np.array([samples[stamp] for stamp in stamps])
     odometry = Odometry(np.array(stamps, dtype=np.int64), Poses(poses[:, :3], poses[:, 3:]))
-    return odometry.mounted(mount)
+    return odometry.mounted(tf.mount)
+
+
+def _is_static(topic: str, kind: str) -> bool:
+    return kind == TF and topic.endswith('tf_static')
+
+
+def _is_moving(topic: str, kind: str) -> bool:
+    return kind == TF and not topic.endswith('tf_static')

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.odometry_steps import dots, lengths, Steps
 from nodlidar_common.errors import NodlidarError
-from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
@@ -37,33 +36,6 @@ class OdometryError(NodlidarError):
     def __init__(self, reason: str, value: object = None) -> None:
         super().__init__(reason if value is None else f'{reason}: {value}')
         self.reason = reason
-
-
-@dataclass(frozen=True)
-class OdometryConfig:
-    """The odometry."""
-
-    max_odometry_gap: float = parameter(
-        0.2,
-        'Longest time between odometry samples to interpolate over',
-        unit='s',
-        minimum=0.001,
-        maximum=10.0,
-    )
-    max_robot_speed: float = parameter(
-        5.0,
-        'Odometry that moves faster between two samples counts as a jump',
-        unit='m/s',
-        minimum=0.01,
-        maximum=100.0,
-    )
-    max_robot_turn_rate: float = parameter(
-        10.0,
-        'Odometry that turns faster between two samples counts as a jump',
-        unit='rad/s',
-        minimum=0.01,
-        maximum=100.0,
-    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,10 @@ from nodlidar_assembler.clouds.assembly import place, Placed, Points, points_of
 from nodlidar_assembler.clouds.ego_motion import (
     MotionLimits,
     Odometry,
-    OdometryConfig,
     USUAL_MOTION,
 )
 from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
+from nodlidar_assembler.clouds.odometry_history import OdometryConfig
 from nodlidar_assembler.clouds.pitch_estimator import (
     EstimatorConfig,
     JOINT_STEP,

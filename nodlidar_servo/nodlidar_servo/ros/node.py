@@ -22,7 +22,8 @@ from nodlidar_servo.latency import reduce_latency
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.reply_timeout import LONGEST
 from nodlidar_servo.ros.nod_status import status_message
-from nodlidar_servo.servo import Sample, Servo
+from nodlidar_servo.sample import Sample
+from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from nodlidar_servo.torque_off import torque_off
 from rclpy.qos import QoSProfile
