@@ -1,4 +1,4 @@
-# The two commands of the README, .PHONY: demo test lint bench compare figures docs buildmake demo.PHONY: demo test lint bench compare figures docs build and .PHONY: demo test lint bench compare figures docs buildmake test.PHONY: demo test lint bench compare figures docs build, and what they stand on.
+# The two commands of the README, `make demo` and `make test`, and what they stand on.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
 .PHONY: demo test lint bench compare figures docs build lock clean help
