@@ -93,7 +93,7 @@ def test_a_frame_that_moves_itself(bag):
 
 @pytest.mark.parametrize('moving', [[], [[(0, 'world', 'base_link', (0.0, 0.0, 0.0), UNTURNED)]]])
 def test_a_bag_without_odometry_is_refused(bag, moving):
-    with pytest.raises(BagError, match="no transform from 'odom' to '(base_link|world)'"):
+    with pytest.raises(BagError, match=r"no transform from 'odom' to '(base_link|world)'"):
         read_odometry(bag(moving, FIXED), 'odom', 'pivot')
 
 
