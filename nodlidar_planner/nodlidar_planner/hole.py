@@ -9,14 +9,14 @@ edge's best window; and a left edge that cannot beat the widest square so far ne
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.beam_gaps import BeamGaps, Floats, Integers, WholeBeamGaps
+from nodlidar_planner.edges import Edges, edges_of
 from nodlidar_planner.late_gaps import LateBeamGaps
 from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import AZIMUTH_OF_STEP_0, Task
+from nodlidar_planner.task import Task
 import numpy as np
 
 Gaps = Callable[[Integers, Integers], tuple[Floats, Floats]]
@@ -58,29 +58,6 @@ class _Square:
 _NO_SQUARE = _Square(0.0, 0, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Edges:
-    """Where squares may begin and end: the lines of the steps and the edges of the region.
-
-    Attributes
-    ----------
-    azimuth
-        Of each edge [rad], ascending.
-    first_step
-        The step whose line edge 0 is, or would be.
-    starts
-        How many edges, from the first on, are left edges to try.
-    """
-
-    azimuth: Floats
-    first_step: int
-    starts: int
-
-    def next_wider(self, left: Integers, width: float) -> Integers:
-        """Return the first edge further from each left edge than a width; may be past the last."""
-        return np.searchsorted(self.azimuth, self.azimuth[left] + width, side='right')
-
-
 def largest_hole(
     task: Task, pattern: Pattern, duration: float, turns: Floats | None = None
 ) -> Hole:
@@ -110,7 +87,7 @@ def largest_hole(
     """
     beams = _beams(task, pattern, duration, turns)
     square = _widest_square(task, beams, duration, _NO_SQUARE, largest_side(task))
-    azimuth = float(_edges(task).azimuth[square.left]) + square.side / 2.0
+    azimuth = float(edges_of(task).azimuth[square.left]) + square.side / 2.0
     bottom = square.bottom * task.span / pattern.samples_per_sweep
     return Hole(
         side=square.side,
@@ -138,7 +115,7 @@ def largest_side(task: Task) -> float:
 
 def least_side(task: Task) -> float:
     """Return the side of the hole that is between two steps of azimuth for ever [rad]."""
-    return _widest_without_lines(_edges(task), largest_side(task)).side
+    return _widest_without_lines(edges_of(task), largest_side(task)).side
 
 
 def _beams(task: Task, pattern: Pattern, duration: float, turns: Floats | None) -> BeamGaps:
@@ -156,7 +133,7 @@ def _widest_square(
     task: Task, beams: BeamGaps, duration: float, square: _Square, limit: float
 ) -> _Square:
     """Return the widest square, or one of the limit, if it is wider than the one known."""
-    edges, row = _edges(task), task.span / beams.pattern.samples_per_sweep
+    edges, row = edges_of(task), task.span / beams.pattern.samples_per_sweep
     square = max(square, _widest_without_lines(edges, limit), key=lambda each: each.side)
     most = min(MAX_WINDOW, MAX_WORK // edges.starts)
     if square.side < limit:
@@ -188,26 +165,14 @@ def _samples(task: Task, pattern: Pattern, duration: float) -> int:
     return period if duration >= period * task.sample_time else samples_taken(task, duration)
 
 
-@lru_cache(maxsize=4)
-def _edges(task: Task) -> _Edges:
-    if task.full_circle:
-        step = np.arange(2 * task.steps_per_revolution, dtype=np.float64)
-        around = AZIMUTH_OF_STEP_0 + step * (math.tau / task.steps_per_revolution)
-        return _Edges(around, 0, task.steps_per_revolution)
-    steps = np.flatnonzero(task.column_of_step() >= 0)  # consecutive ones
-    lines = np.clip(task.step_azimuth()[steps], -task.azimuth, task.azimuth)
-    azimuth = np.concatenate([[-task.azimuth], lines, [task.azimuth]])
-    return _Edges(azimuth, int(steps[0]) - 1 if len(steps) else 0, len(azimuth) - 1)
-
-
-def _widest_without_lines(edges: _Edges, limit: float) -> _Square:
+def _widest_without_lines(edges: Edges, limit: float) -> _Square:
     width = np.diff(edges.azimuth)
     left = int(np.argmax(width[: edges.starts]))
     return _Square(min(float(width[left]), limit), left, 0.0)
 
 
 def _widest(
-    edges: _Edges, gaps: Gaps, work: int, row: float, limit: float, square: _Square
+    edges: Edges, gaps: Gaps, work: int, row: float, limit: float, square: _Square
 ) -> _Square:
     """Return the widest square, up to a limit, if it is wider than the one that is known.
 
@@ -233,7 +198,7 @@ def _blocks(starts: int, size: int) -> Iterator[Integers]:
 
 
 def _wider(
-    edges: _Edges, gaps: Gaps, row: float, limit: float, square: _Square, left: Integers
+    edges: Edges, gaps: Gaps, row: float, limit: float, square: _Square, left: Integers
 ) -> _Square:
     """Return the widest square from some left edges on, if it is wider than the one known."""
     low = edges.next_wider(left, square.side + _ROUNDING)

@@ -12,12 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import ScalarFormatter
 from nodlidar_common.whole_file import whole_file
-from nodlidar_planner.front import Corner, RUNS
 from nodlidar_planner.hole import Hole, largest_hole
 from nodlidar_planner.pattern import Pattern
 from nodlidar_planner.plan import Plan
 from nodlidar_planner.task import AZIMUTH_OF_STEP_0, Task
-from nodlidar_planner.timing_error import hole_under_error, UnderError
+from nodlidar_planner.timing_error import UnderError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,7 +24,6 @@ from numpy.typing import NDArray
 MAX_SAMPLES, MAX_CELLS = 100_000, 4_000_000
 UNCOVERED, SAMPLE, BAND, BOUND = '#f4a261', '#1d3557', '#2a9d8f', '#c1121f'
 NOMINAL = '#e76f51'
-CURVE = 60  # times that a hole is drawn at
 
 Array = NDArray[np.float64]
 
@@ -59,25 +57,10 @@ def write_picture(
         If the file cannot be written.
     """
     best = plans[0]
-    figure, below = _figure(task, best, best.figures.completion_time / 2.0)
+    figure, below = figure_with_pattern(task, best, best.figures.completion_time / 2.0)
     draw_completion(below, candidates, best.lower_bound)
     mark_plans(below, plans, nominal)
-    _save(figure, below, path)
-
-
-def write_front_picture(
-    path: Path, task: Task, plan: Plan, instant: float, front: Sequence[Corner]
-) -> None:
-    """Draw the pattern of a plan up to an instant [s], with its hole, and the front.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    figure, below = _figure(task, plan, instant)
-    draw_front(below, task, plan, front)
-    _save(figure, below, path)
+    save(figure, below, path)
 
 
 def draw_pattern(axes: Axes, task: Task, pattern: Pattern, instant: float) -> None:
@@ -162,30 +145,7 @@ def mark_plans(axes: Axes, plans: Sequence[Plan], nominal: Plan | None = None) -
         axes.axvline(n_s, color=BAND, label=f'N_s = {n_s}: never')
 
 
-def draw_front(axes: Axes, task: Task, plan: Plan, front: Sequence[Corner]) -> None:
-    """Draw the corners of the front, and how a plan's hole shrinks with time."""
-    time, hole = ([getattr(each, key) for each in front] for key in ('time', 'hole'))
-    pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
-    times = np.union1d(np.geomspace(time[0], time[-1], CURVE), time)
-    label, error = f'N_s = {plan.samples_per_sweep}', plan.under_error
-    if error is None:
-        holes = [largest_hole(task, pattern, t).side for t in times]
-    else:
-        label += f', median under {error.error * 1e3:g} ms of timing error'
-        holes = [hole_under_error(task, pattern, t, error.error, RUNS).median for t in times]
-    axes.step(times, np.degrees(holes), where='post', color=BAND, label=label)
-    axes.plot(time, np.degrees(hole), 'o', color=SAMPLE, label='the front')
-    for each in front:
-        text = f' {each.samples_per_sweep}'
-        axes.annotate(text, (each.time, math.degrees(each.hole)), color=SAMPLE, fontsize=8)
-    axes.set(xscale='log', yscale='log', xlabel='time [s]', ylabel='largest hole [°]')
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter('{x:g}')
-        axis.set_minor_formatter('{x:g}')
-    axes.grid(alpha=0.3, which='both')
-
-
-def _figure(task: Task, plan: Plan, instant: float) -> tuple[Figure, Axes]:
+def figure_with_pattern(task: Task, plan: Plan, instant: float) -> tuple[Figure, Axes]:
     """Return a figure with a plan's pattern up to an instant [s], and the axes below it."""
     pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
     figure = Figure(figsize=(12, 9), layout='constrained')
@@ -196,7 +156,8 @@ def _figure(task: Task, plan: Plan, instant: float) -> tuple[Figure, Axes]:
     return figure, below
 
 
-def _save(figure: Figure, below: Axes, path: Path) -> None:
+def save(figure: Figure, below: Axes, path: Path) -> None:
+    """Write a figure, with the legend of the axes below; raises OSError."""
     below.legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False)
     with whole_file(path) as part:
         figure.savefig(part, dpi=130)

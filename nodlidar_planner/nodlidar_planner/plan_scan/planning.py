@@ -113,11 +113,8 @@ def _thinned(samples: NDArray[np.int64], most: int) -> NDArray[np.int64]:
 
 def _plot(path: Path, answer: Answer, request: Request) -> None:
     # Imported here: matplotlib takes as long as all the rest.
-    from nodlidar_planner.plan_scan.pictures import (
-        Candidates,
-        write_front_picture,
-        write_picture,
-    )
+    from nodlidar_planner.plan_scan.front_picture import write_front_picture
+    from nodlidar_planner.plan_scan.pictures import Candidates, write_picture
 
     if answer.front:
         instant = answer.objective.hole_after

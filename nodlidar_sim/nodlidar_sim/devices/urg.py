@@ -140,4 +140,4 @@ class UrgEmulator:
 
     def _set_wire_speed(self) -> None:
         if not self._usb:
-            self._wire.bytes_per_second = self.sensor.bit_rate / BITS_PER_BYTE
+            self._wire.bytes_per_second = self.sensor.settings.bit_rate / BITS_PER_BYTE

@@ -11,7 +11,6 @@ from nodlidar_sim.devices.urg_clock import UrgClock
 from nodlidar_sim.devices.urg_faults import UrgFaults
 from nodlidar_sim.devices.urg_identity import (
     parameter_lines,
-    STANDARD_SPEED,
     status_lines,
     version_lines,
 )
@@ -24,13 +23,13 @@ from nodlidar_sim.devices.urg_requests import (
     Stream,
 )
 from nodlidar_sim.devices.urg_scan import Turn
+from nodlidar_sim.devices.urg_settings import UrgSettings
 
 MAX_LINE = 80
 
 _TEXT = re.compile(rb'[A-Za-z0-9 ._+@]*')
 _MAX_TEXT = 16
 _OPEN_IN_FIRMWARE_UPDATE = (b'VV', b'II', b'RS')
-_BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
 
 
 class UrgSensor:
@@ -51,8 +50,8 @@ class UrgSensor:
     ----------
     laser
         Whether it is on.
-    bit_rate
-        As SS set it; over USB it has no effect [bit/s].
+    settings
+        Bit rate, speed of the motor, sensitivity.
     stream
         The running MD or MS, if any.
     faults
@@ -64,14 +63,13 @@ class UrgSensor:
     def __init__(self, clock: UrgClock, serial_number: str, bit_rate: int, scip11: bool) -> None:
         self.laser = False
         self.stream: Stream | None = None
-        self.bit_rate = self._default_bit_rate = bit_rate
+        self.settings = UrgSettings(clock, bit_rate)
         self.faults = UrgFaults()
         self.firmware_update = False
         self._clock = clock
         self._serial_number = serial_number
         self._scip2 = not scip11
         self._time_mode = False
-        self._high_sensitivity = False
         self._error: bytes | None = None
 
     def refuse_next(self, status: bytes) -> None:
@@ -172,7 +170,7 @@ class UrgSensor:
             self.laser,
             self.stream is not None,
             self._clock.speed,
-            f'{self.bit_rate}[bps]',
+            f'{self.settings.bit_rate}[bps]',
             self._clock.timer(turn.end_ns),
             status,
         )
@@ -190,13 +188,12 @@ class UrgSensor:
         return []
 
     def _reset(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        self._clock.speed = STANDARD_SPEED
-        self.bit_rate = self._default_bit_rate
+        self.settings.reset()
         return self._partial_reset(line, parameters, turn)
 
     def _partial_reset(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
         self._clock.reset_timer(turn.end_ns)
-        self.firmware_update = self._high_sensitivity = False
+        self.firmware_update = self.settings.high_sensitivity = False
         self.faults.clear()
         return self._quit(line, parameters, turn)
 
@@ -234,32 +231,8 @@ class UrgSensor:
         if self.faults.malfunction:
             raise CommandError(b'%02d' % self.faults.malfunction)
 
-    def _set_bit_rate(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        bit_rate = number(parameters, b'01')
-        if bit_rate not in _BIT_RATES:
-            raise CommandError(b'02')
-        if bit_rate == self.bit_rate:
-            raise CommandError(b'03')
-        self.bit_rate = bit_rate
-        return []
-
-    def _set_speed(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        level = number(parameters, b'01')
-        if level > 10 and level != 99:
-            raise CommandError(b'02')
-        speed = round(STANDARD_SPEED * (1.0 - (level % 99) / 100.0))  # 1 % a level: our choice
-        if speed == self._clock.speed:
-            raise CommandError(b'03')
-        self._clock.speed = speed
-        return []
-
-    def _set_sensitivity(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        if parameters not in (b'0', b'1'):
-            raise CommandError(b'01')
-        high = parameters == b'1'
-        if high == self._high_sensitivity:
-            raise CommandError(b'02')
-        self._high_sensitivity = high
+    def _set(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+        self.settings.set(line[:2], parameters)
         return []
 
     def _simulate(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
@@ -284,8 +257,8 @@ _COMMANDS: dict[bytes, tuple[int, _Action]] = {  # size of the parameters, what 
     b'MS': (13, UrgSensor._stream_scans),
     b'GD': (10, UrgSensor._one_scan),
     b'GS': (10, UrgSensor._one_scan),
-    b'SS': (6, UrgSensor._set_bit_rate),
-    b'CR': (2, UrgSensor._set_speed),
-    b'HS': (1, UrgSensor._set_sensitivity),
+    b'SS': (6, UrgSensor._set),
+    b'CR': (2, UrgSensor._set),
+    b'HS': (1, UrgSensor._set),
     b'DB': (2, UrgSensor._simulate),
 }
