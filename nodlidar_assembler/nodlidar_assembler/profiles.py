@@ -15,7 +15,7 @@ PROFILES = {
 
 @dataclass(frozen=True, slots=True)
 class ProfileConfig:
-    """The profile."""
+    """Profile."""
 
     profile: str = parameter(
         'balanced',

@@ -22,7 +22,7 @@ WITHOUT_ODOMETRY = ('drop', 'uncompensated')
 
 @dataclass(frozen=True)
 class WaitingConfig(PipelineConfig):
-    """What a scan waits for, and where its points are."""
+    """Waiting for what brackets a scan, and ego-motion."""
 
     frame_id: str = parameter(
         'nodlidar_base_link',

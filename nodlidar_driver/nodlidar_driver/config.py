@@ -11,7 +11,7 @@ _ROTATION = 0.1  # s, nominal: a scan comes in each, but for those that are skip
 
 @dataclass(frozen=True, slots=True)
 class DriverConfig:
-    """The lidar and its scans."""
+    """Lidar and scans."""
 
     port: str = parameter(
         '/dev/ttyACM0',

@@ -9,7 +9,7 @@ from nodlidar_servo.models import MODELS, PitchScale
 
 @dataclass(frozen=True, slots=True)
 class ServoConfig:
-    """The servo and its bus."""
+    """Servo and bus."""
 
     port: str = parameter(
         '/dev/ttyUSB0', 'Serial port of the servo; /dev/serial/by-id has stable names'

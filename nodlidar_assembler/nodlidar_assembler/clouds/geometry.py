@@ -23,7 +23,7 @@ _SHORTEST, _LONGEST = 5e-4, 20.0
 
 @dataclass(frozen=True)
 class MountConfig:
-    """Where the lidar is."""
+    """Mounting of the lidar."""
 
     laser_xyz: tuple[float, float, float] = parameter(
         (0.0, 0.0, 0.080),

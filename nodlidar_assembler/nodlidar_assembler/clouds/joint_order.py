@@ -12,7 +12,7 @@ TO_BELIEVE = 3
 
 @dataclass(frozen=True)
 class JointSamplesConfig:
-    """The joint samples."""
+    """Joint samples."""
 
     max_joint_gap: float = parameter(
         0.1,

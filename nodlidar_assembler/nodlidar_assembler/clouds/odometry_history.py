@@ -16,7 +16,7 @@ MOST_SAMPLES = 20_000  # however close their stamps are
 
 @dataclass(frozen=True)
 class OdometryConfig:
-    """The odometry."""
+    """Odometry."""
 
     max_odometry_gap: float = parameter(
         0.2,

@@ -35,7 +35,7 @@ CLOUD_MODES = ('scan', 'sweep')
 
 @dataclass(frozen=True)
 class PipelineConfig(OdometryConfig, MountConfig, EstimatorConfig):
-    """The clouds."""
+    """Clouds."""
 
     cloud_mode: str = parameter(
         'scan',

@@ -19,7 +19,7 @@ LEG_MARGIN = 0.2  # half a leg of the reference nod [s]
 
 @dataclass(frozen=True)
 class EstimatorConfig(JointSamplesConfig):
-    """The pitch of a beam."""
+    """Estimator of the pitch."""
 
     estimator: str = parameter(
         'slerp',

@@ -26,7 +26,7 @@ LEAST_SPAN = 1e-6  # of the nod [rad]
 
 @dataclass(frozen=True)
 class NodConfig:
-    """The nod, and what it is to find."""
+    """Nod command, and the object to be found."""
 
     command_nod: bool = parameter(
         True,

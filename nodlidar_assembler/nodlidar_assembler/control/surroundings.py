@@ -29,7 +29,7 @@ AHEAD = np.array([[1.0, 0.0, 0.0]])
 
 @dataclass(frozen=True)
 class SurroundingsConfig(OdometryConfig, MountConfig, NodConfig):
-    """Limits that follow the range, and observed coverage."""
+    """Adaptive limits and observed coverage."""
 
     adapt_limits: bool = parameter(
         False,

@@ -16,7 +16,7 @@ _MOST_OTHERS = 20
 
 @dataclass(frozen=True)
 class JointInputConfig(JointSamplesConfig):
-    """The joint in joint_states."""
+    """Joint state messages."""
 
     joint_name: str = parameter('nod_joint', 'Joint whose position is the pitch of the scan plane')
     joint_positive: str = parameter(

@@ -15,7 +15,7 @@ from nodlidar_common.parameters import parameter
 
 @dataclass(frozen=True)
 class ScanInputConfig:
-    """The scans."""
+    """Scan messages."""
 
     scan_delay: float = parameter(
         0.0,
