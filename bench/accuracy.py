@@ -1,4 +1,4 @@
-"""What each estimator costs in accuracy, in the room, encoder steps and turn-arounds included."""
+"""What each estimator costs in accuracy, in the room, encoder steps and reversals included."""
 
 from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator

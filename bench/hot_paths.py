@@ -15,7 +15,7 @@ from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.surroundings import Surroundings
+from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode
@@ -144,12 +144,12 @@ def _message_and_coverage() -> dict[str, Action]:
     scan = log.scans[10]
     points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch).clouds[0]
     beams = pipeline.beams(scan.geometry)
-    surroundings, scans = Surroundings(AssemblerConfig()), iter(range(10**9))
+    monitor, scans = SceneMonitor(AssemblerConfig()), iter(range(10**9))
 
     def cover() -> None:
         k = next(scans)
         later = replace(scan, stamp_ns=START_NS + k * NS_PER_S // 10)
-        surroundings.add_scan(later, beams, simulated.true_pitch[k % len(log.scans)])
+        monitor.add_scan(later, beams, simulated.true_pitch[k % len(log.scans)])
 
     for _ in range(100):  # that the window is full
         cover()

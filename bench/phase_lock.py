@@ -2,7 +2,7 @@
 
 In virtual time: the servo at byte level, read 62 times a second, with its tick, its speed register
 and an adapter that keeps replies, late in turning, weaker and slower than it is told; scans whose
-stamps jitter, from a lidar whose clock is off. Turn-arounds are taken from the true motion.
+stamps jitter, from a lidar whose clock is off. Reversals are taken from the true motion.
 """
 
 from collections.abc import Callable
@@ -72,7 +72,7 @@ class Kept:
     Attributes
     ----------
     samples_per_sweep
-        N_s as measured: the slope of a line through the turn-arounds, in beams of the lidar.
+        N_s as measured: the slope of a line through the reversals, in beams of the lidar.
     phase_errors
         RMS in the first and in the last minute [s].
     phase_offset
@@ -85,7 +85,7 @@ class Kept:
 
 
 def kept(turns_ns: NDArray[np.int64]) -> Kept:
-    """Return what turn-arounds [ns] make of the nod that was wanted."""
+    """Return what reversals [ns] make of the nod that was wanted."""
     beams = (turns_ns - START_NS) / TRUE_BEAM_NS
     number = np.arange(len(beams))
     first = round((beams[0] + 0.5) / SAMPLES_PER_SWEEP)

@@ -12,7 +12,7 @@ from functools import partial
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.surroundings import Surroundings
+from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.nod import NS_PER_S
@@ -114,7 +114,7 @@ def computation_times(recordings: dict[str, Recording], rounds: int) -> dict[str
 
 def _compute(log: SensorLog, config: AssemblerConfig) -> None:
     """Do with a log's arrays what the node does with them."""
-    pipeline, surroundings = Pipeline.configured(config), Surroundings(config)
+    pipeline, monitor = Pipeline.configured(config), SceneMonitor(config)
     margin_ns = pipeline.estimator.margin_ns
     for k, scan in enumerate(log.scans[3:-3]):
         beams = pipeline.beams(scan.geometry)
@@ -123,9 +123,9 @@ def _compute(log: SensorLog, config: AssemblerConfig) -> None:
         assembled = pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around])
         for cloud in assembled.clouds:
             cloud_message(cloud, config.frame_id)
-        surroundings.add_scan(scan, beams, assembled.pitch)
+        monitor.add_scan(scan, beams, assembled.pitch)
         if config.coverage_window > 0.0 and k % SCANS_PER_S == 0:
-            surroundings.covered()
+            monitor.covered()
 
 
 def callback_times(recordings: dict[str, Recording], rounds: int) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Fig. 10: where in the nod beams repeat, with turn-arounds of finite acceleration."""
+"""Fig. 10: where in the nod beams repeat, with reversals of finite acceleration."""
 
 from pathlib import Path
 
@@ -68,7 +68,7 @@ def counts_by_height(
     turn_error
         Standard deviation of the turns' instants [s].
     acceleration
-        Of the turn-arounds [rad/s2].
+        Of the reversals [rad/s2].
     """
     duration = samples_per_sweep * TASK.sample_time
     nod = NodTrajectory(

@@ -211,10 +211,10 @@ def test_messages_may_come_late_and_out_of_order(simulated, tmp_path):
     ]
     late = write_messages(tmp_path / 'late', sorted(entries, key=lambda entry: entry[0]))
     summary = write_clouds(late, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
-    # A joint state that comes after the one behind it is left out, which matters at turn-arounds.
+    # A joint state that comes after the one behind it is left out, which matters at reversals.
     drops = Counter(summary.assembly.drops)
     assert drops.pop(JointInput.OUT_OF_ORDER) > 0
-    assert set(drops) <= {'joint samples missing at a turn-around'}
+    assert set(drops) <= {'joint samples missing at a reversal'}
     assert summary.assembly.counts['clouds'] == 40 - drops.total() >= 35
     points = PlyData.read(tmp_path / 'out.ply')['vertex'].data
     near = xyz_of(points)[np.linalg.norm(xyz_of(points), axis=1) < 3.0]

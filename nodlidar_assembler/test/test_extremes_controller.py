@@ -8,7 +8,7 @@ from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeome
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
-from nodlidar_assembler.control.surroundings import Surroundings
+from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
 import numpy as np
@@ -43,7 +43,7 @@ def nods(config, ranges, revolutions=8):
     beams = max(1, 682 * n_l // 1024)
     geometry = ScanGeometry(beams, -2.0, math.tau / n_l, 0.1 / n_l, 0.02, math.inf)
     at = Beams(geometry, REFERENCE_MOUNT)
-    controller, surroundings = NodController(config), Surroundings(config)
+    controller, monitor = NodController(config), SceneMonitor(config)
     found = []
     for revolution in range(revolutions):
         now_ns = START_NS + revolution * S // 10
@@ -51,27 +51,27 @@ def nods(config, ranges, revolutions=8):
         found.append(controller.command[0])
         pitch = found[-1].pitch(now_ns + at.offset_ns)
         scan = Scan(now_ns, geometry, np.full(beams, ranges, np.float32))
-        surroundings.add_scan(scan, at, pitch)
+        monitor.add_scan(scan, at, pitch)
         placed = place(at, scan.ranges, pitch)
-        surroundings.follow(Assembled(scan, at, pitch, placed, None, []))
+        monitor.follow(Assembled(scan, at, pitch, placed, None, []))
         controller.saw(scan, at, pitch, now_ns + S // 10)
-        controller.change(surroundings.shape(), now_ns + S // 10)
-    return found, surroundings
+        controller.change(monitor.shape(), now_ns + S // 10)
+    return found, monitor
 
 
-def assert_right(found, surroundings, config):
+def assert_right(found, monitor, config):
     for nod in found:
         assert config.pitch_min <= nod.pitch_min < nod.pitch_max <= config.pitch_max
         assert 0.0 < nod.sweep_duration < math.inf
         assert 1 <= nod.samples_per_sweep < 2**32
-    shape = surroundings.shape()
+    shape = monitor.shape()
     assert math.gcd(shape.samples_per_sweep, config.steps_per_revolution) == 1
     speed = (shape.pitch_max - shape.pitch_min) / (
         shape.samples_per_sweep * 0.1 / config.steps_per_revolution
     )
     assert speed <= config.max_nod_speed * (1 + 1e-9)
     if config.coverage_window > 0.0:
-        covered = surroundings.covered()
+        covered = monitor.covered()
         assert 0.0 <= covered.seen <= 1.0
         assert 0.0 <= covered.least_repeats <= covered.repeats + 1e-12 <= 1.0
         assert math.isfinite(covered.hole)

@@ -76,7 +76,7 @@ def test_a_log_gives_what_it_has_where_the_margin_goes_beyond_it():
 
 
 def nod_samples(turn_s, apart=0.01, missing=()):
-    """Return samples of a turn-around at an instant [s], but for some of them [s]."""
+    """Return samples of a reversal at an instant [s], but for some of them [s]."""
     times = np.arange(-0.05, 0.13, apart)
     kept = [not any(abs(t - gone) < apart / 2 for gone in missing) for t in times]
     half, speed, acceleration = 0.015, 3.0, 200.0
@@ -101,7 +101,7 @@ def test_a_turn_around_that_samples_show_is_interpolated(apart, turn_s):
 @pytest.mark.parametrize('name', ['slerp', 'ends'])
 def test_a_turn_around_in_a_gap_is_refused(name):
     gone = (0.02, 0.03, 0.04)
-    with pytest.raises(PitchError, match='joint samples missing at a turn-around'):
+    with pytest.raises(PitchError, match='joint samples missing at a reversal'):
         PitchEstimator(name, MAX_GAP).pitch(START_NS, OFFSET, *nod_samples(0.03, missing=gone))
 
 
@@ -117,7 +117,7 @@ def test_a_turn_around_in_a_gap_is_refused_also_where_gaps_are_many():
     ago_ns = np.arange(2, 150) * 10_000_000
     before_ns = (START_NS - ago_ns)[::-1]
     estimator.pitch(int(before_ns[0]), np.zeros(1), before_ns, np.zeros(len(before_ns)))
-    with pytest.raises(PitchError, match='joint samples missing at a turn-around'):
+    with pytest.raises(PitchError, match='joint samples missing at a reversal'):
         estimator.pitch(START_NS, OFFSET, *nod_samples(0.05, apart=0.04))
 
 
@@ -129,5 +129,5 @@ def test_another_rate_becomes_usual():
     estimator.pitch(START_NS, OFFSET, *nod_samples(0.05, apart=0.04))
     later = START_NS - 2 * 10**10 + np.arange(150) * 10_000_000  # the clock was set back
     estimator.pitch(int(later[0]), np.zeros(1), later, np.zeros(150))
-    with pytest.raises(PitchError, match='joint samples missing at a turn-around'):
+    with pytest.raises(PitchError, match='joint samples missing at a reversal'):
         estimator.pitch(START_NS, OFFSET, *nod_samples(0.05, apart=0.04))

@@ -61,7 +61,7 @@ class NodTrajectory:
 
     @property
     def speed(self) -> float:
-        """Constant speed between the turn-arounds [rad/s], always positive."""
+        """Constant speed between the reversals [rad/s], always positive."""
         return self.span / self.sweep_duration
 
     def sweeps(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:

@@ -93,7 +93,7 @@ def simulate(
     Raises
     ------
     ParameterError
-        If the duration is too short for a scan, or the nod's sweeps for its turn-arounds.
+        If the duration is too short for a scan, or the nod's sweeps for its reversals.
     """
     sensor = SensorModel() if sensor is None else sensor
     effects = scene.effects

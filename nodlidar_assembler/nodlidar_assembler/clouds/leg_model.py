@@ -1,12 +1,12 @@
 """The pitch of every beam from a model of the nod, fitted to the joint samples around the scan.
 
-The nod is legs of constant speed, joined at the turn-arounds by parabolas of one acceleration A:
+The nod is legs of constant speed, joined at the reversals by parabolas of one acceleration A:
 
     pitch(t) = p + v t + sum_k c_k s(t - t_k; h_k),   h_k = |c_k| / (2 A),
     s(u; h) = 0 before -h,  (u + h)^2 / (4 h) up to h,  u after it.
 
 Turn k changes the speed by c_k about its instant t_k. All of p, v, c, t and A are fitted by least
-squares, so that the encoder's rounding averages out over the samples of a leg, and a turn-around
+squares, so that the encoder's rounding averages out over the samples of a leg, and a reversal
 is known although hardly two samples fall in it. The limits are not asked for: each leg may have
 its own speed, and turn where it likes.
 """
@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Where the fit begins, of an unloaded RX-24F [rad/s2]; the samples of a turn-around outweigh it.
+# Where the fit begins, of an unloaded RX-24F [rad/s2]; the samples of a reversal outweigh it.
 ACCELERATION = 200.0
 ACCELERATION_SPREAD = math.log(4.0)  # standard deviation of its logarithm
 ACCELERATION_RANGE = math.log(100.0)  # its logarithm never gets farther away from the start
 ITERATIONS = 8  # of Gauss-Newton, which takes three or four unless the motion is another one
 SETTLED = 2e-3  # change of the fitted samples that is none [encoder steps]
 DAMPING = 1e-3  # keeps it from moving what the samples do not tell
-TURN_DEPTH = 4.0  # way back that makes a turn-around [encoder steps]
+TURN_DEPTH = 4.0  # way back that makes a reversal [encoder steps]
 SAMPLES_PER_UNKNOWN = 2  # with fewer, a fit says nothing about whether the motion is a nod's
 ROOT_12 = math.sqrt(12.0)  # a step over the standard deviation of its rounding
 SPREAD = 1.2  # of the residuals over that of rounding, which chance does not exceed by more
@@ -39,7 +39,7 @@ class LegModelError(NodlidarError):
     """Joint samples that the leg model does not explain."""
 
 
-TOO_FEW = 'too few joint samples for their turn-arounds'
+TOO_FEW = 'too few joint samples for their reversals'
 OTHER_MOTION = 'the motion is not legs of constant speed'
 
 
@@ -52,7 +52,7 @@ def leg_pitch(
 ) -> Array:
     """Return the pitch of each beam [rad], shape (n,), never NaN.
 
-    It differs from the interpolation of the samples by no more than a turn-around between two of
+    It differs from the interpolation of the samples by no more than a reversal between two of
     them explains: half of the largest step from sample to sample, and two encoder steps.
 
     Parameters

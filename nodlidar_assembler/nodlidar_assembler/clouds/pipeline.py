@@ -24,7 +24,7 @@ from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
 
-# Four encoder steps of the RX-24F: a turn-around is then sure, and known a few samples after it.
+# Four encoder steps of the RX-24F: a reversal is then sure, and known a few samples after it.
 TURN_HYSTERESIS = 0.02
 # A nod that stands still closes a cloud after this time [s] instead of gathering without end.
 LONGEST_SWEEP = 30.0
@@ -171,7 +171,7 @@ class Pipeline:
             self._sweeps.end()
 
     def add_sample(self, time_ns: int, pitch: float) -> None:
-        """Add a joint sample [ns], [rad]; clouds per sweep end at the turn-arounds it shows."""
+        """Add a joint sample [ns], [rad]; clouds per sweep end at the reversals it shows."""
         if self._sweeps is None:
             return
         turn_ns = self._turns.add(time_ns, pitch)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 # A joint that tells a larger position [rad], or none that is finite, does not tell the pitch.
 LARGEST = 1e6
-# Samples that are missing at a turn-around may cut off this much of it [rad].
+# Samples that are missing at a reversal may cut off this much of it [rad].
 MOST_CUT = 0.015
 # So many times as far apart as usual, some are missing between two samples.
 _MISSING = 1.5
@@ -96,7 +96,7 @@ def require_turns_seen(
 ) -> None:
     """Raise PitchError if samples are missing where the joint turns around during the scan.
 
-    Over a gap on a straight way interpolation is right, but at a turn-around it cuts off the tip.
+    Over a gap on a straight way interpolation is right, but at a reversal it cuts off the tip.
     Where the slopes before and after a gap are off its own by a and b to the same side, two
     straight legs meet in it at a height of ``a b / (a + b)`` times its duration above the chord.
 
@@ -115,14 +115,14 @@ def require_turns_seen(
     if not is_wide.any():
         return
     if len(gap) < 2:
-        raise PitchError('joint samples missing at a turn-around')
+        raise PitchError('joint samples missing at a reversal')
     bend = np.diff(np.diff(sample_pitch) / gap)
     bend[np.abs(bend) > _FASTEST_TURN] = 0.0
     before, after = np.append(bend[:1], bend), np.append(bend, bend[-1:])
     both = np.maximum(np.abs(before + after), 1e-300)
     height = np.maximum(before * after, 0.0) / both * gap
     if np.any(is_wide & (height > MOST_CUT)):
-        raise PitchError('joint samples missing at a turn-around')
+        raise PitchError('joint samples missing at a reversal')
 
 
 def _nearest(

@@ -1,4 +1,4 @@
-"""Gathers the points of scans into one cloud per sweep, or several, cut at the turn-around."""
+"""Gathers the points of scans into one cloud per sweep, or several, cut at the reversal."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 
-# Turn-arounds that are kept until scans come: a minute at 50 a second.
+# Reversals that are kept until scans come: a minute at 50 a second.
 MOST_TURNS = 3000
 # Scans of one cloud, whatever their stamps: half a minute at 100 a second.
 MOST_SCANS = 3000
@@ -15,7 +15,7 @@ MOST_SCANS = 3000
 
 @dataclass(slots=True)
 class SweepGatherer:
-    """Holds points until the turn-around that ends their last sweep is known.
+    """Holds points until the reversal that ends their last sweep is known.
 
     Turns and scans may come in any order: a turn that becomes known late still cuts the scan in
     whose middle it was. The field ``ring`` counts the scans of a cloud from 0.
@@ -37,7 +37,7 @@ class SweepGatherer:
     _turned: int = 0  # turns since the last cloud was cut
 
     def add_turn(self, turn_ns: int) -> None:
-        """Add the instant of a turn-around [ns]; they ascend.
+        """Add the instant of a reversal [ns]; they ascend.
 
         Those that are older than the longest cloud wait for no scan any more.
         """

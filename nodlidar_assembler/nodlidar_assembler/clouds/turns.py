@@ -12,7 +12,7 @@ MOST_SAMPLES = 10_000
 
 @dataclass(slots=True)
 class TurnFinder:
-    """Finds turn-arounds in joint samples, given one by one.
+    """Finds reversals in joint samples, given one by one.
 
     A turn is sure once the pitch has come back from its extreme by a depth: `hysteresis`, or the
     largest step between samples of the leg where that is more. Its instant is the middle between

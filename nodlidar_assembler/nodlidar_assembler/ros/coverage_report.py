@@ -6,7 +6,7 @@ import math
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_assembler.control.runtime_coverage import Covered
-from nodlidar_assembler.control.surroundings import SurroundingsConfig
+from nodlidar_assembler.control.scene_monitor import SceneMonitorConfig
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_msgs.msg import Coverage
 from rclpy.node import Node
@@ -35,7 +35,7 @@ class CoverageReport:
         self,
         node: Node,
         updater: Updater,
-        config: SurroundingsConfig,
+        config: SceneMonitorConfig,
         frame_id: str,
         covered: Callable[[], Covered],
         nod: NodCommander | None,

@@ -72,7 +72,7 @@ class NodCommander:
     def adapt(
         self, shape: NodShape | None, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
     ) -> None:
-        """Command the nod that goes with the surroundings, if it is another.
+        """Command the nod that goes with the monitor, if it is another.
 
         Parameters
         ----------

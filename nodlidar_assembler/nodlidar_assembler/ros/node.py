@@ -5,7 +5,7 @@ import sys
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.surroundings import Surroundings
+from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.cloud_frames import CloudFrames
@@ -42,7 +42,7 @@ class Assembler(Node):
         self._nod = None
         if self.config.command_nod:
             self._nod = NodCommander(self, self.config, self.config.frame_id, self.survival)
-        self._surroundings = Surroundings(self.config)
+        self._scene_monitor = SceneMonitor(self.config)
         self._clouds = self.create_publisher(
             PointCloud2,
             'points',
@@ -56,7 +56,7 @@ class Assembler(Node):
                 self.diagnosis.updater,
                 self.config,
                 self.config.frame_id,
-                self._surroundings.covered,
+                self._scene_monitor.covered,
                 self._nod,
             )
 
@@ -108,7 +108,7 @@ class Assembler(Node):
         self.assembly.clock_was_set(step_ns)
         if self.odometry is not None:
             self.odometry.restart()
-        self._surroundings.restart()
+        self._scene_monitor.restart()
         if self._nod is not None:
             self._nod.clock_was_set(step_ns)
 
@@ -141,17 +141,17 @@ class Assembler(Node):
     def _adapt(self, assembled: Assembled) -> None:
         """Choose the nod by what was covered and what is around."""
         scan, beams, pitch = assembled.scan, assembled.beams, assembled.pitch
-        self._surroundings.add_scan(scan, beams, pitch)
+        self._scene_monitor.add_scan(scan, beams, pitch)
         shape = None
         if self.config.adapt_limits:
-            self._surroundings.follow(assembled)
-            shape = self._surroundings.shape()
+            self._scene_monitor.follow(assembled)
+            shape = self._scene_monitor.shape()
         if self._nod is not None:
             self._nod.adapt(shape, scan, beams, pitch)
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
         if config.adapt_limits and not self.config.adapt_limits:
-            self._surroundings.restart_limits()  # so that the limits set out from the present ones
+            self._scene_monitor.restart_limits()  # from the configured ones on
         self.config = config
 
 

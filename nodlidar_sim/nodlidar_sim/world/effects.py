@@ -24,7 +24,7 @@ class Effects:
         0.0, 'Share of the beams that come back without a range', minimum=0.0, maximum=1.0
     )
     servo_jitter: float = parameter(
-        0.0, 'Standard deviation of the turn-around instants', unit='s', minimum=0.0, maximum=0.1
+        0.0, 'Standard deviation of the reversal instants', unit='s', minimum=0.0, maximum=0.1
     )
     clock_drift: float = parameter(
         0.0,

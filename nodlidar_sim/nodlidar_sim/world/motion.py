@@ -107,7 +107,7 @@ def triangle_motion(
 ) -> PiecewiseMotion:
     """Return a servo's best following of a nod, from start_ns to end_ns at least.
 
-    The legs lie on the commanded trajectory, phase and all. The turn-arounds are parabolas centred
+    The legs lie on the commanded trajectory, phase and all. The reversals are parabolas centred
     on the commanded instants, so that each leg's rows stay where the scan pattern has them and the
     limits are never overshot; instead the pitch falls short of them by speed**2 / (2 acceleration)
     (0.025 rad at pi rad/s and 200 rad/s2).
@@ -119,9 +119,9 @@ def triangle_motion(
     start_ns, end_ns
         First and last instant [ns] at which the motion is asked for.
     acceleration
-        Of the turn-arounds [rad/s2].
+        Of the reversals [rad/s2].
     jitter
-        Standard deviation [s] of the instants of the turn-arounds about the commanded ones: white,
+        Standard deviation [s] of the instants of the reversals about the commanded ones: white,
         as left over by a phase lock, so it does not add up.
     seed
         Of the jitter.

@@ -37,7 +37,7 @@ class SensorModel:
         0.111 * math.tau / 60.0, 'Step of the speed', unit='rad/s', minimum=1e-9
     )
     acceleration: float = parameter(
-        TURN_ACCELERATION, 'Of the turn-arounds', unit='rad/s2', minimum=1e-3
+        TURN_ACCELERATION, 'Of the reversals', unit='rad/s2', minimum=1e-3
     )
     odometry_rate: float = parameter(50.0, 'Odometry samples in a second', unit='Hz', minimum=1.0)
 

@@ -1,4 +1,4 @@
-"""What the scans show of the surroundings: the pitch limits to take, and what was covered."""
+"""What the scans show: the pitch limits to take, and what was covered."""
 
 from dataclasses import dataclass
 
@@ -28,7 +28,7 @@ AHEAD = np.array([[1.0, 0.0, 0.0]])
 
 
 @dataclass(frozen=True)
-class SurroundingsConfig(OdometryConfig, MountConfig, NodConfig):
+class SceneMonitorConfig(OdometryConfig, MountConfig, NodConfig):
     """Adaptive limits and observed coverage."""
 
     adapt_limits: bool = parameter(
@@ -89,7 +89,7 @@ class _Place:
     position: NDArray[np.float64]
 
 
-class Surroundings:
+class SceneMonitor:
     """Keeps up, scan by scan, what the nod is chosen from; starts anew when time goes back.
 
     Parameters
@@ -98,7 +98,7 @@ class Surroundings:
         Of the assembler.
     """
 
-    def __init__(self, config: SurroundingsConfig) -> None:
+    def __init__(self, config: SceneMonitorConfig) -> None:
         self._config = config
         self._optical_height = config.laser_xyz[2]
         self.restart()

@@ -10,7 +10,7 @@ from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_adaptation import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
-from nodlidar_assembler.control.surroundings import Surroundings
+from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.simulation import simulate
@@ -46,22 +46,22 @@ def odometry_of(x, until_ns):
     return Odometry(time_ns, Poses(position, np.tile(turned_left, (len(time_ns), 1))))
 
 
-def add(surroundings, scan, pitch, odometry=None):
-    surroundings.add_scan(scan, BEAMS, pitch)
+def add(monitor, scan, pitch, odometry=None):
+    monitor.add_scan(scan, BEAMS, pitch)
     placed = place(BEAMS, scan.ranges, pitch)
-    surroundings.follow(Assembled(scan, BEAMS, pitch, placed, odometry, []))
+    monitor.follow(Assembled(scan, BEAMS, pitch, placed, odometry, []))
 
 
 def test_a_wall_gives_the_limits_of_its_median_range():
-    surroundings = Surroundings(AssemblerConfig())
-    assert surroundings.shape() is None
+    monitor = SceneMonitor(AssemblerConfig())
+    assert monitor.shape() is None
     for scan, pitch in told(3.0):
-        add(surroundings, scan, pitch)
-        shape = surroundings.shape()
+        add(monitor, scan, pitch)
+        shape = monitor.shape()
     expected = limits_at(PitchLimitsConfig(), 2.0 / math.cos(math.radians(15.0)))
     assert (shape.pitch_min, shape.pitch_max) == pytest.approx(expected, abs=0.02)
     assert 4001 / BAND <= shape.samples_per_sweep <= 4001 * BAND
-    covered = surroundings.covered()
+    covered = monitor.covered()
     assert covered.beams == 30 * 681
     # The nod keeps off the outer third of the region.
     assert 0.5 < covered.seen < 2.0 / 3.0 + 0.05
@@ -77,13 +77,13 @@ def lags(odometry_ns, x=lambda t: SPEED * t, known=lambda t: True):
     They are compared with those of the distance then, the wall's 2 m ahead of where it begins;
     odometry is known up to odometry_ns from the scan's first beam, at the times at which it is.
     """
-    surroundings, found = Surroundings(AssemblerConfig(limits_rate=20.0)), []
+    monitor, found = SceneMonitor(AssemblerConfig(limits_rate=20.0)), []
     for scan, pitch in told(3.8, **DRIVE):
         odometry = None
         if odometry_ns is not None and known((scan.stamp_ns - START_NS) / 1e9):
             odometry = odometry_of(x, scan.stamp_ns + odometry_ns)
-        add(surroundings, scan, pitch, odometry)
-        made_for = 0.92 / math.tan(surroundings.shape().pitch_max)
+        add(monitor, scan, pitch, odometry)
+        made_for = 0.92 / math.tan(monitor.shape().pitch_max)
         now = (scan.stamp_ns + DELAY_NS - START_NS) / 1e9
         found.append((made_for * math.cos(math.radians(15.0)) - (WALL - SPEED * now)) / SPEED)
     return np.array(found[15:])
@@ -114,53 +114,53 @@ def test_the_way_without_odometry_is_not_counted_when_it_comes_back():
 
 
 def test_when_time_goes_back_everything_starts_anew():
-    surroundings = Surroundings(AssemblerConfig())
+    monitor = SceneMonitor(AssemblerConfig())
     for scan, pitch in told(3.0) + told(1.0):
-        add(surroundings, scan, pitch)
-        assert surroundings.shape() is not None
-    assert surroundings.covered().beams == 10 * 681
+        add(monitor, scan, pitch)
+        assert monitor.shape() is not None
+    assert monitor.covered().beams == 10 * 681
 
 
 def test_a_scan_that_comes_twice_or_too_late_changes_no_limits():
     """They neither start anew nor go back in time."""
-    surroundings, once = (Surroundings(AssemblerConfig()) for _ in range(2))
+    monitor, once = (SceneMonitor(AssemblerConfig()) for _ in range(2))
     scans = told(2.0)
     for scan, pitch in scans:
         add(once, scan, pitch)
     for before, (scan, pitch) in zip([scans[0], *scans], scans, strict=False):
-        add(surroundings, scan, pitch)
-        add(surroundings, scan, pitch)
-        add(surroundings, *before)
-    assert surroundings.shape() == once.shape()
+        add(monitor, scan, pitch)
+        add(monitor, scan, pitch)
+        add(monitor, *before)
+    assert monitor.shape() == once.shape()
 
 
 def test_limits_that_set_out_anew_leave_what_was_covered():
-    surroundings = Surroundings(AssemblerConfig())
+    monitor = SceneMonitor(AssemblerConfig())
     for scan, pitch in told(2.0):
-        add(surroundings, scan, pitch)
-    before = surroundings.shape()
-    surroundings.restart_limits()
-    assert surroundings.covered().beams == 20 * 681
-    assert surroundings.shape() != before
+        add(monitor, scan, pitch)
+    before = monitor.shape()
+    monitor.restart_limits()
+    assert monitor.covered().beams == 20 * 681
+    assert monitor.shape() != before
 
 
 def test_without_a_window_coverage_is_not_kept_and_limits_are_the_same():
-    kept, unkept = (Surroundings(AssemblerConfig(coverage_window=w)) for w in (10.0, 0.0))
+    kept, unkept = (SceneMonitor(AssemblerConfig(coverage_window=w)) for w in (10.0, 0.0))
     for scan, pitch in told(1.0):
-        for surroundings in (kept, unkept):
-            add(surroundings, scan, pitch)
+        for monitor in (kept, unkept):
+            add(monitor, scan, pitch)
         assert unkept.shape() == kept.shape()
     with pytest.raises(ParameterError, match="'coverage_window'"):
         unkept.covered()
 
 
 def test_a_scan_that_begins_just_before_the_last_ones_end_is_kept():
-    surroundings = Surroundings(AssemblerConfig())
+    monitor = SceneMonitor(AssemblerConfig())
     [(scan, pitch)] = told(0.1)
-    add(surroundings, scan, pitch)
+    add(monitor, scan, pitch)
     closely = replace(scan, stamp_ns=scan.stamp_ns + BEAMS.duration_ns - 1000)
-    add(surroundings, closely, pitch)
-    assert surroundings.covered().beams == 2 * 681
+    add(monitor, closely, pitch)
+    assert monitor.covered().beams == 2 * 681
 
 
 def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
@@ -176,8 +176,8 @@ def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
         )
         thinned = Scan(scan.stamp_ns, geometry, scan.ranges[::thinning])
         # At 0.5 rad/s the span takes more than the planned N_s.
-        surroundings = Surroundings(AssemblerConfig(max_nod_speed=0.5))
-        surroundings.add_scan(thinned, Beams(geometry, REFERENCE_MOUNT), pitch[::thinning])
-        shapes.append(surroundings.shape())
+        monitor = SceneMonitor(AssemblerConfig(max_nod_speed=0.5))
+        monitor.add_scan(thinned, Beams(geometry, REFERENCE_MOUNT), pitch[::thinning])
+        shapes.append(monitor.shape())
     assert shapes[0].samples_per_sweep > BAND * 4001
     assert shapes[1].samples_per_sweep == shapes[0].samples_per_sweep
