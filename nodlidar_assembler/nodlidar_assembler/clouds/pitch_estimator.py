@@ -103,12 +103,13 @@ class PitchEstimator:
             If the samples do not bracket the beams, or leave too long a gap between them.
         """
         samples = ordered_samples(sample_ns, sample_pitch)
+        if self._name == 'nearest':
+            return beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
         times = (samples[0] - start_ns) / NS_PER_S
         usual_gap = self._usual_gap.add(samples[0])
         if self._name != 'trajectory':
             pitch = beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
-            if self._name != 'nearest':
-                require_turns_seen(offset, times, samples[1], usual_gap)
+            require_turns_seen(offset, times, samples[1], usual_gap)
             return pitch
         between = beam_pitch('slerp', start_ns, offset, *samples, self._max_joint_gap)
         try:

@@ -120,8 +120,10 @@ class AssemblyFilter(SimpleFilter):
         return self.joint.trouble or (f'TF: {tf}' if tf else '')
 
     def _tell(self, outcome: Outcome) -> None:
-        why = f' ({self.trouble})' if self.trouble else ''
+        text = ''
         if outcome.dropped:
-            self._warn(f'scan dropped: {outcome.dropped}{why}')
+            text = f'scan dropped: {outcome.dropped}'
         elif outcome.uncompensated:
-            self._warn(f'motion not compensated: {outcome.uncompensated}{why}')
+            text = f'motion not compensated: {outcome.uncompensated}'
+        if text:
+            self._warn(f'{text} ({self.trouble})' if self.trouble else text)
