@@ -16,6 +16,7 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_bringup import arguments
+from nodlidar_bringup.discovery import announce_often
 from nodlidar_bringup.ros.tied_node import tied_node
 
 TF_RATE = 1000.0  # Hz, at most: a transform for each joint state, or TF is late by up to 50 ms
@@ -283,6 +284,7 @@ class Sensor:
 
 def generate_launch_description():
     """Return the launch arguments, and what makes the nodes once these are known."""
+    announce_often()
     return LaunchDescription(
         [*ARGUMENTS, OpaqueFunction(function=lambda context: Sensor(context).nodes())]
     )

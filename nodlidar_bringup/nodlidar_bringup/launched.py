@@ -7,6 +7,8 @@ from pathlib import Path
 import signal
 import subprocess
 
+from nodlidar_bringup.discovery import announce_often
+
 STOP_TIMEOUT = 20.0
 
 
@@ -56,6 +58,7 @@ def keep_apart() -> None:
 
     RViz can look on with the same ROS_DOMAIN_ID.
     """
+    announce_often()
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
 
