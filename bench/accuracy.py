@@ -1,10 +1,8 @@
 """What each estimator costs in accuracy, in the room, encoder steps and reversals included."""
 
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
 from nodlidar_demo.evaluation import (
     FAR,
-    MAX_JOINT_GAP,
     near_beams,
     points_of,
     simulated_log,
@@ -33,13 +31,13 @@ def results() -> list[Row]:
             'estimator': estimator,
             **{
                 f'RMS pitch error, turns {error * 1e3:.0f} ms off [mrad]': pitch_rms(
-                    r, PitchEstimator(estimator, MAX_JOINT_GAP)
+                    r, PitchEstimator(EstimatorConfig(estimator=estimator))
                 )
                 * 1e3
                 for error, r in recordings.items()
             },
             f'RMS distance to the surfaces, beams up to {FAR:g} m [mm]': surface_rms(
-                points_of(near, estimator, REFERENCE_MOUNT), exact.world
+                points_of(near, estimator), exact.world
             )
             * 1e3,
         }

@@ -94,7 +94,7 @@ def from_arrays(simulated: Recording) -> Row:
 
 
 def _assembled(log: Any) -> int:
-    clouds, _ = assemble_log(log, Pipeline.configured(AssemblerConfig()))
+    clouds, _ = assemble_log(log, Pipeline(AssemblerConfig()))
     return sum(len(cloud.data) for cloud in clouds)
 
 

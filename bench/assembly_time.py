@@ -9,11 +9,10 @@ import timeit
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.ros.cloud_message import cloud_message
-from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
@@ -47,7 +46,7 @@ def results() -> list[Row]:
 
 
 def _row(name: str, log: SensorLog, estimator: str, around: OdometryAround) -> Row:
-    pipeline = Pipeline(estimator, 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    pipeline = Pipeline(PipelineConfig(estimator=estimator))
     times = np.array([_times(pipeline, log, scan, around(scan)) for scan in log.scans[2:-3]])
     to_points, to_message = np.median(times, axis=0)
     return {

@@ -6,11 +6,11 @@ from functools import partial
 from typing import Any
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.geometry import Beams
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.points import POINT
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log
+from nodlidar_demo.evaluation import simulated_log
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,7 +53,7 @@ def results() -> list[Row]:
 
 
 def _by_numbers(log: SensorLog) -> list[Row]:
-    pipeline = Pipeline('slerp', 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    pipeline = Pipeline(PipelineConfig())
     scan = log.scans[len(log.scans) // 2]
     assembled = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)
     given = assembled.beams, scan.ranges, assembled.pitch
@@ -128,7 +128,7 @@ def _by_mode(log: SensorLog) -> list[Row]:
 
 def _ages(log: SensorLog, mode: str) -> list[NDArray[np.float64]]:
     """Return for each cloud how old its points are when it is complete [s]."""
-    pipeline = Pipeline('slerp', mode, REFERENCE_MOUNT, MAX_JOINT_GAP)
+    pipeline = Pipeline(PipelineConfig(cloud_mode=mode))
     ages, samples_given = [], 0
     for scan in log.scans:
         end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns

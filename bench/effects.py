@@ -9,7 +9,6 @@ its points are put together without.
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_common.parameters import limits_of
 from nodlidar_demo.evaluation import points_of, simulated_log, simulated_odometry, xyz_of
 from nodlidar_sim.simulation import Recording, simulate
@@ -142,7 +141,7 @@ def figures(simulated: Recording) -> Figures:
     scene, log = simulated.world.scene, simulated_log(simulated)
     if scene.drives:
         log = replace(log, odometry=simulated_odometry(simulated))
-    points = xyz_of(points_of(log, 'slerp', REFERENCE_MOUNT))
+    points = xyz_of(points_of(log, 'slerp'))
     some = points[::THINNING] if scene.drives else scene.mount.to_parent(points[::THINNING])
     in_world = to_space(np.array(scene.base_start)).to_parent(some)
     distance = scene.surfaces.surface_distance(in_world)

@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.ego_motion import Odometry, USUAL_MOTION
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_demo.evaluation import (
     FAR,
     moved_surface_rms,
@@ -47,13 +46,13 @@ def recording(
 def beam_rms(simulated: Recording, estimator: str = 'slerp') -> float:
     """Return the RMS distance of the points to the surfaces [m], every beam at its own pose."""
     log = replace(near_beams(simulated_log(simulated)), odometry=simulated_odometry(simulated))
-    points = points_of(log, estimator, REFERENCE_MOUNT)
+    points = points_of(log, estimator)
     return moved_surface_rms(xyz_of(points), points.time_ns, simulated.world)
 
 
 def scan_rms(simulated: Recording, instant: float, estimator: str = 'slerp') -> float:
     """Return the same with one pose per scan: that at a share of its duration, 0 .. 1."""
-    points = points_of(near_beams(simulated_log(simulated)), estimator, REFERENCE_MOUNT)
+    points = points_of(near_beams(simulated_log(simulated)), estimator)
     moved = _at_pose_of_scan(points, simulated, simulated_odometry(simulated), instant)
     return moved_surface_rms(moved, points.time_ns, simulated.world)
 
@@ -64,7 +63,7 @@ def _at_pose_of_scan(
     duration_ns = simulated.true_time_ns[:, -1] - simulated.scan_stamp_ns
     posed_ns = simulated.scan_stamp_ns + np.rint(instant * duration_ns).astype(np.int64)
     scan = np.searchsorted(simulated.scan_stamp_ns, points.time_ns, side='right') - 1
-    return odometry.at(posed_ns, USUAL_MOTION)[scan].to_parent(xyz_of(points))
+    return odometry.at(posed_ns, OdometryConfig())[scan].to_parent(xyz_of(points))
 
 
 def drifting(duration: float) -> list[tuple[str, str, float]]:

@@ -4,12 +4,11 @@ from collections.abc import Callable
 from itertools import product
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.clouds.ego_motion import Odometry, USUAL_MOTION
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry, xyz_of
+from nodlidar_demo.evaluation import simulated_log, simulated_odometry, xyz_of
 from nodlidar_sim.simulation import Recording
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +66,7 @@ def _action(estimator: str, motion: str, log: SensorLog, odometry: Odometry) -> 
 
     def per_scan() -> None:
         points = pipeline.add_scan(scan, *samples).clouds[0]
-        pose = given.at(np.array([(scan.stamp_ns + end_ns) // 2]), USUAL_MOTION)
+        pose = given.at(np.array([(scan.stamp_ns + end_ns) // 2]), OdometryConfig())
         x, y, z, w = pose.orientation[0]
         moved = xyz_of(points) @ quat2mat([w, x, y, z]).T + pose.position
         points.data['x'], points.data['y'], points.data['z'] = moved.T
@@ -97,7 +96,7 @@ def _next(samples_ns: NDArray[np.int64], times_ns: NDArray[np.int64]) -> NDArray
 
 
 def _pipeline(estimator: str) -> Pipeline:
-    return Pipeline(estimator, 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    return Pipeline(PipelineConfig(estimator=estimator))
 
 
 def _end_ns(scan: Scan) -> int:

@@ -11,15 +11,14 @@ from itertools import product
 import time
 
 from nodlidar_assembler.clouds.ego_motion import Odometry
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode
-from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_planner.band import samples_in_band
 from nodlidar_planner.choice import quick_choice
 from nodlidar_planner.feedback import Feedback
@@ -126,7 +125,7 @@ def _scan_action(estimator: str, moving: bool) -> Action:
     scene = replace(scene, base_velocity=(0.4, 0.5) if moving else (0.0, 0.0))
     simulated = simulate(scene, reference_nod(), 3.0, start_ns=START_NS)
     log, odometry = simulated_log(simulated), simulated_odometry(simulated)
-    pipeline = Pipeline(estimator, 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    pipeline = Pipeline(PipelineConfig(estimator=estimator))
     scan = log.scans[10]
     margin_ns = pipeline.estimator.margin_ns
     end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
@@ -140,7 +139,7 @@ def _scan_action(estimator: str, moving: bool) -> Action:
 def _message_and_coverage() -> dict[str, Action]:
     simulated = simulated_room(12.0)
     log = simulated_log(simulated)
-    pipeline = Pipeline('slerp', 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    pipeline = Pipeline(PipelineConfig())
     scan = log.scans[10]
     points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch).clouds[0]
     beams = pipeline.beams(scan.geometry)

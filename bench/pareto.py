@@ -12,7 +12,6 @@ from math import degrees, inf, isfinite, pi, sin, tau
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import largest_square
 from nodlidar_common.errors import ParameterError
@@ -218,7 +217,7 @@ def _cloud_row(recording: Recording, queries: Floats) -> Row:
 
 
 def _cloud(recording: Recording) -> Points:
-    return points_of(near_beams(simulated_log(recording)), 'slerp', REFERENCE_MOUNT)
+    return points_of(near_beams(simulated_log(recording)), 'slerp')
 
 
 def _mark_fronts(rows: Sequence[Row]) -> None:

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.pitch_limits import (
     limits_at,
@@ -23,8 +23,7 @@ from nodlidar_assembler.control.pitch_limits import (
     ranges_that_count,
 )
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.pose import Pose
-from nodlidar_demo.evaluation import MAX_JOINT_GAP, xyz_of
+from nodlidar_demo.evaluation import xyz_of
 from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.world import World
@@ -132,8 +131,8 @@ class NoddingSensor:
         self._tied.nod = NodClock(NodShape(*limits, N_S), SENSOR.steps)
         self._begin_ns = START_NS + round(SETTLING * SCAN_TIME * NS_PER_S)
         self._world = World(scene, self._rig.motion, start_ns=self._begin_ns)
-        arm = Pose.from_xyzrpy((0.0, 0.0, scene.optical_offset, 0.0, 0.0, 0.0))
-        self._pipeline = Pipeline('slerp', 'scan', arm, MAX_JOINT_GAP)
+        arm = (0.0, 0.0, scene.optical_offset)
+        self._pipeline = Pipeline(PipelineConfig(laser_xyz=arm))
         self._samples: deque[tuple[int, float]] = deque(maxlen=HISTORY)
         self.pitch: Floats = np.zeros(0)
 

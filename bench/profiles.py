@@ -55,7 +55,7 @@ def results(rounds: int = ROUNDS) -> list[Row]:
     callbacks = callback_times(recordings, rounds)
     found = {
         name: Found(
-            pitch_rms(recordings[name], Pipeline.configured(config).estimator),
+            pitch_rms(recordings[name], Pipeline(config).estimator),
             _surface_rms(recordings[name], config),
             added_latency(simulated_log(recordings[name]), config),
             computation[name],
@@ -86,14 +86,14 @@ def _recording(feedback_rate: float) -> Recording:
 
 
 def _surface_rms(simulated: Recording, config: AssemblerConfig) -> float:
-    clouds, _ = assemble_log(near_beams(simulated_log(simulated)), Pipeline.configured(config))
+    clouds, _ = assemble_log(near_beams(simulated_log(simulated)), Pipeline(config))
     squares = [surface_rms(cloud, simulated.world) ** 2 * len(cloud.data) for cloud in clouds]
     return float(np.sqrt(sum(squares) / sum(len(cloud.data) for cloud in clouds)))
 
 
 def added_latency(log: SensorLog, config: AssemblerConfig) -> float:
     """Return the median time from a scan's last beam to the joint sample that it waits for [s]."""
-    pipeline = Pipeline.configured(config)
+    pipeline = Pipeline(config)
     ends_ns = np.array([s.stamp_ns + pipeline.beams(s.geometry).duration_ns for s in log.scans])
     wanted_ns = ends_ns + pipeline.estimator.margin_ns
     last = np.searchsorted(log.sample_ns, wanted_ns)
@@ -114,7 +114,7 @@ def computation_times(recordings: dict[str, Recording], rounds: int) -> dict[str
 
 def _compute(log: SensorLog, config: AssemblerConfig) -> None:
     """Do with a log's arrays what the node does with them."""
-    pipeline, monitor = Pipeline.configured(config), SceneMonitor(config)
+    pipeline, monitor = Pipeline(config), SceneMonitor(config)
     margin_ns = pipeline.estimator.margin_ns
     for k, scan in enumerate(log.scans[3:-3]):
         beams = pipeline.beams(scan.geometry)

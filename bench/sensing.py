@@ -3,8 +3,7 @@
 from itertools import product
 import math
 
-from nodlidar_assembler.clouds.pitch_estimator import LEG_MARGIN, PitchEstimator
-from nodlidar_demo.evaluation import MAX_JOINT_GAP
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_sim.world.sensor_model import SensorModel
 
 from bench.accuracy import pitch_rms
@@ -39,6 +38,8 @@ def _errors(rate: float, tick: float) -> dict[str, float]:
     sensor = SensorModel(joint_rate=rate, joint_tick=tick)
     simulated = simulated_room(DURATION, TURN_ERROR, sensor)
     return {
-        name: pitch_rms(simulated, PitchEstimator(name, MAX_JOINT_GAP, tick, LEG_MARGIN))
+        name: pitch_rms(
+            simulated, PitchEstimator(EstimatorConfig(estimator=name, joint_step=tick))
+        )
         for name in ESTIMATORS
     }

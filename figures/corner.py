@@ -8,11 +8,9 @@ matplotlib.use('Agg')
 from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
 from nodlidar_demo.evaluation import (
     FAR,
-    MAX_JOINT_GAP,
     near_beams,
     points_of,
     simulated_log,
@@ -44,10 +42,10 @@ def draw(folder: Path, console: Console) -> Table:
         table.add_column(heading, justify='left' if heading == 'estimator' else 'right')
     figure, axes = plt.subplots(1, len(SHOWN), figsize=(8.0, 5.0), sharex=True, sharey=True)
     for estimator in ESTIMATORS:
-        points = points_of(near, estimator, REFERENCE_MOUNT)
+        points = points_of(near, estimator)
         rms, error = (
             surface_rms(points, simulated.world),
-            pitch_rms(simulated, PitchEstimator(estimator, MAX_JOINT_GAP)),
+            pitch_rms(simulated, PitchEstimator(EstimatorConfig(estimator=estimator))),
         )
         table.add_row(
             estimator,

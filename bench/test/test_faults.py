@@ -3,9 +3,8 @@
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline
-from nodlidar_demo.evaluation import MAX_JOINT_GAP, simulated_log, xyz_of
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
+from nodlidar_demo.evaluation import simulated_log, xyz_of
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.scene import load_scene
@@ -70,7 +69,7 @@ def statuses(**told):
 def published(recording, spoil=lambda scan: scan, without=(), told=None):
     """Return what a sound sensor publishes, its scans spoilt, without the clouds of some."""
     log = simulated_log(recording)
-    pipeline = Pipeline('slerp', 'scan', REFERENCE_MOUNT, MAX_JOINT_GAP)
+    pipeline = Pipeline(PipelineConfig())
     scans, clouds = [], []
     for i, sound in enumerate(log.scans):
         scan = spoil(sound)

@@ -77,7 +77,7 @@ class ScanAssembler:
         deadline_ns = round(config.deadline * NS_PER_S)
         self._compensates = config.ego_motion != 'off'
         self._drops_uncompensated = config.without_odometry == 'drop'
-        self._pipeline = pipeline or Pipeline.configured(config)
+        self._pipeline = pipeline or Pipeline(config)
         self._joints = JointHistory()
         self._odometry = OdometryHistory(mount)
         self._for_joints: WaitingLine[Scan, JointSamples | str] = WaitingLine(deadline_ns)

@@ -5,8 +5,7 @@ from dataclasses import replace
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_bench import BEAM_PERIOD, bench, sensor_log, simulated
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.node import Assembler
@@ -55,7 +54,9 @@ def test_an_unknown_profile_is_refused():
 @pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])
 def test_clouds_are_those_of_the_same_data_offline(log, cloud_mode, estimator):
     log = replace(log, scans=log.scans[:-3])  # trajectory waits for samples after a scan
-    expected, drops = assemble_log(log, Pipeline(estimator, cloud_mode, REFERENCE_MOUNT, 0.1))
+    expected, drops = assemble_log(
+        log, Pipeline(PipelineConfig(estimator=estimator, cloud_mode=cloud_mode))
+    )
     assert not drops
     parameters = (f'cloud_mode:={cloud_mode}', f'estimator:={estimator}', 'deadline:=10.0')
     with bench(*parameters) as running:

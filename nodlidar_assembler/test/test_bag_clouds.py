@@ -95,7 +95,7 @@ def of_pipeline(bag, config):
     if config.ego_motion != 'off':
         odometry = read_odometry(bag, 'odom', 'nodlidar_base_link')
         log = SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
-    return assemble_log(log, Pipeline.configured(config))
+    return assemble_log(log, Pipeline(config))
 
 
 @pytest.mark.parametrize('estimator', ['nearest', 'ends', 'slerp', 'trajectory'])

@@ -4,7 +4,7 @@ import math
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, OdometryError, Poses
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, OdometryError, Poses
 from nodlidar_common.pose import Pose
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from transforms3d.quaternions import axangle2quat, qmult, quat2mat
 
 S = 1_000_000_000
 START_NS = 1_700_000_000 * S
-ANY = MotionLimits(max_gap=math.inf, max_speed=math.inf, max_turn_rate=math.inf)
+ANY = OdometryConfig(math.inf, math.inf, math.inf)
 
 units = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: math.hypot(*q) > 0.1)
 units = units.map(lambda q: np.array(q) / math.hypot(*q))
@@ -173,9 +173,9 @@ def test_fewer_than_two_samples_are_not_enough(count):
 @pytest.mark.parametrize(
     ('limits', 'reason'),
     [
-        (MotionLimits(0.09, 9.0, 9.0), 'odometry more than 0.09 s apart'),
-        (MotionLimits(0.2, 0.9, 9.0), 'odometry jumps: it moves faster than 0.9 m/s'),
-        (MotionLimits(0.2, 9.0, 0.4), 'odometry jumps: it turns faster than 0.4 rad/s'),
+        (OdometryConfig(0.09, 9.0, 9.0), 'odometry more than 0.09 s apart'),
+        (OdometryConfig(0.2, 0.9, 9.0), 'odometry jumps: it moves faster than 0.9 m/s'),
+        (OdometryConfig(0.2, 9.0, 0.4), 'odometry jumps: it turns faster than 0.4 rad/s'),
     ],
 )
 def test_a_gap_or_a_jump_counts_only_where_it_is_used(limits, reason):

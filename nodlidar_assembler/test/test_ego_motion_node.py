@@ -9,8 +9,7 @@ import node_bench
 from node_bench import NodeBench, SCAN_NS, sensor_log, simulated, START_NS
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_common.errors import ParameterError
@@ -102,7 +101,7 @@ def transform(parent, child, stamp_ns, position, orientation):
 def offline(log, cloud_mode='scan'):
     """Return the clouds that the same data give without ROS."""
     moved = replace(log, odometry=log.odometry.mounted(MOUNT))
-    clouds, drops = assemble_log(moved, Pipeline('slerp', cloud_mode, REFERENCE_MOUNT, 0.1))
+    clouds, drops = assemble_log(moved, Pipeline(PipelineConfig(cloud_mode=cloud_mode)))
     assert not drops
     return clouds
 
@@ -179,9 +178,7 @@ def test_without_tf_every_scan_is_dropped_and_counted(log):
 def test_without_odometry_scans_are_uncompensated_in_their_own_frame_if_so_told(log):
     late = log.odometry.time_ns > log.scans[-1].stamp_ns + SCAN_NS
     begins_after = replace(log, odometry=part_of(log.odometry, late))
-    expected, _ = assemble_log(
-        replace(log, odometry=None), Pipeline('slerp', 'scan', REFERENCE_MOUNT, 0.1)
-    )
+    expected, _ = assemble_log(replace(log, odometry=None), Pipeline(PipelineConfig()))
     key = 'uncompensated: no odometry before it'
     with bench('deadline:=10.0', 'without_odometry:=uncompensated') as running:
         running.feed(begins_after)

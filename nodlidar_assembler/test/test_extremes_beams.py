@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from nodlidar_assembler.clouds.assembly import assemble
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_common.errors import ParameterError
 import numpy as np
 import pytest
@@ -65,7 +65,7 @@ def test_a_whole_scan_out_of_the_sensors_limits_makes_no_cloud(value):
     scan = Scan(START_NS, geometry(0.02, 5.6), np.full(682, value, np.float32))
     around = START_NS + np.array([0, 70_000_000])
     for mode in ('scan', 'sweep'):
-        pipeline = Pipeline('slerp', mode, REFERENCE_MOUNT, 0.1)
+        pipeline = Pipeline(PipelineConfig(cloud_mode=mode))
         assert pipeline.add_scan(scan, around, np.zeros(2)).clouds == []
 
 

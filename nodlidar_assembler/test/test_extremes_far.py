@@ -5,10 +5,10 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.assembly import assemble
-from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, OdometryError, Poses
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, OdometryError, Poses
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.clouds.origins import frame_of, origin_near
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 import numpy as np
 import pytest
 
@@ -79,7 +79,7 @@ def test_a_sweep_across_two_origins_is_one_cloud_in_the_frame_of_its_first_scan(
         START_NS + np.rint(seconds * 1e9).astype(np.int64),
         Poses(np.stack([x, zero, zero], axis=1), np.tile([0.0, 0.0, 0.0, 1.0], (401, 1))),
     )
-    pipeline = Pipeline('slerp', 'sweep', REFERENCE_MOUNT, 0.1)
+    pipeline = Pipeline(PipelineConfig(cloud_mode='sweep'))
     clouds, ends = [], []
     for k in range(390):
         start_ns = START_NS + k * 100_000_000
@@ -99,7 +99,7 @@ def test_interpolated_odometry_is_as_exact_a_million_metres_out():
     end = start + np.array([0.1, 0.2, -0.3])
     two = Poses(np.stack([start, end]), np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)))
     odometry = Odometry(START_NS + np.array([0, 100_000_000]), two)
-    found = odometry.at(START_NS + np.array([25_000_000]), MotionLimits()).position[0]
+    found = odometry.at(START_NS + np.array([25_000_000]), OdometryConfig()).position[0]
     np.testing.assert_allclose(found - start, [0.025, 0.05, -0.075], rtol=0, atol=1e-9)
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import PitchError
-from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS, PitchEstimator
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.scan_assembler import ScanAssembler
 import numpy as np
@@ -28,7 +28,9 @@ BETWEEN = ('ends', 'slerp', 'trajectory')
 def pitch_of(name, sample_ns, sample_pitch, start_ns=0):
     """Return the pitch of each beam of a scan; samples count from its first beam."""
     stamps = start_ns + np.array(sample_ns, dtype=np.int64)
-    return PitchEstimator(name, 0.1).pitch(start_ns, OFFSET, stamps, np.array(sample_pitch))
+    return PitchEstimator(EstimatorConfig(estimator=name)).pitch(
+        start_ns, OFFSET, stamps, np.array(sample_pitch)
+    )
 
 
 def steady(sample_ns):
@@ -95,7 +97,9 @@ def test_without_finite_samples_there_is_no_pitch(name):
 
 @pytest.mark.parametrize('name', ESTIMATORS)
 def test_a_single_beam_takes_the_pitch_of_its_instant(name):
-    found = PitchEstimator(name, 0.1).pitch(0, np.zeros(1), np.array([0]), np.array([0.3]))
+    found = PitchEstimator(EstimatorConfig(estimator=name)).pitch(
+        0, np.zeros(1), np.array([0]), np.array([0.3])
+    )
     assert np.array_equal(found, [0.3])
 
 

@@ -5,14 +5,14 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.ego_motion import MotionLimits, Odometry, OdometryError, Poses
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, OdometryError, Poses
 from nodlidar_assembler.clouds.pitch import beam_pitch
 import numpy as np
 import pytest
 
 S = 1_000_000_000
 ANGLES = (0.0, 1e-12, math.pi - 1e-12, math.pi)
-ANY = MotionLimits(max_gap=math.inf, max_speed=math.inf, max_turn_rate=math.inf)
+ANY = OdometryConfig(math.inf, math.inf, math.inf)
 
 units = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: math.hypot(*q) > 0.1)
 units = units.map(lambda q: np.array(q) / math.hypot(*q))
@@ -81,7 +81,7 @@ def test_half_a_turn_from_one_sample_to_the_next_is_a_jump_unless_limits_allow_i
     poses = Poses(np.zeros((2, 3)), np.array([turn(axis, 0.0), turn(axis, angle)]))
     odometry = Odometry(np.array([0, S // 10]), poses)
     with pytest.raises(OdometryError, match=r'jumps: it turns faster than 10\.0 rad/s: 31\.42'):
-        odometry.at(np.array([1000]), MotionLimits())
+        odometry.at(np.array([1000]), OdometryConfig())
 
 
 @given(units, axes, st.sampled_from([0.999, 1.0, 1.001]), st.sampled_from([0.999, 1.0, 1.001]))

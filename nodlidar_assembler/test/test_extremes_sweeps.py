@@ -4,8 +4,8 @@ from fractions import Fraction
 import math
 import pickle
 
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP, Pipeline, Scan
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP, Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.turns import TurnFinder
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
@@ -25,7 +25,7 @@ def geometry(beams, steps_apart=1):
 
 def assembled(scans, pitch_at, mode='sweep', sample_ns=20_000_000):
     """Return the clouds of scans of one range each 2 m, with joint samples all along."""
-    pipeline = Pipeline('slerp', mode, REFERENCE_MOUNT, 0.1)
+    pipeline = Pipeline(PipelineConfig(cloud_mode=mode))
     clouds, given_ns = [], None
     for start_ns, shape in scans:
         duration_ns = pipeline.beams(shape).duration_ns
@@ -82,7 +82,7 @@ def test_a_sweep_of_one_beam_is_a_cloud_of_one_point():
     """One beam every 0.3 s, on a nod that turns at 0.15 s and every 0.3 s from then on."""
     nod = NodTrajectory(-0.5, 0.5, 0.3, 1, TODAY_NS - 150_000_000)
     scans = [(TODAY_NS + k * 300_000_000, geometry(1)) for k in range(20)]
-    pipeline = Pipeline('slerp', 'sweep', REFERENCE_MOUNT, 0.1)
+    pipeline = Pipeline(PipelineConfig(cloud_mode='sweep'))
     stamps = np.arange(TODAY_NS - 200_000_000, TODAY_NS + 7 * S, 10_000_000)
     pitch = nod.pitch(stamps)
     for stamp_ns, value in zip(stamps, pitch, strict=True):

@@ -3,7 +3,7 @@
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.leg_model import OTHER_MOTION, TOO_FEW
 from nodlidar_assembler.clouds.pitch import beam_pitch, PitchError
-from nodlidar_assembler.clouds.pitch_estimator import PitchEstimator
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_sim.world.motion import triangle_motion
 import numpy as np
@@ -37,20 +37,23 @@ def errors_of(estimator, jitter):
 # are rounded alike, and no fit can know by how much.
 @pytest.mark.parametrize(('jitter', 'most'), [(0.0, 0.5e-3), (0.003, 0.8e-3), (0.008, 0.9e-3)])
 def test_trajectory_beats_the_encoder_where_slerp_does_not(jitter, most):
-    trajectory = PitchEstimator('trajectory', MAX_GAP)
+    trajectory = PitchEstimator(EstimatorConfig(estimator='trajectory'))
     assert np.sqrt(np.mean(errors_of(trajectory, jitter) ** 2)) < most
     assert not trajectory.fallbacks
-    assert np.sqrt(np.mean(errors_of(PitchEstimator('slerp', MAX_GAP), jitter) ** 2)) > 1.7e-3
+    assert np.sqrt(np.mean(errors_of(PitchEstimator(EstimatorConfig()), jitter) ** 2)) > 1.7e-3
 
 
 def test_only_trajectory_asks_for_more_than_the_bracket():
-    assert PitchEstimator('trajectory', MAX_GAP, leg_margin=0.15).margin_ns == 150_000_000
+    assert (
+        PitchEstimator(EstimatorConfig(estimator='trajectory', leg_margin=0.15)).margin_ns
+        == 150_000_000
+    )
     for name in ('nearest', 'ends', 'slerp'):
-        assert PitchEstimator(name, MAX_GAP, leg_margin=0.15).margin_ns == 0
+        assert PitchEstimator(EstimatorConfig(estimator=name, leg_margin=0.15)).margin_ns == 0
 
 
 def test_what_the_model_does_not_explain_is_slerp_and_counted():
-    estimator = PitchEstimator('trajectory', MAX_GAP)
+    estimator = PitchEstimator(EstimatorConfig(estimator='trajectory'))
     sample_ns = START_NS + np.arange(-12, 18) * 16_000_000
     swinging = 0.5 * np.sin((sample_ns - START_NS) / 1e9 * 12.0)
     for count, given in enumerate([(sample_ns, swinging), (sample_ns[::-1], swinging[::-1])], 1):
@@ -62,7 +65,7 @@ def test_what_the_model_does_not_explain_is_slerp_and_counted():
 
 
 def test_samples_that_do_not_bracket_the_scan_are_refused_and_no_fallback():
-    estimator = PitchEstimator('trajectory', MAX_GAP)
+    estimator = PitchEstimator(EstimatorConfig(estimator='trajectory'))
     sample_ns = START_NS + np.arange(1, 30) * 16_000_000
     with pytest.raises(PitchError, match='before the first beam'):
         estimator.pitch(START_NS, OFFSET, sample_ns, np.zeros(29))
@@ -94,7 +97,9 @@ def nod_samples(turn_s, apart=0.01, missing=()):
 @pytest.mark.parametrize('turn_s', [0.0, 0.021, 0.033, 0.066])
 def test_a_turn_around_that_samples_show_is_interpolated(apart, turn_s):
     for name in ('slerp', 'ends'):
-        pitch = PitchEstimator(name, MAX_GAP).pitch(START_NS, OFFSET, *nod_samples(turn_s, apart))
+        pitch = PitchEstimator(EstimatorConfig(estimator=name)).pitch(
+            START_NS, OFFSET, *nod_samples(turn_s, apart)
+        )
         assert len(pitch) == len(OFFSET)
 
 
@@ -102,18 +107,20 @@ def test_a_turn_around_that_samples_show_is_interpolated(apart, turn_s):
 def test_a_turn_around_in_a_gap_is_refused(name):
     gone = (0.02, 0.03, 0.04)
     with pytest.raises(PitchError, match='joint samples missing at a reversal'):
-        PitchEstimator(name, MAX_GAP).pitch(START_NS, OFFSET, *nod_samples(0.03, missing=gone))
+        PitchEstimator(EstimatorConfig(estimator=name)).pitch(
+            START_NS, OFFSET, *nod_samples(0.03, missing=gone)
+        )
 
 
 def test_a_gap_on_a_straight_way_is_interpolated():
     stamps_ns, samples = nod_samples(10.0, missing=(0.02, 0.03, 0.04))
-    pitch = PitchEstimator('slerp', MAX_GAP).pitch(START_NS, OFFSET, stamps_ns, samples)
+    pitch = PitchEstimator(EstimatorConfig()).pitch(START_NS, OFFSET, stamps_ns, samples)
     line = np.polynomial.Polynomial.fit(OFFSET, pitch, 1)
     np.testing.assert_allclose(pitch, line(OFFSET), atol=STEP)
 
 
 def test_a_turn_around_in_a_gap_is_refused_also_where_gaps_are_many():
-    estimator = PitchEstimator('slerp', MAX_GAP)
+    estimator = PitchEstimator(EstimatorConfig())
     ago_ns = np.arange(2, 150) * 10_000_000
     before_ns = (START_NS - ago_ns)[::-1]
     estimator.pitch(int(before_ns[0]), np.zeros(1), before_ns, np.zeros(len(before_ns)))
@@ -122,7 +129,7 @@ def test_a_turn_around_in_a_gap_is_refused_also_where_gaps_are_many():
 
 
 def test_another_rate_becomes_usual():
-    estimator = PitchEstimator('slerp', MAX_GAP)
+    estimator = PitchEstimator(EstimatorConfig())
     for apart in (10_000_000, 40_000_000):
         stamps_ns = START_NS - 10**10 + np.arange(150) * apart
         estimator.pitch(int(stamps_ns[0]), np.zeros(1), stamps_ns, np.zeros(150))

@@ -4,10 +4,10 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.ego_motion import MotionLimits
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.ego_motion import OdometryConfig
+from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.scan_assembler import (
     JOINT_WENT_BACK,
@@ -34,8 +34,13 @@ class Watched(Pipeline):
     """A pipeline that keeps what it was given, and interpolates over any gap."""
 
     def __init__(self, margin_ms):
-        limits = MotionLimits(math.inf, math.inf, math.inf)
-        super().__init__('slerp', 'scan', REFERENCE_MOUNT, 3600.0, limits)
+        config = PipelineConfig(
+            max_joint_gap=3600.0,
+            max_odometry_gap=math.inf,
+            max_robot_speed=math.inf,
+            max_robot_turn_rate=math.inf,
+        )
+        super().__init__(config)
         self.estimator.margin_ns = margin_ms * MS
         self.given = []
 
@@ -391,5 +396,5 @@ def test_an_instant_at_a_sample_has_another_one_beside_it(ms, around):
         history.add(START + each * MS, (float(each), 0.0, 0.0), UNTURNED)
     kept = history.around(at_ns, at_ns)
     assert in_ms(kept.time_ns) == around
-    limits = MotionLimits(max_gap=0.1, max_speed=math.inf, max_turn_rate=math.inf)
+    limits = OdometryConfig(0.1, math.inf, math.inf)
     assert kept.at(np.array([at_ns]), limits).position[0, 0] == ms

@@ -23,7 +23,6 @@ _LONGEST = 1000
 _PACKAGES = {
     'matplotlib': ('matplotlib', 'python3-matplotlib'),
     'numpy': ('numpy', 'python3-numpy'),
-    'plyfile': ('plyfile', 'python3-plyfile'),
     'rich': ('rich', 'python3-rich'),
     'rosbags': ('rosbags', None),
     'serial': ('pyserial', 'python3-serial'),

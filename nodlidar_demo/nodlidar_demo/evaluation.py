@@ -6,8 +6,7 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
-from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import Recording
@@ -19,16 +18,14 @@ FAR = 3.0
 """Beams up to this range [m] count for the distance to the surfaces: a pitch error costs as much
 more as a beam is longer, so that a figure means nothing without it."""
 
-MAX_JOINT_GAP = AssemblerConfig().max_joint_gap
-
 
 class EvaluationError(NodlidarError):
     """A log that has nothing to evaluate."""
 
 
-def points_of(log: SensorLog, estimator: str, mount: Pose) -> Points:
+def points_of(log: SensorLog, estimator: str) -> Points:
     """Return all points of a log; raises EvaluationError if there are none."""
-    clouds, drops = assemble_log(log, Pipeline(estimator, 'scan', mount, MAX_JOINT_GAP))
+    clouds, drops = assemble_log(log, Pipeline(PipelineConfig(estimator=estimator)))
     if not clouds:
         raise EvaluationError(f'the log gives no points; scans dropped: {dict(drops)}')
     origin = clouds[0].origin

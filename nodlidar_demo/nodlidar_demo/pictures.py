@@ -1,4 +1,4 @@
-"""A cloud as a PLY file and as a picture."""
+"""A picture of a cloud."""
 
 from pathlib import Path
 
@@ -8,12 +8,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
-from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.whole_file import whole_file
 import numpy as np
 from numpy.typing import NDArray
-from plyfile import PlyData, PlyElement
 
 Array = NDArray[np.float64]
 
@@ -26,18 +23,6 @@ NEAREST = 0.5
 # What the other views leave out at either end of their line of sight, of the cloud's extent:
 # a ceiling would hide the room from above, a side wall from the side.
 LEFT_OUT = 0.05
-
-
-def write_ply(points: Points, path: Path) -> None:
-    """Write x, y, z [m] and time, in seconds since the first point, as binary PLY."""
-    vertices = np.empty(
-        len(points.data), dtype=[('x', 'f4'), ('y', 'f4'), ('z', 'f4'), ('time', 'f8')]
-    )
-    for axis in 'xyz':
-        vertices[axis] = points.data[axis]
-    vertices['time'] = (points.time_ns - points.time_ns[0]) / NS_PER_S
-    with whole_file(path) as part:
-        PlyData([PlyElement.describe(vertices, 'vertex')], byte_order='<').write(part)
 
 
 def write_picture(xyz: Array, path: Path, title: str) -> None:

@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 from nodlidar_assembler.bags.sensor_log import assemble_log
-from nodlidar_assembler.clouds.ego_motion import Odometry, Poses, USUAL_MOTION
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_demo.evaluation import (
     moved_surface_rms,
@@ -36,7 +35,7 @@ def driving():
 
 def beam_rms(simulated, odometry):
     log = replace(near_beams(simulated_log(simulated)), odometry=odometry)
-    points = points_of(log, 'slerp', REFERENCE_MOUNT)
+    points = points_of(log, 'slerp')
     return moved_surface_rms(xyz_of(points), points.time_ns, simulated.world)
 
 
@@ -49,9 +48,9 @@ def test_a_driving_robot_is_at_most_1_2_times_as_inexact_as_a_standing_one(drivi
 def test_one_pose_per_scan_is_at_least_3_times_worse(driving):
     odometry = simulated_odometry(driving)
     middle_ns = driving.true_time_ns[:, 341]
-    points = points_of(near_beams(simulated_log(driving)), 'slerp', REFERENCE_MOUNT)
+    points = points_of(near_beams(simulated_log(driving)), 'slerp')
     scan = np.searchsorted(driving.scan_stamp_ns, points.time_ns, side='right') - 1
-    xyz = odometry.at(middle_ns, USUAL_MOTION)[scan].to_parent(xyz_of(points))
+    xyz = odometry.at(middle_ns, OdometryConfig())[scan].to_parent(xyz_of(points))
     rms = moved_surface_rms(xyz, points.time_ns, driving.world)
     assert rms >= 3.0 * beam_rms(driving, odometry)
 
@@ -74,7 +73,7 @@ def test_scans_that_odometry_does_not_cover_are_dropped_by_reason(driving):
     position[stamps[kept] > 5_030_000_000] += (0.5, 0.0, 0.0)  # a jump in 20 ms, within a scan
     part = Odometry(whole.time_ns[kept], Poses(position, whole.poses.orientation[kept]))
     log = replace(simulated_log(driving), odometry=part)
-    clouds, drops = assemble_log(log, Pipeline('slerp', 'scan', REFERENCE_MOUNT, 0.1))
+    clouds, drops = assemble_log(log, Pipeline(PipelineConfig()))
     assert sum(drops.values()) + len(clouds) == len(log.scans)
     stamp = (driving.scan_stamp_ns - START_NS) / 1e9
     end = (driving.true_time_ns[:, -1] - START_NS) / 1e9

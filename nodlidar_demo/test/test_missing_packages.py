@@ -18,7 +18,7 @@ sys.exit(importlib.import_module(module).main(['a.mcap', 'b.ply'] if 'bag' in mo
     [
         ('nodlidar_assembler.assemble_bag', 'rosbags'),
         ('nodlidar_planner.plan_scan.command', 'rich'),
-        ('nodlidar_demo.demo', 'plyfile'),
+        ('nodlidar_demo.demo', 'rosbags'),
     ],
 )
 def test_the_package_is_named_with_the_way_to_get_it(module, package):

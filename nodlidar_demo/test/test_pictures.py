@@ -1,9 +1,10 @@
 """The demo's picture and PLY file: what is seen where, and what other programs read."""
 
+from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import POINT
 from nodlidar_demo.evaluation import xyz_of
-from nodlidar_demo.pictures import picture, seen_from, write_picture, write_ply
+from nodlidar_demo.pictures import picture, seen_from, write_picture
 import numpy as np
 from plyfile import PlyData
 import pytest
@@ -41,14 +42,18 @@ def test_an_oblique_camera_keeps_angles():
 
 
 def test_a_ply_file_has_the_points_and_one_time_for_all(points, tmp_path):
-    write_ply(points, tmp_path / 'cloud.ply')
+    with open_output(tmp_path / 'cloud.ply', 'odom') as file:
+        file.write(points, 'nodlidar_base_link', 0)
+    # The type names of PLY 1.0, as ushort, are not read by Open3D and meshio.
+    assert b'property uint16 ring' in (tmp_path / 'cloud.ply').read_bytes()
     vertex = PlyData.read(tmp_path / 'cloud.ply')['vertex']
-    # Neither unsigned shorts, which Open3D and meshio do not read, nor fields without content.
     assert {p.name: p.val_dtype for p in vertex.properties} == {
         'x': 'f4',
         'y': 'f4',
         'z': 'f4',
+        'intensity': 'f4',
         'time': 'f8',
+        'ring': 'u2',
     }
     for axis in 'xyz':
         np.testing.assert_array_equal(vertex[axis], points.data[axis])

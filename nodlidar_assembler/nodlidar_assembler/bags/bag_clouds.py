@@ -93,7 +93,7 @@ def write_clouds(
         wanted = _wanted(source, topics, config)
         first_ns, last_ns = source.span_ns
         replaced = [f"'{path}' was there and was replaced"] if path.exists() else []
-        with _output(path, config) as file:
+        with open_output(path, config.odom_frame) as file:
             assembly = BagAssembly(config, file.write, _tf(source, topics, config))
             for k, recorded in enumerate(source.messages(wanted)):
                 assembly.add(recorded)
@@ -172,12 +172,12 @@ def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:
 
 
 @contextmanager
-def _output(path: Path, config: AssemblerConfig) -> Iterator[Output]:
-    """Open a file beside the path, which takes its place unless there is an error."""
+def open_output(path: Path, odom_frame: str) -> Iterator[Output]:
+    """Open a file for clouds, of the kind that its suffix says; it appears when it is complete."""
     with whole_file(path) as part:
         file: Output
         if path.suffix == '.mcap':
-            file = CloudBag(part, config.odom_frame)
+            file = CloudBag(part, odom_frame)
         else:
             file = PointFile(part, ply_header if path.suffix == '.ply' else pcd_header)
         try:

@@ -7,6 +7,7 @@ from typing import Any
 from nodlidar_assembler.bags.bag_types import STORE, TF
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY
+from nodlidar_assembler.clouds.points import fields, layout
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from rosbags.interfaces import Connection
@@ -14,7 +15,6 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 TYPES: dict[str, Any] = dict(STORE.types)
-_TYPES_OF_FIELDS = {np.dtype(np.float32): 7, np.dtype(np.uint16): 4}  # as in PointField
 
 
 class CloudBag:
@@ -79,20 +79,11 @@ class CloudBag:
 def _message(cloud: Points, frame_id: str) -> Any:
     """Return an unorganised, dense cloud."""
     data = cloud.data
-    fields = [
-        TYPES['sensor_msgs/msg/PointField'](name, offset, _TYPES_OF_FIELDS[dtype], 1)
-        for name, (dtype, offset, *_) in (data.dtype.fields or {}).items()
-    ]
     return TYPES[CLOUD](
         header=_header(int(cloud.time_ns[0]), frame_id),
-        height=1,
-        width=len(data),
-        fields=fields,
-        is_bigendian=False,
-        point_step=data.itemsize,
-        row_step=data.nbytes,
+        fields=[TYPES['sensor_msgs/msg/PointField'](*field) for field in fields(data.dtype)],
         data=data.view(np.uint8),
-        is_dense=True,
+        **layout(data),
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.odometry_steps import dots, lengths, Steps
 from nodlidar_common.errors import NodlidarError
+from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
@@ -38,24 +39,31 @@ class OdometryError(NodlidarError):
         self.reason = reason
 
 
-@dataclass(frozen=True, slots=True)
-class MotionLimits:
-    """What the motion between two odometry samples may be; more is a gap or a jump.
+@dataclass(frozen=True)
+class OdometryConfig:
+    """Odometry: what the motion between two samples may be."""
 
-    Attributes
-    ----------
-    max_gap
-        Longest time between samples that is interpolated over [s].
-    max_speed, max_turn_rate
-        Of the frame that odometry is of [m/s], [rad/s].
-    """
-
-    max_gap: float = 0.2
-    max_speed: float = 5.0
-    max_turn_rate: float = 10.0
-
-
-USUAL_MOTION = MotionLimits()
+    max_odometry_gap: float = parameter(
+        0.2,
+        'Longest time between odometry samples to interpolate over',
+        unit='s',
+        minimum=0.001,
+        maximum=10.0,
+    )
+    max_robot_speed: float = parameter(
+        5.0,
+        'Odometry that moves faster between two samples counts as a jump',
+        unit='m/s',
+        minimum=0.01,
+        maximum=100.0,
+    )
+    max_robot_turn_rate: float = parameter(
+        10.0,
+        'Odometry that turns faster between two samples counts as a jump',
+        unit='rad/s',
+        minimum=0.01,
+        maximum=100.0,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,7 +144,7 @@ class Odometry:
         position = self.poses.to_parent(np.broadcast_to(mount.position, (len(self.time_ns), 3)))
         return Odometry(self.time_ns, Poses(position, _product(self.poses.orientation, turn)))
 
-    def at(self, times_ns: Times, limits: MotionLimits) -> Poses:
+    def at(self, times_ns: Times, limits: OdometryConfig) -> Poses:
         """Return the poses at instants [ns] between samples, shape (n,): never extrapolated.
 
         Parameters
@@ -164,9 +172,9 @@ class Odometry:
         return Poses(*self._steps.at(times_ns, step))
 
 
-def _check(motion: Array, limits: MotionLimits) -> None:
+def _check(motion: Array, limits: OdometryConfig) -> None:
     """Raise OdometryError if a motion (duration, speed, turn rate) exceeds the limits."""
-    allowed = limits.max_gap, limits.max_speed, limits.max_turn_rate
+    allowed = limits.max_odometry_gap, limits.max_robot_speed, limits.max_robot_turn_rate
     most = motion.max(axis=1).tolist()
     for value, limit, reason in zip(most, allowed, _TOO_MUCH, strict=True):
         if value > limit:

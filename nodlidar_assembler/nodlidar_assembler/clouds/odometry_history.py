@@ -2,43 +2,14 @@
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 import numpy as np
 
 SPAN_NS = 10 * NS_PER_S  # as TF keeps
 MOST_SAMPLES = 20_000  # however close their stamps are
-
-
-@dataclass(frozen=True)
-class OdometryConfig:
-    """Odometry."""
-
-    max_odometry_gap: float = parameter(
-        0.2,
-        'Longest time between odometry samples to interpolate over',
-        unit='s',
-        minimum=0.001,
-        maximum=10.0,
-    )
-    max_robot_speed: float = parameter(
-        5.0,
-        'Odometry that moves faster between two samples counts as a jump',
-        unit='m/s',
-        minimum=0.01,
-        maximum=100.0,
-    )
-    max_robot_turn_rate: float = parameter(
-        10.0,
-        'Odometry that turns faster between two samples counts as a jump',
-        unit='rad/s',
-        minimum=0.01,
-        maximum=100.0,
-    )
 
 
 class OdometryHistory:

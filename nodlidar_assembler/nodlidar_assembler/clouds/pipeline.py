@@ -3,19 +3,9 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.assembly import place, Placed, Points, points_of
-from nodlidar_assembler.clouds.ego_motion import (
-    MotionLimits,
-    Odometry,
-    USUAL_MOTION,
-)
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
-from nodlidar_assembler.clouds.odometry_history import OdometryConfig
-from nodlidar_assembler.clouds.pitch_estimator import (
-    EstimatorConfig,
-    JOINT_STEP,
-    LEG_MARGIN,
-    PitchEstimator,
-)
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
 from nodlidar_assembler.clouds.turns import TurnFinder
@@ -94,69 +84,22 @@ class Assembled:
 class Pipeline:
     """Turns each scan into points and, when clouds are per sweep, gathers them.
 
-    Parameters
-    ----------
-    estimator
-        One of pitch_estimator.ESTIMATORS.
-    cloud_mode
-        'scan' or 'sweep'.
-    mount
-        Pose of the lidar in the nodding frame.
-    max_joint_gap
-        Longest time between joint samples that is interpolated over [s].
-    motion_limits
-        What the motion of the base may be between odometry samples.
-    joint_step, leg_margin
-        Of the estimator 'trajectory', see PitchEstimator.
-    moved_point
-        What points in the frame of odometry are: MOVED_POINT, or POINT if they shall have times.
-    sweeps_per_cloud
-        With the mode 'sweep', how many make one cloud.
-
     Attributes
     ----------
     estimator
-        Tells how long around a scan joint samples are wanted, and counts the scans that fell back.
+        How long around a scan joint samples are needed, and how many scans fell back to slerp.
     """
 
-    def __init__(
-        self,
-        estimator: str,
-        cloud_mode: str,
-        mount: Pose,
-        max_joint_gap: float,
-        motion_limits: MotionLimits = USUAL_MOTION,
-        joint_step: float = JOINT_STEP,
-        leg_margin: float = LEG_MARGIN,
-        moved_point: np.dtype[np.void] = MOVED_POINT,
-        sweeps_per_cloud: int = 1,
-    ) -> None:
-        self.estimator = PitchEstimator(estimator, max_joint_gap, joint_step, leg_margin)
-        self._mount = mount
-        self._motion_limits = motion_limits
-        self._moved_point = moved_point
+    def __init__(self, config: PipelineConfig) -> None:
+        self.estimator = PitchEstimator(config)
+        self._motion_limits: OdometryConfig = config
+        self._mount = Pose.from_xyzrpy((*config.laser_xyz, *config.laser_rpy))
+        self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
         self._beams: Beams | None = None
         self._turns = TurnFinder(TURN_HYSTERESIS)
         self._sweeps: SweepGatherer | None = None
-        if cloud_mode == 'sweep':
-            self._sweeps = SweepGatherer(LONGEST_SWEEP, sweeps_per_cloud)
-
-    @classmethod
-    def configured(cls, config: PipelineConfig) -> 'Pipeline':
-        """Return the pipeline that the parameters of the assembler ask for."""
-        return cls(
-            config.estimator,
-            config.cloud_mode,
-            Pose.from_xyzrpy((*config.laser_xyz, *config.laser_rpy)),
-            config.max_joint_gap,
-            MotionLimits(
-                config.max_odometry_gap, config.max_robot_speed, config.max_robot_turn_rate
-            ),
-            config.joint_step,
-            config.leg_margin,
-            POINT if config.time_in_compensated_clouds else MOVED_POINT,
-            config.sweeps_per_cloud,
-        )
+        if config.cloud_mode == 'sweep':
+            self._sweeps = SweepGatherer(LONGEST_SWEEP, config.sweeps_per_cloud)
 
     def beams(self, geometry: ScanGeometry) -> Beams:
         """Return the beams of a geometry, computed again only when it changes."""

@@ -48,36 +48,23 @@ class EstimatorConfig(JointSamplesConfig):
 class PitchEstimator:
     """Tells the pitch of each beam of a scan.
 
-    Parameters
-    ----------
-    name
-        One of ESTIMATORS. ``trajectory`` is leg_model.leg_pitch, and ``slerp`` where that does not
-        hold; for the others see pitch.beam_pitch.
-    max_joint_gap
-        Longest time between joint samples that is interpolated over [s].
-    joint_step, leg_margin
-        Of ``trajectory``: the joint's encoder step [rad], and how long before and after a scan
-        joint samples are fitted [s].
+    ``trajectory`` is leg_model.leg_pitch, and ``slerp`` where that does not hold; for the others
+    see pitch.beam_pitch.
 
     Attributes
     ----------
     margin_ns
         How long before and after a scan joint samples are wanted [ns]; fewer will do.
     fallbacks
-        Scans that were told by ``slerp`` instead of ``trajectory``, counted by reason.
+        Scans by ``slerp`` instead of ``trajectory``, counted by reason.
     """
 
-    def __init__(
-        self,
-        name: str,
-        max_joint_gap: float,
-        joint_step: float = JOINT_STEP,
-        leg_margin: float = LEG_MARGIN,
-    ) -> None:
-        self._name = name
-        self._max_joint_gap = max_joint_gap
-        self._joint_step = joint_step
-        self.margin_ns = round(leg_margin * NS_PER_S) if name == 'trajectory' else 0
+    def __init__(self, config: EstimatorConfig) -> None:
+        self._name = config.estimator
+        self._max_joint_gap = config.max_joint_gap
+        self._joint_step = config.joint_step
+        leg_margin = config.leg_margin if self._name == 'trajectory' else 0.0
+        self.margin_ns = round(leg_margin * NS_PER_S)
         self._usual_gap = UsualGap()
         self.fallbacks: Counter[str] = Counter()
 

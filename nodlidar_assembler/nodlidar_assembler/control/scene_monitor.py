@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.ego_motion import Odometry, rotated
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
 from nodlidar_assembler.clouds.geometry import Beams, MountConfig, revolution_time
-from nodlidar_assembler.clouds.odometry_history import OdometryConfig
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation

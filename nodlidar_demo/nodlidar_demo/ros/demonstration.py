@@ -8,9 +8,9 @@ from pathlib import Path
 import shutil
 import time
 
+from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.clouds.geometry import REFERENCE_MOUNT as MOUNT
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_common.command_line import LineParser
@@ -24,7 +24,7 @@ from nodlidar_demo.evaluation import (
     surface_rms,
     xyz_of,
 )
-from nodlidar_demo.pictures import write_picture, write_ply
+from nodlidar_demo.pictures import write_picture
 from nodlidar_demo.report import print_report
 from nodlidar_demo.ros.recorder import Recorder
 from nodlidar_sim.world.scene import load_scene, Scene
@@ -88,7 +88,7 @@ def _demo(options: argparse.Namespace, console: Console) -> None:
     with console.status('Measuring'):
         log = read_bag(bag, 'nod_joint')
         world = World(scene, ServoMotion(), start_ns=read_start_ns(bag) if scene.moves else 0)
-        rms = {e: surface_rms(points_of(near_beams(log), e, MOUNT), world) for e in ESTIMATORS}
+        rms = {e: surface_rms(points_of(near_beams(log), e), world) for e in ESTIMATORS}
         rms_by_odometry = {}
         if scene.drives:
             log = replace(log, odometry=read_odometry(bag, 'odom', 'nodlidar_base_link'))
@@ -99,14 +99,15 @@ def _demo(options: argparse.Namespace, console: Console) -> None:
 
 
 def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
-    points = points_of(log, estimator, MOUNT)
+    points = points_of(log, estimator)
     return moved_surface_rms(xyz_of(points), points.time_ns, world)
 
 
 def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
     """Write a log's points, and a picture of them from where the sensor started."""
-    points = points_of(log, 'slerp', MOUNT)
-    write_ply(points, output / 'cloud.ply')
+    points = points_of(log, 'slerp')
+    with open_output(output / 'cloud.ply', 'odom') as file:
+        file.write(points, 'odom' if scene.drives else 'nodlidar_base_link', points.time_ns[-1])
     xyz = scene.mount.to_child(xyz_of(points)) if scene.drives else xyz_of(points)
     write_picture(xyz, output / 'cloud.png', title)
 
