@@ -41,7 +41,7 @@ class OdometryError(NodlidarError):
 
 @dataclass(frozen=True)
 class OdometryConfig:
-    """Odometry: what the motion between two samples may be."""
+    """Odometry."""
 
     max_odometry_gap: float = parameter(
         0.2,
