@@ -7,12 +7,12 @@ and with limits that are wider by the rest of that row: what is lower than a cel
 
 import time
 
-from nodlidar_planner.feedback import Feedback, SPREAD
-from nodlidar_planner.lower_bound import lower_bound
-from nodlidar_planner.pattern import HALF_SAMPLE
-from nodlidar_planner.schedule import whole_rows
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import completion_run
+from nodlidar_planner.choice.timing_error import completion_run
+from nodlidar_planner.coverage.lower_bound import lower_bound
+from nodlidar_planner.pattern.pattern import HALF_SAMPLE
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.feedback import Feedback, SPREAD
+from nodlidar_planner.sweeps.schedule import whole_rows
 import numpy as np
 
 from bench.reference import FULL_CIRCLE

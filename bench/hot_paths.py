@@ -19,10 +19,10 @@ from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
-from nodlidar_planner.band import samples_in_band
-from nodlidar_planner.choice import quick_choice
-from nodlidar_planner.feedback import Feedback
-from nodlidar_planner.task import Task
+from nodlidar_planner.choice.choice import quick_choice
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.feedback import Feedback
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np

@@ -4,10 +4,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 import math
 
-from nodlidar_planner.feedback import Feedback, SPREAD
-from nodlidar_planner.lower_bound import lower_bound
-from nodlidar_planner.pattern import HALF_SAMPLE
-from nodlidar_planner.schedule import (
+from nodlidar_planner.choice.search import soonest
+from nodlidar_planner.coverage.lower_bound import lower_bound
+from nodlidar_planner.pattern.pattern import HALF_SAMPLE
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.feedback import Feedback, SPREAD
+from nodlidar_planner.sweeps.schedule import (
     first_hits,
     interlaced,
     rows_of,
@@ -15,8 +17,6 @@ from nodlidar_planner.schedule import (
     shortest_interlaced,
     whole_rows,
 )
-from nodlidar_planner.search import soonest
-from nodlidar_planner.task import Task
 import numpy as np
 from numpy.typing import NDArray
 

@@ -24,9 +24,9 @@ from nodlidar_demo.evaluation import (
     surface_rms,
     xyz_of,
 )
-from nodlidar_planner.band import samples_in_band
-from nodlidar_planner.choice import quick_choice
-from nodlidar_planner.task import Task
+from nodlidar_planner.choice.choice import quick_choice
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.task import Task
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.effects import RangeFaults
 from nodlidar_sim.world.motion import triangle_motion

@@ -7,15 +7,15 @@ from pathlib import Path
 import sys
 import time
 
-from nodlidar_planner.band import samples_in_band
-from nodlidar_planner.choice import quick_choice
-from nodlidar_planner.coverage import Coverage
-from nodlidar_planner.front import Front
-from nodlidar_planner.hole import largest_hole
-from nodlidar_planner.objective import HOLE_AFTER
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.survey import survey
-from nodlidar_planner.task import Task
+from nodlidar_planner.choice.choice import quick_choice
+from nodlidar_planner.choice.front import Front
+from nodlidar_planner.choice.objective import HOLE_AFTER
+from nodlidar_planner.choice.survey import survey
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.holes.hole import largest_hole
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 
 from bench.reference import FULL_CIRCLE

@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import pi
 
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.task import Task
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.sensor_model import SensorModel

@@ -10,11 +10,11 @@ matplotlib.use('Agg')
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 import matplotlib.pyplot as plt
-from nodlidar_planner.band import samples_in_band
-from nodlidar_planner.coverage import Coverage
-from nodlidar_planner.lower_bound import lower_bound
-from nodlidar_planner.pattern import HALF_SAMPLE, Pattern
-from nodlidar_planner.task import Task
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.coverage.lower_bound import lower_bound
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console

@@ -16,9 +16,9 @@ import matplotlib
 matplotlib.use('Agg')
 from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
-from nodlidar_planner.pattern import HALF_SAMPLE
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import turn_instants
+from nodlidar_planner.choice.timing_error import turn_instants
+from nodlidar_planner.pattern.pattern import HALF_SAMPLE
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console

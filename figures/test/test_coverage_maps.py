@@ -1,8 +1,8 @@
 """The maps of Fig. 6 against the coverage of each start on its own."""
 
-from nodlidar_planner.coverage import Coverage
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import Task
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import pytest
 
 from figures.coverage import maps_of, STARTS

@@ -2,8 +2,8 @@
 
 import math
 
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.timing_error import turn_instants
+from nodlidar_planner.choice.timing_error import turn_instants
+from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 import pytest
 

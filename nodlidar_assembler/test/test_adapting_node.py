@@ -6,7 +6,7 @@ from nodlidar_assembler.control.nod_adaptation import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_msgs.msg import Coverage, NodCommand
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.task import Task
 import pytest
 from rclpy.parameter import Parameter
 from test_assembler_node import log

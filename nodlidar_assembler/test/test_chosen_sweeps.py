@@ -7,9 +7,9 @@ from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_planner.feedback import SPREAD
-from nodlidar_planner.lower_bound import lower_bound
-from nodlidar_planner.task import Task
+from nodlidar_planner.coverage.lower_bound import lower_bound
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.feedback import SPREAD
 import numpy as np
 import pytest
 

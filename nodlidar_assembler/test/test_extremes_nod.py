@@ -5,7 +5,7 @@ import math
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
-from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 import pytest
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from nodlidar_assembler.control.nod_adaptation import BAND, choices, MARGIN, NodAdaptation
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits, PitchLimitsConfig
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import under_error
+from nodlidar_planner.choice.timing_error import under_error
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 import pytest
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from nodlidar_assembler.control.runtime_coverage import largest_square, RuntimeCoverage
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 import pytest
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 import math
 
-from nodlidar_planner.crossings import NEVER
-from nodlidar_planner.task import MEASURED_FROM, MEASURED_TO, Task
+from nodlidar_planner.coverage.crossings import NEVER
+from nodlidar_planner.pattern.task import MEASURED_FROM, MEASURED_TO, Task
 import numpy as np
 
 PUBLISHED = Task(0.10, 2.0, -math.pi / 4, math.pi / 4, full_circle=True)

@@ -13,10 +13,11 @@ from matplotlib.figure import Figure
 from nodlidar_common import command_line
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_planner.hole import Hole
-from nodlidar_planner.objective import Objective
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.plan import evaluate
+from nodlidar_planner.choice.objective import Objective
+from nodlidar_planner.choice.plan import evaluate
+from nodlidar_planner.holes.hole import Hole
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_planner.plan_scan import command, planning, progress
 from nodlidar_planner.plan_scan.options import objective_of, parse, Request
 from nodlidar_planner.plan_scan.pictures import (
@@ -26,7 +27,6 @@ from nodlidar_planner.plan_scan.pictures import (
     outline_hole,
 )
 from nodlidar_planner.plan_scan.words import notes
-from nodlidar_planner.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_sim.world.motion import triangle_motion
 import numpy as np
 from planner_enumeration import cells_of_samples, enumerate_cells, widest_by_corners

@@ -3,8 +3,8 @@
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.band import samples_in_band
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from planner_enumeration import PUBLISHED
 import pytest

@@ -3,14 +3,14 @@
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.band import samples_in_band
-from nodlidar_planner.choice import plans, quick_choice
-from nodlidar_planner.objective import Objective
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.plan import evaluate
-from nodlidar_planner.survey import survey
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import completion_run
+from nodlidar_planner.choice.choice import plans, quick_choice
+from nodlidar_planner.choice.objective import Objective
+from nodlidar_planner.choice.plan import evaluate
+from nodlidar_planner.choice.survey import survey
+from nodlidar_planner.choice.timing_error import completion_run
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from planner_enumeration import PUBLISHED
 import pytest

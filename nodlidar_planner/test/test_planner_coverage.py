@@ -5,10 +5,10 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.coverage import Coverage
-from nodlidar_planner.crossings import NEVER
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import Task
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.coverage.crossings import NEVER
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from planner_enumeration import cells_of_samples, enumerate_cells
 import pytest

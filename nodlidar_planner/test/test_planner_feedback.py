@@ -3,10 +3,10 @@
 import itertools
 import math
 
-from nodlidar_planner.feedback import Feedback, SPREAD
-from nodlidar_planner.schedule import first_hits
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import completion_run
+from nodlidar_planner.choice.timing_error import completion_run
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.feedback import Feedback, SPREAD
+from nodlidar_planner.sweeps.schedule import first_hits
 import numpy as np
 import pytest
 

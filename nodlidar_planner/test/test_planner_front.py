@@ -6,11 +6,11 @@ import math
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.front import Front, RUNS
-from nodlidar_planner.hole import largest_hole, largest_side
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import turn_instants
+from nodlidar_planner.choice.front import Front, RUNS
+from nodlidar_planner.choice.timing_error import turn_instants
+from nodlidar_planner.holes.hole import largest_hole, largest_side
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from planner_enumeration import widest_by_corners
 import pytest

@@ -6,10 +6,10 @@ import math
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.hole import exceeds, largest_hole, largest_side, least_side
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import MEASURED_FROM, Task
-from nodlidar_planner.timing_error import turn_instants
+from nodlidar_planner.choice.timing_error import turn_instants
+from nodlidar_planner.holes.hole import exceeds, largest_hole, largest_side, least_side
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import MEASURED_FROM, Task
 import numpy as np
 from planner_enumeration import beams, region, unrolled, widest_at, widest_by_corners
 import pytest

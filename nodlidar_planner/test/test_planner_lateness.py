@@ -1,6 +1,6 @@
 """How a servo gets from limit to limit, against motions whose lateness is known."""
 
-from nodlidar_planner.lateness import Lateness
+from nodlidar_planner.sweeps.lateness import Lateness
 import numpy as np
 import pytest
 

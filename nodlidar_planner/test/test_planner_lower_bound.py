@@ -4,10 +4,10 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_planner.crossings import NEVER
-from nodlidar_planner.lower_bound import lower_bound
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import Task
+from nodlidar_planner.coverage.crossings import NEVER
+from nodlidar_planner.coverage.lower_bound import lower_bound
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 from planner_enumeration import enumerate_cells, PUBLISHED
 
 

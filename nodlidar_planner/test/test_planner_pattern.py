@@ -6,7 +6,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 import pytest
 

@@ -3,10 +3,12 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.coverage import Coverage
-from nodlidar_planner.crossings import NEVER
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.schedule import (
+from nodlidar_planner.choice.search import soonest
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.coverage.crossings import NEVER
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.schedule import (
     even_rows,
     first_hits,
     interlaced,
@@ -14,8 +16,6 @@ from nodlidar_planner.schedule import (
     shortest_interlaced,
     whole_rows,
 )
-from nodlidar_planner.search import soonest
-from nodlidar_planner.task import Task
 import numpy as np
 import pytest
 

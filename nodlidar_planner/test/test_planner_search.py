@@ -5,12 +5,12 @@ import time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_planner.band import samples_in_band
-from nodlidar_planner.coverage import Coverage
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.search import column_completion, soonest
-from nodlidar_planner.start import pattern_from
-from nodlidar_planner.task import column_runs, Task
+from nodlidar_planner.choice.search import column_completion, soonest
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.start import pattern_from
+from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
 from planner_enumeration import PUBLISHED
 import pytest

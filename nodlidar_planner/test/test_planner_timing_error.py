@@ -1,9 +1,9 @@
 """Runs of a nod whose turns are late."""
 
-from nodlidar_planner.coverage import Coverage
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import completion_run, turn_instants
+from nodlidar_planner.choice.timing_error import completion_run, turn_instants
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from planner_enumeration import PUBLISHED
 import pytest

@@ -12,9 +12,9 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_planner.feedback import Feedback
-from nodlidar_planner.schedule import even_rows, Schedule
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.feedback import Feedback
+from nodlidar_planner.sweeps.schedule import even_rows, Schedule
 import numpy as np
 from numpy.typing import NDArray
 

@@ -11,9 +11,9 @@ import math
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.choice import quick_choice
-from nodlidar_planner.schedule import even_rows
-from nodlidar_planner.task import Task
+from nodlidar_planner.choice.choice import quick_choice
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.schedule import even_rows
 import numpy as np
 from numpy.typing import NDArray
 

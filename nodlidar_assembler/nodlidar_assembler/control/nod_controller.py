@@ -11,8 +11,8 @@ from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.parameters import parameter
-from nodlidar_planner.schedule import even_rows, shortest_interlaced
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.schedule import even_rows, shortest_interlaced
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,13 +5,13 @@ import math
 from pathlib import Path
 
 from matplotlib.axes import Axes
-from nodlidar_planner.front import Corner, RUNS
-from nodlidar_planner.hole import largest_hole
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.plan import Plan
+from nodlidar_planner.choice.front import Corner, RUNS
+from nodlidar_planner.choice.plan import Plan
+from nodlidar_planner.choice.timing_error import hole_under_error
+from nodlidar_planner.holes.hole import largest_hole
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.pictures import BAND, figure_with_pattern, SAMPLE, save
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import hole_under_error
 import numpy as np
 
 CURVE = 60  # times that a hole is drawn at

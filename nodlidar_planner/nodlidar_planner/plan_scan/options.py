@@ -10,10 +10,10 @@ from typing import Any, get_args
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of, parameter
-from nodlidar_planner.coverage import MAX_SAMPLES_PER_SWEEP
-from nodlidar_planner.front import PATIENCE
-from nodlidar_planner.objective import Objective
-from nodlidar_planner.task import Task
+from nodlidar_planner.choice.front import PATIENCE
+from nodlidar_planner.choice.objective import Objective
+from nodlidar_planner.coverage.coverage import MAX_SAMPLES_PER_SWEEP
+from nodlidar_planner.pattern.task import Task
 
 PICTURES = ('.png', '.pdf', '.svg')
 _OBJECTIVE = 'completion, revisit, hole, or weights such as completion=1,revisit=0.5,hole=10'

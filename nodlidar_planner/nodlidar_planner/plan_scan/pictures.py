@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import ScalarFormatter
 from nodlidar_common.whole_file import whole_file
-from nodlidar_planner.hole import Hole, largest_hole
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.plan import Plan
-from nodlidar_planner.task import AZIMUTH_OF_STEP_0, Task
-from nodlidar_planner.timing_error import UnderError
+from nodlidar_planner.choice.plan import Plan
+from nodlidar_planner.choice.timing_error import UnderError
+from nodlidar_planner.holes.hole import Hole, largest_hole
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
 import numpy as np
 from numpy.typing import NDArray
 

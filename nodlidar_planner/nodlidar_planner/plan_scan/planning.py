@@ -7,16 +7,16 @@ from pathlib import Path
 import sys
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.band import samples_in_band
-from nodlidar_planner.choice import plans
-from nodlidar_planner.front import Front
-from nodlidar_planner.objective import Objective
-from nodlidar_planner.plan import evaluate
+from nodlidar_planner.choice.choice import plans
+from nodlidar_planner.choice.front import Front
+from nodlidar_planner.choice.objective import Objective
+from nodlidar_planner.choice.plan import evaluate
+from nodlidar_planner.choice.survey import survey, survey_under_error
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.options import as_option, objective_of, parse, Request
 from nodlidar_planner.plan_scan.progress import progress
 from nodlidar_planner.plan_scan.table import Answer, as_json, print_answer
-from nodlidar_planner.survey import survey, survey_under_error
-from nodlidar_planner.task import Task
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console

@@ -5,12 +5,12 @@ from dataclasses import asdict, dataclass
 import math
 from typing import Any
 
-from nodlidar_planner.front import Corner
-from nodlidar_planner.objective import Objective
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.plan import Plan
+from nodlidar_planner.choice.front import Corner
+from nodlidar_planner.choice.objective import Objective
+from nodlidar_planner.choice.plan import Plan
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.words import angle, notes, number, seconds
-from nodlidar_planner.task import Task
 import numpy as np
 from rich import box
 from rich.console import Console

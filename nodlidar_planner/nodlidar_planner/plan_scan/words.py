@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 import math
 
-from nodlidar_planner.pattern import HALF_SAMPLE, Pattern
-from nodlidar_planner.plan import Plan
-from nodlidar_planner.task import Task
+from nodlidar_planner.choice.plan import Plan
+from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 
 # No-load speed of the RX-24F at 12 V, 126 rpm (ROBOTIS e-manual).

@@ -3,7 +3,7 @@
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,9 +7,9 @@ N_s at once, bounds each from below; only those whose bound beats the best so fa
 import math
 from typing import Any
 
-from nodlidar_planner.coverage import Coverage, turn_reach
-from nodlidar_planner.start import pattern_from, phase_at
-from nodlidar_planner.task import column_runs, Task
+from nodlidar_planner.coverage.coverage import Coverage, turn_reach
+from nodlidar_planner.pattern.start import pattern_from, phase_at
+from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 

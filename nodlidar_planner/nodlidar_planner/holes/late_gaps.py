@@ -1,6 +1,6 @@
 """The gaps in height between the beams of a nod whose turns are off."""
 
-from nodlidar_planner.beam_gaps import (
+from nodlidar_planner.holes.beam_gaps import (
     append,
     BeamGaps,
     Floats,
@@ -8,7 +8,7 @@ from nodlidar_planner.beam_gaps import (
     Integers,
     prepend,
 )
-from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 import math
 
-from nodlidar_planner.beam_gaps import Floats, Integers
-from nodlidar_planner.task import AZIMUTH_OF_STEP_0, Task
+from nodlidar_planner.holes.beam_gaps import Floats, Integers
+from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
 import numpy as np
 
 

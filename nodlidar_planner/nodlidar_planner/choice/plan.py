@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from nodlidar_planner.coverage import Coverage, Figures
-from nodlidar_planner.hole import largest_hole
-from nodlidar_planner.lower_bound import lower_bound
-from nodlidar_planner.objective import HOLE_AFTER
-from nodlidar_planner.start import pattern_from
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import hole_under_error, under_error, UnderError
+from nodlidar_planner.choice.objective import HOLE_AFTER
+from nodlidar_planner.choice.timing_error import hole_under_error, under_error, UnderError
+from nodlidar_planner.coverage.coverage import Coverage, Figures
+from nodlidar_planner.coverage.lower_bound import lower_bound
+from nodlidar_planner.holes.hole import largest_hole
+from nodlidar_planner.pattern.start import pattern_from
+from nodlidar_planner.pattern.task import Task
 
 Progress = Callable[[Iterable[int]], Iterable[int]]
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Iterable
 
-from nodlidar_planner.coverage import Coverage, Figures
-from nodlidar_planner.start import pattern_from
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import under_error, UnderError
+from nodlidar_planner.choice.timing_error import under_error, UnderError
+from nodlidar_planner.coverage.coverage import Coverage, Figures
+from nodlidar_planner.pattern.start import pattern_from
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 

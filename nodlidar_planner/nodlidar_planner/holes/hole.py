@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.beam_gaps import BeamGaps, Floats, Integers, WholeBeamGaps
-from nodlidar_planner.edges import Edges, edges_of
-from nodlidar_planner.late_gaps import LateBeamGaps
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import Task
+from nodlidar_planner.holes.beam_gaps import BeamGaps, Floats, Integers, WholeBeamGaps
+from nodlidar_planner.holes.edges import Edges, edges_of
+from nodlidar_planner.holes.late_gaps import LateBeamGaps
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 
 Gaps = Callable[[Integers, Integers], tuple[Floats, Floats]]

@@ -7,9 +7,9 @@ chosen, not far from the planned one, for the unseen cells that it and the one a
 
 import math
 
-from nodlidar_planner.lateness import Lateness
-from nodlidar_planner.schedule import rows_of
-from nodlidar_planner.task import column_runs, ON_THE_LINE, Task
+from nodlidar_planner.pattern.task import column_runs, ON_THE_LINE, Task
+from nodlidar_planner.sweeps.lateness import Lateness
+from nodlidar_planner.sweeps.schedule import rows_of
 import numpy as np
 from numpy.typing import NDArray
 

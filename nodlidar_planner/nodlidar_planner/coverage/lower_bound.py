@@ -3,7 +3,7 @@
 from bisect import bisect_left
 import math
 
-from nodlidar_planner.task import column_runs, Task
+from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
 
 

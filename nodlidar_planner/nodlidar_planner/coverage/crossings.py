@@ -10,7 +10,7 @@ of columns, and the crossings of one column of each class, in order, tell those 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 from numpy.typing import NDArray
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.pattern import HALF_SAMPLE
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.pattern import HALF_SAMPLE
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 

@@ -11,18 +11,18 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.hole import (
+from nodlidar_planner.choice.search import spread
+from nodlidar_planner.choice.timing_error import hole_under_error, late_turns
+from nodlidar_planner.holes.hole import (
     exceeds,
     largest_hole,
     largest_side,
     least_side,
     samples_taken,
 )
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.search import spread
-from nodlidar_planner.start import pattern_from
-from nodlidar_planner.task import Task
-from nodlidar_planner.timing_error import hole_under_error, late_turns
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.start import pattern_from
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 

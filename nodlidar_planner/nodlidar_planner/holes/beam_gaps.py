@@ -5,7 +5,7 @@ height, folded where the nod turns. Heights are as in Pattern: above the lower l
 the nod.
 """
 
-from nodlidar_planner.pattern import Pattern
+from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 from numpy.typing import NDArray
 

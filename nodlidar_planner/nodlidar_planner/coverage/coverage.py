@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.crossings import column_classes, NEVER
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import column_runs, Task
+from nodlidar_planner.coverage.crossings import column_classes, NEVER
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
 from numpy.typing import NDArray
 

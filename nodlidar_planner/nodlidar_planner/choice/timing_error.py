@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import math
 
-from nodlidar_planner.hole import largest_hole, samples_taken
-from nodlidar_planner.pattern import Pattern
-from nodlidar_planner.task import column_runs, Task
+from nodlidar_planner.holes.hole import largest_hole, samples_taken
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,15 +3,15 @@
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.coverage import Coverage
-from nodlidar_planner.hole import largest_hole
-from nodlidar_planner.objective import Objective
-from nodlidar_planner.plan import evaluate, Plan
-from nodlidar_planner.search import soonest
-from nodlidar_planner.start import pattern_from
-from nodlidar_planner.survey import Progress
-from nodlidar_planner.task import column_runs, Task
-from nodlidar_planner.timing_error import under_error
+from nodlidar_planner.choice.objective import Objective
+from nodlidar_planner.choice.plan import evaluate, Plan
+from nodlidar_planner.choice.search import soonest
+from nodlidar_planner.choice.survey import Progress
+from nodlidar_planner.choice.timing_error import under_error
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.holes.hole import largest_hole
+from nodlidar_planner.pattern.start import pattern_from
+from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
 from numpy.typing import NDArray
 

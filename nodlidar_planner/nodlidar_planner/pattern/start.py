@@ -1,8 +1,8 @@
 """Where a nod begins: the phase of a start pitch."""
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.pattern import HALF_SAMPLE, Pattern
-from nodlidar_planner.task import Task
+from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,0 +1,1 @@
+"""The largest hole that a pattern leaves after a time."""

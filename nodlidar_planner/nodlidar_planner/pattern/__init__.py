@@ -1,0 +1,1 @@
+"""The scan pattern: directions of the beams, and the cells of a task that they hit."""

@@ -1,0 +1,1 @@
+"""Nods whose sweeps differ: interlaced ones, and sweeps chosen for the cells not seen yet."""
