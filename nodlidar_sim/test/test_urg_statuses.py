@@ -53,18 +53,15 @@ def talk():
         ('MD0044072501x01 MS0044072501x01', '06 06'),
         ('MD0000076801001', '00'),
         ('GDx044072501 GD0044x72501 GD00440725x1 GD0044076901 GS0700069901', '01 02 03 04 05'),
-        ('MD GD TM SS CR HS DB', '0C 0C 0C 0C 0C 0C 0C'),
-        ('MD0044 GD0044 SS1 CR1 DB0', '0F 0F 0F 0F 0F'),
+        ('MD GD TM SS CR HS', '0C 0C 0C 0C 0C 0C'),
+        ('MD0044 GD0044 SS1 CR1', '0F 0F 0F 0F'),
         ('X', '0D'),
-        ('XX ME0044072501001 SCIP2.0 qt VV1 TM11', '0E 0E 0E 0E 0E 0E'),
+        ('XX ME0044072501001 DB02 SCIP2.0 qt VV1 TM11', '0E 0E 0E 0E 0E 0E 0E'),
         ('VV;0123456789ABCDEF VV;0123456789ABCDEFG', '00 0G'),
         ('VV;ok VV; VV;a-b VV;a;b', '00 00 0H 0H'),
         ('SSx19200 SS012345 SS019200 SS115200 SS115200 RT SS115200 RS SS019200', None),
         ('CRxx CR11 CR00 CR05 CR05 CR99 CR99 CR01', '01 02 03 00 03 00 03 00'),
         ('HS0 HS1 HS1 HS2 HSx RS HS1', '02 00 02 01 01 00 00'),
-        ('DB10 DB00 DB99 DBxx DB01', '03 01 01 01 04'),
-        ('DB02 DB02 BM GD0044072501 MD0044072501001 DB10 BM', '00 02 01 50 50 00 00'),
-        ('DB02 RS BM', '00 00 00'),
     ],
 )
 def test_dialogues(talk, dialogue, expected):
@@ -104,16 +101,6 @@ def test_a_hardware_fault_ends_the_stream_for_good(talk, fault):
     assert talk.next_status('MD0044072500000') == str(fault)
     assert not talk.urg.sensor.laser
     assert talk.port.read(1) == b''
-    assert [talk('BM'), talk('MD0044072500000'), talk('DB02')] == ['01', str(fault), '05']
+    commands = ['BM', 'GD0044072501', 'MD0044072500000']
+    assert [talk(command) for command in commands] == ['01', str(fault), str(fault)]
     assert [talk('RS'), talk('BM')] == ['00', '00']
-
-
-@pytest.mark.parametrize(
-    ('kind', 'after'),
-    [('DB03', ['21', '98', '99', '99']), ('DB04', ['21', '50']), ('DB05', ['50'])],
-)
-def test_simulated_malfunction_comes_after_20_scans(talk, kind, after):
-    assert talk(kind) == '00'
-    talk('MD0044072500000')
-    statuses = [talk.next_status() for _ in range(20 + len(after))]
-    assert statuses == ['99'] * 20 + after

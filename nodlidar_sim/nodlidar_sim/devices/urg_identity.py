@@ -1,4 +1,4 @@
-"""What an emulated URG-04LX-UG01 says about itself: the replies to VV, PP and II."""
+"""The replies of an emulated URG-04LX-UG01 to VV, PP and II."""
 
 from nodlidar_common.scip import information_line
 from nodlidar_sim.devices.urg_scan import (
@@ -11,17 +11,18 @@ from nodlidar_sim.devices.urg_scan import (
 )
 
 MODEL = 'URG-04LX-UG01(Simple-URG)(Hokuyo Automatic Co.,Ltd.)'
+SERIAL_NUMBER = 'H0000001'
 STANDARD_SPEED = 600  # rpm
 
 
-def version_lines(serial_number: str) -> list[bytes]:
+def version_lines() -> list[bytes]:
     """Return the lines of VV."""
     return _lines(
         VEND='Hokuyo Automatic Co.,Ltd.',
         PROD='SOKUIKI Sensor URG-04LX-UG01(Simple-URG)',
         FIRM='3.4.03(17/Dec./2012)',
         PROT='SCIP 2.0',
-        SERI=serial_number,
+        SERI=SERIAL_NUMBER,
     )
 
 
@@ -55,7 +56,7 @@ def status_lines(
 
 
 def _speed_level(speed: int) -> str:
-    """Return how a motor speed [rpm] compares to the standard one, as hokuyoaist reads it."""
+    """Return a motor speed [rpm] relative to the standard one, in the form hokuyoaist reads."""
     if speed == STANDARD_SPEED:
         return 'Initial'
     return f'{round(100.0 * (1.0 - speed / STANDARD_SPEED))}%Down'

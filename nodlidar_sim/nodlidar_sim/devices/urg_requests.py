@@ -4,13 +4,19 @@ Section numbers are those of Hokuyo's specification C-42-03320B.
 """
 
 from dataclasses import dataclass
+import re
 
 from nodlidar_common import scip
 from nodlidar_sim.devices.urg_scan import LAST_REQUESTABLE_STEP, ScanRequest
 
+MAX_LINE = 80
+
+_TEXT = re.compile(rb'[A-Za-z0-9 ._+@]*')
+_MAX_TEXT = 16
+
 
 class CommandError(Exception):
-    """A command that is answered with an error status and otherwise ignored."""
+    """Refuses a command: the sensor answers with an error status and does nothing else."""
 
     def __init__(self, status: bytes) -> None:
         super().__init__(status)
@@ -33,8 +39,6 @@ class Stream:
         Scans still to send; None for endless.
     wait
         Turns until the next message.
-    sent
-        Scans sent.
     """
 
     request: ScanRequest
@@ -43,7 +47,6 @@ class Stream:
     interval: int
     remaining: int | None
     wait: int = 0
-    sent: int = 0
 
     def echo(self) -> bytes:
         """Return the echo of the next message."""
@@ -51,7 +54,6 @@ class Stream:
 
     def advance(self) -> None:
         """Count one more scan as sent."""
-        self.sent += 1
         self.wait = self.interval
         if self.remaining is not None:
             self.remaining -= 1
@@ -62,22 +64,32 @@ def message(echo: bytes, status: bytes, lines: list[bytes] | None = None) -> byt
     return b'\n'.join([echo, scip.add_sum(status), *(lines or [])]) + b'\n\n'
 
 
+def check_line(line: bytes, text: bytes) -> None:
+    """Raise CommandError if a line, or the text after its semicolon, is not allowed."""
+    if len(line) >= MAX_LINE:
+        raise CommandError(b'0B')
+    if len(text) > _MAX_TEXT:
+        raise CommandError(b'0G')
+    if not _TEXT.fullmatch(text):
+        raise CommandError(b'0H')
+
+
 def size_status(given: int, size: int) -> bytes:
-    """Return the status of a wrong number of parameter characters (section 9)."""
+    """Return the status for a wrong number of parameter characters (section 9)."""
     if given > size:
         return b'0E'
     return b'0F' if given else b'0C'
 
 
 def number(digits: bytes, status: bytes) -> int:
-    """Return a decimal number; raises CommandError with the given status if it is none."""
+    """Return a decimal number; raises CommandError with the status if it is not numeric."""
     if not digits.isdigit():
         raise CommandError(status)
     return int(digits)
 
 
 def scan_request(line: bytes, parameters: bytes) -> ScanRequest:
-    """Return what MD, MS, GD or GS asks for (sections 8.1, 8.2); raises CommandError."""
+    """Return what MD, MS, GD or GS requests (sections 8.1, 8.2); raises CommandError."""
     first = number(parameters[:4], b'01')
     last = number(parameters[4:8], b'02')
     cluster = number(parameters[8:10], b'03')

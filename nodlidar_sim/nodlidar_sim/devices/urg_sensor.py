@@ -1,10 +1,9 @@
-"""What an emulated URG-04LX does on each command of SCIP 2.0, and what it then answers.
+"""The commands of SCIP 2.0 that an emulated URG-04LX executes, and its answers.
 
 Section numbers are those of Hokuyo's specification C-42-03320B.
 """
 
 from collections.abc import Callable
-import re
 
 from nodlidar_common import scip
 from nodlidar_sim.devices.urg_clock import UrgClock
@@ -15,6 +14,7 @@ from nodlidar_sim.devices.urg_identity import (
     version_lines,
 )
 from nodlidar_sim.devices.urg_requests import (
+    check_line,
     CommandError,
     message,
     number,
@@ -25,49 +25,40 @@ from nodlidar_sim.devices.urg_requests import (
 from nodlidar_sim.devices.urg_scan import Turn
 from nodlidar_sim.devices.urg_settings import UrgSettings
 
-MAX_LINE = 80
-
-_TEXT = re.compile(rb'[A-Za-z0-9 ._+@]*')
-_MAX_TEXT = 16
 _OPEN_IN_FIRMWARE_UPDATE = (b'VV', b'II', b'RS')
 
 
 class UrgSensor:
-    """The state of the sensor that commands change; what takes time is left to the caller.
+    """The state of the sensor, as changed by commands; the caller does the timing.
 
     Parameters
     ----------
     clock
         Its timer and motor.
-    serial_number
-        As VV tells it.
-    bit_rate
-        At power-up [bit/s].
     scip11
-        Start in SCIP 1.1, of which only the version and the change to SCIP 2.0 are understood.
+        Power up in SCIP 1.1, of which only V and SCIP2.0 are emulated.
 
     Attributes
     ----------
     laser
         Whether it is on.
     settings
-        Bit rate, speed of the motor, sensitivity.
+        Bit rate, motor speed, sensitivity.
     stream
         The running MD or MS, if any.
     faults
-        What is wrong with it; tests make it fail there.
+        Faults that tests inject.
     firmware_update
         Set it to get 0I for most commands, until a reset.
     """
 
-    def __init__(self, clock: UrgClock, serial_number: str, bit_rate: int, scip11: bool) -> None:
+    def __init__(self, clock: UrgClock, scip11: bool) -> None:
         self.laser = False
         self.stream: Stream | None = None
-        self.settings = UrgSettings(clock, bit_rate)
+        self.settings = UrgSettings(clock)
         self.faults = UrgFaults()
         self.firmware_update = False
         self._clock = clock
-        self._serial_number = serial_number
         self._scip2 = not scip11
         self._time_mode = False
         self._error: bytes | None = None
@@ -77,9 +68,9 @@ class UrgSensor:
         self._error = status
 
     def execute(self, line: bytes, turn: Turn, repeated: bool = False) -> bytes:
-        """Do what a command says, at the end of a turn, and return the answer.
+        """Execute a command at the end of a turn and return the answer.
 
-        Of commands of one type that come at once, only the first is obeyed (section 8).
+        Of several commands of one type within a turn, only the first is executed (section 8).
         """
         if not self._scip2:
             return self._answer_in_scip11(line)
@@ -91,45 +82,48 @@ class UrgSensor:
         except CommandError as error:
             return message(line, error.status)
         if self.stream is before:
-            self.stream = None  # every command that is obeyed ends a stream
+            self.stream = None  # every command that is executed ends a stream
         return message(line, b'00', lines)
 
     def measures(self) -> bool:
-        """Tell whether the turn under way will be sent by the stream."""
+        """Return whether the stream will send the current turn."""
         return self.stream is not None and self.stream.wait == 0
 
     def scan_message(self, turn: Turn) -> bytes:
-        """Return the stream's message at the end of a turn, empty when it skips this one."""
+        """Return the stream's message at the end of a turn, empty if it skips this turn."""
         stream = self.stream
         if stream is None:
             return b''
         if stream.wait:
             stream.wait -= 1
             return b''
-        status = self.faults.next_status(stream.sent)
+        status = self.faults.next_status()
         if status is not None:
-            self._stop_if_broken()
+            if self.faults.malfunction:
+                self._stop()
             return message(stream.echo(), b'%02d' % status)
         stream.advance()
         if stream.remaining == 0:
-            self.laser, self.stream = False, None  # section 8.1
+            self._stop()  # section 8.1
         return message(stream.echo(), b'99', stream.request.lines(turn))
 
-    def _stop_if_broken(self) -> None:
-        if self.faults.malfunction:
-            self.laser, self.stream = False, None
+    def _stop(self) -> None:
+        self.laser, self.stream = False, None
 
     def _answer_in_scip11(self, line: bytes) -> bytes:
-        """Answer without sums: to V, and to the change to SCIP 2.0."""
+        """Answer V or SCIP2.0; answers of SCIP 1.1 have no checksums."""
         self._scip2 = line == b'SCIP2.0'
-        lines = [text[:-2] for text in version_lines(self._serial_number)] if line == b'V' else []
+        lines = [text[:-2] for text in version_lines()] if line == b'V' else []
         status = b'0' if self._scip2 or lines else b'E'
         return b'\n'.join([line, status, *lines]) + b'\n\n'
 
     def _answer(self, line: bytes, turn: Turn) -> list[bytes]:
-        """Return the lines of the answer to an obeyed command; raises CommandError."""
+        """Execute a command and return the lines of the answer; raises CommandError."""
+        error, self._error = self._error, None
+        if error:
+            raise CommandError(error)
         body, _, text = line.partition(b';')
-        self._check_line(line, text)
+        check_line(line, text)
         letters, parameters = body[:2], body[2:]
         if letters not in _COMMANDS:
             raise CommandError(b'0D' if len(body) < 2 else b'0E')
@@ -142,21 +136,10 @@ class UrgSensor:
             raise CommandError(size_status(len(parameters), size))
         return action(self, line, parameters, turn)
 
-    def _check_line(self, line: bytes, text: bytes) -> None:
-        error, self._error = self._error, None
-        if error:
-            raise CommandError(error)
-        if len(line) >= MAX_LINE:
-            raise CommandError(b'0B')
-        if len(text) > _MAX_TEXT:
-            raise CommandError(b'0G')
-        if not _TEXT.fullmatch(text):
-            raise CommandError(b'0H')
-
     # The commands (section 8): each returns the lines of its answer or raises CommandError.
 
     def _version(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        return version_lines(self._serial_number)
+        return version_lines()
 
     def _parameters(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
         return parameter_lines()
@@ -184,7 +167,7 @@ class UrgSensor:
         return []
 
     def _quit(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        self.laser, self.stream = False, None
+        self._stop()
         return []
 
     def _reset(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
@@ -208,7 +191,7 @@ class UrgSensor:
         if enter == self._time_mode:
             raise CommandError(b'02' if enter else b'03')
         self._time_mode = enter
-        self.laser, self.stream = False, None
+        self._stop()
         return []
 
     def _stream_scans(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
@@ -235,16 +218,10 @@ class UrgSensor:
         self.settings.set(line[:2], parameters)
         return []
 
-    def _simulate(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        refusal = self.faults.simulate(parameters)
-        if refusal:
-            raise CommandError(refusal)
-        return self._quit(line, parameters, turn)
-
 
 _Action = Callable[[UrgSensor, bytes, bytes, Turn], list[bytes]]
 
-_COMMANDS: dict[bytes, tuple[int, _Action]] = {  # size of the parameters, what to do
+_COMMANDS: dict[bytes, tuple[int, _Action]] = {  # number of parameter characters, action
     b'VV': (0, UrgSensor._version),
     b'PP': (0, UrgSensor._parameters),
     b'II': (0, UrgSensor._status),
@@ -260,5 +237,4 @@ _COMMANDS: dict[bytes, tuple[int, _Action]] = {  # size of the parameters, what 
     b'SS': (6, UrgSensor._set),
     b'CR': (2, UrgSensor._set),
     b'HS': (1, UrgSensor._set),
-    b'DB': (2, UrgSensor._simulate),
 }

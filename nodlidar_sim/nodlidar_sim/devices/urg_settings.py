@@ -5,35 +5,34 @@ from nodlidar_sim.devices.urg_identity import STANDARD_SPEED
 from nodlidar_sim.devices.urg_requests import CommandError, number
 
 _BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
+_DEFAULT_BIT_RATE = 19200
 
 
 class UrgSettings:
-    """Bit rate, speed of the motor and sensitivity.
+    """Bit rate, motor speed and sensitivity.
 
     Parameters
     ----------
     clock
-        Has the motor.
-    bit_rate
-        At power-up [bit/s].
+        Holds the motor speed.
 
     Attributes
     ----------
     bit_rate
-        As SS set it; over USB it has no effect [bit/s].
+        As set by SS [bit/s]; reported by II, without effect over USB.
     high_sensitivity
-        As HS set it.
+        As set by HS; without effect.
     """
 
-    def __init__(self, clock: UrgClock, bit_rate: int) -> None:
-        self.bit_rate = self._default_bit_rate = bit_rate
+    def __init__(self, clock: UrgClock) -> None:
+        self.bit_rate = _DEFAULT_BIT_RATE
         self.high_sensitivity = False
         self._clock = clock
 
     def reset(self) -> None:
-        """Set bit rate and speed as at power-up."""
+        """Restore bit rate and motor speed."""
         self._clock.speed = STANDARD_SPEED
-        self.bit_rate = self._default_bit_rate
+        self.bit_rate = _DEFAULT_BIT_RATE
 
     def set(self, command: bytes, parameters: bytes) -> None:
         """Execute SS, CR or HS; raises CommandError."""
@@ -53,7 +52,8 @@ class UrgSettings:
         level = number(parameters, b'01')
         if level > 10 and level != 99:
             raise CommandError(b'02')
-        speed = round(STANDARD_SPEED * (1.0 - (level % 99) / 100.0))  # 1 % a level: our choice
+        # The specification does not define the levels: 1 % each here.
+        speed = round(STANDARD_SPEED * (1.0 - (level % 99) / 100.0))
         if speed == self._clock.speed:
             raise CommandError(b'03')
         self._clock.speed = speed
