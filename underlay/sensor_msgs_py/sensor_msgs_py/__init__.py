@@ -1,1 +1,1 @@
-"""Sensor messages as NumPy arrays: the Python API of Jazzy; see :mod:`point_cloud2`."""
+"""Sensor messages as NumPy arrays: what nodlidar calls of Jazzy's API; see :mod:`point_cloud2`."""
