@@ -22,7 +22,7 @@ class Observer:
         self._executor.add_node(self.node)
         self.messages = defaultdict(list)
         self.transforms = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self.transforms, self.node, spin_thread=False)
+        self._listener = tf2_ros.TransformListener(self.transforms, self.node)
 
     def subscribe(self, message_type, topic, qos=50):
         self.node.create_subscription(message_type, topic, self.messages[topic].append, qos)

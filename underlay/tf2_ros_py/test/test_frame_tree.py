@@ -10,7 +10,8 @@ from tf2_ros import (
     InvalidArgumentException,
     LookupException,
 )
-from tf2_ros._core import FrameTree, Link
+from tf2_ros._core import FrameTree
+from tf2_ros._links import Link
 from tf2_ros._rigid import compose, IDENTITY, interpolate, inverse, Rigid
 from transforms3d.quaternions import quat2mat
 

@@ -1,4 +1,4 @@
-"""Transforms between frames over time, heard and sent: the Python API of Jazzy."""
+"""Transforms between frames over time, received and sent: what nodlidar calls of Jazzy's API."""
 
 from tf2_ros.buffer import Buffer
 from tf2_ros.exceptions import (
@@ -6,7 +6,6 @@ from tf2_ros.exceptions import (
     ExtrapolationException,
     InvalidArgumentException,
     LookupException,
-    TimeoutException,
     TransformException,
 )
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
@@ -21,7 +20,6 @@ __all__ = [
     'InvalidArgumentException',
     'LookupException',
     'StaticTransformBroadcaster',
-    'TimeoutException',
     'TransformBroadcaster',
     'TransformException',
     'TransformListener',

@@ -1,8 +1,8 @@
-"""Why a transform is not to be had."""
+"""Why a transform is not available."""
 
 
 class TransformException(Exception):  # noqa: N818
-    """Base of all of them."""
+    """Base of the others."""
 
 
 class ConnectivityException(TransformException):
@@ -14,12 +14,8 @@ class LookupException(TransformException):
 
 
 class ExtrapolationException(TransformException):
-    """The time is outside of what is known."""
+    """The time is outside of the known times."""
 
 
 class InvalidArgumentException(TransformException):
     """A frame's name is empty or starts with a slash."""
-
-
-class TimeoutException(TransformException):
-    """The transform did not come in time; here for those who catch it, never raised."""
