@@ -2,21 +2,10 @@
 
 from underlay_refusal import refuse
 
-from . import actions, substitutions
-from .action import Action
+from . import actions
 from .launch_context import LaunchContext
 from .launch_description import LaunchDescription
 from .launch_service import LaunchService
-from .substitution import SomeSubstitutionsType, Substitution
 
-__all__ = [
-    'Action',
-    'LaunchContext',
-    'LaunchDescription',
-    'LaunchService',
-    'SomeSubstitutionsType',
-    'Substitution',
-    'actions',
-    'substitutions',
-]
+__all__ = ['LaunchContext', 'LaunchDescription', 'LaunchService', 'actions']
 __getattr__ = refuse(__name__, __all__)

@@ -1,7 +1,6 @@
 """What the actions of a launch share."""
 
 import asyncio
-from types import SimpleNamespace
 from typing import Any
 
 from underlay_refusal import Partial, refuse_arguments
@@ -14,40 +13,41 @@ class LaunchContext(Partial):
     ----------
     launch_configurations
         Values by name, those of the launch arguments among them.
-    locals
-        Has the event that is reacted to, if any, as its attribute event.
+    event
+        The end of the process to which the visited action reacts; None at the start.
     is_shutdown
-        Whether all that was launched is to end.
+        Whether all processes are being ended.
     noninteractive
         Whether there is no terminal that sends a Ctrl-C to the processes too.
     tasks
-        Work that the launch waits for.
+        Tasks that the launch waits for.
 
     """
 
     def __init__(self, *, noninteractive: bool = False, **uncovered: Any) -> None:
         refuse_arguments('LaunchContext', uncovered)
         self.launch_configurations: dict[str, str] = {}
-        self.locals = SimpleNamespace()
+        self.event: Any = None
         self.is_shutdown = False
         self.tasks: set[asyncio.Task] = set()
         self.noninteractive = noninteractive
         self._send_sigint = True
         self._processes: list[Any] = []
 
-    def visit(self, entity: Any) -> None:
-        """Visit an action or a launch description, and what it says to visit next."""
+    def visit(self, entity: Any, event: Any = None) -> None:
+        """Visit an action or a launch description, and the ones that it returns."""
+        self.event = event
         for following in entity.visit(self) or []:
-            self.visit(following)
+            self.visit(following, event)
 
     def add_process(self, process: Any) -> None:
-        """Take in a process that started, to be ended at the shutdown."""
+        """Add a process that started, to end it at the shutdown."""
         self._processes.append(process)
         if self.is_shutdown:
             process.end(self._send_sigint)
 
     def remove_process(self, process: Any) -> None:
-        """Forget a process that ended."""
+        """Remove a process that ended."""
         self._processes.remove(process)
 
     def shutdown(self, *, due_to_sigint: bool = False) -> None:

@@ -13,18 +13,14 @@ from .launch_context import LaunchContext
 class LaunchDescription(Partial):
     """Actions that are visited in order."""
 
-    def __init__(self, initial_entities: Iterable[Action] | None = None, **uncovered: Any) -> None:
+    def __init__(self, initial_entities: Iterable[Action], **uncovered: Any) -> None:
         refuse_arguments('LaunchDescription', uncovered)
-        self.entities = list(initial_entities or [])
+        self.entities = list(initial_entities)
 
     def visit(self, context: LaunchContext) -> list[Action]:
-        """Return the actions, to be visited."""
+        """Return the actions to visit."""
         return self.entities
 
     def get_launch_arguments(self) -> list[DeclareLaunchArgument]:
-        """Return the launch arguments, of several declarations of one the first."""
-        arguments: dict[str, DeclareLaunchArgument] = {}
-        for entity in self.entities:
-            if isinstance(entity, DeclareLaunchArgument):
-                arguments.setdefault(entity.name, entity)
-        return list(arguments.values())
+        """Return the launch arguments."""
+        return [each for each in self.entities if isinstance(each, DeclareLaunchArgument)]

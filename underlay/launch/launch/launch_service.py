@@ -31,46 +31,38 @@ class LaunchService(Partial):
         self.context = LaunchContext(noninteractive=noninteractive)
         self._debug = debug
         self._descriptions: list[LaunchDescription] = []
-        self._loop: asyncio.AbstractEventLoop | None = None
         self._return_code = 0
 
     def include_launch_description(self, launch_description: LaunchDescription) -> None:
-        """Have a launch description visited at the start of the run."""
+        """Visit a launch description at the start of the run."""
         self._descriptions.append(launch_description)
 
-    def shutdown(self) -> None:
-        """End all that was launched, and so the run, if it is on; from any thread."""
-        if self._loop is not None:
-            self._loop.call_soon_threadsafe(self.context.shutdown)
-
-    def run(self, **uncovered: Any) -> int:
+    def run(self) -> int:
         """Run in the main thread until all processes ended.
 
-        Returns 0, or 1 when there was an error; processes that fail are none.
+        Return 0, or 1 after an error of the launch. A failing process is not such an error.
         """
-        refuse_arguments('LaunchService.run', uncovered)
         return asyncio.run(self._run())
 
     async def _run(self) -> int:
-        self._loop = asyncio.get_running_loop()
-        self._loop.add_signal_handler(SIGINT, self._on_sigint)
+        loop = asyncio.get_running_loop()
+        loop.add_signal_handler(SIGINT, self._on_sigint)
         for signal in (SIGTERM, SIGQUIT):
-            self._loop.add_signal_handler(signal, self._on_sigterm, signal)
+            loop.add_signal_handler(signal, self._on_sigterm, signal)
         log('INFO', 'launch', f'All log files can be found below {log_directory()}')
         level = 'DEBUG' if self._debug else 'INFO'
         log('INFO', 'launch', f'Default logging verbosity is set to {level}')
         try:
             for description in self._descriptions:
                 self.context.visit(description)
-        except Exception as error:  # whatever an action raises ends the launch in order
+        except Exception as error:  # any error of an action ends the launch in order
             self._on_error(error)
         while self.context.tasks:
             await self._wait()
-        self._loop = None
         return self._return_code
 
     async def _wait(self) -> None:
-        """Wait for any of the tasks, and look for its error."""
+        """Wait for any of the tasks, and handle its error."""
         done, _ = await asyncio.wait(self.context.tasks, return_when=asyncio.FIRST_COMPLETED)
         self.context.tasks -= done
         for task in done:
@@ -91,7 +83,7 @@ class LaunchService(Partial):
         self.context.shutdown(due_to_sigint=True)
 
     def _on_sigterm(self, signal: Signals) -> None:
-        """End as on a shutdown, and say that it was no regular end."""
+        """End as on a shutdown, with exit code 1."""
         log('ERROR', 'launch', f'user interrupted ({signal.name}), terminating...')
         self._return_code = 1
         self.context.shutdown()

@@ -1,4 +1,4 @@
-"""Pipes whose lines are handed to a function."""
+"""Pipes whose lines are passed to a function."""
 
 import asyncio
 import codecs
@@ -6,15 +6,15 @@ from collections.abc import Callable
 from contextlib import suppress
 import os
 
-# More than a pipe holds by default, so that one read takes out what a process left behind.
+# More than a pipe holds by default: one read empties it.
 _CHUNK_BYTES = 1 << 20
 
 
 class LinePipe:
     """A pipe for the output of a process, read in the running event loop.
 
-    Its context ends when the process did: what is left in the pipe is read then, and nothing
-    that a process of its own may still write. The file descriptor to write to is `end`.
+    Its context ends with the process. The rest of the pipe is read then, and nothing that the
+    process's own children may write later. The file descriptor to write to is `end`.
     """
 
     def __init__(self, on_line: Callable[[str], None]) -> None:

@@ -1,55 +1,45 @@
-"""Processes that are started, logged and brought to an end."""
+"""Processes that are started, shown and ended."""
 
 import asyncio
 from asyncio.subprocess import create_subprocess_exec, DEVNULL
 from contextlib import suppress
 import os
 from signal import SIGINT, SIGKILL, Signals, SIGTERM
-import traceback
 
 from .launch_context import LaunchContext
 from .line_pipe import LinePipe
-from .log import log, OUTPUTS, write
+from .log import log, show
 
-# What follows on which signal, after how many seconds by default.
+# Launch configurations that set the seconds from one signal to the next, and their default.
 _ESCALATION = (('sigterm_timeout', SIGINT, SIGTERM), ('sigkill_timeout', SIGTERM, SIGKILL))
 _TIMEOUT = '5'
 
 
 class Process:
-    """A process whose output is logged line by line.
+    """A process whose output is shown line by line.
 
-    It ends by SIGINT; it gets SIGTERM when it is still there sigterm_timeout seconds later, and
+    It is ended by SIGINT. If it still runs sigterm_timeout seconds later, SIGTERM follows, and
     SIGKILL another sigkill_timeout seconds later: launch configurations, of 5 s by default.
     """
 
-    def __init__(self, name: str, cmd: list[str], output: str) -> None:
-        if output not in OUTPUTS:
-            raise NotImplementedError(f'output={output!r} is not covered, only {[*OUTPUTS]} are')
+    def __init__(self, name: str, cmd: list[str]) -> None:
         self.name = name
         self.cmd = cmd
         self.pid: int | None = None
-        self._destinations = OUTPUTS[output]
         self._escalation: asyncio.Task | None = None
 
-    async def run(self, context: LaunchContext) -> int | None:
-        """Run to the end, and return the exit code, or None when it could not be started."""
+    async def run(self, context: LaunchContext) -> int:
+        """Run to the end; return the exit code. Raises OSError if it cannot be started."""
         get = context.launch_configurations.get
         self._timeouts = [float(get(name, _TIMEOUT)) for name, _, _ in _ESCALATION]
-        out, err = (LinePipe(self._writer(where)) for where in self._destinations)
-        with out, err:
-            try:
-                self._process = await create_subprocess_exec(
-                    *self.cmd, stdin=DEVNULL, stdout=out.end, stderr=err.end
-                )
-            except OSError:
-                error = traceback.format_exc()
-                self._log('ERROR', f'exception occurred while executing process:\n{error}')
-                return None
-            self.pid = self._process.pid
+        with LinePipe(self._show) as out, LinePipe(self._show) as err:
+            process = await create_subprocess_exec(
+                *self.cmd, stdin=DEVNULL, stdout=out.end, stderr=err.end
+            )
+            self.pid = process.pid
             self._log('INFO', f'process started with pid [{self.pid}]')
             context.add_process(self)
-            returncode = await self._process.wait()
+            returncode = await process.wait()
         context.remove_process(self)
         if self._escalation is not None:
             self._escalation.cancel()
@@ -57,7 +47,7 @@ class Process:
         return returncode
 
     def end(self, send_sigint: bool) -> None:
-        """Bring it to an end; without SIGINT when a terminal has sent that already."""
+        """End it, without SIGINT if a terminal has sent that already."""
         if send_sigint:
             self._send(SIGINT)
         self._escalation = asyncio.create_task(self._escalate())
@@ -76,12 +66,12 @@ class Process:
 
     def _send(self, signal: Signals) -> None:
         self._log('INFO', f"sending signal '{signal.name}' to process[{self.name}]")
-        with suppress(ProcessLookupError):  # it ended, which is what was wanted
+        with suppress(ProcessLookupError):  # it has ended already
             # Process.send_signal() may reap the process itself, and asyncio miss the exit code.
             os.kill(self.pid, signal)
 
-    def _writer(self, destinations):
-        return lambda line: write(f'[{self.name}] {line}', destinations)
+    def _show(self, line: str) -> None:
+        show(f'[{self.name}] {line}')
 
     def _log(self, severity: str, message: str) -> None:
         log(severity, self.name, message)

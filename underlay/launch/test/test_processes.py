@@ -2,13 +2,10 @@
 
 import asyncio
 import os
-from pathlib import Path
 import signal
 import subprocess
 import sys
-import threading
 
-from launch import LaunchDescription, LaunchService
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown
 import pytest
 
@@ -19,7 +16,6 @@ class Exits(dict):
     """Exit codes by the name of the process, for on_exit."""
 
     def __call__(self, event, context):
-        assert context.locals.event is event
         self[event.process_name.split('-')[0]] = event.returncode
 
 
@@ -32,8 +28,12 @@ def shell(script, **kwargs):
     return ExecuteProcess(cmd=['sh', '-c', script], **{'output': 'screen', 'name': 'p', **kwargs})
 
 
+def configuration(name, value):
+    return DeclareLaunchArgument(name, default_value=value, description='')
+
+
 def sleeper(exits):
-    return ExecuteProcess(cmd=['sleep', '60'], on_exit=exits)
+    return ExecuteProcess(cmd=['sleep', '60'], output='screen', on_exit=exits)
 
 
 def send(signal_number):
@@ -49,24 +49,6 @@ def test_output_and_exit_code(launch, exits):
         assert f'[p{name}] {line}\n' in out
     assert f'[ERROR] [p{name}]: process has died [pid ' in out
     assert exits == {'p': 3}
-
-
-def test_destinations_of_output(launch):
-    _, out = launch(shell('echo out; echo err >&2', output='log'))
-    log = Path(out.split('found below ')[1].split('\n')[0], 'launch.log').read_text()
-    assert '] err' in out
-    assert '] out' not in out
-    assert '] out' in log
-    assert '] err' in log
-    assert '] out' in launch(shell('echo out', output='both'))[1]
-    code, out = launch(shell('true', output='own_log'))
-    assert code == 1
-    assert "output='own_log' is not covered" in out
-
-
-def test_environment_goes_before_the_destination(launch, monkeypatch):
-    monkeypatch.setenv('OVERRIDE_LAUNCH_PROCESS_OUTPUT', 'both')
-    assert '] out' in launch(shell('echo out', output='log'))[1]
 
 
 @pytest.fixture
@@ -94,16 +76,9 @@ def test_signal_that_comes_too_late_does_not_cost_the_exit_code(
     assert exits == {'p': 7}
 
 
-def test_process_runs_once(launch):
-    once = shell('echo out')
-    code, out = launch(once, once)
-    assert code == 1
-    assert 'executed more than once' in out
-
-
 @pytest.mark.parametrize('name', ['launch-prefix', 'emulate_tty'])
 def test_uncovered_configuration_is_refused(launch, name):
-    code, out = launch(DeclareLaunchArgument(name, default_value='x'), shell('true'))
+    code, out = launch(configuration(name, 'x'), shell('true'))
     assert code == 1
     assert f'ExecuteProcess({name}=) is not covered' in out
 
@@ -121,36 +96,44 @@ def test_output_of_a_process_left_behind_does_not_hold_up_the_end(launch, tmp_pa
     assert '] out\n' in out
 
 
-def test_missing_command_is_logged(launch):
-    code, out = launch(ExecuteProcess(cmd=['/no/such/command']))
-    assert code == 0
-    assert 'exception occurred while executing process' in out
-    assert 'FileNotFoundError' in out
+def end_all(event, context):
+    return Shutdown(reason='it ended')
 
 
-@pytest.mark.parametrize('on_exit', [Shutdown(), [Shutdown()], lambda *_: Shutdown()])
-def test_required_process_ends_the_launch(launch, exits, on_exit):
-    code, out = launch(sleeper(exits), shell('exit 1', on_exit=on_exit))
+def test_missing_command_ends_the_launch(launch, exits):
+    command = ExecuteProcess(cmd=['/no/such/command'], output='screen')
+    code, out = launch(sleeper(exits), command)
+    assert code == 1
+    assert "No such file or directory: '/no/such/command'" in out
+    assert exits == {'sleep': -signal.SIGINT}
+
+
+def test_required_process_ends_the_launch(launch, exits):
+    code, out = launch(sleeper(exits), shell('exit 1', on_exit=end_all))
     assert code == 0
     assert 'was required: shutting down launched system' in out
     assert exits == {'sleep': -signal.SIGINT}
 
 
 def test_process_can_follow_on_another(launch):
-    code, out = launch(shell('true', on_exit=[shell('echo followed')]))
+    code, out = launch(shell('true', on_exit=lambda event, context: shell('echo followed')))
     assert code == 0
     assert '] followed\n' in out
 
 
 def test_nothing_is_started_after_the_shutdown(launch):
-    _, out = launch(shell('echo first', on_exit=[Shutdown(), shell('echo second')]))
+    def end_and_start(event, context):
+        context.visit(Shutdown())
+        return shell('echo second')
+
+    _, out = launch(shell('echo first', on_exit=end_and_start))
     assert '] first\n' in out
     assert 'second' not in out
 
 
 def test_last_process_is_ended_first(launch, tmp_path):
     waiting = [shell('exec sleep 60', name=name) for name in ('one', 'two')]
-    _, out = launch(*waiting, shell('true', on_exit=Shutdown()))
+    _, out = launch(*waiting, shell('true', on_exit=end_all))
     assert out.index("'SIGINT' to process[two") < out.index("'SIGINT' to process[one")
 
 
@@ -158,11 +141,11 @@ def test_stubborn_processes_are_killed(launch, tmp_path, exits):
     """One survives SIGINT, one SIGTERM too; a third process ends once both are ready for it."""
     both_ready = f'until test -e {tmp_path}/1 -a -e {tmp_path}/2; do sleep 0.02; done'
     _, out = launch(
-        DeclareLaunchArgument('sigterm_timeout', default_value='0.2'),
-        DeclareLaunchArgument('sigkill_timeout', default_value='0.2'),
+        configuration('sigterm_timeout', '0.2'),
+        configuration('sigkill_timeout', '0.2'),
         shell(f'trap "" INT; touch {tmp_path}/1; {BUSY}', name='stubborn', on_exit=exits),
         shell(f'trap "" INT TERM; touch {tmp_path}/2; {BUSY}', name='deaf', on_exit=exits),
-        shell(both_ready, on_exit=Shutdown()),
+        shell(both_ready, on_exit=end_all),
     )
     assert exits == {'stubborn': -signal.SIGTERM, 'deaf': -signal.SIGKILL}
     for seconds, last, following in [('0.2', 'INT', 'TERM'), ('0.4', 'TERM', 'KILL')]:
@@ -174,7 +157,7 @@ def test_stubborn_processes_are_killed(launch, tmp_path, exits):
 
 def test_terminal_has_sent_the_interrupt_already(launch, exits):
     """With a terminal the processes get its Ctrl-C too, so none is sent from here."""
-    timeout = DeclareLaunchArgument('sigterm_timeout', default_value='0.1')
+    timeout = configuration('sigterm_timeout', '0.1')
     code, out = launch(timeout, sleeper(exits), send(signal.SIGINT), noninteractive=False)
     assert code == 0
     assert 'user interrupted with ctrl-c (SIGINT)' in out
@@ -186,25 +169,6 @@ def test_terminal_has_sent_the_interrupt_already(launch, exits):
 def test_signals_end_the_launch_and_its_processes(launch, exits, number, code):
     assert launch(sleeper(exits), send(number))[0] == code
     assert exits == {'sleep': -signal.SIGINT}
-
-
-def test_shutdown_from_another_thread(launch, exits):
-    service = LaunchService(noninteractive=True)
-
-    def end(event, context):
-        threading.Thread(target=service.shutdown).start()
-
-    entities = [sleeper(exits), shell('true', on_exit=end)]
-    service.include_launch_description(LaunchDescription(entities))
-    assert service.run() == 0
-    assert exits == {'sleep': -signal.SIGINT}
-
-
-def test_shutdown_of_what_does_not_run_does_nothing():
-    service = LaunchService()
-    service.shutdown()
-    assert service.run() == 0
-    service.shutdown()
 
 
 def test_error_ends_what_was_started(launch, exits):
@@ -222,8 +186,8 @@ def test_screen_that_is_gone_does_not_hinder_the_launch(tmp_path):
     script = f"""
 from launch import LaunchDescription, LaunchService
 from launch.actions import ExecuteProcess
-last = ExecuteProcess(cmd=['touch', '{tmp_path}/last'])
-first = ExecuteProcess(cmd=['echo', 'out'], output='screen', on_exit=last)
+last = ExecuteProcess(cmd=['touch', '{tmp_path}/last'], output='screen')
+first = ExecuteProcess(cmd=['echo', 'out'], output='screen', on_exit=lambda *_: last)
 service = LaunchService()
 service.include_launch_description(LaunchDescription([first]))
 service.run()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-import os
 from pathlib import Path
 import sys
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from launch import LaunchDescription, LaunchService
+from launch.actions import OpaqueFunction
 
-from .launch_file import IncludeLaunchFile, load, print_arguments
+from .launch_file import load, print_arguments
 
 
 class LaunchCommand:
@@ -28,10 +28,8 @@ class LaunchCommand:
             action='store_true',
             help='Show arguments that may be given to the launch file.',
         )
-        parser.add_argument(
-            'package_name', help='Name of the package which has the launch file, or its path'
-        )
-        parser.add_argument('launch_file_name', nargs='?', help='Name of the launch file')
+        parser.add_argument('package_name', help='Name of the package which has the launch file')
+        parser.add_argument('launch_file_name', help='Name of the launch file')
         parser.add_argument(
             'launch_arguments',
             nargs='*',
@@ -40,32 +38,31 @@ class LaunchCommand:
 
     def main(self, args: Namespace) -> int | None:
         """Launch the file, or print its arguments."""
-        path, words = _find(args)
+        path = _find(args.package_name, args.launch_file_name)
         if args.show_args:
             return print_arguments(load(path))
         # With a terminal, its Ctrl-C reaches the processes too.
         service = LaunchService(noninteractive=not sys.stdin.isatty(), debug=args.debug)
-        inclusion = IncludeLaunchFile(path, _parse(words))
+        service.context.launch_configurations.update(_parse(args.launch_arguments))
+        # Loaded in the run, so that an error in the file ends the launch with a log line.
+        inclusion = OpaqueFunction(function=lambda context: [load(path)])
         service.include_launch_description(LaunchDescription([inclusion]))
         return service.run()
 
 
-def _find(args: Namespace) -> tuple[str, list[str]]:
-    """Return the path of the launch file, and the arguments for it."""
-    package, name = args.package_name, args.launch_file_name
-    if os.path.isfile(package):
-        return package, [*([] if name is None else [name]), *args.launch_arguments]
+def _find(package: str, name: str) -> str:
+    """Return the path of a launch file; RuntimeError if there is none."""
     try:
         share = get_package_share_directory(package)
     except (PackageNotFoundError, ValueError) as error:
         raise RuntimeError(f"Package '{package}' not found: {error}") from error
     paths = [str(path) for path in sorted(Path(share).rglob('*')) if path.name == name]
-    where = f"in the share directory of package '{package}' which is at '{share}'"
     if not paths:
-        raise RuntimeError(f"file '{name}' was not found {where}")
-    if len(paths) > 1:
-        raise RuntimeError(f"file '{name}' was found more than once {where}: {paths}")
-    return paths[0], args.launch_arguments
+        raise RuntimeError(
+            f"file '{name}' was not found in the share directory of package '{package}' which is "
+            f"at '{share}'"
+        )
+    return paths[0]
 
 
 def _parse(words: list[str]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""What launch descriptions do."""
+"""The actions of launch descriptions."""
 
 from underlay_refusal import refuse
 

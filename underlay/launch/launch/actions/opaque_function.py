@@ -11,11 +11,11 @@ class OpaqueFunction(Action):
     """Call a function with the context, and visit the actions that it returns, if any."""
 
     def __init__(
-        self, *, function: Callable[[LaunchContext], Iterable[Action] | None], **options: Any
+        self, *, function: Callable[[LaunchContext], Iterable[Action] | None], **uncovered: Any
     ) -> None:
-        super().__init__(**options)
+        super().__init__(**uncovered)
         self._function = function
 
-    def execute(self, context: LaunchContext) -> Iterable[Action] | None:
+    def visit(self, context: LaunchContext) -> Iterable[Action] | None:
         """Call the function."""
         return self._function(context)

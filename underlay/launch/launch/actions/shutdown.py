@@ -8,16 +8,15 @@ from ..log import log
 
 
 class Shutdown(Action):
-    """End all that was launched."""
+    """End all processes."""
 
-    def __init__(self, *, reason: str = 'reason not given', **options: Any) -> None:
-        super().__init__(**options)
+    def __init__(self, *, reason: str = 'reason not given', **uncovered: Any) -> None:
+        super().__init__(**uncovered)
         self.reason = reason
 
-    def execute(self, context: LaunchContext) -> None:
-        """Begin the shutdown, and say so when it is for a process that ended."""
-        event = getattr(context.locals, 'event', None)
-        if event is not None:
-            required = f'process[{event.process_name}] was required'
+    def visit(self, context: LaunchContext) -> None:
+        """Begin the shutdown, and log the process whose end led to it."""
+        if context.event is not None:
+            required = f'process[{context.event.process_name}] was required'
             log('INFO', 'launch', f'{required}: shutting down launched system')
         context.shutdown()
