@@ -4,14 +4,14 @@ from collections.abc import Iterable
 
 
 class Throttle:
-    """Keeps the joints of a robot apart by an interval, by the stamps of their states [ns]."""
+    """Keeps transforms of a joint an interval apart, by the stamps of its states [ns]."""
 
     def __init__(self) -> None:
         self._published_ns: dict[str, int] = {}
         self._seen_ns = 0
 
     def went_back(self, now_ns: int) -> bool:
-        """Tell whether the clock was turned back since the last call; then all is due again."""
+        """Return whether the clock was set back since the last call; then all joints are due."""
         back = now_ns < self._seen_ns
         if back:
             self._published_ns.clear()
@@ -19,7 +19,7 @@ class Throttle:
         return back
 
     def due(self, names: Iterable[str], stamp_ns: int, now_ns: int, interval_ns: int) -> bool:
-        """Tell whether the joint that was published longest ago is due.
+        """Return whether the joint that was published longest ago is due.
 
         A joint published with a stamp in the future counts as published now.
         """

@@ -99,15 +99,6 @@ def test_fixed_joints_moving_joints_and_description(start):
     assert nod.transform.rotation.w == pytest.approx(0.96891242171064480)
 
 
-@pytest.mark.parametrize('topic', ['/tf', '/tf_static'])
-def test_qos_of_transforms_can_be_overridden(start, topic):
-    override = {f'qos_overrides.{topic}.publisher.depth': 7}
-    system = start(robot_description=URDF, **override)
-    assert system.node.get_parameter(*override).value == 7
-    [publisher] = [p for p in system.node.publishers if p.topic_name == topic]
-    assert publisher.qos_profile.depth == 7
-
-
 def test_moving_joints_are_throttled_by_their_stamps(start):
     system = start(robot_description=URDF)
     for stamp in (1000, 1049, 1050, 1060, 1100):
@@ -116,32 +107,23 @@ def test_moving_joints_are_throttled_by_their_stamps(start):
     assert system.stamps_ns() == [1000 * MS, 1050 * MS, 1100 * MS]
 
 
-def test_ignored_timestamps_and_invalid_states(start):
-    system = start(robot_description=URDF, ignore_timestamp='true', frame_prefix='left/')
+def test_invalid_states_are_ignored(start):
+    system = start(robot_description=URDF, publish_frequency='0.0')
     system.publish(2000 * MS, positions=())
     system.publish(3000 * MS, positions=(1.0, 2.0))
-    for stamp in (1001, 1000, 1000):
+    for stamp in (1001, 1001, 1002):
         system.publish(stamp * MS)
     system.until(lambda: len(system.heard['/tf']) == 3)
-    assert system.stamps_ns() == [1001 * MS, 1000 * MS, 1000 * MS]
-    assert system.heard['/tf'][0].transforms[0].child_frame_id == 'left/tilt'
-    assert system.heard['/tf_static'][0].transforms[0].header.frame_id == 'left/tilt'
+    assert system.stamps_ns() == [1001 * MS, 1001 * MS, 1002 * MS]
 
 
-def test_new_description_replaces_the_old_one(start):
+def test_changes_of_parameters_are_refused(start):
     system = start(robot_description=URDF)
-    [refused] = system.node.set_parameters([Parameter('robot_description', value='<robot/>')])
-    assert not refused.successful
-    assert 'is not a URDF' in refused.reason
-    [refused] = system.node.set_parameters([Parameter('publish_frequency', value=2000.0)])
-    assert 'must be between 0 and 1000' in refused.reason
-    longer = URDF.replace('0.08', '0.1')
-    [done] = system.node.set_parameters([Parameter('robot_description', value=longer)])
-    assert done.successful
-    system.until(
-        lambda: system.heard['/tf_static'][-1].transforms[0].transform.translation.z > 0.09
-    )
-    system.until(lambda: system.heard['robot_description'][-1].data == longer)
+    for change in (
+        Parameter('robot_description', value=URDF.replace('0.08', '0.1')),
+        Parameter('publish_frequency', value=50.0),
+    ):
+        assert not system.node.set_parameters([change])[0].successful
 
 
 @pytest.mark.parametrize(
@@ -149,7 +131,6 @@ def test_new_description_replaces_the_old_one(start):
     [
         ({}, 'robot_description parameter must not be empty'),
         ({'robot_description': '<robot/>'}, 'is not a URDF'),
-        ({'robot_description': URDF, 'publish_frequency': '-1.0'}, 'between 0 and 1000'),
         ({'robot_description': URDF, 'publish_frequency': 'often'}, 'publish_frequency'),
     ],
 )
