@@ -1,145 +1,35 @@
 """Starts one nodding lidar: simulated or real devices, their drivers, the assembler, the model.
 
-A second sensor runs under another namespace, with its frames told apart by a prefix:
+A second sensor needs a namespace, and a prefix for its frames:
 `ros2 launch nodlidar_bringup robot.launch.py namespace:=left frame_prefix:=left_`.
 
-All arguments are checked before any node is started. The end of any node but RViz ends all; when
-the launch itself is gone, even killed, the kernel ends them (SIGTERM).
+All arguments are checked before any node starts. When any node but RViz ends, all are shut down.
+When the launch process itself ends, even by SIGKILL, the kernel sends SIGTERM to the nodes.
 """
 
 import os
 import tempfile
 import uuid
 
-from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.actions import OpaqueFunction, Shutdown
 from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_bringup import arguments
 from nodlidar_bringup.discovery import announce_often
+from nodlidar_bringup.ros.launch_arguments import ARGUMENTS, share
 from nodlidar_bringup.ros.tied_node import tied_node
 
-TF_RATE = 1000.0  # Hz, at most: a transform for each joint state, or TF is late by up to 50 ms
-
-
-def share(package, path):
-    """Return a file in a package's share folder."""
-    return os.path.join(get_package_share_directory(package), path)
-
-
-ARGUMENTS = [
-    DeclareLaunchArgument(
-        'hardware',
-        default_value='sim',
-        choices=['sim', 'real'],
-        description='sim: emulated devices in a simulated scene; real: devices on serial ports',
-    ),
-    DeclareLaunchArgument(
-        'lidar_port',
-        default_value='/dev/ttyACM0',
-        description='serial port of the lidar (hardware:=real)',
-    ),
-    DeclareLaunchArgument(
-        'servo_port',
-        default_value='/dev/ttyUSB0',
-        description='serial port of the servo (hardware:=real)',
-    ),
-    DeclareLaunchArgument(
-        'scene',
-        default_value='room',
-        description='scene (hardware:=sim): room, corner, corridor, crossing, wall or a YAML file',
-    ),
-    DeclareLaunchArgument(
-        'route',
-        default_value='',
-        description="what the base drives in place of the scene's own route (hardware:=sim): "
-        'approach, figure_of_eight, turn or a YAML file',
-    ),
-    DeclareLaunchArgument(
-        'base',
-        default_value='route',
-        choices=['route', 'odometry', 'cmd_vel'],
-        description='the base (hardware:=sim); route: follows the route without odometry; '
-        'odometry: publishes odom and its transform; cmd_vel: publishes, and drives as that topic '
-        'says',
-    ),
-    DeclareLaunchArgument(
-        'profile',
-        default_value='balanced',
-        choices=['fast', 'balanced', 'accurate'],
-        description='how much accuracy is worth how much time (docs/tradeoffs.md); the '
-        'parameter files override it',
-    ),
-    DeclareLaunchArgument(
-        'ego_motion',
-        default_value='',
-        choices=['', 'beam'],
-        description='beam: clouds in odom, every beam from where TF says that the robot was; '
-        'otherwise as assembler_params says',
-    ),
-    DeclareLaunchArgument(
-        'rviz',
-        default_value='false',
-        choices=['true', 'false'],
-        description='whether to start RViz',
-    ),
-    DeclareLaunchArgument(
-        'namespace',
-        default_value='',
-        description='namespace of all nodes and topics',
-    ),
-    DeclareLaunchArgument(
-        'frame_prefix',
-        default_value='',
-        description="put before the sensor's frames and its joint, not before base_link",
-    ),
-    DeclareLaunchArgument(
-        'mount_xyz',
-        default_value='0 0 1.0',
-        description='nod axis in base_link: x y z [m]; the scenes have it 1 m above the floor',
-    ),
-    DeclareLaunchArgument(
-        'mount_rpy',
-        default_value='0 0 0',
-        description='orientation of the sensor in base_link: roll pitch yaw [rad]',
-    ),
-    DeclareLaunchArgument(
-        'laser_xyz',
-        default_value='0 0 0.080',
-        description='optical centre of the lidar in the nodding frame, whose origin is on the nod '
-        'axis: x y z [m]; that of the simulated one is the default',
-    ),
-    DeclareLaunchArgument(
-        'laser_rpy',
-        default_value='0 0 0',
-        description='orientation of the lidar in the nodding frame: roll pitch yaw [rad]',
-    ),
-    DeclareLaunchArgument(
-        'driver_params',
-        default_value=share('nodlidar_driver', 'config/driver.yaml'),
-        description='parameters of the lidar driver, but for port, frame_id and autostart',
-    ),
-    DeclareLaunchArgument(
-        'servo_params',
-        default_value=share('nodlidar_servo', 'config/servo.yaml'),
-        description='parameters of the servo node, but for port, joint_name and autostart',
-    ),
-    DeclareLaunchArgument(
-        'assembler_params',
-        default_value=share('nodlidar_assembler', 'config/assembler.yaml'),
-        description='parameters of the assembler, but for frame_id, joint_name, laser_xyz and '
-        'laser_rpy',
-    ),
-]
+# Hz, an upper limit: one transform per joint state. The default of 20 Hz would delay TF by 50 ms.
+TF_RATE = 1000.0
 
 
 def end_all(event, context):
-    """Shut everything down when a process ends, unless that is under way already."""
+    """Shut down the launch when a process ends, unless it is shutting down already."""
     return None if context.is_shutdown else Shutdown(reason=f'{event.process_name} ended')
 
 
 def text(value):
-    """Return a parameter that stays a text, whatever YAML would make of it."""
+    """Return a parameter of type string, even where YAML would parse a number."""
     return ParameterValue(value, value_type=str)
 
 
@@ -149,12 +39,12 @@ class Sensor:
     Parameters
     ----------
     context
-        Of the launch.
+        Launch context.
 
     Raises
     ------
     NodlidarError
-        If an argument is not as it must be.
+        If an argument is not allowed.
     """
 
     def __init__(self, context):
@@ -163,7 +53,7 @@ class Sensor:
         arguments.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
         self.in_odom = self.values['ego_motion'] == 'beam'
-        # Emulators make this folder and remove it; no other sensor has the same.
+        # The emulators create and remove this folder; the name is unique to this sensor.
         self.links = os.path.join(tempfile.gettempdir(), f'nodlidar-{uuid.uuid4().hex}')
 
     def nodes(self):
@@ -283,7 +173,7 @@ class Sensor:
 
 
 def generate_launch_description():
-    """Return the launch arguments, and what makes the nodes once these are known."""
+    """Return the launch arguments and the function that creates the nodes from them."""
     announce_often()
     return LaunchDescription(
         [*ARGUMENTS, OpaqueFunction(function=lambda context: Sensor(context).nodes())]

@@ -15,7 +15,7 @@ _FRAME_PREFIX = re.compile(r'([A-Za-z0-9_][A-Za-z0-9_./-]*)?')
 
 
 def check(values: Mapping[str, str]) -> None:
-    """Raise ParameterError if an argument that has no list of choices is not as it must be."""
+    """Check the arguments without a list of choices; raises ParameterError."""
     check_namespace(values['namespace'])
     check_frame_prefix(values['frame_prefix'])
     for name in ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy'):
@@ -40,23 +40,23 @@ def numbers(name: str, text: str) -> list[float]:
 
 
 def check_namespace(text: str) -> None:
-    """Raise ParameterError if a namespace of nodes is not valid in ROS."""
+    """Raise ParameterError if ROS does not allow the namespace."""
     if not _NAMESPACE.fullmatch(text):
         allowed = "letters, digits, '_' and '/', no part of it beginning with a digit"
         raise ParameterError('namespace', allowed, text)
 
 
 def check_frame_prefix(text: str) -> None:
-    """Raise ParameterError if a prefix makes frames that tf2 or the robot model do not allow."""
+    """Raise ParameterError if tf2 or URDF does not allow frames with this prefix."""
     if not _FRAME_PREFIX.fullmatch(text):
         allowed = "letters, digits and any of '_./-', the first one a letter, a digit or '_'"
         raise ParameterError('frame_prefix', allowed, text)
 
 
 def check_parameter_file(name: str, path: str) -> None:
-    """Raise ParameterError if an argument is not the path of a parameter file.
+    """Raise ParameterError if a parameter file is missing or malformed.
 
-    ROS starts a node with its defaults if the file is missing.
+    ROS itself would start the node with its defaults if the file is missing.
     """
     try:
         read_parameters(path)
@@ -65,14 +65,14 @@ def check_parameter_file(name: str, path: str) -> None:
 
 
 def robot_description(path: str, arguments: Mapping[str, str]) -> str:
-    """Return the URDF that a xacro file makes with some arguments.
+    """Return the URDF of a xacro file with the given arguments.
 
     Raises
     ------
     NodlidarError
-        If xacro cannot make it.
+        If xacro fails.
     """
     try:
         return str(xacro.process_file(path, mappings=dict(arguments)).toxml())
-    except Exception as error:  # xacro's own, those of XML and of Python expressions
+    except Exception as error:  # of xacro, XML or a Python expression
         raise NodlidarError(f"xacro cannot process '{path}': {error}") from error

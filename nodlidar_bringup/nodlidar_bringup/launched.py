@@ -18,18 +18,18 @@ class LaunchedSensor:
     Attributes
     ----------
     log
-        What it prints.
+        File with its output.
     process
-        The process of `ros2 launch`, which leads a session of its own.
+        The `ros2 launch` process, leader of a session of its own.
     """
 
     def __init__(self, log: Path, *arguments: str) -> None:
         self.log = log
-        # What a script starts in the background ignores Ctrl-C, and launch would leave it at that.
+        # A background job of a script ignores SIGINT, and launch would inherit that.
         command = ['env', '--default-signal=SIGINT', 'ros2', 'launch', 'nodlidar_bringup']
         command += ['robot.launch.py', *arguments]
         with log.open('wb') as output:
-            # Without a terminal: launch takes its children to have got a Ctrl-C from one.
+            # No terminal: launch assumes that its children got Ctrl-C from it, too.
             self.process = subprocess.Popen(
                 command,
                 stdin=subprocess.DEVNULL,
@@ -39,24 +39,24 @@ class LaunchedSensor:
             )
 
     def running(self) -> bool:
-        """Tell whether it still runs."""
+        """Return whether the launch is still running."""
         return self.process.poll() is None
 
     def interrupt(self) -> int:
-        """End it as Ctrl-C would; return its exit status."""
+        """End the launch as Ctrl-C does; return its exit status."""
         self.process.send_signal(signal.SIGINT)
         return self.process.wait(STOP_TIMEOUT)
 
     def kill(self) -> None:
-        """Kill it and all that it started."""
+        """Kill the launch and all its nodes."""
         os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()
 
 
 def keep_apart() -> None:
-    """Keep this process and its children apart from other nodes, unless the user said where to be.
+    """Isolate this process and its children in a ROS domain of their own.
 
-    RViz can look on with the same ROS_DOMAIN_ID.
+    Environment variables that the user has set are kept. RViz joins with the same ROS_DOMAIN_ID.
     """
     announce_often()
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -75,6 +75,6 @@ def launched_sensor(log: Path, *arguments: str) -> Iterator[LaunchedSensor]:
                 sensor.interrupt()
             except subprocess.TimeoutExpired:
                 sensor.kill()
-        # A launch that died may have left nodes; they end cleanly by this.
+        # A launch that crashed may have left nodes behind; SIGTERM ends them cleanly.
         with suppress(ProcessLookupError):
             os.killpg(sensor.process.pid, signal.SIGTERM)

@@ -18,12 +18,9 @@ SPEC = spec_from_file_location('parameter_docs', WORKSPACE / 'tools' / 'paramete
 parameter_docs = module_from_spec(SPEC)
 SPEC.loader.exec_module(parameter_docs)
 NODES, LEFT_TO_PROFILES = parameter_docs.NODES, parameter_docs.LEFT_TO_PROFILES
+plain = parameter_docs.plain
 
 of_every_node = pytest.mark.parametrize('node', NODES)
-
-
-def plain(value):
-    return list(value) if isinstance(value, tuple) else value
 
 
 def fields_of(node):

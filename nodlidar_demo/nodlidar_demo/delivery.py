@@ -1,4 +1,4 @@
-"""What a bag says of a sensor at work: latency, drops, when its simulation began."""
+"""Delivery of clouds as recorded in a bag: latency and drops; start of the simulation."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from nodlidar_common.stamps import time_ns
 import numpy as np
 from numpy.typing import NDArray
 
-TOLD_BY = ('arrival', 'points', 'diagnostics')
+TOPICS = ('arrival', 'points', 'diagnostics')
 
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
-    """What a bag says about the clouds that were published.
+    """Delivery of the clouds in a bag.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Delivery:
     dropped
         Drops that the nodes reported in their last diagnostics, counted by reason.
     clouds, points
-        How many were received.
+        Numbers received.
     """
 
     latency: NDArray[np.float64]
@@ -36,7 +36,7 @@ class Delivery:
 
 
 def read_delivery(bag: Path) -> Delivery:
-    """Return what a bag with clouds per scan says about their delivery.
+    """Return the delivery of the clouds in a bag, one cloud per scan.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def read_delivery(bag: Path) -> Delivery:
     clouds: list[tuple[int, int]] = []
     dropped: dict[str, Counter[str]] = {}
     points = 0
-    for recorded in messages_of(bag, lambda topic, kind: _name(topic) in TOLD_BY):
+    for recorded in messages_of(bag, lambda topic, kind: _name(topic) in TOPICS):
         name, message = _name(recorded.topic), recorded.message
         if name == 'arrival':
             arrivals[time_ns(message.time_ref)] = time_ns(message.header.stamp)
@@ -82,13 +82,13 @@ def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray
 
 
 def read_start_ns(bag: Path) -> int:
-    """Return when base and people left their starts [ns], as the simulation told.
+    """Return when base and people started to move [ns], as published by the simulation.
 
     Raises
     ------
     BagError
-        If it did not.
+        If it was not published.
     """
     for recorded in messages_of(bag, lambda topic, kind: topic.endswith('/base/start')):
         return time_ns(recorded.message.header.stamp)
-    raise BagError(f"'{bag}' does not tell when the simulation began")
+    raise BagError(f"'{bag}' lacks the start of the simulation, /base/start")

@@ -1,4 +1,4 @@
-"""`ros2 run nodlidar_demo demo`: scans a simulated scene, and shows and measures the result."""
+"""Scans a simulated scene, measures the clouds and draws them: `ros2 run nodlidar_demo demo`."""
 
 from collections.abc import Sequence
 import sys
@@ -10,7 +10,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo; return the exit status."""
 
     def work() -> None:
-        # Imported here: a package that is missing is told in a line.
+        # Imported here, so that a missing package is reported in one line.
         from nodlidar_demo.ros.demonstration import demonstrate
 
         demonstrate(argv, __doc__)

@@ -1,4 +1,4 @@
-"""Figures of a recorded sensor: the distance of its points to the true surfaces."""
+"""Distance of a recorded sensor's points to the true surfaces; simulated recordings."""
 
 from dataclasses import replace
 
@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 FAR = 3.0
-"""Beams up to this range [m] count for the distance to the surfaces: a pitch error costs as much
-more as a beam is longer, so that a figure means nothing without it."""
+"""Longest range [m] of the beams that count: the error by a wrong pitch grows with the range."""
 
 
 class EvaluationError(NodlidarError):
-    """A log that has nothing to evaluate."""
+    """A log without points."""
 
 
 def points_of(log: SensorLog, estimator: str) -> Points:
@@ -41,7 +40,7 @@ def near_beams(log: SensorLog) -> SensorLog:
 
 
 def simulated_log(simulated: Recording) -> SensorLog:
-    """Return what the simulator's devices told, without the truth."""
+    """Return what the simulated devices measured, without the truth."""
     sensor = simulated.sensor
     geometry = ScanGeometry(
         beams=len(simulated.azimuth),
@@ -66,7 +65,7 @@ def surface_rms(points: Points, world: World) -> float:
 
 
 def simulated_odometry(simulated: Recording) -> Odometry:
-    """Return the odometry of nodlidar_base_link that the simulator's wheels told."""
+    """Return the odometry of nodlidar_base_link from the simulated wheels."""
     x, y, yaw = simulated.odometry_pose.T
     zero = np.zeros_like(x)
     orientation = np.stack([zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=1)

@@ -20,8 +20,8 @@ COLOURS = ListedColormap(matplotlib.colormaps['turbo'](np.linspace(0.1, 0.93, 25
 # The perspective view: from over the sensor's right shoulder, in nodlidar_base_link [m].
 EYE, TARGET = np.array([-1.3, -0.7, 0.9]), np.array([2.0, 0.0, -0.1])
 NEAREST = 0.5
-# What the other views leave out at either end of their line of sight, of the cloud's extent:
-# a ceiling would hide the room from above, a side wall from the side.
+# Share of the cloud's extent that the other views omit at each end of their line of sight: the
+# ceiling would hide the room from above, a wall from the side.
 LEFT_OUT = 0.05
 
 
@@ -43,7 +43,7 @@ def picture(xyz: Array, title: str) -> Figure:
     heights = Normalize(*np.percentile(xyz[:, 2], [1, 99]))
     drawn = _draw_perspective(axes['perspective'], xyz, heights)
     _draw_along(axes['above'], xyz, 'xyz', heights, 'from above')
-    # The line of sight of who looks from the right is y: the far side is the left.
+    # Seen from the right, the line of sight is y, and the left wall is the far one.
     _draw_along(axes['right'], xyz * (1, -1, 1), 'xzy', heights, 'from the right')
     figure.colorbar(drawn, ax=[*axes.values()], label='height above the nod axis [m]', pad=0.01)
     figure.suptitle(title)
@@ -51,9 +51,9 @@ def picture(xyz: Array, title: str) -> Figure:
 
 
 def seen_from(xyz: Array, eye: Array, target: Array) -> Array:
-    """Return what an upright camera at `eye`, pointed at `target`, sees of points, shape (n, 3).
+    """Project points onto an upright camera at `eye` that points at `target`, shape (n, 3).
 
-    The columns are right and up, as tangents of the angles off its axis, and the depth [m].
+    The columns are right and up, as tangents of the angles from the optical axis, and depth [m].
     """
     ahead = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
@@ -71,7 +71,7 @@ def _draw_perspective(axes: Axes, xyz: Array, heights: Normalize) -> PathCollect
 
 
 def _draw_along(axes: Axes, xyz: Array, names: str, heights: Normalize, title: str) -> None:
-    """Draw points along the last of three named axes, without those at its ends."""
+    """Draw points seen along the last of three named axes, without both ends of it."""
     across, up, toward = (xyz[:, 'xyz'.index(name)] for name in names)
     low, high = np.percentile(toward, [1, 99])
     margin = LEFT_OUT * (high - low)
@@ -92,7 +92,7 @@ def _draw(
     heights: Normalize,
     size: Array,
 ) -> PathCollection:
-    """Draw points, those that are nearer to the viewer over the others."""
+    """Draw points, the nearer ones over the others."""
     order = np.argsort(toward)
     axes.set(aspect='equal', facecolor=BACKGROUND)
     return axes.scatter(

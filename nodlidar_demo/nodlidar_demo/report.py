@@ -1,4 +1,4 @@
-"""The tables that the demo ends with."""
+"""The tables at the end of the demo."""
 
 from collections.abc import Mapping
 
@@ -17,10 +17,10 @@ def print_report(
     rms_by_odometry: Mapping[str, float],
     console: Console,
 ) -> None:
-    """Print what a recorded sensor delivered, and how true each estimator's points are.
+    """Print what a recorded sensor delivered, and the accuracy of each estimator.
 
-    The RMS distances [m] are those with the true poses of the base and those with the poses that
-    odometry told, which are empty for a base that stands.
+    The RMS distances [m] are by true poses of the base and by odometry; the latter are empty for a
+    base that does not drive.
     """
     console.print(_delivery_table(log, delivery))
     console.print(rms_table(rms, rms_by_odometry))
@@ -47,7 +47,7 @@ def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
 
 
 def rms_table(rms: Mapping[str, float], by_odometry: Mapping[str, float]) -> Table:
-    """Return the table of RMS distances [m] by estimator, as print_report has them."""
+    """Return the table of RMS distances [m] by estimator; see print_report."""
     best = min(rms.values())
     table = Table(title=f'RMS distance to the true surfaces, beams up to {FAR:g} m')
     headings = ['estimator', 'RMS', 'against the best']

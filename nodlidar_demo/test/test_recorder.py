@@ -86,7 +86,7 @@ def test_it_tells_when_the_simulation_began(recorded, tmp_path):
     assert read_start_ns(bag) == START_NS
     with Writer(tmp_path / 'empty', version=9):
         pass
-    with pytest.raises(BagError, match='does not tell when the simulation began'):
+    with pytest.raises(BagError, match='lacks the start of the simulation'):
         read_start_ns(tmp_path / 'empty')
 
 

@@ -1,4 +1,4 @@
-"""Nodes that do not outlive their launch."""
+"""Nodes that end with their launch process."""
 
 import os
 import shutil
@@ -10,28 +10,27 @@ from launch_ros.actions import Node
 from launch_ros.substitutions import ExecutableInPackage
 from nodlidar_common.errors import NodlidarError
 
-# Asks the kernel for SIGTERM at the end of the parent, then starts the node if the parent, which
-# may have ended before, is still the launch.
+# Asks the kernel to send SIGTERM when the parent ends, then starts the node, unless the launch has
+# already ended and the parent is another process.
 _PREFIX = 'setpriv --pdeathsig TERM sh -c \'test $PPID -eq {} && exec "$0" "$@"\''
 
 
 def tied_node(context: LaunchContext, package: str, executable: str, **options: Any) -> Node:
-    """Return a node that the kernel ends when the launch is gone, even killed.
+    """Return a node that the kernel ends when the launch process ends, even by SIGKILL.
 
-    Where the system has no setpriv (util-linux), or the user gives a launch-prefix of their own,
-    the node is an ordinary one.
+    Without setpriv (util-linux), or if the user sets launch-prefix, the node is an ordinary one.
 
     Parameters
     ----------
     context
-        Of the launch.
+        Launch context.
     package, executable, options
-        As of Node.
+        Arguments of Node.
 
     Raises
     ------
     NodlidarError
-        If there is no such executable: while the node is made, not when others have started.
+        If the executable does not exist. Node itself would fail after other nodes have started.
     """
     try:
         ExecutableInPackage(package=package, executable=executable).perform(context)

@@ -1,4 +1,4 @@
-"""What the demo does: launches a simulated sensor, records it, measures and draws its cloud."""
+"""The demo: launch a simulated sensor, record it, measure its clouds and draw them."""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -37,26 +37,26 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 START_TIMEOUT = 60.0
-LONGEST = 3600.0  # s; a longer one would not fit into memory
+LONGEST = 3600.0  # s; a longer recording may not fit into memory
 
 
 class DemoError(NodlidarError):
-    """The sensor did not start, or ended before its time."""
+    """The sensor did not start, or ended too early."""
 
 
 def demonstrate(argv: Sequence[str] | None, description: str | None) -> None:
-    """Run the demo that a command line asks for.
+    """Run the demo with the options of a command line.
 
     Raises
     ------
     DemoError
-        If the sensor does not start, or ends before its time.
+        If the sensor does not start, or ends too early.
     ParameterError
         For a scene, a route or a duration that is not allowed.
     OSError
         If the results cannot be written.
     SystemExit
-        After --help, or with status 2 and a line on stderr for what is no option.
+        After --help, or with status 2 for an unknown option.
     """
     _demo(_parse(argv, description), Console())
 
@@ -64,7 +64,7 @@ def demonstrate(argv: Sequence[str] | None, description: str | None) -> None:
 def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
     parser = LineParser('demo', description)
     parser.add_argument('--scene', default='room', help='a scene of nodlidar_sim or a YAML file')
-    parser.add_argument('--route', help="what the base drives, in place of the scene's route")
+    parser.add_argument('--route', help="route of the base, in place of the scene's own")
     parser.add_argument('--duration', type=float, default=20.0, help='seconds of clouds to record')
     parser.add_argument(
         '--output', type=Path, default=Path('demo_output'), help='folder for the results'
@@ -104,7 +104,7 @@ def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
 
 
 def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
-    """Write a log's points, and a picture of them from where the sensor started."""
+    """Write a log's points, and draw them as seen from the start of the sensor."""
     points = points_of(log, 'slerp')
     with open_output(output / 'cloud.ply', 'odom') as file:
         file.write(points, 'odom' if scene.drives else 'nodlidar_base_link', points.time_ns[-1])
@@ -113,10 +113,10 @@ def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
 
 
 def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[str]:
-    """Return those for a scene, loaded by that name and route.
+    """Return the launch arguments for a scene, loaded by that name and route.
 
-    When anything moves, the simulation tells when that began; when the base drives, it tells its
-    odometry, and clouds are in odom.
+    If anything moves, the simulation publishes its start; if the base drives, also odometry, and
+    clouds are in odom.
     """
     arguments = [f'scene:={scene_name}']
     if route is not None:
@@ -129,12 +129,12 @@ def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[s
 
 
 def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console) -> None:
-    """Record a sensor into a bag, for a time [s] of scans, joint states and clouds.
+    """Record a sensor into a bag, for a time [s] from the first cloud on.
 
     Raises
     ------
     DemoError
-        If no cloud comes, or the sensor ends before the time [s] is over.
+        If no cloud is received, or the sensor ends too early.
     OSError
         If the bag cannot be written.
     """
@@ -169,16 +169,16 @@ def _seconds_of_clouds(
     sensor: LaunchedSensor,
     duration: float,
 ) -> Iterator[float]:
-    """Spin until all data has come for a duration; yield the seconds since that began."""
+    """Spin until all topics have been recorded for a duration; yield the seconds so far."""
     started = time.monotonic()
     began: float | None = None
     while began is None or time.monotonic() - began < duration:
         executor.spin_once(timeout_sec=0.1)
         if not sensor.running():
-            raise DemoError(f'the sensor ended before its time: see {sensor.log}')
+            raise DemoError(f'the sensor ended too early: see {sensor.log}')
         if began is None:
             if time.monotonic() - started > START_TIMEOUT:
-                raise DemoError(f'no cloud came within {START_TIMEOUT:g} s: see {sensor.log}')
+                raise DemoError(f'no cloud within {START_TIMEOUT:g} s: see {sensor.log}')
             began = time.monotonic() if recorder.complete() else None
         else:
             yield time.monotonic() - began

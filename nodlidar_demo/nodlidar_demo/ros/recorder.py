@@ -1,4 +1,4 @@
-"""Records a running sensor into an MCAP bag, byte for byte as and when it was published."""
+"""Records a running sensor into an MCAP bag: serialized messages at their publication times."""
 
 from collections import Counter
 from pathlib import Path
@@ -40,7 +40,7 @@ NO_LIMIT = QosTime(9223372036, 854775807)
 
 
 class Recorder(Node):
-    """Subscribes to what a sensor publishes and writes it into a bag.
+    """Subscribes to the topics of a sensor and writes their messages into a bag.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Recorder(Node):
             self._record(topic, message_type, types)
 
     def complete(self) -> bool:
-        """Tell whether all that clouds are made of has come; DDS finds topics one by one."""
+        """Return whether scans, joint states and clouds arrive; DDS finds topics one by one."""
         return all(self.counts[topic] for topic in ('scan', 'joint_states', 'points'))
 
     def close(self) -> None:
@@ -87,7 +87,7 @@ class Recorder(Node):
 
 
 def _nod_command_type() -> Any:
-    """Return the type that the bag explains to readers which have no nodlidar_msgs."""
+    """Return the type, with the definition that a reader without nodlidar_msgs needs."""
     definition = Path(get_package_share_directory('nodlidar_msgs')) / 'msg' / 'NodCommand.msg'
     return get_types_from_msg(definition.read_text(), 'nodlidar_msgs/msg/NodCommand')
 

@@ -1,0 +1,118 @@
+"""The arguments of the launch file. nodlidar_bringup.arguments checks their values."""
+
+import os
+
+from ament_index_python.packages import get_package_share_directory
+from launch.actions import DeclareLaunchArgument
+
+
+def share(package: str, path: str) -> str:
+    """Return a file in a package's share folder."""
+    return os.path.join(get_package_share_directory(package), path)
+
+
+ARGUMENTS = [
+    DeclareLaunchArgument(
+        'hardware',
+        default_value='sim',
+        choices=['sim', 'real'],
+        description='sim: emulated devices in a simulated scene; real: devices on serial ports',
+    ),
+    DeclareLaunchArgument(
+        'lidar_port',
+        default_value='/dev/ttyACM0',
+        description='serial port of the lidar (hardware:=real)',
+    ),
+    DeclareLaunchArgument(
+        'servo_port',
+        default_value='/dev/ttyUSB0',
+        description='serial port of the servo (hardware:=real)',
+    ),
+    DeclareLaunchArgument(
+        'scene',
+        default_value='room',
+        description='scene (hardware:=sim): room, corner, corridor, crossing, wall or a YAML file',
+    ),
+    DeclareLaunchArgument(
+        'route',
+        default_value='',
+        description="route of the base instead of the scene's own (hardware:=sim): approach, "
+        'figure_of_eight, turn or a YAML file',
+    ),
+    DeclareLaunchArgument(
+        'base',
+        default_value='route',
+        choices=['route', 'odometry', 'cmd_vel'],
+        description='simulated base (hardware:=sim); route: follows the route without '
+        'publishing odometry; odometry: also publishes odom and its transform; cmd_vel: '
+        'publishes both, and drives by the topic cmd_vel',
+    ),
+    DeclareLaunchArgument(
+        'profile',
+        default_value='balanced',
+        choices=['fast', 'balanced', 'accurate'],
+        description='trades computation time for accuracy (docs/tradeoffs.md); the parameter '
+        'files override it',
+    ),
+    DeclareLaunchArgument(
+        'ego_motion',
+        default_value='',
+        choices=['', 'beam'],
+        description="beam: clouds in odom, each beam placed by the robot's pose from TF at its "
+        'instant; if empty, assembler_params decides',
+    ),
+    DeclareLaunchArgument(
+        'rviz',
+        default_value='false',
+        choices=['true', 'false'],
+        description='whether to start RViz',
+    ),
+    DeclareLaunchArgument(
+        'namespace',
+        default_value='',
+        description='namespace of all nodes and topics',
+    ),
+    DeclareLaunchArgument(
+        'frame_prefix',
+        default_value='',
+        description="prefix of the sensor's frames and its joint, but not of base_link",
+    ),
+    DeclareLaunchArgument(
+        'mount_xyz',
+        default_value='0 0 1.0',
+        description='position of the nod axis in base_link: x y z [m]; 1 m above the floor in the '
+        'scenes',
+    ),
+    DeclareLaunchArgument(
+        'mount_rpy',
+        default_value='0 0 0',
+        description='orientation of the sensor in base_link: roll pitch yaw [rad]',
+    ),
+    DeclareLaunchArgument(
+        'laser_xyz',
+        default_value='0 0 0.080',
+        description='optical centre of the lidar in the nodding frame, whose origin is on the nod '
+        'axis: x y z [m]; the default is that of the simulated lidar',
+    ),
+    DeclareLaunchArgument(
+        'laser_rpy',
+        default_value='0 0 0',
+        description='orientation of the lidar in the nodding frame: roll pitch yaw [rad]',
+    ),
+    DeclareLaunchArgument(
+        'driver_params',
+        default_value=share('nodlidar_driver', 'config/driver.yaml'),
+        description='parameter file of the driver, but for port, frame_id and autostart',
+    ),
+    DeclareLaunchArgument(
+        'servo_params',
+        default_value=share('nodlidar_servo', 'config/servo.yaml'),
+        description='parameter file of the servo node, but for port, joint_name and autostart',
+    ),
+    DeclareLaunchArgument(
+        'assembler_params',
+        default_value=share('nodlidar_assembler', 'config/assembler.yaml'),
+        description='parameter file of the assembler, but for frame_id, joint_name, laser_xyz and '
+        'laser_rpy',
+    ),
+]
