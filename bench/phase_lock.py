@@ -107,6 +107,7 @@ class Rig:
         port = VirtualPort(emulator, self.clock)
         self.commands = NodCommands(ServoConfig())
         self.servo = Servo(port, ServoConfig(), self.clock)
+        self.servo.connect()
         self.following = Following(ServoConfig())
         self.loop = ServoLoop(
             self.servo,
@@ -186,7 +187,7 @@ def speed_command_only(faults: Faults, seed: int = 1) -> Kept:
 
     def cycle() -> None:
         nonlocal goal
-        sample = rig.servo.sample()
+        sample = rig.servo.read()
         if (goal - sample.pitch) * math.copysign(1.0, goal) <= 1.5 * TICK:
             goal = -goal
         rig.servo.drive(goal, NOMINAL_SPEED)

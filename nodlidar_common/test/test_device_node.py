@@ -14,6 +14,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.errors import DeviceError, ParameterError, StoppedError
 from nodlidar_common.parameters import parameter
+from nodlidar_common.report import Report
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
 import pytest
@@ -59,10 +60,8 @@ class FakeDevice(DeviceNode):
     def disconnect(self):
         self.steps.put('disconnect')
 
-    def diagnose(self, status):
-        status.add('steps', 'some')
-        if self.alarm:
-            status.mergeSummary(DiagnosticStatus.ERROR, self.alarm)
+    def next_report(self):
+        return Report({'steps': 'some'}, errors=(self.alarm,) if self.alarm else ())
 
     def urgent(self):
         return self.alarm
@@ -144,12 +143,22 @@ def test_what_is_urgent_is_told_long_before_the_next_update_is_due(device):
     assert status_with(device, 'too hot').level == DiagnosticStatus.ERROR
 
 
+def test_a_second_publisher_of_a_topic_that_has_one_is_a_warning(device):
+    device.sole_topic = '/nod_command'
+    for _ in range(2):
+        device.create_publisher(DiagnosticArray, 'nod_command', 1)
+    activate(device)
+    device.orders.put('there')
+    warning = '2 publishers on /nod_command: stop all but one'
+    assert status_with(device, warning).level == DiagnosticStatus.WARN
+
+
 def test_device_that_fails_in_mid_cycle_is_connected_again(device):
     activate(device)
     for order in ('first', 'cycle', DeviceError('unplugged'), 'second', 'cycle'):
         device.orders.put(order)
     assert device.next_steps(6) == ['connect', 'first', 'cycle', 'disconnect', 'connect', 'second']
-    assert device.connections == 2
+    assert device.thread.connection.count == 2
     assert status_with(device, 'connected').level == DiagnosticStatus.OK
 
 
@@ -164,7 +173,7 @@ def test_an_error_of_the_port_itself_is_the_devices_and_not_the_programs(device,
 def test_a_connection_that_is_given_up_on_deactivation_is_no_trouble(device):
     def wait_until_told(order):
         device.steps.put(order)
-        while device.keep_going():
+        while device.thread.keep_going():
             with suppress(queue.Empty):
                 device.orders.get(timeout=0.01)
         raise StoppedError('stopped waiting')
@@ -321,6 +330,22 @@ def test_a_fault_in_disconnecting_does_not_end_the_device_s_thread(device):
     device.disconnect = disconnect
     device.orders.put('there')
     assert device.next_steps(1) == ['there']
+
+
+def test_a_device_that_does_not_switch_off_is_logged_once_until_it_connects_again(device, capfd):
+    def stay_on():
+        device.steps.put('disconnect')
+        raise DeviceError('the laser is on')
+
+    device.disconnect = stay_on
+    missing = DeviceError('no such port')
+    activate(device)
+    for order in ('there', missing, missing, missing, 'there', missing, missing):
+        device.orders.put(order)
+    device.next_steps(5 * 2 + 2)
+    device.orders.put('there')
+    device.next_steps(2)
+    assert capfd.readouterr().err.count('switching off failed: the laser is on') == 2
 
 
 def test_an_exception_in_a_callback_is_logged_and_the_node_goes_on(capfd):

@@ -1,4 +1,4 @@
-"""A connected lidar: from its bytes to scans with ranges and host time."""
+"""One lidar on its port: from bytes to scans with ranges and host time."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -57,16 +57,17 @@ class Lidar:
     account
         Counts the scans.
     keep_going
-        False ends any wait for the lidar with a StoppedError, but that in :meth:`stop`.
+        Returns False to end any wait for the lidar with a StoppedError, except in
+        :meth:`disconnect`.
 
     Attributes
     ----------
     version, capabilities, state
-        What the lidar says about itself, before the stream; set by :meth:`start`.
+        What the lidar reports about itself before the stream; set by :meth:`connect`.
     client
         The session.
     device_clock
-        What is known about the lidar's clock; set by :meth:`start`.
+        Maps the lidar's clock to host time; set by :meth:`connect`.
 
     Raises
     ------
@@ -87,13 +88,13 @@ class Lidar:
         self._last: ScanTime | None = None
         self.client = ScipClient(port, clock, timeout, keep_going, account.drop)
 
-    def start(self) -> None:
-        """Bring the lidar to streaming; if that fails, its laser may be on until :meth:`stop`.
+    def connect(self) -> None:
+        """Start the stream; if that fails, the laser may be on until :meth:`disconnect`.
 
         Raises
         ------
         DeviceError
-            If it does not answer, refuses, is faulty or does not measure these beams.
+            If the lidar does not answer, refuses, is faulty or does not measure these beams.
         PortError
             If the port fails.
         """
@@ -106,12 +107,12 @@ class Lidar:
         self.client.start_scanning(self._window)
 
     def read(self) -> Scan:
-        """Return the next scan that is good and can be dated, waiting for it.
+        """Wait for the next good scan that can be dated, and return it.
 
         Raises
         ------
         DeviceError
-            If none comes, the lidar is faulty, or its clock has to be aligned anew.
+            If none comes, the lidar is faulty, or its clock has to be aligned again.
         PortError
             If the port fails.
         """
@@ -122,8 +123,16 @@ class Lidar:
                 return self._scan(raw, time)
             self._account.drop(TIMESTAMP if self.device_clock.settled else SETTLING)
 
-    def stop(self) -> None:
-        """Stop the stream and turn the laser off; DeviceError if that is not confirmed."""
+    def disconnect(self) -> None:
+        """Stop the stream and turn the laser off.
+
+        Raises
+        ------
+        DeviceError
+            If the lidar does not confirm it.
+        PortError
+            If the port fails.
+        """
         asked_ns, is_confirmed = self._clock(), False
         try:
             self.client.stop()

@@ -62,7 +62,7 @@ class Rig:
     def lidar(self, window=FULL):
         """Return a lidar that streams."""
         lidar = Lidar(self.port, window, self.clock, 1.0, self.account)
-        lidar.start()
+        lidar.connect()
         return lidar
 
     def send(self, command):

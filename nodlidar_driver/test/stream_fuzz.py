@@ -31,7 +31,7 @@ def recorded_session():
 
     port.read = read_and_record
     lidar = Lidar(port, WINDOW, clock, 1.0, ScanAccount())
-    lidar.start()
+    lidar.connect()
     for _ in range(SCANS):
         lidar.read()
     return [message + b'\n\n' for message in bytes(received).split(b'\n\n')[:-1]]
@@ -144,13 +144,13 @@ def use(port):
     account = ScanAccount()
     lidar = Lidar(port, WINDOW, port.clock, 1.0, account)
     with suppress(DeviceError):
-        lidar.start()
+        lidar.connect()
         while True:
             scan = lidar.read()
             assert np.isfinite(scan.rotation)
             assert len(scan.ranges) == WINDOW.count
     with suppress(DeviceError):
-        lidar.stop()
+        lidar.disconnect()
     assert account.due == account.published + account.lost.total()
     assert min(account.lost.values()) >= 0
     return account

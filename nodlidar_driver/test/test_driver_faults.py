@@ -28,11 +28,11 @@ class FaultyRig(Rig):
                 self.port, FULL, self.clock, 1.0, self.account, lambda: self.clock() < end_ns
             )
             with suppress(DeviceError):
-                lidar.start()
+                lidar.connect()
                 while True:
                     self.stamps.append(lidar.read().stamp_ns)
             with suppress(DeviceError):
-                lidar.stop()
+                lidar.disconnect()
             self.clock.advance_to(self.clock() + 500_000_000)
 
     def errors(self):
@@ -54,7 +54,7 @@ def test_a_stall_costs_no_stamp_and_no_scan_that_the_port_kept(stall):
     assert np.abs(np.subtract(stamps, truths)).max() < 700_000
     assert np.diff(stamps).min() > 99e6
     assert (rig.account.lost.total() > 0) == (stall > 3.0)  # more than the port holds
-    lidar.stop()
+    lidar.disconnect()
     assert rig.account.due == len(rig.sent)
 
 

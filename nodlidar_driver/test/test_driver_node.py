@@ -14,7 +14,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
-from nodlidar_driver.ros.node import Driver
+from nodlidar_driver.ros.node import DriverNode
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 import numpy as np
@@ -59,7 +59,7 @@ class Listener:
     def __init__(self, parameters):
         rclpy.init(args=options(parameters))
         self.scans, self.arrivals, self.status = [], [], None
-        self.driver = Driver()
+        self.driver = DriverNode()
         self.node = rclpy.create_node('listener')
         self.node.create_subscription(LaserScan, 'scan', self.scans.append, 10)
         self.node.create_subscription(TimeReference, 'driver/arrival', self.arrivals.append, 10)
@@ -214,7 +214,7 @@ def test_a_port_that_is_missing_at_first_and_unplugged_later(ports):
         listener.diagnosed(DiagnosticStatus.ERROR, "cannot open serial port '")
         ports.reopen('lidar')
         listener.receive(2)
-        assert listener.driver.connections == 2
+        assert listener.driver.thread.connection.count == 2
 
 
 def test_silence_and_a_second_publisher_are_warned_of(ports, emulator):

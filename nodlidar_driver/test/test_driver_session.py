@@ -232,7 +232,7 @@ def test_stopping_turns_the_laser_off():
     lidar = rig.lidar()
     lidar.read()
     assert rig.emulator.sensor.laser
-    lidar.stop()
+    lidar.disconnect()
     assert not rig.emulator.sensor.laser
     assert rig.emulator.sensor.stream is None
 
@@ -257,7 +257,7 @@ def test_unplugging_is_a_port_error():
     with pytest.raises(PortError, match='went away'):
         lidar.read()
     with pytest.raises(PortError, match='went away'):
-        lidar.stop()
+        lidar.disconnect()
 
 
 @pytest.mark.parametrize('tenths', range(0, 30, 3))
@@ -276,13 +276,13 @@ def test_connecting_ends_soon_when_told_and_leaves_the_laser_off(tenths, silent)
     with pytest.raises(StoppedError):
         start_and_read(lidar)
     faults.mute = False
-    lidar.stop()
+    lidar.disconnect()
     assert rig.clock() < end_ns + 1_200_000_000
     assert not rig.emulator.sensor.laser
 
 
 def start_and_read(lidar):
-    lidar.start()
+    lidar.connect()
     while True:
         lidar.read()
 
@@ -292,9 +292,9 @@ def test_a_lidar_that_refuses_to_stream_can_be_stopped():
     before(rig.emulator, b'MD0044072501000', lambda: rig.emulator.sensor.refuse_next(b'0A'))
     lidar = Lidar(rig.port, FULL, rig.clock, 1.0, rig.account)
     with pytest.raises(DeviceError, match='status 0A'):
-        lidar.start()
+        lidar.connect()
     assert rig.emulator.sensor.laser
-    lidar.stop()
+    lidar.disconnect()
     assert not rig.emulator.sensor.laser
 
 
@@ -322,7 +322,7 @@ def test_a_lost_byte_of_the_stop_request_does_not_leave_the_laser_on(lost, times
         receive(data, now_ns)
 
     rig.emulator.receive = receive_damaged
-    lidar.stop()
+    lidar.disconnect()
     assert not rig.emulator.sensor.laser
     assert len(requests) <= times + 1
 
@@ -333,10 +333,10 @@ def test_a_slow_line_confirms_a_stop(delay_ms):
     faults = FaultyDevice(rig.emulator)
     port = VirtualPort(faults, rig.clock)
     lidar = Lidar(port, FULL, rig.clock, 1.0, rig.account)
-    lidar.start()
+    lidar.connect()
     lidar.read()
     faults.delay_ns = delay_ms * 1_000_000
-    lidar.stop()
+    lidar.disconnect()
     assert not rig.emulator.sensor.laser
 
 

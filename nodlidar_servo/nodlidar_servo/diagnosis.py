@@ -1,29 +1,49 @@
-"""What the servo reports about itself, and what of it is out of order."""
+"""What the node reports about the servo, and what of it is out of order."""
 
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+from nodlidar_common.recent import Recent
+from nodlidar_common.report import Report
 from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.recent import Recent
 from nodlidar_servo.replies import LateReplyError, status_names
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures
+from nodlidar_servo.state import Link, ServoState
+from nodlidar_servo.tracking import Progress
 
 LOW_RATE = 0.9
-"""Below this share of the rate that is asked for, joint states come too seldom."""
+"""Joint states below this share of the requested rate are a warning."""
 
 MANY_LATE = 0.1
-"""Above this share of late replies the host is too busy; any other failure is one of the bus."""
+"""Late replies above this share are a warning: the host is too busy. So is any other failure."""
+
+_WINDOW, _SHORTEST = 1.5, 1.0  # s, that rates are taken over, and at least
+_SAMPLES = 'samples'
 
 
 class Diagnosis:
-    """Turns the figures of the loop and the latest sample into text.
+    """Reports the servo's state; counts are over all connections.
 
-    A report may be asked for by another thread than the one that tells what happens.
+    The device's thread calls `connected`, `cycled` and `disconnected`, the thread of the
+    diagnostics `urgent` and `next_report`. Only a :class:`.ServoState` goes from one to the other.
+
+    Parameters
+    ----------
+    figures, following
+        The loop's counts, and whether the servo follows; read in the device's thread only.
+    commands
+        The nod commands.
+    feedback_rate
+        Joint states per second that are requested [Hz].
 
     Attributes
     ----------
-    sample
-        The latest sample; None while not connected.
+    state
+        The latest state, for any thread: replaced as a whole.
     """
 
     def __init__(
@@ -33,65 +53,81 @@ class Diagnosis:
         following: Following,
         feedback_rate: float,
     ) -> None:
+        self.state = ServoState(figures.copy())
         self._figures = figures
         self._commands = commands
         self._following = following
         self._feedback_rate = feedback_rate
-        self._recent = Recent()
         self._servo: Servo | None = None
-        self._latency_warning = ''
-        self._refused_told = 0
-        self.sample: Sample | None = None
+        self._recent = Recent(_WINDOW)
+        self._connected_ns = 0
+        self._refused_reported = 0
 
-    def connected(self, servo: Servo, latency_warning: str) -> None:
-        """Report about this servo from now on."""
-        self._recent.clear()
+    # The device's thread.
+
+    def connected(self, servo: Servo, now_ns: int, latency_warning: str) -> None:
+        """Report about this servo from a time [ns] on."""
         self._servo = servo
-        self._latency_warning = latency_warning
+        link = Link(now_ns, servo.limits, latency_warning, servo.torque, servo.shut_down, None)
+        self._update(link, None)
+
+    def cycled(self, samples: Sequence[Sample], progress: Progress | None) -> None:
+        """Report the samples of a cycle, and how the nod is followed, if there is one."""
+        servo, link = self._servo, self.state.link
+        if servo is not None and link is not None:
+            sample = samples[-1] if samples else link.sample
+            link = replace(link, torque=servo.torque, shut_down=servo.shut_down, sample=sample)
+        self._update(link, progress)
 
     def disconnected(self) -> None:
-        """Report only what has been counted, until connected again."""
-        self._servo = self.sample = None
-        self._latency_warning = ''
+        """Report only the counts until connected again."""
+        self._servo = None
+        self._update(None, None)
 
-    def report(
-        self, now_ns: int, commanders: int = 1
-    ) -> tuple[dict[str, str], list[str], list[str]]:
-        """Return the figures by name, the warnings and the errors.
+    def _update(self, link: Link | None, progress: Progress | None) -> None:
+        self.state = ServoState(self._figures.copy(), link, progress, self._following.fault)
 
-        Parameters
-        ----------
-        now_ns
-            Time of the steady clock [ns].
-        commanders
-            How many publish nod commands: the servo follows whoever came last.
-        """
-        servo, sample = self._servo, self.sample
-        self._recent.look(now_ns, self._figures.samples, self._figures.failures)
-        figures, warnings = self._counted(now_ns), self._command_warnings(servo, now_ns)
-        if servo is not None:
-            warnings += self._rate_warnings()
-        if commanders > 1:
-            warnings.append(f'nod commands come from {commanders} publishers')
-        errors = [self._following.fault] if self._following.fault else []
-        if servo is not None and sample is not None:
-            figures |= self._measured(servo, sample)
-            warnings += _out_of_limits(servo, sample)
-            errors += _alarms(servo, sample)
-        if self._latency_warning:
-            warnings.append(self._latency_warning)
-        return figures, warnings, errors
+    # The thread of the diagnostics.
 
     def urgent(self, now_ns: int) -> object:
-        """Return what is told at once when it changes, at a time [ns] of the steady clock."""
-        alarms = (self._servo.shut_down, self.sample.status) if self._servo and self.sample else ()
-        failures = self._figures.failures
+        """Return faults, alarms and failures, and whether there is a command, at a time [ns]."""
+        state = self.state
+        failures = state.figures.failures
         failed = failures.total() - failures[LateReplyError.reason]
-        commanded = self._commands.tracker(now_ns) is not None
-        return self._following.fault, alarms, failed, commanded
+        return state.fault, _alarms(state.link), failed, self._commands.are_current(now_ns)
 
-    def _counted(self, now_ns: int) -> dict[str, str]:
-        counted = self._figures
+    def next_report(self, now_ns: int) -> Report:
+        """Return the state at a time [ns] of the steady clock.
+
+        Commands that were refused since the last report are a warning.
+        """
+        state = self.state
+        self._count(state, now_ns)
+        warnings = [*self._refusals(), *self._command_warnings(state.link, now_ns)]
+        if state.link is not None:
+            warnings += [*self._rate_warnings(), *_out_of_limits(state.link)]
+            if state.link.latency_warning:
+                warnings.append(state.link.latency_warning)
+        fault = [state.fault] if state.fault else []
+        figures = self._loop_figures(state.figures, now_ns)
+        figures |= _phase_figures(state.progress) | _motor_figures(state.link)
+        return Report(figures, tuple(warnings), (*fault, *_alarms(state.link)))
+
+    def _count(self, state: ServoState, now_ns: int) -> None:
+        if state.link is not None and state.link.connected_ns != self._connected_ns:
+            self._recent.clear()
+            self._connected_ns = state.link.connected_ns
+        self._recent.add(
+            now_ns, state.figures.failures + Counter({_SAMPLES: state.figures.samples})
+        )
+
+    @property
+    def _rate(self) -> float:
+        """The recent samples per second; 0 while the time is too short to say."""
+        duration = self._recent.duration
+        return self._recent.counts[_SAMPLES] / duration if duration >= _SHORTEST else 0.0
+
+    def _loop_figures(self, counted: LoopFigures, now_ns: int) -> dict[str, str]:
         figures = {
             'joint states per second': f'{self._rate:.1f}',
             'joint states withheld': str(counted.withheld),
@@ -100,75 +136,78 @@ class Diagnosis:
             'command age [s]': f'{self._commands.age(now_ns):.2f}',
             'refused commands': str(self._commands.refused),
         }
-        figures |= self._phase(now_ns)
         failures = sorted(counted.failures.items())
         return figures | {f'failed: {reason}': str(count) for reason, count in failures}
 
-    def _phase(self, now_ns: int) -> dict[str, str]:
-        tracker = self._commands.tracker(now_ns)
-        if tracker is None:
-            return {}
-        nod, phase = tracker.nod, tracker.phase
-        return {
-            'samples per sweep, commanded': str(nod.samples_per_sweep),
-            'samples per sweep, measured': (
-                f'{nod.samples_per_sweep * phase.drift.measured_ratio:.2f}'
-            ),
-            'phase error [ms]': f'{phase.error * 1e3:.2f}',
-        }
+    def _refusals(self) -> list[str]:
+        refused, self._refused_reported = self._refused_reported, self._commands.refused
+        if self._commands.refused == refused:
+            return []
+        return [f'nod command refused: {self._commands.refusal}']
 
-    @property
-    def _rate(self) -> float:
-        """The samples per second of late."""
-        return self._recent.samples / self._recent.duration if self._recent.duration else 0.0
+    def _command_warnings(self, link: Link | None, now_ns: int) -> list[str]:
+        if link is None or self._commands.are_current(now_ns):
+            return []
+        torque = 'it is not confirmed that the torque is off' if link.torque else 'torque off'
+        return [f'no nod command to follow: {torque}']
 
     def _rate_warnings(self) -> list[str]:
-        recent, warnings = self._recent, []
-        if not recent.duration:
+        if self._recent.duration < _SHORTEST:
             return []
+        warnings = []
         if self._rate < LOW_RATE * self._feedback_rate:
             wanted = f'{self._feedback_rate:g}'
             warnings.append(f'{self._rate:.1f} joint states per second, not {wanted}')
-        failures = recent.failures
-        asked = recent.samples + failures.total()
-        for reason, count in failures.items():
-            if count > (MANY_LATE * asked if reason == LateReplyError.reason else 0):
-                warnings.append(f'{count / asked:.1%} of the replies failed: {reason}')
+        counts = self._recent.counts
+        replies = counts.total()
+        for reason, count in counts.items():
+            if reason == LateReplyError.reason and count <= MANY_LATE * replies:
+                continue
+            if reason != _SAMPLES:
+                warnings.append(f'{count / replies:.1%} of the replies failed: {reason}')
         return warnings
 
-    def _command_warnings(self, servo: Servo | None, now_ns: int) -> list[str]:
-        warnings = []
-        if self._commands.refused > self._refused_told:
-            warnings.append(f'nod command refused: {self._commands.refusal}')
-        self._refused_told = self._commands.refused
-        if servo is not None and self._commands.tracker(now_ns) is None:
-            torque = 'it is not confirmed that the torque is off' if servo.torque else 'torque off'
-            warnings.append(f'no nod command to follow: {torque}')
-        return warnings
 
-    @staticmethod
-    def _measured(servo: Servo, sample: Sample) -> dict[str, str]:
-        return {
-            'torque': 'on' if servo.torque else 'off',
-            'pitch [rad]': f'{sample.pitch:.4f}',
-            'load [share of maximum]': f'{sample.load:.2f}',
-            'voltage [V]': f'{sample.voltage:.1f}',
-            'temperature [deg C]': str(sample.temperature),
-        }
+def _phase_figures(progress: Progress | None) -> dict[str, str]:
+    if progress is None:
+        return {}
+    samples = progress.nod.samples_per_sweep
+    return {
+        'samples per sweep, commanded': str(samples),
+        'samples per sweep, measured': f'{samples * progress.measured_ratio:.2f}',
+        'phase error [ms]': f'{progress.phase_error * 1e3:.2f}',
+    }
 
 
-def _alarms(servo: Servo, sample: Sample) -> list[str]:
+def _motor_figures(link: Link | None) -> dict[str, str]:
+    if link is None or link.sample is None:
+        return {}
+    return {
+        'torque': 'on' if link.torque else 'off',
+        'pitch [rad]': f'{link.sample.pitch:.4f}',
+        'load [share of maximum]': f'{link.sample.load:.2f}',
+        'voltage [V]': f'{link.sample.voltage:.1f}',
+        'temperature [deg C]': str(link.sample.temperature),
+    }
+
+
+def _alarms(link: Link | None) -> tuple[str, ...]:
+    """Return what the motor reports as an error, which the samples bring."""
+    if link is None or link.sample is None:
+        return ()
     errors = []
-    if sample.status:
-        errors.append(f'the servo reports: {status_names(sample.status)}')
-    if servo.shut_down:
-        names = status_names(servo.shut_down)
+    if link.sample.status:
+        errors.append(f'the servo reports: {status_names(link.sample.status)}')
+    if link.shut_down:
+        names = status_names(link.shut_down)
         errors.append(f'the servo has shut down ({names}): deactivate and activate the node')
-    return errors
+    return tuple(errors)
 
 
-def _out_of_limits(servo: Servo, sample: Sample) -> list[str]:
-    limits, warnings = servo.limits, []
+def _out_of_limits(link: Link) -> list[str]:
+    limits, sample, warnings = link.limits, link.sample, []
+    if sample is None:
+        return []
     if not limits.voltage_min <= sample.voltage <= limits.voltage_max:
         allowed = f'{limits.voltage_min} to {limits.voltage_max} V'
         warnings.append(f'supply is {sample.voltage} V, outside {allowed}')

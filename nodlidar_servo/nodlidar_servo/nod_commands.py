@@ -1,29 +1,65 @@
 """Which nod command counts: accepted ones, for as long as commands keep coming."""
 
+from dataclasses import dataclass, replace
 import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.dynamics import check_nod, Dynamics
 from nodlidar_servo.models import MODELS
-from nodlidar_servo.tracking import check_nod, Dynamics, NodTracker
+from nodlidar_servo.phase import LONGEST_LEAD
+from nodlidar_servo.tracking import NodTracker
 
 FARTHEST_START = 60.0
-"""A command may be given so long before it counts [s]: what is for later is a mistake."""
+"""A command may precede its start by up to this time [s]; a later start is a mistake."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """An accepted nod command.
+
+    Attributes
+    ----------
+    nod
+        The commanded nod.
+    start_ns
+        When it takes effect [ns].
+    received_ns
+        When it was received [ns].
+    former
+        The command in effect until then; None if there is none.
+    """
+
+    nod: NodTrajectory
+    start_ns: int
+    received_ns: int
+    former: 'Command | None' = None
+
+    def age(self, now_ns: int) -> float:
+        """Return the time since it was received [s], at a time [ns]."""
+        return (now_ns - self.received_ns) / NS_PER_S
+
+    def in_effect(self, now_ns: int) -> NodTrajectory | None:
+        """Return the nod in effect at a time [ns]; None if it is older than `former`."""
+        if now_ns >= self.start_ns:
+            return self.nod
+        return None if self.former is None else self.former.in_effect(now_ns)
 
 
 class NodCommands:
-    """The latest accepted nod command and what became of the others.
+    """The latest accepted nod command, and counts of the refused ones.
 
-    Its times are those of a steady clock: a host's clock that is set neither ends a command nor
-    keeps it. Only the commands themselves are in terms of the host's clock.
+    One thread receives the commands, another one follows them by :meth:`follow`; what the first
+    passes to the second is one :class:`Command`. Times are those of a steady clock: a step of the
+    host's clock neither ends nor prolongs a command. Only the nods are in host time.
 
     Attributes
     ----------
     refused
         Commands that were refused so far.
     refusal
-        Why the last of them was refused; empty if none was.
+        Why the last of them was refused; empty if there was none.
     """
 
     def __init__(self, config: ServoConfig) -> None:
@@ -31,47 +67,48 @@ class NodCommands:
         self._config = config
         self._dynamics = Dynamics(config.acceleration, model.speed_unit, model.fastest)
         self._tracker: NodTracker | None = None
-        self._upcoming: tuple[int, NodTrajectory] | None = None
-        self._received_ns: int | None = None
+        self._latest: Command | None = None
         self._refused_for = '', ''
         self.refused = 0
         self.refusal = ''
 
     def accept(self, nod: NodTrajectory, now_ns: int, start_ns: int = 0) -> None:
-        """Follow a nod, from wherever the servo is; each accepted command is a sign of life.
+        """Accept a command, which is a sign of life.
 
         Parameters
         ----------
         nod
-            The command.
+            The commanded nod.
         now_ns
             The present time [ns].
         start_ns
-            Until when [ns] the command before it counts, if there is one.
+            When it takes effect [ns]; at once, if there is no current command.
 
         Raises
         ------
         ParameterError
-            If the mount or the servo cannot do it, or it is for later than FARTHEST_START; the
-            former command then stays.
+            If the mount or the servo cannot follow it, or its start is later than FARTHEST_START;
+            the former command then stays in effect.
         """
         config = self._config
         check_nod(nod, config.pitch_lower_limit, config.pitch_upper_limit, self._dynamics)
         if start_ns - now_ns > FARTHEST_START * NS_PER_S:
             ahead = f'at most {FARTHEST_START:g} s from now'
             raise ParameterError('start_time', ahead, (start_ns - now_ns) / NS_PER_S)
-        if self.tracker(now_ns) is None:
+        former = self._current(now_ns)
+        if former is None:
             start_ns = 0
-        if self._tracker is None:
-            self._tracker = NodTracker(nod, self._dynamics)
-        self._upcoming = (start_ns, nod)
-        self._received_ns = now_ns
+        elif now_ns < former.start_ns - LONGEST_LEAD * NS_PER_S:
+            former = former.former  # it never takes effect
+        else:
+            former = replace(former, former=None)
+        self._latest = Command(nod, start_ns, now_ns, former)
 
     def refuse(self, error: ParameterError) -> bool:
-        """Count a refused command, which is no sign of life; return whether the reason is new.
+        """Count a refused command, which is not a sign of life; return whether the reason is new.
 
-        Good and bad commands may alternate, if they come from two publishers, and the value that
-        is beyond a limit may be another each time.
+        Good and bad commands may alternate, if they come from two publishers, and the value
+        beyond a limit may change each time.
         """
         reason = error.key, error.limit
         new = reason != self._refused_for
@@ -81,15 +118,29 @@ class NodCommands:
 
     def age(self, now_ns: int) -> float:
         """Return the time since the latest accepted command [s]; infinite if there was none."""
-        return math.inf if self._received_ns is None else (now_ns - self._received_ns) / NS_PER_S
+        return math.inf if self._latest is None else self._latest.age(now_ns)
 
-    def tracker(self, now_ns: int) -> NodTracker | None:
-        """Return what follows the present command; None if there is none or they have stopped."""
-        if self.age(now_ns) > self._config.command_timeout:
+    def are_current(self, now_ns: int) -> bool:
+        """Return whether there is a command to follow at a time [ns]."""
+        return self._current(now_ns) is not None
+
+    def follow(self, now_ns: int) -> NodTracker | None:
+        """Return the tracker, changed to the nod in effect at a time [ns]; None without a command.
+
+        Only for the thread that drives the servo.
+        """
+        command = self._current(now_ns)
+        if command is None:
             return None
-        if self._tracker is None or self._upcoming is None:
-            return None
-        start_ns, nod = self._upcoming
-        if now_ns >= start_ns - self._tracker.phase.lead_ns:
-            self._tracker.nod = nod
+        if self._tracker is None:
+            self._tracker = NodTracker(command.nod, self._dynamics)
+        nod = command.in_effect(now_ns + self._tracker.phase.lead_ns)
+        self._tracker.nod = nod or self._tracker.nod
         return self._tracker
+
+    def _current(self, now_ns: int) -> Command | None:
+        """Return the latest command, unless it is too old at a time [ns]."""
+        latest = self._latest
+        if latest is None or latest.age(now_ns) > self._config.command_timeout:
+            return None
+        return latest

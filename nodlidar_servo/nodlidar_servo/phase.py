@@ -19,11 +19,14 @@ neither speeding up nor braking."""
 LOCKED = 0.02
 """A servo that is later or earlier than this [s] is on its way to the nod: no phase to correct."""
 
+LONGEST_LEAD = 0.02
+"""The nod is led by up to this time [s]."""
+
 _GAIN = 0.02  # weight of a sample: errors are led out in about 50, which are 4 legs at 62 Hz
 _SETTLED = 50  # samples in phase after which the lateness is that of the servo
 _SMOOTHING = 0.05  # weight of a sample in the error that is told
-_LONGEST_LEAD = 0.02
 _DRIFT_SAMPLES, _FEWEST_DRIFT_SAMPLES = 1000, 100  # half a minute; 3 s
+_DRIFT_EVERY = 10  # samples: the fit takes longer than the rest of a cycle
 
 
 class Pitched(Protocol):
@@ -59,25 +62,33 @@ def lateness(nod: NodTrajectory, sample: Pitched, cruise: float) -> float | None
 
 
 class PhaseDrift:
-    """Tells how many samples a sweep really has, from how the lateness changes over time."""
+    """Measures N_s, from how the lateness changes over time.
+
+    Attributes
+    ----------
+    measured_ratio
+        Measured N_s over the commanded one; NaN before 100 samples.
+    """
 
     def __init__(self) -> None:
+        self.measured_ratio = math.nan
         self._late: deque[tuple[int, float]] = deque(maxlen=_DRIFT_SAMPLES)
+        self._added = 0
 
     def add(self, time_ns: int, late: float) -> None:
         """Add how late [s] the servo was at a time [ns]."""
         self._late.append((time_ns, late))
+        self._added += 1
+        if self._added % _DRIFT_EVERY == 0 and len(self._late) >= _FEWEST_DRIFT_SAMPLES:
+            self.measured_ratio = self._fitted_ratio()
 
     def clear(self) -> None:
-        """Forget all: the servo is not on the nod."""
+        """Restart: the servo is not on the nod."""
         self._late.clear()
+        self.measured_ratio = math.nan
 
-    @property
-    def measured_ratio(self) -> float:
-        """Measured N_s over the commanded one; NaN before 100 samples tell it."""
+    def _fitted_ratio(self) -> float:
         samples = list(self._late)
-        if len(samples) < _FEWEST_DRIFT_SAMPLES:
-            return math.nan
         times = np.array([(time_ns - samples[0][0]) / NS_PER_S for time_ns, _ in samples])
         return 1.0 + float(np.polyfit(times, [late for _, late in samples], 1)[0])
 
@@ -116,5 +127,5 @@ class PhaseLead:
         known = math.isfinite(self.error)
         self.error = self.error + _SMOOTHING * (late - self.error) if known else late
         if self._in_phase > _SETTLED:
-            self._lead = min(max(self._lead + _GAIN * late, -_LONGEST_LEAD), _LONGEST_LEAD)
+            self._lead = min(max(self._lead + _GAIN * late, -LONGEST_LEAD), LONGEST_LEAD)
             self.lead_ns = round(self._lead * NS_PER_S)

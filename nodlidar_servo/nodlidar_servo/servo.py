@@ -1,7 +1,7 @@
 """One servo on its bus: set-up, one block read and one block write per cycle, torque."""
 
 from collections.abc import Callable
-import contextlib
+from contextlib import suppress
 from dataclasses import dataclass
 import struct
 
@@ -25,7 +25,7 @@ _PRESENT = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, te
 _DRIVE = struct.Struct('<HH')  # 30..33: goal, moving speed
 _RETURN_DELAY_UNIT_NS = 2000
 _REPLY_TO_ALL = 2
-_ATTEMPTS_TO_RELEASE = 8
+_ATTEMPTS_TO_STOP = 8
 _SPARE = 6  # 44..49 may be read, too
 _TRIALS = 8  # reads that tell how long the adapter keeps replies
 _USUAL_FOR = 0.5  # s; replies that have been late for so long are usual
@@ -33,7 +33,7 @@ _USUAL_FOR = 0.5  # s; replies that have been late for so long are usual
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What the EEPROM calls too much: temperature [deg C], voltages [V]; what shuts it down."""
+    """The motor's own limits: temperature [deg C], voltages [V], status bits that shut it down."""
 
     temperature: int
     voltage_min: float
@@ -42,7 +42,7 @@ class Limits:
 
 
 class Servo:
-    """A connected servo, set up and with its torque off.
+    """Sets a servo up, measures and drives it.
 
     Parameters
     ----------
@@ -56,16 +56,10 @@ class Servo:
     Attributes
     ----------
     limits
-        What the motor itself calls too much.
+        The motor's own limits; set by :meth:`connect`.
     shut_down
         The status bits for which the motor has cut its torque since it was set up; it stays
-        without torque until it is set up anew.
-
-    Raises
-    ------
-    DeviceError
-        If the servo does not answer, is another model, or its own limits do not allow what the
-        mount does.
+        without torque until it is set up again.
     """
 
     def __init__(self, stream: ByteStream, config: ServoConfig, clock: Callable[[], int]) -> None:
@@ -73,13 +67,25 @@ class Servo:
         self._config = config
         self._scale = config.scale
         self._torque: bool | None = None
+        self._is_connected = False
         self._positions = PositionCheck(self._scale.model, config.acceleration)
         self.shut_down = 0
+
+    def connect(self) -> None:
+        """Set the servo up, with its torque off.
+
+        Raises
+        ------
+        DeviceError
+            If the servo does not answer, is another model, or its own limits exclude those of
+            the mount.
+        """
         self.limits = self._set_up()
         self._delay_ns = self._return_delay_ns()
         self._usual = UsualExcess(
-            self._latency_timer_ns(), round(_USUAL_FOR * config.feedback_rate)
+            self._latency_timer_ns(), round(_USUAL_FOR * self._config.feedback_rate)
         )
+        self._is_connected = True
 
     def _set_up(self) -> Limits:
         number, delay, cw, ccw, *limits, torque, level, shutdown = self._read_eeprom()
@@ -100,7 +106,7 @@ class Servo:
     def _read_eeprom(self) -> tuple[int, ...]:
         try:
             eeprom = self._bus.read(Register.MODEL, _EEPROM.size)
-        except NoAnswerError:  # it may have been told to answer nothing but pings
+        except NoAnswerError:  # it may be set to answer nothing but pings
             self._post_return_level()
             eeprom = self._bus.read(Register.MODEL, _EEPROM.size)
         return _EEPROM.unpack(eeprom.data)
@@ -123,7 +129,7 @@ class Servo:
 
     def _clear_return_delay(self) -> None:
         """Write the EEPROM; if that is locked, the delay stays and the stamps allow for it."""
-        with contextlib.suppress(RefusedError):
+        with suppress(RefusedError):
             self._bus.write(Register.RETURN_DELAY, bytes([0]))
 
     def _check_model(self, number: int) -> None:
@@ -155,15 +161,15 @@ class Servo:
         return delay * _RETURN_DELAY_UNIT_NS
 
     def _latency_timer_ns(self) -> int:
-        """Return what the adapter keeps replies for: one that is asked at once has all of it."""
+        """Return how long the adapter keeps replies: all of it, if requests follow at once."""
         return max(min(self._excess_ns(self._read_present()) for _ in range(_TRIALS)), 0)
 
     @property
     def torque(self) -> bool:
-        """Whether the torque is on, or may be since the motor did not confirm that it is off."""
+        """Whether the torque is on, or the motor has not confirmed that it is off."""
         return self._torque is not False
 
-    def sample(self) -> Sample:
+    def read(self) -> Sample:
         """Measure once, in one transaction; raises DeviceError."""
         reply = self._read_present()
         position, speed, load, voltage, temperature = _PRESENT.unpack(reply.data)
@@ -197,14 +203,14 @@ class Servo:
     def drive(self, pitch: float, speed: float) -> None:
         """Send the servo to a pitch [rad] at a speed [rad/s], torque on; raises DeviceError.
 
-        The goal goes out without confirmation: it is sent anew every cycle, and waiting for a
-        reply would double the time on the bus.
+        The goal is sent without confirmation: it is repeated every cycle, and a reply would double
+        the time on the bus.
         """
         goal = _DRIVE.pack(self._scale.tick(pitch), self._scale.model.speed_counts(speed))
         self._bus.post(Register.GOAL, goal)
         if self._torque is not True:
             if not self.shut_down:
-                self._write_torque_limit()  # somebody may have reset it
+                self._write_torque_limit()  # it may have been reset
             self.set_torque(True)
 
     def set_torque(self, on: bool) -> None:
@@ -213,14 +219,20 @@ class Servo:
         self._bus.write(Register.TORQUE_ENABLE, bytes([on]))
         self._torque = on
 
-    def release(self) -> bool:
-        """Switch the torque off if that is possible at all; return whether the motor confirmed."""
-        for _ in range(_ATTEMPTS_TO_RELEASE):
-            try:
+    def disconnect(self) -> None:
+        """Switch the torque off, unless connecting failed, which leaves it off.
+
+        Raises
+        ------
+        DeviceError
+            If the motor does not confirm it.
+        PortError
+            If the port fails.
+        """
+        if not self._is_connected:
+            return
+        for _ in range(_ATTEMPTS_TO_STOP):
+            with suppress(ReplyError):
                 self.set_torque(False)
-            except ReplyError:
-                continue
-            except DeviceError:
-                return False
-            return True
-        return False
+                return
+        raise DeviceError('the servo did not confirm that its torque is off')

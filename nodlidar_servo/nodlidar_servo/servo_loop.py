@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.following import Following
@@ -10,6 +11,7 @@ from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import LateReplyError, ReplyError
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Servo
+from nodlidar_servo.tracking import Progress
 
 _DOUBT = 0.05  # s; or two cycles, for how long at most a sample is in doubt
 
@@ -43,19 +45,23 @@ class Schedule:
         return self._deadline_ns, skipped
 
 
+@dataclass(slots=True)
 class LoopFigures:
-    """What the cycles came to, over all connections: samples, failures by reason, and others."""
+    """Counts of the cycles, over all connections; failures by reason."""
 
-    def __init__(self) -> None:
-        self.samples = 0
-        self.failures: Counter[str] = Counter()
-        self.saturated_cycles = 0
-        self.missed_cycles = 0
-        self.withheld = 0
+    samples: int = 0
+    failures: Counter[str] = field(default_factory=Counter)
+    saturated_cycles: int = 0
+    missed_cycles: int = 0
+    withheld: int = 0
 
     def withhold(self, samples: int) -> None:
         """Count samples that were not believed."""
         self.withheld += samples
+
+    def copy(self) -> 'LoopFigures':
+        """Return the present counts."""
+        return replace(self, failures=self.failures.copy())
 
 
 class ServoLoop:
@@ -76,8 +82,13 @@ class ServoLoop:
     clock, sleep
         Return the host time [ns] and block for a time [ns].
     steady
-        Returns the time of a steady clock [ns], by which cycles and commands come; that of `clock`
-        if it is not given.
+        Returns the time of a steady clock [ns], by which cycles and commands come; `clock` by
+        default.
+
+    Attributes
+    ----------
+    progress
+        How the nod is followed; None without a nod command.
     """
 
     def __init__(
@@ -101,6 +112,7 @@ class ServoLoop:
         self._clock = clock
         self._sleep = sleep
         self._steady = steady or clock
+        self.progress: Progress | None = None
         self._sample: Sample | None = None
         self._measured_ns = 0
         self._heard()
@@ -138,7 +150,7 @@ class ServoLoop:
     def _turn_before(self, deadline_ns: int) -> None:
         """Steer at the instant of a turn that comes before the next cycle."""
         steady_ns, now_ns = self._steady(), self._clock()
-        tracker = self._commands.tracker(steady_ns)
+        tracker = self._commands.follow(steady_ns)
         if tracker is None:
             return
         turn_ns = steady_ns + tracker.next_turn_ns(now_ns) - now_ns
@@ -151,7 +163,7 @@ class ServoLoop:
         self._sleep(min(max(time_ns - self._steady(), 0), self._schedule.period_ns))
 
     def _measure(self) -> None:
-        self._sample = self._servo.sample()
+        self._sample = self._servo.read()
         self._measured_ns = self._steady()
         self._figures.samples += 1
         self._heard()
@@ -165,7 +177,7 @@ class ServoLoop:
 
     def _steer(self) -> None:
         steady_ns, now_ns = self._steady(), self._clock()
-        tracker = self._commands.tracker(steady_ns)
+        tracker = self._commands.follow(steady_ns)
         if tracker is None or not self._following.may_drive(steady_ns):
             self._following.rest()
             if self._servo.torque:
@@ -175,6 +187,7 @@ class ServoLoop:
             self._servo.drive(drive.goal, drive.speed)
             self._following.drive(steady_ns, drive, tracker.nod, self._sample)
             self._figures.saturated_cycles += drive.saturated
+        self.progress = None if tracker is None else tracker.progress()
 
     def _age(self) -> float:
         """Return how old the latest sample is [s]."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import math
 from typing import Protocol
 
-from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_servo.dynamics import arrival_speed, cruising_speed, Dynamics
 from nodlidar_servo.phase import PhaseLead
 
 HOLD = 0.02
@@ -31,21 +31,37 @@ _ROUNDING_NS = 1000  # a turn's instant, rounded to ns, belongs to the new leg
 
 
 @dataclass(frozen=True, slots=True)
-class Dynamics:
-    """What a servo can do: acceleration [rad/s^2], lowest and highest speed [rad/s]."""
-
-    acceleration: float
-    min_speed: float
-    max_speed: float
-
-
-@dataclass(frozen=True, slots=True)
 class Drive:
     """What to tell the servo: goal [rad], speed [rad/s], and whether that is too slow."""
 
     goal: float
     speed: float
     saturated: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How a nod is followed, for other threads.
+
+    Attributes
+    ----------
+    nod
+        The nod that is followed.
+    drive
+        What the servo was commanded last.
+    phase_error
+        Mean lateness of the servo [s]; NaN while it is not on the nod.
+    lead_ns
+        How much the nod is led [ns].
+    measured_ratio
+        Measured N_s over the commanded one; NaN before it is known.
+    """
+
+    nod: NodTrajectory
+    drive: Drive
+    phase_error: float
+    lead_ns: int
+    measured_ratio: float
 
 
 class Measured(Protocol):
@@ -57,79 +73,6 @@ class Measured(Protocol):
     def pitch(self) -> float: ...  # noqa: D102
     @property
     def velocity(self) -> float: ...  # noqa: D102
-
-
-def arrival_speed(
-    distance: float, duration: float, velocity: float, acceleration: float, final: float = 0.0
-) -> float:
-    """Return the cruising speed v that covers a distance in a duration.
-
-    Braking from v to the final speed w loses (v - w)^2 / 2a against keeping v, changing from the
-    present velocity u to v loses (v - u)^2 / 2a against having v at once, so
-
-        v * duration = distance + (v - w)^2 / 2a + (v - u)^2 / 2a,
-
-    whose lower root is taken. A servo that is faster already (u > v) is taken to have v at once:
-
-        v * duration = distance + (v - w)^2 / 2a.
-
-    Parameters
-    ----------
-    distance, duration
-        What remains [rad], positive, and the time for it [s].
-    velocity
-        Present velocity u towards the goal [rad/s].
-    acceleration
-        Acceleration a [rad/s^2].
-    final
-        Speed w at the end [rad/s].
-
-    Returns
-    -------
-    float
-        The speed [rad/s]; infinite if no speed is high enough.
-    """
-    reach = acceleration * duration + final
-    way = 2.0 * acceleration * distance + final * final
-    root = reach * reach - way
-    if root >= 0.0 and reach - math.sqrt(root) <= velocity:
-        return reach - math.sqrt(root)
-    reach += velocity
-    root = reach * reach - 2.0 * (way + velocity * velocity)
-    return (reach - math.sqrt(root)) / 2.0 if root >= 0.0 and reach > 0.0 else math.inf
-
-
-def check_nod(nod: NodTrajectory, lower: float, upper: float, dynamics: Dynamics) -> None:
-    """Check that a mount (pitch limits [rad]) and a servo can do a nod.
-
-    Raises
-    ------
-    ParameterError
-        Naming the part of the command that is out of its limit.
-    """
-    for key in ('pitch_min', 'pitch_max'):
-        if not lower <= getattr(nod, key) <= upper:
-            limit = f'between {lower} and {upper} rad, the limits of the mount'
-            raise ParameterError(key, limit, getattr(nod, key))
-    if nod.speed < dynamics.min_speed:
-        longest = nod.span / dynamics.min_speed
-        limit = f'at most {longest:.4g} s, for the lowest speed of the servo'
-        raise ParameterError('sweep_duration', limit, nod.sweep_duration)
-    speed = cruising_speed(nod, dynamics.acceleration)
-    if speed > dynamics.max_speed:
-        limit = f'at least {shortest_sweep(nod.span, dynamics):.4g} s, the fastest of the servo'
-        raise ParameterError('sweep_duration', limit, nod.sweep_duration)
-
-
-def cruising_speed(nod: NodTrajectory, acceleration: float) -> float:
-    """Return the speed [rad/s] that makes a leg from rest to rest; infinite if none does."""
-    return arrival_speed(nod.span, nod.sweep_duration, 0.0, acceleration)
-
-
-def shortest_sweep(span: float, dynamics: Dynamics) -> float:
-    """Return the shortest time [s] from rest to rest over a span [rad]."""
-    peak = min(dynamics.max_speed, math.sqrt(span * dynamics.acceleration))
-    return span / peak + peak / dynamics.acceleration
 
 
 def predicted_pitch(sample: Measured, nod: NodTrajectory, now_ns: int) -> float:
@@ -170,11 +113,17 @@ class NodTracker:
         nod = self._led(self.nod)
         return nod.turn_time_ns(self._leg(nod, now_ns) + 1)
 
+    def progress(self) -> Progress:
+        """Return how the nod is followed at present."""
+        phase = self.phase
+        return Progress(
+            self.nod, self.drive, phase.error, phase.lead_ns, phase.drift.measured_ratio
+        )
+
     def step(self, now_ns: int, sample: Measured) -> Drive:
-        """Return what to tell the servo now [ns], from its latest measurement."""
-        commanded = self.nod  # another thread may put another one there
-        self._measure_phase(commanded, sample)
-        nod = self._led(commanded)
+        """Return the command to the servo at a time [ns], from its latest measurement."""
+        self._measure_phase(self.nod, sample)
+        nod = self._led(self.nod)
         leg = self._leg(nod, now_ns)
         direction = _direction(leg)
         goal = _end(nod, direction)

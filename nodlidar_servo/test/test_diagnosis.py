@@ -19,6 +19,10 @@ def sample(voltage=12.0, temperature=40, status=0):
     return Sample(0, 0.1, 0.0, -0.25, voltage, temperature, status)
 
 
+def servo(torque=True, shut_down=0):
+    return SimpleNamespace(torque=torque, shut_down=shut_down, limits=Limits(80, 6.0, 19.0, 36))
+
+
 @pytest.fixture
 def figures():
     return LoopFigures()
@@ -39,37 +43,49 @@ def following():
 @pytest.fixture
 def diagnosis(figures, commands, following):
     diagnosis = Diagnosis(figures, commands, following, 100.0)
-    diagnosis.connected(
-        SimpleNamespace(torque=True, shut_down=0, limits=Limits(80, 6.0, 19.0, 36)), ''
-    )
-    diagnosis.sample = sample()
+    diagnosis.connected(servo(), 0, '')
+    diagnosis.cycled([sample()], None)
     return diagnosis
 
 
 def test_nothing_is_wrong_with_a_servo_that_nods(diagnosis):
-    figures, warnings, errors = diagnosis.report(SECOND)
-    assert (warnings, errors) == ([], [])
-    assert figures['torque'] == 'on'
-    assert figures['load [share of maximum]'] == '-0.25'
-    assert figures['command age [s]'] == '1.00'
+    report = diagnosis.next_report(SECOND)
+    assert (report.warnings, report.errors) == ((), ())
+    assert report.figures['torque'] == 'on'
+    assert report.figures['load [share of maximum]'] == '-0.25'
+    assert report.figures['command age [s]'] == '1.00'
 
 
 def test_the_rate_is_that_since_the_last_report(diagnosis, figures):
-    diagnosis.report(SECOND)
+    diagnosis.next_report(SECOND)
     figures.samples += 130
-    report = diagnosis.report(3 * SECOND)
-    assert report[0]['joint states per second'] == '65.0'
-    assert '65.0 joint states per second, not 100' in report[1]
+    diagnosis.cycled([], None)
+    report = diagnosis.next_report(3 * SECOND)
+    assert report.figures['joint states per second'] == '65.0'
+    assert '65.0 joint states per second, not 100' in report.warnings
     figures.samples += 285
-    assert not any('per second' in text for text in diagnosis.report(6 * SECOND)[1])
+    diagnosis.cycled([], None)
+    assert not any('per second' in text for text in diagnosis.next_report(6 * SECOND).warnings)
+
+
+def test_a_new_connection_has_no_rate_yet(diagnosis, figures):
+    diagnosis.next_report(SECOND)
+    diagnosis.disconnected()
+    diagnosis.connected(servo(), 2 * SECOND, '')
+    figures.samples += 10
+    diagnosis.cycled([sample()], None)
+    report = diagnosis.next_report(3 * SECOND)
+    assert report.figures['joint states per second'] == '0.0'
+    assert not any('per second' in text for text in report.warnings)
 
 
 def test_failures_are_counted_by_reason(diagnosis, figures):
     figures.failures['no answer'] += 2
     figures.failures['corrupt reply'] += 1
-    report = diagnosis.report(SECOND)[0]
-    assert report['failed: no answer'] == '2'
-    assert report['failed: corrupt reply'] == '1'
+    diagnosis.cycled([], None)
+    counted = diagnosis.next_report(SECOND).figures
+    assert counted['failed: no answer'] == '2'
+    assert counted['failed: corrupt reply'] == '1'
 
 
 @pytest.mark.parametrize(
@@ -79,14 +95,15 @@ def test_failures_are_counted_by_reason(diagnosis, figures):
 def test_any_failure_of_the_bus_and_many_late_replies_are_a_warning(
     diagnosis, figures, commands, reason, count, is_told
 ):
-    diagnosis.report(SECOND // 2)
+    diagnosis.next_report(SECOND // 2)
     before = diagnosis.urgent(SECOND // 2)
     commands.accept(NOD, SECOND)
     figures.samples += 150
     figures.failures[reason] += count
+    diagnosis.cycled([], None)
     assert (diagnosis.urgent(2 * SECOND) != before) == (reason != 'late reply')
-    warnings = diagnosis.report(2 * SECOND)[1]
-    assert warnings == [f'{count / (150 + count):.1%} of the replies failed: {reason}'] * is_told
+    warnings = diagnosis.next_report(2 * SECOND).warnings
+    assert warnings == (f'{count / (150 + count):.1%} of the replies failed: {reason}',) * is_told
 
 
 @pytest.mark.parametrize(
@@ -98,64 +115,52 @@ def test_any_failure_of_the_bus_and_many_late_replies_are_a_warning(
     ],
 )
 def test_what_is_beyond_the_motors_own_limits_is_a_warning(diagnosis, measured, words):
-    diagnosis.sample = measured
-    (warning,) = diagnosis.report(SECOND)[1]
+    diagnosis.cycled([measured], None)
+    (warning,) = diagnosis.next_report(SECOND).warnings
     assert words in warning
 
 
 def test_every_alarm_of_the_motor_is_an_error(diagnosis):
-    diagnosis.sample = sample(status=0x25)
-    (error,) = diagnosis.report(SECOND)[2]
+    diagnosis.cycled([sample(status=0x25)], None)
+    (error,) = diagnosis.next_report(SECOND).errors
     assert error == 'the servo reports: input voltage, overheating, overload'
 
 
 def test_a_motor_that_has_shut_down_is_an_error_also_when_the_cause_is_gone(diagnosis):
-    servo = SimpleNamespace(torque=True, shut_down=0x20, limits=Limits(80, 6.0, 19.0, 36))
-    diagnosis.connected(servo, '')
-    (error,) = diagnosis.report(SECOND)[2]
+    diagnosis.connected(servo(shut_down=0x20), 0, '')
+    diagnosis.cycled([sample()], None)
+    (error,) = diagnosis.next_report(SECOND).errors
     assert error == 'the servo has shut down (overload): deactivate and activate the node'
 
 
 def test_a_slow_adapter_a_refusal_and_silence_are_warnings(diagnosis, commands):
-    diagnosis.connected(
-        SimpleNamespace(torque=False, shut_down=0, limits=Limits(80, 6.0, 19.0, 36)), 'slow'
-    )
+    diagnosis.connected(servo(torque=False), 0, 'slow')
     commands.refuse(TOO_FAR)
-    warnings = diagnosis.report(5 * SECOND)[1]
-    assert warnings == [
+    warnings = diagnosis.next_report(5 * SECOND).warnings
+    assert warnings == (
         f'nod command refused: {TOO_FAR}',
         'no nod command to follow: torque off',
         'slow',
-    ]
+    )
 
 
 def test_a_servo_that_is_gone_leaves_only_what_was_counted(diagnosis):
     diagnosis.disconnected()
-    figures, warnings, errors = diagnosis.report(9 * SECOND)
-    assert 'voltage [V]' not in figures
-    assert (warnings, errors) == ([], [])
+    report = diagnosis.next_report(9 * SECOND)
+    assert 'voltage [V]' not in report.figures
+    assert (report.warnings, report.errors) == ((), ())
 
 
 def test_a_refusal_is_a_warning_even_if_good_commands_follow_but_only_once(diagnosis, commands):
     commands.refuse(TOO_FAR)
     commands.accept(NOD, 0)
-    assert diagnosis.report(SECOND)[1] == [f'nod command refused: {TOO_FAR}']
-    assert diagnosis.report(SECOND)[1] == []
+    assert diagnosis.next_report(SECOND).warnings == (f'nod command refused: {TOO_FAR}',)
+    assert diagnosis.next_report(SECOND).warnings == ()
 
 
-def test_commands_from_two_sides_are_a_warning(diagnosis):
-    assert diagnosis.report(SECOND, commanders=2)[1] == ['nod commands come from 2 publishers']
-
-
-def test_a_servo_that_goes_away_during_a_report_does_no_harm(diagnosis):
-    class Vanishing:
-        shut_down, limits = 0, Limits(80, 6.0, 19.0, 36)
-
-        @property
-        def torque(self):
-            diagnosis.disconnected()  # what the device's thread may do at any instant
-            return True
-
-    diagnosis.connected(Vanishing(), '')
-    assert diagnosis.report(SECOND)[0]['torque'] == 'on'
-    assert 'torque' not in diagnosis.report(2 * SECOND)[0]
+def test_a_servo_that_goes_away_takes_its_own_figures_along(diagnosis):
+    state = diagnosis.state
+    assert diagnosis.next_report(SECOND).figures['torque'] == 'on'
+    diagnosis.disconnected()
+    assert state.link.torque  # what another thread still reads has not changed
+    assert 'torque' not in diagnosis.next_report(2 * SECOND).figures

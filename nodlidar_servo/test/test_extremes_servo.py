@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.dynamics import arrival_speed, check_nod, Dynamics, shortest_sweep
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.tracking import arrival_speed, check_nod, Dynamics, NodTracker, shortest_sweep
+from nodlidar_servo.tracking import NodTracker
 import numpy as np
 import pytest
 from test_tracking import follow, Measured

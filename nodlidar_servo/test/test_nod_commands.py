@@ -9,6 +9,7 @@ import pytest
 SECOND = 1_000_000_000
 NOD = NodTrajectory(-0.6, 0.6, 0.4, 4001, 0)
 OTHER = NodTrajectory(-0.5, 0.5, 0.4, 4001, 0)
+THIRD = NodTrajectory(-0.4, 0.4, 0.4, 4001, 0)
 TOO_FAR = NodTrajectory(-0.6, 0.9, 0.4, 4001, 0)
 FAR = ParameterError('pitch_max', 'at most 0.8 rad', 1.2)
 FAST = ParameterError('sweep_duration', 'at least 0.2 s', 0.1)
@@ -16,23 +17,23 @@ FAST = ParameterError('sweep_duration', 'at least 0.2 s', 0.1)
 
 def test_without_a_command_there_is_nothing_to_follow():
     commands = NodCommands(ServoConfig())
-    assert commands.tracker(0) is None
+    assert commands.follow(0) is None
     assert commands.age(0) == math.inf
 
 
 def test_a_command_counts_until_it_is_too_old():
     commands = NodCommands(ServoConfig(command_timeout=0.5))
     commands.accept(NOD, SECOND)
-    assert commands.tracker(SECOND + SECOND // 2).nod == NOD
-    assert commands.tracker(SECOND + SECOND // 2 + 1) is None
+    assert commands.follow(SECOND + SECOND // 2).nod == NOD
+    assert commands.follow(SECOND + SECOND // 2 + 1) is None
 
 
 def test_the_same_command_again_changes_nothing_but_its_age():
     commands = NodCommands(ServoConfig(command_timeout=1.0))
     commands.accept(NOD, 0)
-    tracker = commands.tracker(0)
+    tracker = commands.follow(0)
     commands.accept(NodTrajectory(-0.6, 0.6, 0.4, 4001, 0), SECOND)
-    assert commands.tracker(2 * SECOND) is tracker
+    assert commands.follow(2 * SECOND) is tracker
     assert commands.age(2 * SECOND) == 1.0
 
 
@@ -40,15 +41,15 @@ def test_another_command_takes_over():
     commands = NodCommands(ServoConfig())
     commands.accept(NOD, 0)
     commands.accept(OTHER, 1)
-    assert commands.tracker(1).nod == OTHER
+    assert commands.follow(1).nod == OTHER
 
 
 def test_a_command_for_later_leaves_the_former_one_until_then():
     commands = NodCommands(ServoConfig())
     commands.accept(NOD, 0)
     commands.accept(OTHER, 1, start_ns=SECOND // 2)
-    assert commands.tracker(SECOND // 2 - 1).nod == NOD
-    assert commands.tracker(SECOND // 2).nod == OTHER
+    assert commands.follow(SECOND // 2 - 1).nod == NOD
+    assert commands.follow(SECOND // 2).nod == OTHER
 
 
 def test_the_lead_of_the_servo_counts_for_the_start_too():
@@ -56,9 +57,32 @@ def test_the_lead_of_the_servo_counts_for_the_start_too():
     commands = NodCommands(ServoConfig())
     commands.accept(NOD, 0)
     commands.accept(OTHER, 1, start_ns=SECOND // 2)
-    commands.tracker(1).phase.lead_ns = 1000
-    assert commands.tracker(SECOND // 2 - 1001).nod == NOD
-    assert commands.tracker(SECOND // 2 - 1000).nod == OTHER
+    commands.follow(1).phase.lead_ns = 1000
+    assert commands.follow(SECOND // 2 - 1001).nod == NOD
+    assert commands.follow(SECOND // 2 - 1000).nod == OTHER
+
+
+@pytest.mark.parametrize('is_followed', [False, True])
+def test_a_command_that_has_begun_stays_until_the_next_one_begins(is_followed):
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    commands.accept(OTHER, 1, start_ns=100)
+    if is_followed:
+        commands.follow(100)
+    commands.accept(THIRD, 101, start_ns=SECOND // 2)
+    assert commands.follow(SECOND // 2 - 1).nod == OTHER
+    assert commands.follow(SECOND // 2).nod == THIRD
+
+
+def test_a_command_that_the_lead_begins_is_not_taken_back_by_one_for_later():
+    commands = NodCommands(ServoConfig())
+    commands.accept(NOD, 0)
+    commands.accept(OTHER, 1, start_ns=SECOND // 4)
+    commands.follow(1).phase.lead_ns = 10_000_000
+    now_ns = SECOND // 4 - 10_000_000
+    assert commands.follow(now_ns).nod == OTHER
+    commands.accept(THIRD, now_ns, start_ns=SECOND // 2)
+    assert commands.follow(now_ns).nod == OTHER
 
 
 def test_a_command_at_once_replaces_one_for_later():
@@ -66,22 +90,22 @@ def test_a_command_at_once_replaces_one_for_later():
     commands.accept(NOD, 0)
     commands.accept(OTHER, 1, start_ns=SECOND // 2)
     commands.accept(NOD, 2)
-    assert commands.tracker(SECOND // 2).nod == NOD
+    assert commands.follow(SECOND // 2).nod == NOD
 
 
 def test_with_no_command_before_it_one_for_later_counts_at_once():
     commands = NodCommands(ServoConfig(command_timeout=0.5))
     commands.accept(NOD, 0, start_ns=SECOND)
-    assert commands.tracker(0).nod == NOD
+    assert commands.follow(0).nod == NOD
     commands.accept(OTHER, 2 * SECOND, start_ns=3 * SECOND)  # NOD has timed out
-    assert commands.tracker(2 * SECOND).nod == OTHER
+    assert commands.follow(2 * SECOND).nod == OTHER
 
 
 def test_a_command_for_much_later_is_refused():
     commands = NodCommands(ServoConfig())
     with pytest.raises(ParameterError, match="'start_time' must be at most 60 s from now"):
         commands.accept(NOD, SECOND, start_ns=62 * SECOND)
-    assert commands.tracker(SECOND) is None
+    assert commands.follow(SECOND) is None
 
 
 def test_refused_commands_are_counted_and_are_no_sign_of_life():
@@ -92,7 +116,7 @@ def test_refused_commands_are_counted_and_are_no_sign_of_life():
         with pytest.raises(ParameterError, match='pitch_max'):
             commands.accept(TOO_FAR, now_ns)
         commands.refuse(FAR)
-        assert (commands.tracker(now_ns) is None) == (now_ns > 0.6 * SECOND)
+        assert (commands.follow(now_ns) is None) == (now_ns > 0.6 * SECOND)
     assert commands.refused == 10
     assert commands.refusal == str(FAR)
 
@@ -118,4 +142,4 @@ def test_another_value_beyond_the_same_limit_is_no_news():
 def test_only_refused_commands_give_nothing_to_follow():
     commands = NodCommands(ServoConfig())
     commands.refuse(FAR)
-    assert commands.tracker(0) is None
+    assert commands.follow(0) is None

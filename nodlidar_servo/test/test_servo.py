@@ -29,7 +29,9 @@ class Bench:
         self.port = VirtualPort(self.faults, self.clock)
 
     def connect(self, config=CONFIG):
-        return Servo(self.port, config, self.clock)
+        servo = Servo(self.port, config, self.clock)
+        servo.connect()
+        return servo
 
     def __getitem__(self, register):
         return self.emulator.table[register]
@@ -77,7 +79,7 @@ def test_a_locked_eeprom_keeps_its_delay_and_the_stamps_stay_right():
     servo = bench.connect()
     assert bench[table.RETURN_DELAY] == 250
     sent_ns = bench.clock()
-    assert servo.sample().stamp_ns == sent_ns + 80_000 + 250_000
+    assert servo.read().stamp_ns == sent_ns + 80_000 + 250_000
 
 
 @pytest.mark.parametrize('level', [0, 1])
@@ -149,7 +151,7 @@ def test_a_sample_is_the_truth_at_its_stamp(invert):
     servo.drive(0.7, 2.0)
     bench.pass_time(0.1)
     bench.emulator.motor.load = 0.25
-    sample = servo.sample()
+    sample = servo.read()
     assert abs(sample.pitch - bench.pitch(sample.stamp_ns)) <= TICK / 2 + 1e-9
     assert sample.velocity == pytest.approx(2.0, abs=SPEED_UNIT)
     assert sample.load == pytest.approx(0.25, abs=1e-3)
@@ -171,7 +173,7 @@ def test_stamps_are_within_half_a_usb_frame_of_the_measurement(
     servo = bench.connect()
     for _ in range(50):
         bench.pass_time(0.01037)
-        assert abs(servo.sample().stamp_ns - measured[-1]) <= worst_ns
+        assert abs(servo.read().stamp_ns - measured[-1]) <= worst_ns
 
 
 def test_an_alarm_comes_with_the_sample_and_a_new_connection_revives_the_motor():
@@ -179,10 +181,10 @@ def test_an_alarm_comes_with_the_sample_and_a_new_connection_revives_the_motor()
     servo = bench.connect()
     servo.drive(0.5, 1.0)
     bench.emulator.motor.load = 1.5
-    assert servo.sample().status == table.Errors.OVERLOAD
+    assert servo.read().status == table.Errors.OVERLOAD
     assert bench[table.TORQUE_LIMIT] == 0
     bench.emulator.motor.load = 0.0
-    assert servo.sample().status == 0
+    assert servo.read().status == 0
     assert servo.shut_down == table.Errors.OVERLOAD
     assert bench.connect().shut_down == 0
     assert bench[table.TORQUE_LIMIT] == 1023
@@ -219,24 +221,37 @@ def test_torque_counts_as_on_until_the_motor_confirms_that_it_is_off():
     assert not servo.torque
 
 
-def test_release_takes_the_torque_off():
+def test_disconnecting_takes_the_torque_off():
     bench = Bench()
     servo = bench.connect()
     servo.drive(0.5, 1.0)
-    assert servo.release()
+    servo.disconnect()
     assert not servo.torque
     assert bench[table.TORQUE_ENABLE] == 0
 
 
-def test_release_of_a_servo_that_cannot_be_heard_or_is_gone_raises_nothing():
+def test_disconnecting_a_servo_that_cannot_be_heard_or_is_gone_is_an_error():
     bench = Bench()
     servo = bench.connect()
     servo.drive(0.5, 1.0)
     bench.faults.mute = True
-    assert not servo.release()
+    with pytest.raises(DeviceError, match='did not confirm that its torque is off'):
+        servo.disconnect()
     assert bench[table.TORQUE_ENABLE] == 0  # it was heard, though
     bench.port.unplug()
-    assert not servo.release()
+    with pytest.raises(PortError, match='went away'):
+        servo.disconnect()
+
+
+def test_a_servo_that_could_not_be_connected_is_left_alone():
+    bench = Bench()
+    bench[table.MODEL] = 12
+    bench[table.TORQUE_ENABLE] = 1
+    servo = Servo(bench.port, CONFIG, bench.clock)
+    with pytest.raises(DeviceError):
+        servo.connect()
+    servo.disconnect()
+    assert bench[table.TORQUE_ENABLE] == 1
 
 
 @pytest.mark.parametrize('stall_ms', [5, 15, 25, 45, 55, 70, 95])
@@ -249,7 +264,7 @@ def test_after_a_stall_no_old_measurement_gets_a_new_time(stall_ms):
     samples = []
     for _ in range(20):
         with suppress(ReplyError):
-            samples.append(servo.sample())
+            samples.append(servo.read())
         bench.pass_time(0.01)
     assert len(samples) >= 18 - stall_ms // 12
     unknown = 3.0 * 0.0005  # which part of a USB frame went by on which way
@@ -266,7 +281,7 @@ def test_a_host_that_stands_still_in_a_transaction_makes_no_wrong_stamp(
     servo = bench.connect()
     servo.drive(-0.6, 3.0)
     bench.pass_time(0.05)
-    servo.sample()
+    servo.read()
     proceed = getattr(bench.port, call)
 
     def stop_before(argument):
@@ -276,9 +291,9 @@ def test_a_host_that_stands_still_in_a_transaction_makes_no_wrong_stamp(
     with monkeypatch.context() as patch:
         patch.setattr(bench.port, call, stop_before)
         with pytest.raises(LateReplyError):
-            servo.sample()
+            servo.read()
     bench.pass_time(0.01)
-    sample = servo.sample()
+    sample = servo.read()
     assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=TICK / 2 + 1e-9)
 
 
@@ -290,7 +305,7 @@ def test_a_line_that_holds_bytes_back_costs_samples_and_makes_no_wrong_stamps():
     samples = []
     for _ in range(70):
         with suppress(ReplyError):
-            samples.append(servo.sample())
+            samples.append(servo.read())
         bench.pass_time(0.01)
     assert 2 < len(samples) < 35
     for sample in samples:
@@ -302,4 +317,4 @@ def test_a_pulled_cable_is_a_port_error():
     servo = bench.connect()
     bench.port.unplug()
     with pytest.raises(PortError):
-        servo.sample()
+        servo.read()

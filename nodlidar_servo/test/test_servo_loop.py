@@ -39,6 +39,7 @@ class Bench:
         self.figures = LoopFigures()
         self.following = Following(ServoConfig())
         self.servo = Servo(self.port, ServoConfig(), self.clock)
+        self.servo.connect()
         self.loop = ServoLoop(
             self.servo,
             self.commands,
@@ -115,7 +116,7 @@ def test_turns_that_the_adapter_delays_are_led_so_that_the_phase_is_right():
     late = (crossings - due) * 1e-9
     assert abs(late.mean()) < 0.001
     assert np.sqrt(np.mean(late**2)) < 0.003
-    assert 0 < bench.commands.tracker(bench.clock()).phase.lead_ns < 16_000_000
+    assert 0 < bench.commands.follow(bench.clock()).phase.lead_ns < 16_000_000
 
 
 def test_torque_is_off_without_commands_and_comes_with_them():
@@ -176,7 +177,7 @@ def test_no_sequence_of_commands_asks_for_more_than_mount_and_motor_can_do(seque
         end_ns = bench.clock() + round(seconds * 1e9)
         while bench.clock() < end_ns:
             bench.loop.cycle()
-            if (tracker := bench.commands.tracker(bench.clock())) is not None:
+            if (tracker := bench.commands.follow(bench.clock())) is not None:
                 goal = (bench.emulator.table[table.GOAL] - 512) * TICK
                 followed = tracker.nod
                 assert followed.pitch_min - TICK <= goal <= followed.pitch_max + TICK
@@ -235,15 +236,15 @@ def test_a_cycle_without_replies_costs_one_sample(lost):
 def test_a_lost_or_late_reply_is_asked_for_again_in_the_same_cycle(error):
     bench = Bench(latency_timer=0.001)
     before = bench.run(1.0)[-1]
-    sample, failing = bench.servo.sample, iter([True])
+    read, failing = bench.servo.read, iter([True])
 
     def fails_once():
-        measured = sample()
+        measured = read()
         if next(failing, False):
             raise error('once')
         return measured
 
-    bench.servo.sample = fails_once
+    bench.servo.read = fails_once
     (after,) = bench.loop.cycle()
     assert 0 < after.stamp_ns - before.stamp_ns < 14_000_000
     assert bench.figures.failures == {error.reason: 1}
@@ -290,7 +291,7 @@ def test_a_clock_that_is_set_at_any_instant_stops_nothing(reading, step_s):
         return bench.clock() + (step_s * 10**9 if next(readings) > reading else 0)
 
     loop = ServoLoop(
-        Servo(bench.port, ServoConfig(), bench.clock),
+        bench.servo,
         bench.commands,
         bench.following,
         100.0,

@@ -32,7 +32,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
             return 2
         try:
             if isinstance(node, DeviceNode):
-                node.start_if_told()
+                node.autostart()
             _spin_until(lambda: bool(received) or getattr(node, 'failed', False), node)
         finally:
             node.destroy_node()

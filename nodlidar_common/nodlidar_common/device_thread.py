@@ -1,0 +1,162 @@
+"""The thread that keeps a serial device connected."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+import termios
+import threading
+import traceback
+from typing import Any, Protocol
+
+from nodlidar_common.errors import DeviceError
+from nodlidar_common.guard import Guard, StopRequest
+from nodlidar_common.serial_port import close_port, open_port
+import serial
+
+
+class Device(Protocol):
+    """The steps that the thread repeats; see :class:`.DeviceNode`."""
+
+    config: Any
+
+    def connect(self) -> None:
+        """Make the device ready; raises DeviceError."""
+
+    def cycle(self) -> None:
+        """Do one round of work; raises DeviceError."""
+
+    def disconnect(self) -> None:
+        """Switch the device off; raises DeviceError if it does not confirm it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """State of the connection, and how many connections were made so far."""
+
+    message: str = 'not connected: the node is not active'
+    is_failed: bool = False
+    count: int = 0
+
+
+class DeviceThread:
+    """Connects a device, runs its cycles and, after a failure, disconnects and tries again.
+
+    Parameters
+    ----------
+    device
+        The device; its configuration has `port`, `baud_rate` and `reconnect_delay`.
+    log_info, log_error
+        Log a line.
+
+    Attributes
+    ----------
+    connection
+        State of the connection, for any thread: replaced as a whole.
+    """
+
+    def __init__(
+        self, device: Device, log_info: Callable[[str], Any], log_error: Callable[[str], Any]
+    ) -> None:
+        self.connection = Connection()
+        self._device = device
+        self._log_info, self._log_error = log_info, log_error
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._port: serial.Serial | None = None
+        self._guard: Guard | None = None
+        self._unsafe = ''
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._stop.clear()
+        self._show('connecting')
+        self._thread = threading.Thread(target=self._work, name='device', daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop the thread, if it runs, and wait for it; the device is switched off then."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def keep_going(self) -> bool:
+        """Return whether the thread continues; long waits check it now and then."""
+        return not self._stop.is_set()
+
+    def open_port(self, timeout: float, stop: StopRequest) -> serial.Serial:
+        """Open the device's port and start its guard, both until the device is disconnected.
+
+        Parameters
+        ----------
+        timeout
+            Longest time that one read blocks [s].
+        stop
+            Switches the device off, should this process be killed.
+
+        Raises
+        ------
+        PortError
+            If the port cannot be opened.
+        OSError
+            If the guard cannot be started.
+        """
+        config = self._device.config
+        self._port = open_port(config.port, config.baud_rate, timeout)
+        self._guard = Guard(self._port.fileno(), stop)
+        return self._port
+
+    def _work(self) -> None:
+        while self.keep_going():
+            try:
+                self._stay_connected()
+            except (DeviceError, OSError, termios.error) as error:
+                if self.keep_going():
+                    self._fail(str(error))
+            except Exception as error:
+                self._fail(f'internal error: {error!r}', traceback.format_exc())
+            finally:
+                self._make_safe()
+            self._stop.wait(self._device.config.reconnect_delay)
+        self._show(_NOT_ACTIVE)
+
+    def _stay_connected(self) -> None:
+        self._device.connect()
+        self._unsafe = ''
+        self.connection = Connection('connected', count=self.connection.count + 1)
+        self._log_info(f"connected to '{self._device.config.port}'")
+        while self.keep_going():
+            self._device.cycle()
+
+    def _make_safe(self) -> None:
+        port, self._port = self._port, None
+        guard, self._guard = self._guard, None
+        try:
+            self._device.disconnect()
+        except DeviceError as error:
+            self._log_unsafe(str(error))
+        except Exception:
+            self._log_error('internal error in disconnecting:\n' + traceback.format_exc())
+            return  # a guard that is dropped without a dismissal switches the device off
+        if port is not None:
+            close_port(port)
+        if guard is not None:
+            guard.dismiss()
+
+    def _log_unsafe(self, trouble: str) -> None:
+        """Log once in each series of failures that the device may still be on."""
+        if trouble != self._unsafe:
+            self._log_error(f'switching off failed: {trouble}')
+        self._unsafe = trouble
+
+    def _fail(self, trouble: str, details: str = '') -> None:
+        """Diagnose a failure, and log it once for as long as it lasts."""
+        if trouble != self.connection.message:
+            again = f'trying again every {self._device.config.reconnect_delay} s'
+            self._log_error(f'{trouble}; {again}\n{details}'.rstrip())
+        self._show(trouble, is_failed=True)
+
+    def _show(self, message: str, is_failed: bool = False) -> None:
+        self.connection = replace(self.connection, message=message, is_failed=is_failed)
+
+
+_NOT_ACTIVE = Connection().message
