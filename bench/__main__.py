@@ -9,7 +9,6 @@ from rich.console import Console
 from bench import (
     accuracy,
     assemble_bag,
-    assembly_time,
     clouds,
     coverage_feedback,
     effects,
@@ -27,7 +26,6 @@ from bench import (
     planner_speed,
     profiles,
     sensing,
-    simulation_speed,
     stages,
 )
 from bench.names import parsed
@@ -36,11 +34,9 @@ from bench.report import commit, record, recorded, recording, table
 
 MEASUREMENTS = {
     'hot_paths': hot_paths,
-    'assembly_time': assembly_time,
     'assemble_bag': assemble_bag,
     'accuracy': accuracy,
     'pareto': pareto,
-    'simulation_speed': simulation_speed,
     'effects': effects,
     'live': live,
     'faults': faults,
