@@ -1,7 +1,7 @@
 """Each mode of the nod with the loop closed: scans, the node's choice, its command, the servo.
 
-In virtual time, with the servo at byte level and late in turning; every beam goes where the true
-motion is. What was seen is counted alike for all modes.
+In virtual time, with the servo at byte level and late at reversals; every beam has the pitch of
+the true motion. Coverage is counted alike for all modes.
 """
 
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
@@ -18,7 +18,7 @@ from bench.report import Row
 TITLE = 'Rounds of coverage with the emulated servo, 10 cm at 2 m in what the URG-04LX sees'
 DURATION = 120.0
 SETTLED = 50  # scans until the servo is on the nod
-LATENESS = (0.001, 0.003)  # of the servo's turns: they are late by |N(0, lateness)| [s]
+LATENESS = (0.001, 0.003)  # of the servo's reversals: they are late by |N(0, lateness)| [s]
 MODES = (
     ('coprime', 2501),
     ('feedback', 2501),
@@ -52,13 +52,13 @@ def _row(mode: str, n_s: int, lateness: float) -> Row:
 def rounds(mode: str, n_s: int, lateness: float) -> list[float]:
     """Return how long each round of coverage took [s], with one mode of the nod."""
     config = AssemblerConfig(nod_mode=mode, samples_per_sweep=n_s)
-    rig = Rig(Faults(jitter=lateness, acceleration=150.0, speed=0.98), seed=1)
+    rig = Rig(Faults(lateness), seed=1)
     controller, taken = NodController(config), {}
     seen: ChosenSweeps | None = None
     for revolution in range(round(DURATION * 10)):
         begin_ns = START_NS + round(revolution * 1024 * TRUE_BEAM_NS)
         times_ns = begin_ns + BEAMS.offset_ns
-        _run(rig, int(times_ns[-1]) + DELAY_NS)
+        rig.run(rig.loop.cycle, int(times_ns[-1]) + DELAY_NS)
         controller.add_scan(URG, begin_ns)
         pitch = rig.motion.position(times_ns)
         controller.saw(Scan(begin_ns, URG, _NO_RANGES), BEAMS, pitch, rig.clock())
@@ -69,13 +69,8 @@ def rounds(mode: str, n_s: int, lateness: float) -> list[float]:
             seen = seen or ChosenSweeps(config.task, nod, config.timing_error, 1)
             seen.saw(times_ns, BEAMS.azimuth, pitch)
             taken[seen.rounds] = seen.round_time
-    # The first one began in the midst of what the controller had begun before.
+    # The first round began during one of the controller's.
     return [time for number, time in taken.items() if number > 1]
 
 
 _NO_RANGES = np.zeros(0, dtype=np.float32)
-
-
-def _run(rig: Rig, end_ns: int) -> None:
-    while rig.clock() < end_ns:
-        rig.loop.cycle()

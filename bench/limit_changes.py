@@ -1,8 +1,8 @@
 """How long the servo takes to be on a nod of other limits and another N_s, with all its faults.
 
-The time counts from the command until the servo stays on the new nod as near as its turns let it.
-A sweep is one of the new nod. Where a change comes while the one before it is under way, each has
-its sweep.
+The time counts from the command until the servo stays on the new nod, as closely as its reversals
+permit. A sweep is one of the new nod. If a change comes while the one before it is under way, each
+has its own sweep.
 """
 
 from dataclasses import dataclass
@@ -16,21 +16,21 @@ from bench.reference import START_NS
 from bench.report import Row
 
 CHANGES = 50  # of each kind
-AFTER_NS = 3 * NS_PER_S  # that the nod is watched for
+AFTER_NS = 3 * NS_PER_S  # after a change, watched
 MOUNT = 0.8  # limits lie within plus and minus this [rad]
 LEAST_SPAN = 0.3  # rad
 SHORTEST_SWEEP = 0.15  # s
 SPEEDS = (1.5, 4.2)  # rad/s
-KINDS = ('the same speed', 'another speed', 'at a turn', 'one after the other', 'far away')
+KINDS = ('the same speed', 'another speed', 'at a reversal', 'one after the other', 'far away')
 TITLE = (
     f'Changes to random limits within {MOUNT} rad, {CHANGES} of each kind: time until the servo '
-    'is on the new nod, as near as its turns let it'
+    'is on the new nod, as closely as its reversals permit'
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """How long it took, how much of that was beyond one sweep (negative if within it) [s]."""
+    """How long it took, and how much longer than one sweep (negative if shorter) [s]."""
 
     taken: float
     beyond_sweep: float
@@ -59,25 +59,26 @@ def change(seed: int, kind: str) -> Change:
     seed
         Of limits, times and faults.
     kind
-        One of KINDS. New limits are no farther than their span from where the nod is but for the
-        last kind, where they are; the speed is another one but for the first kind; 'at a turn' is
-        up to 20 ms before or after one; 'one after the other' within 0.3 s.
+        One of KINDS. The nod is no farther than the new span from the new limits, except with the
+        last kind. The speed is another one, except with the first kind. 'at a reversal' is up to
+        20 ms before or after one, 'one after the other' within 0.3 s.
     """
     rng, rig = np.random.default_rng(seed), Rig(LOADED, seed)
     tied = Tied(rig, seed)
-    _run(rig, tied, START_NS + round(rng.uniform(6.0, 8.0) * NS_PER_S))
-    if kind == 'at a turn':
-        nod, turn = _present(tied), np.ceil(_present(tied).sweeps(rig.clock())) + 1
-        _run(rig, tied, nod.turn_time_ns(int(turn)) + round(rng.uniform(-0.02, 0.02) * NS_PER_S))
+    rig.run(tied.cycle, START_NS + round(rng.uniform(6.0, 8.0) * NS_PER_S))
+    if kind == 'at a reversal':
+        number = int(np.ceil(_present(tied).sweeps(rig.clock()))) + 1
+        wait_ns = round(rng.uniform(-0.02, 0.02) * NS_PER_S)
+        rig.run(tied.cycle, _present(tied).turn_time_ns(number) + wait_ns)
     left = 0.0
     if kind == 'one after the other':
         _change(rig, tied, rng, kind)
         wait = rng.uniform(0.0, 0.3)
-        _run(rig, tied, rig.clock() + round(wait * NS_PER_S))
+        rig.run(tied.cycle, rig.clock() + round(wait * NS_PER_S))
         left = max(_present(tied).sweep_duration - wait, 0.0)
     begin_ns = rig.clock()
     _change(rig, tied, rng, kind)
-    _run(rig, tied, begin_ns + AFTER_NS)
+    rig.run(tied.cycle, begin_ns + AFTER_NS)
     taken = _settled(rig, _present(tied), begin_ns)
     return Change(taken, taken - left - _present(tied).sweep_duration)
 
@@ -86,7 +87,7 @@ def _settled(rig: Rig, nod: NodTrajectory, begin_ns: int) -> float:
     """Return the time [s] after which the servo is always on the nod."""
     times = np.arange(begin_ns, begin_ns + AFTER_NS, NS_PER_S // 1000)
     error = np.abs(rig.motion.position(times) - nod.pitch(times))
-    # Rounding off a turn, and a turn that is late by half of the adapter's time.
+    # The rounding of a reversal, and a reversal that is late by half of the adapter's time.
     inevitable = nod.speed**2 / LOADED.acceleration + nod.speed * LATENCY_TIMER / 2.0
     wrong = np.flatnonzero(error > inevitable)
     return float((wrong[-1] + 1) * 1e-3) if len(wrong) else 0.0
@@ -108,8 +109,3 @@ def _change(rig: Rig, tied: Tied, rng: np.random.Generator, kind: str) -> None:
 def _present(tied: Tied) -> NodTrajectory:
     assert tied.nod.nod is not None
     return tied.nod.nod
-
-
-def _run(rig: Rig, tied: Tied, end_ns: int) -> None:
-    while rig.clock() < end_ns:
-        tied.cycle()
