@@ -15,22 +15,22 @@ from bench.reference import simulated_room
 from bench.report import Row
 
 DURATION = 40.0
-TURN_ERRORS = (0.0, 0.003, 0.008)
+REVERSAL_ERRORS = (0.0, 0.003, 0.008)
 TITLE = (
     f'Accuracy in the room, {DURATION:.0f} s at N_s = 4001, span 1.2272 rad, joint states at 62 Hz'
 )
 
 
 def results() -> list[Row]:
-    """Return the errors of pitch and of the points' places, by estimator."""
-    recordings = {error: simulated_room(DURATION, error) for error in TURN_ERRORS}
+    """Return the errors of pitch and of the points, by estimator."""
+    recordings = {error: simulated_room(DURATION, error) for error in REVERSAL_ERRORS}
     exact = recordings[0.0]
     near = near_beams(simulated_log(exact))
     return [
         {
             'estimator': estimator,
             **{
-                f'RMS pitch error, turns {error * 1e3:.0f} ms off [mrad]': pitch_rms(
+                f'RMS pitch error, reversals {error * 1e3:.0f} ms off [mrad]': pitch_rms(
                     r, PitchEstimator(EstimatorConfig(estimator=estimator))
                 )
                 * 1e3
@@ -45,13 +45,14 @@ def results() -> list[Row]:
     ]
 
 
-def pitch_rms(simulated: Recording, told: PitchEstimator) -> float:
+def pitch_rms(simulated: Recording, estimator: PitchEstimator) -> float:
     """Return the RMS error of the beams' pitch [rad]."""
     offset = np.arange(len(simulated.azimuth), dtype=np.float64) * simulated.sensor.time_increment
     log = simulated_log(simulated)
     errors = []
     for times_ns, true in zip(simulated.true_time_ns, simulated.true_pitch, strict=True):
-        around = log.samples_around(times_ns[0] - told.margin_ns, times_ns[-1] + told.margin_ns)
+        margin_ns = estimator.margin_ns
+        around = log.samples_around(times_ns[0] - margin_ns, times_ns[-1] + margin_ns)
         samples = log.sample_ns[around], log.sample_pitch[around]
-        errors.append(told.pitch(int(times_ns[0]), offset, *samples) - true)
+        errors.append(estimator.pitch(int(times_ns[0]), offset, *samples) - true)
     return float(np.sqrt(np.mean(np.square(errors))))

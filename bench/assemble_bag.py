@@ -5,7 +5,6 @@ with it less that without.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 import subprocess
@@ -23,13 +22,12 @@ from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.bag import write_bag
-from nodlidar_sim.simulation import Recording, simulate
-from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.sensor_model import SensorModel
 from rosbags.rosbag2 import Reader, StoragePlugin
 
 from bench.hot_paths import interleaved
-from bench.reference import reference_nod, START_NS
+from bench.reference import DRIVING, simulated_room
 from bench.report import Row
 
 Action = Callable[[], object]
@@ -80,9 +78,7 @@ def _results(folder: Path) -> list[Row]:
 
 
 def _recording(duration: float) -> Recording:
-    room = replace(load_scene('room'), base_velocity=(0.4, 0.5))
-    sensor = SensorModel(joint_rate=JOINT_RATE)
-    return simulate(room, reference_nod(), duration, start_ns=START_NS, sensor=sensor)
+    return simulated_room(duration, sensor=SensorModel(joint_rate=JOINT_RATE), velocity=DRIVING)
 
 
 def from_arrays(simulated: Recording) -> Row:

@@ -10,7 +10,6 @@ from dataclasses import replace
 from itertools import product
 import time
 
-from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
@@ -23,13 +22,12 @@ from nodlidar_planner.choice.choice import quick_choice
 from nodlidar_planner.pattern.band import samples_in_band
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.feedback import Feedback
-from nodlidar_sim.simulation import simulate
-from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.reference import FULL_CIRCLE, reference_nod, simulated_room, START_NS
+from bench.reference import DRIVING, FULL_CIRCLE, simulated_room, STANDING, START_NS
 from bench.report import Row
+from bench.scans import odometry_for, samples_for
 
 Action = Callable[[], object]
 
@@ -121,19 +119,12 @@ def hot_paths() -> dict[str, Action]:
 
 
 def _scan_action(estimator: str, moving: bool) -> Action:
-    scene = load_scene('room')
-    scene = replace(scene, base_velocity=(0.4, 0.5) if moving else (0.0, 0.0))
-    simulated = simulate(scene, reference_nod(), 3.0, start_ns=START_NS)
-    log, odometry = simulated_log(simulated), simulated_odometry(simulated)
-    pipeline = Pipeline(PipelineConfig(estimator=estimator))
+    simulated = simulated_room(3.0, velocity=DRIVING if moving else STANDING)
+    log, pipeline = simulated_log(simulated), Pipeline(PipelineConfig(estimator=estimator))
     scan = log.scans[10]
-    margin_ns = pipeline.estimator.margin_ns
-    end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
-    around = log.samples_around(scan.stamp_ns - margin_ns, end_ns + margin_ns)
-    samples = log.sample_ns[around], log.sample_pitch[around]
-    near = np.flatnonzero(np.abs(odometry.time_ns - scan.stamp_ns) < NS_PER_S // 5)
-    given = Odometry(odometry.time_ns[near], odometry.poses[near]) if moving else None
-    return lambda: pipeline.add_scan(scan, *samples, given).clouds[0].data
+    samples = samples_for(scan, log, pipeline)
+    odometry = odometry_for(scan, simulated_odometry(simulated)) if moving else None
+    return lambda: pipeline.add_scan(scan, *samples, odometry).clouds[0].data
 
 
 def _message_and_coverage() -> dict[str, Action]:
@@ -164,7 +155,7 @@ def _decoding() -> Action:
 
 
 def _simulation() -> NDArray[np.float64]:
-    return simulate(load_scene('room'), reference_nod(), 1.0, start_ns=START_NS).ranges
+    return simulated_room(1.0).ranges
 
 
 def _next_sweep() -> Action:

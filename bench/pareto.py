@@ -35,7 +35,7 @@ from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.reference import BEAM_PERIOD, reference_nod, START_NS
+from bench.reference import BEAM_PERIOD, reference_nod, REVERSAL_ERROR, START_NS
 from bench.report import Row
 
 Floats = NDArray[np.float64]
@@ -50,18 +50,17 @@ EARLY, AFTER = (
     0.5,
     5.0,
 )  # holes are those after these times; density and repeats after the latter [s]
-TURN_ERROR = 0.003  # about what the servo's phase is off by: `python -m bench phase_lock` [s]
-RUNS = 15  # with other errors of the turns; medians tell completion, hole and repeats
+RUNS = 15  # with other errors of the reversals; of completion, hole and repeats the median counts
 NOISE = 0.010  # of a range [m]
 NOD = Task()
-# What nods of up to 5 rad/s reach, since a turn takes them short of the limits.
+# What nods of up to 5 rad/s reach: they reverse short of the limits.
 REGION = replace(NOD, pitch_min=-0.55, pitch_max=0.55)
 # It in squares as wide as a step of azimuth, around every step.
 FINE = replace(REGION, object_size=4.0 * sin(pi / 1024), azimuth=340.5 * tau / 1024)
 NEAR, QUERIES = 0.1, 200  # density: within so many metres of so many surface points
 
 SENSOR = SensorModel()
-HELD, CANNOT_TURN = 'holds it', 'cannot turn so soon'
+HELD, CANNOT_REVERSE = 'holds it', 'cannot reverse so soon'
 
 SCENE, N_S, SPEED, SERVO = 'scene', 'N_s', 'speed [rad/s]', 'servo'
 COMPLETION = 'completion [s]'
@@ -71,8 +70,8 @@ REPEATS, RMS = 'repeats [%]', 'RMS distance [mm]'
 NOISY = f'with {NOISE * 1e3:g} mm of range noise [mm]'
 FRONTS = {'front of completion': COMPLETION, f'front of holes after {EARLY:g} s': EARLY_HOLE}
 TITLE = (
-    f'10 cm at 2 m within 0.55 rad of level, nod 0.6136 rad up and down, turns '
-    f'{TURN_ERROR * 1e3:g} ms off, joint states at 62 Hz, beams up to {FAR:g} m'
+    f'10 cm at 2 m within 0.55 rad of level, nod 0.6136 rad up and down, reversals '
+    f'{REVERSAL_ERROR * 1e3:g} ms off, joint states at 62 Hz, beams up to {FAR:g} m'
 )
 
 
@@ -90,7 +89,7 @@ def results() -> list[Row]:
 def chosen(about: int) -> int:
     """Return the N_s near a number that the planner chooses for the task and the servo."""
     slowest, fastest = (NOD.speed(1) / (about * (1.0 + side * WITHIN)) for side in (1, -1))
-    return quick_choice(NOD, samples_in_band(NOD, slowest, fastest), TURN_ERROR)
+    return quick_choice(NOD, samples_in_band(NOD, slowest, fastest), REVERSAL_ERROR)
 
 
 def nod_of(samples_per_sweep: int) -> NodTrajectory:
@@ -165,7 +164,7 @@ def _coverage_row(samples_per_sweep: int) -> Row:
     try:
         runs = [_run(nod_of(samples_per_sweep), seed) for seed in range(RUNS)]
     except ParameterError:
-        return row | {SERVO: CANNOT_TURN}
+        return row | {SERVO: CANNOT_REVERSE}
     completion, *others = np.quantile(runs, 0.5, axis=0, method='higher')
     row[COMPLETION] = completion if isfinite(completion) else None
     return row | dict(zip((EARLY_HOLE, HOLE, REPEATS), others, strict=True))
@@ -175,7 +174,7 @@ def _run(nod: NodTrajectory, seed: int) -> tuple[float, float, float, float]:
     """Return completion [s], the early and the later hole [deg] and repeats [%] of one run."""
     times_ns = SENSOR.beam_times_ns(START_NS, round(DURATION / SENSOR.scan_time), 1.0)
     end_ns = int(times_ns[-1, -1])
-    motion = triangle_motion(nod, START_NS, end_ns, SENSOR.acceleration, TURN_ERROR, seed)
+    motion = triangle_motion(nod, START_NS, end_ns, SENSOR.acceleration, REVERSAL_ERROR, seed)
     pitch = motion.position(times_ns)
     first = first_hits(times_ns, pitch, FINE)
     early_hole, hole = (
@@ -189,14 +188,14 @@ def _run(nod: NodTrajectory, seed: int) -> tuple[float, float, float, float]:
 
 def _scene_rows(name: str, nods: Sequence[Row]) -> Iterator[Row]:
     scene = load_scene(name)
-    effects = replace(scene.effects, servo_jitter=TURN_ERROR)
+    effects = replace(scene.effects, servo_jitter=REVERSAL_ERROR)
     scene = replace(
         scene, effects=effects, base_velocity=(0.0, 0.0), base_legs=(), base_repeat=False
     )
     queries = _surface_points(scene)
     for nod in nods:
         row = {SCENE: name, **nod}
-        if nod[SERVO] != CANNOT_TURN:
+        if nod[SERVO] != CANNOT_REVERSE:
             recording = simulate(scene, nod_of(nod[N_S]), DURATION, start_ns=START_NS)
             row |= _cloud_row(recording, queries)
         yield row

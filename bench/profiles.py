@@ -15,7 +15,6 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.cloud_message import cloud_message
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.sensor_model import SensorModel
@@ -23,18 +22,21 @@ import numpy as np
 
 from bench.accuracy import pitch_rms
 from bench.hot_paths import interleaved
-from bench.reference import simulated_room
+from bench.reference import REVERSAL_ERROR, simulated_room
 from bench.replay import messages_of, times_per_scan
 from bench.report import Row
+from bench.scans import latency, samples_for
 
 DURATION = 20.0
 ROUNDS = 7
 SCANS_PER_S = 10
-TURN_ERROR = 0.003
 FEEDBACK_RATE = {'fast': 20.0, 'balanced': 100.0, 'accurate': 100.0}  # nodlidar_bringup/config
 BALANCED = 'balanced'
 ERROR, COMPUTATION = 'distance to balanced', 'computation to balanced'
-TITLE = f'Profiles: the room, {DURATION:.0f} s at N_s = 4001, turns {TURN_ERROR * 1e3:.0f} ms off'
+TITLE = (
+    f'Profiles: the room, {DURATION:.0f} s at N_s = 4001, '
+    f'reversals {REVERSAL_ERROR * 1e3:.0f} ms off'
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,7 @@ def results(rounds: int = ROUNDS) -> list[Row]:
         name: Found(
             pitch_rms(recordings[name], Pipeline(config).estimator),
             _surface_rms(recordings[name], config),
-            added_latency(simulated_log(recordings[name]), config),
+            latency(simulated_log(recordings[name]), Pipeline(config)),
             computation[name],
             callbacks[name],
         )
@@ -82,23 +84,13 @@ def _row(name: str, own: Found, balanced: Found) -> Row:
 
 
 def _recording(feedback_rate: float) -> Recording:
-    return simulated_room(DURATION, TURN_ERROR, SensorModel(joint_rate=feedback_rate))
+    return simulated_room(DURATION, REVERSAL_ERROR, SensorModel(joint_rate=feedback_rate))
 
 
 def _surface_rms(simulated: Recording, config: AssemblerConfig) -> float:
     clouds, _ = assemble_log(near_beams(simulated_log(simulated)), Pipeline(config))
     squares = [surface_rms(cloud, simulated.world) ** 2 * len(cloud.data) for cloud in clouds]
     return float(np.sqrt(sum(squares) / sum(len(cloud.data) for cloud in clouds)))
-
-
-def added_latency(log: SensorLog, config: AssemblerConfig) -> float:
-    """Return the median time from a scan's last beam to the joint sample that it waits for [s]."""
-    pipeline = Pipeline(config)
-    ends_ns = np.array([s.stamp_ns + pipeline.beams(s.geometry).duration_ns for s in log.scans])
-    wanted_ns = ends_ns + pipeline.estimator.margin_ns
-    last = np.searchsorted(log.sample_ns, wanted_ns)
-    there = last < len(log.sample_ns)
-    return float(np.median(log.sample_ns[last[there]] - ends_ns[there])) / NS_PER_S
 
 
 def computation_times(recordings: dict[str, Recording], rounds: int) -> dict[str, float]:
@@ -115,15 +107,11 @@ def computation_times(recordings: dict[str, Recording], rounds: int) -> dict[str
 def _compute(log: SensorLog, config: AssemblerConfig) -> None:
     """Do with a log's arrays what the node does with them."""
     pipeline, monitor = Pipeline(config), SceneMonitor(config)
-    margin_ns = pipeline.estimator.margin_ns
     for k, scan in enumerate(log.scans[3:-3]):
-        beams = pipeline.beams(scan.geometry)
-        begin_ns, end_ns = scan.stamp_ns - margin_ns, scan.stamp_ns + beams.duration_ns + margin_ns
-        around = log.samples_around(begin_ns, end_ns)
-        assembled = pipeline.add_scan(scan, log.sample_ns[around], log.sample_pitch[around])
+        assembled = pipeline.add_scan(scan, *samples_for(scan, log, pipeline))
         for cloud in assembled.clouds:
             cloud_message(cloud, config.frame_id)
-        monitor.add_scan(scan, beams, assembled.pitch)
+        monitor.add_scan(scan, assembled.beams, assembled.pitch)
         if config.coverage_window > 0.0 and k % SCANS_PER_S == 0:
             monitor.covered()
 

@@ -15,6 +15,8 @@ SAMPLES_PER_SWEEP = 4001
 BEAM_PERIOD = 0.1 / 1024
 # What the publication plans for: 10 cm at 2 m, all around, 126 x 32 cells.
 FULL_CIRCLE = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
+STANDING, DRIVING = (0.0, 0.0), (0.4, 0.5)  # speed of the base [m/s, rad/s]
+REVERSAL_ERROR = 0.003  # of a typical servo, standard deviation [s]
 
 
 def reference_nod() -> NodTrajectory:
@@ -29,13 +31,26 @@ def reference_nod() -> NodTrajectory:
 
 
 def simulated_room(
-    duration: float, servo_jitter: float = 0.0, sensor: SensorModel | None = None
+    duration: float,
+    reversal_error: float = 0.0,
+    sensor: SensorModel | None = None,
+    velocity: tuple[float, float] = STANDING,
 ) -> Recording:
-    """Return a sensor's recording of the room, by default that of the reference sensor.
+    """Return a recording of the room.
 
-    It has no effects but, if asked for, errors of the instants at which the servo turns around:
-    white, of a standard deviation [s].
+    Parameters
+    ----------
+    duration
+        In seconds.
+    reversal_error
+        White error of the instants of the reversals, standard deviation [s]; there is no other
+        effect.
+    sensor
+        By default the reference sensor.
+    velocity
+        Of the base, constant [m/s, rad/s].
     """
     room = load_scene('room')
-    room = replace(room, effects=replace(room.effects, servo_jitter=servo_jitter))
-    return simulate(room, reference_nod(), duration, start_ns=START_NS, sensor=sensor)
+    effects = replace(room.effects, servo_jitter=reversal_error)
+    scene = replace(room, effects=effects, base_velocity=velocity)
+    return simulate(scene, reference_nod(), duration, start_ns=START_NS, sensor=sensor)

@@ -1,4 +1,4 @@
-"""What the servo's feedback is worth: how often its position is read, and in how fine steps."""
+"""How the error depends on the servo's feedback: its rate and the resolution of the encoder."""
 
 from itertools import product
 import math
@@ -7,18 +7,17 @@ from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEsti
 from nodlidar_sim.world.sensor_model import SensorModel
 
 from bench.accuracy import pitch_rms
-from bench.reference import simulated_room
+from bench.reference import REVERSAL_ERROR, simulated_room
 from bench.report import Row
 
 DURATION = 20.0
-TURN_ERROR = 0.003
 RATES = (20.0, 62.0, 100.0, 200.0)
 # Of the RX-24F, 300 degrees in 1024 steps, and of the MX-28, 360 degrees in 4096.
 TICKS = {10: math.radians(300.0) / 1024, 12: math.tau / 4096}
 ESTIMATORS = ('nearest', 'slerp', 'trajectory')
 TITLE = (
     f'Feedback of the servo: the room, {DURATION:.0f} s at N_s = 4001, '
-    f'turns {TURN_ERROR * 1e3:.0f} ms off'
+    f'reversals {REVERSAL_ERROR * 1e3:.0f} ms off'
 )
 
 
@@ -36,7 +35,7 @@ def results() -> list[Row]:
 
 def _errors(rate: float, tick: float) -> dict[str, float]:
     sensor = SensorModel(joint_rate=rate, joint_tick=tick)
-    simulated = simulated_room(DURATION, TURN_ERROR, sensor)
+    simulated = simulated_room(DURATION, REVERSAL_ERROR, sensor)
     return {
         name: pitch_rms(
             simulated, PitchEstimator(EstimatorConfig(estimator=name, joint_step=tick))

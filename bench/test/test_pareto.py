@@ -76,7 +76,7 @@ def test_a_slower_nod_is_more_exact_and_both_are_in_the_picture(monkeypatch):
     monkeypatch.setattr(pareto, 'ABOUT', (1001, 2801, 11201))
     monkeypatch.setattr(pareto, 'RUNS', 3)
     unable, fast, slow = rows = pareto.results()
-    assert unable[pareto.SERVO] == pareto.CANNOT_TURN
+    assert unable[pareto.SERVO] == pareto.CANNOT_REVERSE
     assert pareto.RMS not in unable
     assert fast[pareto.SERVO] == slow[pareto.SERVO] == pareto.HELD
     assert slow[pareto.RMS] < fast[pareto.RMS] < fast[pareto.NOISY]
