@@ -100,7 +100,7 @@ def _steady(task: Task, n_s: float, name: str = '') -> Nod:
 
 
 def _nod(name: str, task: Task, schedule: Schedule) -> Nod:
-    return Nod(name, task, schedule.turns(int(HORIZON / task.sample_time)))
+    return Nod(name, task, schedule.reversals(int(HORIZON / task.sample_time)))
 
 
 def _interlaced_nod(task: Task, schedule: Schedule, overlap: float) -> Nod:

@@ -16,7 +16,7 @@ import matplotlib
 matplotlib.use('Agg')
 from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
-from nodlidar_planner.choice.timing_error import turn_instants
+from nodlidar_planner.choice.timing_error import reversal_instants
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
 from nodlidar_planner.pattern.task import Task
 import numpy as np
@@ -117,7 +117,7 @@ def share_of_repeats(samples_per_sweep: int, turns: Floats) -> float:
     samples_per_sweep
         N_s, which the rows are made for.
     turns
-        When the nod turns [samples], ascending, the first at the lower limit: see turn_instants.
+        Instants of the reversals [samples], ascending, as of reversal_instants.
     """
     seen = np.zeros(samples_per_sweep * N_L, dtype=bool)
     total = samples_per_sweep * N_L
@@ -144,7 +144,7 @@ def _share_of(turns_of: Turns, samples_per_sweep: int, error: float, seed: int) 
 def _locked(samples_per_sweep: int, error: float, seed: int) -> Floats:
     """Return turns whose errors are white: each is off, and the next one not because of it."""
     last = samples_per_sweep * N_L
-    return turn_instants(samples_per_sweep, HALF_SAMPLE, error, last, seed)
+    return reversal_instants(samples_per_sweep, HALF_SAMPLE, error, last, seed)
 
 
 def _by_speed(samples_per_sweep: int, error: float, seed: int) -> Floats:

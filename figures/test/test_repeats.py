@@ -2,7 +2,7 @@
 
 import math
 
-from nodlidar_planner.choice.timing_error import turn_instants
+from nodlidar_planner.choice.timing_error import reversal_instants
 from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from figures.repeats import (
 
 
 def held(samples_per_sweep, error, seed=1, phase=0.5):
-    return turn_instants(samples_per_sweep, phase, error, samples_per_sweep * N_L, seed)
+    return reversal_instants(samples_per_sweep, phase, error, samples_per_sweep * N_L, seed)
 
 
 @pytest.mark.parametrize('n_s', [n_s for pair in PUBLISHED for n_s in pair])

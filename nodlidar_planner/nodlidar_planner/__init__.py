@@ -1,1 +1,1 @@
-"""From what must be found to the nod: scan pattern, coverage, the choice of N_s. No ROS."""
+"""Plans the nod of a nodding lidar: scan pattern, coverage, holes, choice of N_s; no ROS."""

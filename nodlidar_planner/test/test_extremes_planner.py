@@ -34,7 +34,7 @@ WITH = {
 }
 # Limits at which columns have no beam (681 steps are in the region), or too many N_s are in the
 # band; and what is said.
-UNSEEN = 'such that each of the {} columns has a beam, not just {}'
+UNSEEN = 'such that each of the {} columns has a beam, not only {}'
 IMPOSSIBLE = {
     ('object_size', 1e-6): ('object_size', UNSEEN.format(4173, 681)),
     ('object_size', 1e3): ('object_size', UNSEEN.format(4173, 681)),

@@ -389,13 +389,13 @@ def test_notes_tell_what_an_engineer_should_know():
     assert '13.2 rad/s' in said(1001, pitch_min=-QUARTER, pitch_max=QUARTER)
     assert '84 of the 126 columns' not in said(4001)
     assert 'of the 126 columns' in said(4001, azimuth=math.pi)
-    assert 'left to chance' in said(1001, error=0.008)
+    assert 'hits is random' in said(1001, error=0.008)
     assert f'{1024 * 4001} are distinct' in said(4001, start_pitch=-0.6136)
     assert 'cannot hit 25 rows' in said(11)
 
 
 @pytest.mark.parametrize('samples_per_sweep', [1001, 1401, 2757, 3801, 3901, 4001, 7999])
-def test_it_is_noted_if_the_simulated_servo_leaves_out_the_outermost_row(samples_per_sweep):
+def test_it_is_noted_if_the_simulated_servo_misses_the_outermost_row(samples_per_sweep):
     task, sweep = Task(), samples_per_sweep / 10240
     said = '\n'.join(notes(task, evaluate(task, samples_per_sweep)))
     nod = NodTrajectory(task.pitch_min, task.pitch_max, sweep, samples_per_sweep, 0)
@@ -403,12 +403,12 @@ def test_it_is_noted_if_the_simulated_servo_leaves_out_the_outermost_row(samples
     try:
         motion = triangle_motion(nod, 0, end_ns)
     except ParameterError:
-        assert 'to turn around' in said
+        assert 'to reverse' in said
         return
     pitch = motion.position(np.linspace(0, end_ns, 100_000).astype(np.int64))
     height = (pitch - task.pitch_min) / task.span * samples_per_sweep
     rows = np.unique(task.row_of_height(height, samples_per_sweep))
-    assert ('leaves out the outermost row' in said) == (len(rows) < task.rows)
+    assert ('misses the outermost row' in said) == (len(rows) < task.rows)
 
 
 @pytest.mark.parametrize(
@@ -475,7 +475,7 @@ def test_a_progress_bar_appears_on_stderr_when_it_takes_long(capsys, monkeypatch
     assert list(progress.progress(range(5))) == [0, 1, 2, 3, 4]
     out, err = capsys.readouterr()
     assert out == ''
-    assert 'looking at nods' in err
+    assert 'evaluating nods' in err
 
 
 OPTION = st.tuples(

@@ -67,7 +67,9 @@ def test_a_weighted_choice_leaves_out_what_never_completes():
     weighted = Objective(completion=1.0, revisit=0.5)
     found = [plan.samples_per_sweep for plan in plans(Task(), samples, weighted)]
     assert sorted(found) == [4001, 4003]
-    with pytest.raises(ParameterError, match="'object_size' must be so large that with some N_s"):
+    with pytest.raises(
+        ParameterError, match="'object_size' must be so large that some N_s hits every row"
+    ):
         plans(Task(), samples[::2], weighted)
     with pytest.raises(ParameterError, match="'azimuth' must be such that each of the"):
         plans(Task(azimuth=3.0), samples, Objective(completion=0.0, revisit=1.0))
@@ -116,7 +118,9 @@ def test_an_error_wider_than_the_rows_still_ends_in_a_choice():
 def test_what_never_completes_is_refused_by_name():
     with pytest.raises(ParameterError, match="'object_size' must be such that each of the"):
         plans(Task(0.001, 5.0), BAND, Objective())
-    with pytest.raises(ParameterError, match="'object_size' must be so large that with some N_s"):
+    with pytest.raises(
+        ParameterError, match="'object_size' must be so large that some N_s hits every row"
+    ):
         plans(Task(0.02, 2.0), np.array([17]), Objective())
     with pytest.raises(ParameterError, match="'azimuth' must be such that each of the"):
         plans(Task(azimuth=3.0), BAND, Objective())

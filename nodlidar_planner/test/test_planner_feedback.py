@@ -15,46 +15,46 @@ WINDOW = Task()
 
 
 def fed_back(task, n_s, error, seed):
-    """Return the turns of a nod whose sweeps are chosen until all was seen, and its Feedback."""
+    """Return the reversals of a nod of chosen sweeps until all was seen, and its Feedback."""
     feedback, noise = Feedback(task, n_s, error), np.random.default_rng(seed)
-    turns, last = [-0.5], 0
+    reversals, last = [-0.5], 0
     while feedback.unseen.any():
-        going_up = len(turns) % 2 == 1
-        duration = feedback.next_duration(turns[-1], going_up)
+        going_up = len(reversals) % 2 == 1
+        duration = feedback.next_duration(reversals[-1], going_up)
         assert (1 - SPREAD) * n_s <= duration <= (1 + SPREAD) * n_s
-        turn = turns[-1] + duration + noise.normal(0.0, error / task.sample_time)
-        new = feedback.saw(turns[-1], turn, going_up)
+        reversal = reversals[-1] + duration + noise.normal(0.0, error / task.sample_time)
+        new = feedback.saw(reversals[-1], reversal, going_up)
         last = new[-1] if len(new) else last
-        turns.append(turn)
-    return np.array(turns), last * task.sample_time
+        reversals.append(reversal)
+    return np.array(reversals), last * task.sample_time
 
 
 @pytest.mark.parametrize(('task', 'n_s'), [(TASK, 4001), (WINDOW, 2500), (WINDOW, 1001)])
 def test_what_was_seen_is_what_enumeration_sees(task, n_s):
-    turns, completion = fed_back(task, n_s, 0.003, seed=3)
-    first = first_hits(task, turns)
+    reversals, completion = fed_back(task, n_s, 0.003, seed=3)
+    first = first_hits(task, reversals)
     assert first.max() * task.sample_time == pytest.approx(completion, abs=1e-9)
 
 
 def test_a_sweep_marks_just_its_own_cells():
     feedback = Feedback(WINDOW, 2500, 0.0)
-    turns = np.array([-0.5, 2400.0, 5100.25, 7401.0])
+    reversals = np.array([-0.5, 2400.0, 5100.25, 7401.0])
     for k in range(3):
-        feedback.saw(turns[k], turns[k + 1], going_up=k % 2 == 0)
-    first = first_hits(WINDOW, turns)
+        feedback.saw(reversals[k], reversals[k + 1], going_up=k % 2 == 0)
+    first = first_hits(WINDOW, reversals)
     assert np.array_equal(feedback.unseen, ~np.isfinite(first))
 
 
 def test_beams_mark_what_their_sweep_does():
-    """The same sweeps, by the turns' instants and by where each of their beams points."""
-    by_turns, by_beams = Feedback(WINDOW, 2500, 0.0), Feedback(WINDOW, 2500, 0.0)
-    turns = np.array([-0.5, 2400.0, 5100.25, 7401.0])
+    """The same sweeps, by the reversals' instants and by where each of their beams points."""
+    by_reversals, by_beams = Feedback(WINDOW, 2500, 0.0), Feedback(WINDOW, 2500, 0.0)
+    reversals = np.array([-0.5, 2400.0, 5100.25, 7401.0])
     for k in range(3):
-        by_turns.saw(turns[k], turns[k + 1], going_up=k % 2 == 0)
-    n = np.arange(math.ceil(turns[-1]))
-    limits = np.resize([WINDOW.pitch_min, WINDOW.pitch_max], len(turns))
-    by_beams.saw_beams(WINDOW.step_azimuth()[n % 1024], np.interp(n, turns, limits))
-    assert np.array_equal(by_turns.unseen, by_beams.unseen)
+        by_reversals.saw(reversals[k], reversals[k + 1], going_up=k % 2 == 0)
+    n = np.arange(math.ceil(reversals[-1]))
+    limits = np.resize([WINDOW.pitch_min, WINDOW.pitch_max], len(reversals))
+    by_beams.saw_beams(WINDOW.step_azimuth()[n % 1024], np.interp(n, reversals, limits))
+    assert np.array_equal(by_reversals.unseen, by_beams.unseen)
 
 
 def test_beams_beyond_the_limits_mark_nothing():
@@ -90,11 +90,11 @@ def test_the_choice_goes_for_what_is_left():
         feedback = Feedback(TASK, 4001, 0.0)
         feedback.unseen[:] = False
         feedback.unseen[column, row] = True
-        turn, going_up = -0.5, True
+        reversal, going_up = -0.5, True
         for _ in range(8):
-            duration = feedback.next_duration(turn, going_up)
-            feedback.saw(turn, turn + duration, going_up)
-            turn, going_up = turn + duration, not going_up
+            duration = feedback.next_duration(reversal, going_up)
+            feedback.saw(reversal, reversal + duration, going_up)
+            reversal, going_up = reversal + duration, not going_up
         assert not feedback.unseen.any()
 
 

@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.front import Front, RUNS
-from nodlidar_planner.choice.timing_error import turn_instants
+from nodlidar_planner.choice.timing_error import reversal_instants
 from nodlidar_planner.holes.hole import largest_hole, largest_side
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
@@ -112,12 +112,12 @@ def test_under_a_timing_error_the_medians_of_all_nods_make_the_front():
     front = Front(task, samples, timing_error=error)
 
     def medians(time):
-        """Return the median hole of each nod, of beams at the turns that its runs have."""
+        """Return the median hole of each nod, of beams at the reversals that its runs have."""
         found = []
         for n_s in samples:
-            runs = [turn_instants(n_s, 0.5, error * 640, 700, seed) for seed in RUNS]
+            runs = [reversal_instants(n_s, 0.5, error * 640, 700, seed) for seed in RUNS]
             pattern = Pattern(64, int(n_s), 0.5)
-            holes = [largest_hole(task, pattern, time, turns).side for turns in runs]
+            holes = [largest_hole(task, pattern, time, reversals).side for reversals in runs]
             found.append(sorted(holes)[len(RUNS) // 2])
         return found
 

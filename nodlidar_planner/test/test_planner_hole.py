@@ -6,7 +6,7 @@ import math
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.choice.timing_error import turn_instants
+from nodlidar_planner.choice.timing_error import reversal_instants
 from nodlidar_planner.holes.hole import exceeds, largest_hole, largest_side, least_side
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import MEASURED_FROM, Task
@@ -96,10 +96,10 @@ def test_equals_the_largest_of_all_windows_of_the_reference_sensor(
     assert_empty(task, pattern, samples, hole)
 
 
-def late_beams(task, pattern, samples, turns):
-    """Return azimuth and pitch of every beam of a nod that turns at other instants."""
+def late_beams(task, pattern, samples, reversals):
+    """Return azimuth and pitch of every beam of a nod that reverses at other instants."""
     n = np.arange(samples)
-    sweeps = np.interp(n, turns, np.arange(len(turns)))
+    sweeps = np.interp(n, reversals, np.arange(len(reversals)))
     pitch = task.pitch_min + task.span * (1.0 - np.abs(sweeps % 2.0 - 1.0))
     azimuth, _ = beams(task, pattern, samples)
     every = replace(task, full_circle=True)
@@ -110,7 +110,7 @@ def late_beams(task, pattern, samples, turns):
 @settings(max_examples=300, deadline=None)
 @given(cases(), st.one_of(st.floats(0.0, 0.3), st.floats(0.3, 9.0)), st.integers(0, 999))
 @example(
-    # Three turns at one instant, after which the nod goes on as after one.
+    # Three reversals at one instant, after which the nod goes on as after one.
     (
         Task(pitch_min=-0.43, pitch_max=1.52, azimuth=1.83, steps_per_revolution=9),
         Pattern(9, 14, 0.0),
@@ -122,21 +122,21 @@ def late_beams(task, pattern, samples, turns):
 def test_late_turns_leave_the_holes_of_their_beams(case, part, seed):
     task, pattern, samples = case
     error = part * pattern.samples_per_sweep
-    turns = turn_instants(pattern.samples_per_sweep, pattern.phase, error, samples, seed)
-    azimuth, pitch = unrolled(task, *late_beams(task, pattern, samples, turns))
+    reversals = reversal_instants(pattern.samples_per_sweep, pattern.phase, error, samples, seed)
+    azimuth, pitch = unrolled(task, *late_beams(task, pattern, samples, reversals))
     expected = widest_at(task, azimuth, pitch)
     duration = samples * task.sample_time
-    hole = largest_hole(task, pattern, duration, turns)
+    hole = largest_hole(task, pattern, duration, reversals)
     assert hole.side == pytest.approx(expected, abs=1e-8)
-    assert exceeds(task, pattern, duration, hole.side - 1e-9, turns)
-    assert not exceeds(task, pattern, duration, hole.side + 1e-9, turns)
+    assert exceeds(task, pattern, duration, hole.side - 1e-9, reversals)
+    assert not exceeds(task, pattern, duration, hole.side + 1e-9, reversals)
 
 
 def test_turns_on_time_leave_the_holes_of_the_pattern():
     task, pattern = Task(), Pattern(1024, 4001, 0.5)
     for duration in (0.05, 1.0, 7.3):
-        turns = turn_instants(4001, 0.5, 0.0, math.ceil(duration * 10240), 0)
-        late = largest_hole(task, pattern, duration, turns)
+        reversals = reversal_instants(4001, 0.5, 0.0, math.ceil(duration * 10240), 0)
+        late = largest_hole(task, pattern, duration, reversals)
         assert late.side == pytest.approx(largest_hole(task, pattern, duration).side, abs=1e-10)
 
 
@@ -213,7 +213,7 @@ def test_nothing_seen_is_a_square_as_large_as_the_region(azimuth, side):
 def test_one_sample_per_sweep_leaves_what_is_above_and_below_its_beams():
     task = Task(pitch_min=-0.5, pitch_max=0.5)
     assert largest_hole(task, Pattern(1024, 1, 0.5), math.inf).side == pytest.approx(0.5)
-    # Beams at 1/4 and 3/4 by turns: none are nearer to each other than half the span.
+    # Beams at 1/4 and 3/4 alternately: none are nearer to each other than half the span.
     assert largest_hole(task, Pattern(1024, 1, 0.25), math.inf).side == pytest.approx(0.5)
 
 

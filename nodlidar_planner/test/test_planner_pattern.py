@@ -82,42 +82,6 @@ def test_period_is_the_first_return_to_the_start(pattern):
     assert pattern.period == first
 
 
-# Samples of directions
-
-
-@given(patterns(), st.integers(0, 2**62))
-def test_a_sample_is_found_by_its_direction(pattern, n):
-    n %= pattern.period
-    step, height = int(pattern.step(n)), float(pattern.height(n))
-    found = pattern.samples_at(step, height)
-    assert n in found
-    assert 1 <= len(found) <= 2
-    assert np.all(np.diff(found) > 0)
-    assert np.all((found >= 0) & (found < pattern.period))
-    assert np.all((pattern.step(found) == step) & (pattern.height(found) == height))
-
-
-@pytest.mark.parametrize('phase', [math.ulp(0.0), math.nextafter(1, 0), math.nextafter(16, 0)])
-def test_a_height_that_is_rounded_is_found_on_both_legs(phase):
-    pattern = Pattern(5, 8, phase)
-    for n in range(pattern.period):
-        assert n in pattern.samples_at(int(pattern.step(n)), float(pattern.height(n)))
-
-
-@given(patterns(small, small), st.data())
-def test_samples_of_any_band_are_those_of_the_enumeration(pattern, data):
-    step = data.draw(st.integers(0, pattern.steps_per_revolution - 1))
-    bound = st.one_of(
-        st.integers(-4, 4 * pattern.samples_per_sweep + 4).map(lambda quarters: quarters / 4),
-        st.floats(-math.inf, math.inf),
-    )
-    low, high = sorted([data.draw(bound), data.draw(bound)])
-    n = np.arange(step, pattern.period, pattern.steps_per_revolution)
-    quarters = quarter_heights(pattern, n)
-    expected = n[(4 * low <= quarters) & (quarters <= 4 * high)]
-    assert np.array_equal(pattern.samples_between(step, low, high), expected)
-
-
 # Erratum 1: counts
 
 
@@ -227,7 +191,6 @@ def test_the_published_speeds_agree_with_one_span_only():
 def test_ten_million_samples_per_sweep_are_as_quick_as_ten():
     pattern = Pattern(65_536, MOST_SAMPLES - 1)
     assert pattern.period == pattern.distinct_directions == 65_536 * (MOST_SAMPLES - 1)
-    assert pattern.samples_at(65_535, 0.5).size + pattern.samples_at(0, 0.5).size == 2
     assert Pattern(2**30, 2**30 - 1, 0.0).distinct_directions == 2**29 * 2**30
 
 
@@ -247,22 +210,6 @@ def test_a_phase_outside_one_nod_is_refused(phase):
     with pytest.raises(ParameterError, match="'phase' must be at least 0 and below 10") as refusal:
         Pattern(8, 5, phase)
     assert refusal.value.value is phase
-
-
-@pytest.mark.parametrize(
-    ('key', 'arguments'),
-    [
-        ('step', (-1, 0.0, 1.0)),
-        ('step', (8, 0.0, 1.0)),
-        ('low', (0, 2.0, 1.0)),
-        ('low', (0, math.nan, 1.0)),
-        ('low', (0, 0.0, math.nan)),
-    ],
-)
-def test_a_direction_that_is_none_is_refused(key, arguments):
-    with pytest.raises(ParameterError) as refusal:
-        Pattern(8, 5).samples_between(*arguments)
-    assert refusal.value.key == key
 
 
 def test_numpy_counts_are_kept_as_python_s():

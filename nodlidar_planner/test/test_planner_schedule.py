@@ -28,22 +28,22 @@ FAST = 1001
 
 
 def completion(task, schedule, errors=0.0, horizon=60.0):
-    turns = schedule.turns(int(horizon / task.sample_time))
+    reversals = schedule.reversals(int(horizon / task.sample_time))
     if errors > 0.0:
-        noise = np.random.default_rng(7).normal(0.0, errors / task.sample_time, len(turns))
-        turns = np.maximum.accumulate(turns + noise) + np.arange(len(turns)) * 1e-6
-        turns[0] = min(turns[0], 0.0)
-    return first_hits(task, turns).max() * task.sample_time
+        noise = np.random.default_rng(7).normal(0.0, errors / task.sample_time, len(reversals))
+        reversals = np.maximum.accumulate(reversals + noise) + np.arange(len(reversals)) * 1e-6
+        reversals[0] = min(reversals[0], 0.0)
+    return first_hits(task, reversals).max() * task.sample_time
 
 
-def walked(task, turns):
+def walked(task, reversals):
     """Return the first hits by walking from sample to sample."""
     first, sweep = {}, 0
     column_of = task.column_of_step()
-    for n in range(math.ceil(turns[-1])):
-        while turns[sweep + 1] <= n:
+    for n in range(math.ceil(reversals[-1])):
+        while reversals[sweep + 1] <= n:
             sweep += 1
-        part = (n - turns[sweep]) / (turns[sweep + 1] - turns[sweep])
+        part = (n - reversals[sweep]) / (reversals[sweep + 1] - reversals[sweep])
         height = (1.0 - part if sweep % 2 else part) * task.span
         row = min(int(height / task.cell + 1e-9), task.rows - 1)
         first.setdefault((int(column_of[n % task.steps_per_revolution]), row), n)
@@ -58,18 +58,18 @@ def walked(task, turns):
 )
 def test_first_hits_are_those_of_a_walk_from_sample_to_sample(sweeps, returns, phase):
     schedule = Schedule(tuple(d for up in sweeps for d in (up, returns)), phase)
-    turns = schedule.turns(1000)
-    assert turns[0] == -phase
-    assert turns[-2] <= 1000 < turns[-1]
-    first = first_hits(SMALL, turns)
+    reversals = schedule.reversals(1000)
+    assert reversals[0] == -phase
+    assert reversals[-2] <= 1000 < reversals[-1]
+    first = first_hits(SMALL, reversals)
     expected = np.full_like(first, np.inf)
-    for cell, n in walked(SMALL, turns).items():
+    for cell, n in walked(SMALL, reversals).items():
         expected[cell] = n
     np.testing.assert_array_equal(first, expected)
 
 
 def test_a_schedule_of_equal_sweeps_is_the_steady_nod():
-    first = first_hits(REFERENCE, Schedule((1077, 1077)).turns(20 * 10_240))
+    first = first_hits(REFERENCE, Schedule((1077, 1077)).reversals(20 * 10_240))
     steady = Coverage(REFERENCE, Pattern(1024, 1077)).first_hits()
     assert steady.max() < NEVER
     np.testing.assert_array_equal(first, steady)
@@ -97,10 +97,10 @@ def test_wherever_the_object_lies_a_period_of_combs_finds_it(combs, from_row, fr
     """The cells may be shifted at will: each is hit by a slow sweep alone."""
     task = whole_rows(REFERENCE)
     schedule = interlaced(task, FAST, combs, overlap=0.05)
-    turns = schedule.turns(schedule.period)
+    reversals = schedule.reversals(schedule.period)
     n = np.arange(schedule.period)
-    sweep = np.searchsorted(turns, n, side='right') - 1
-    part = (n - turns[sweep]) / np.diff(turns)[sweep]
+    sweep = np.searchsorted(reversals, n, side='right') - 1
+    part = (n - reversals[sweep]) / np.diff(reversals)[sweep]
     row = np.floor(part * task.rows - from_row)
     column = np.floor((n % 1024) * (math.tau / 1024) / task.cell - from_column)
     kept = (sweep % 2 == 0) & (row >= 0) & (row < task.rows - 1) & (column >= 0) & (column < 124)

@@ -1,6 +1,6 @@
-"""Runs of a nod whose turns are late."""
+"""Runs of a nod whose reversals are late."""
 
-from nodlidar_planner.choice.timing_error import completion_run, turn_instants
+from nodlidar_planner.choice.timing_error import completion_run, reversal_instants
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
@@ -21,9 +21,9 @@ def test_a_run_without_error_takes_as_long_as_coverage_says():
 @pytest.mark.parametrize('error', [0.001, 0.008])
 def test_a_run_takes_as_long_as_its_samples_enumerated(n_s, error):
     task, samples = PUBLISHED, int(60.0 / PUBLISHED.sample_time)
-    turns = turn_instants(n_s, 0.5, error / task.sample_time, samples, seed=7)
+    reversals = reversal_instants(n_s, 0.5, error / task.sample_time, samples, seed=7)
     n = np.arange(samples)
-    sweep = np.interp(n, turns, np.arange(len(turns)))
+    sweep = np.interp(n, reversals, np.arange(len(reversals)))
     row = task.row_of_height(1.0 - np.abs(sweep % 2.0 - 1.0), 1)
     cell = task.column_of_step()[n % 1024] * task.rows + row
     first = np.full(task.cells, samples)

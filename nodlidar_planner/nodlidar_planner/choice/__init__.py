@@ -1,1 +1,1 @@
-"""The choice of the nod, by completion, revisits or holes."""
+"""The choice of the nod by completion, revisits or holes."""

@@ -1,12 +1,11 @@
-"""The choice of the nod: the N_s that serves an objective best, at speeds that the servo holds."""
+"""The choice of the nod: the N_s of a band of speeds that is best for an objective."""
 
 import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.objective import Objective
-from nodlidar_planner.choice.plan import evaluate, Plan
+from nodlidar_planner.choice.plan import evaluate, Plan, Progress
 from nodlidar_planner.choice.search import soonest
-from nodlidar_planner.choice.survey import Progress
 from nodlidar_planner.choice.timing_error import under_error
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.holes.hole import largest_hole
@@ -17,28 +16,28 @@ from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]
 
-# Parts of the timing error that hits must stay away from other rows by. What completes soonest
-# with these does well in simulated runs, too; which part does best depends on the error. The
-# quick choice has one part, the shortlist the best so many of each.
+# Guards as parts of the timing error. The candidates that complete soonest with a guard do well in
+# simulated runs; which guard is best depends on the error. The quick choice uses one guard, the
+# shortlist has the best SHORTLIST candidates with each.
 QUICK_GUARD = 0.75
 GUARDS = (0.5, 0.75, 1.0)
 SHORTLIST = 12
 CHOOSING_RUNS = range(40)
-# Holes that differ by less are as large; computed ones differ by rounding.
+# Holes equal to so many decimals [rad] count as equal; they differ by rounding.
 HOLE_DECIMALS = 10
 
 
 def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> int:
-    """Return the N_s that completes soonest, as far as possible with hits that an error spares.
+    """Return the N_s that completes soonest, with a guard against the timing error if possible.
 
-    It takes some ten milliseconds: for a controller. `plans` compares by simulated runs, too.
+    Takes about ten milliseconds, for a controller; `plans` also compares simulated runs.
 
     Parameters
     ----------
     task, samples
-        What must be covered, and the N_s to choose from.
+        Region, cells and lidar; the N_s to choose from, shape (n,).
     timing_error
-        Standard deviation of the instants at which the servo turns [s].
+        Standard deviation of the reversal instants [s].
 
     Raises
     ------
@@ -60,30 +59,30 @@ def plans(
 ) -> list[Plan]:
     """Return the best nods, best first.
 
-    With a timing error the completion times are those of simulated runs, of which mean and 90th
-    percentile count alike.
+    With a timing error, nods are ordered by the completion times of simulated runs: by the sum of
+    mean and 90th percentile.
 
     Parameters
     ----------
     task
-        What must be covered.
+        Region, cells and lidar.
     samples
         The N_s to choose from, shape (n,).
     objective
-        What counts. Ties go by the longest revisit, then by the hit frequency.
+        What to minimise. Ties are broken by the longest revisit, then by the hit frequency.
     start_pitch
-        Pitch at sample 0 [rad], going up; half a sample past the lower limit if not given.
+        Pitch at sample 0 [rad], going up; by default half a sample past the lower limit.
     timing_error
-        Standard deviation of the instants at which the servo turns [s].
+        Standard deviation of the reversal instants [s].
     count
         How many to return; fewer if no more complete.
     progress
-        Wraps the N_s while they are gone through, to show it.
+        Wraps the iteration over the N_s, to show progress.
 
     Raises
     ------
     ParameterError
-        If no N_s ever completes, or a timing error is given for another objective.
+        If no N_s ever completes, or a timing error is combined with another objective.
     """
     if timing_error > 0.0 and not objective.only_completion:
         raise ParameterError('timing_error', '0 s unless completion alone counts', timing_error)
@@ -111,9 +110,9 @@ def plans(
 def _soonest(
     task: Task, samples: Integers, guard: float, start_pitch: float | None, count: int
 ) -> Integers:
-    """Return the N_s that complete soonest, with as much of the guard [samples] as any bears."""
+    """Return the N_s that complete soonest, with the largest guard [samples] that any permits."""
     _check_columns(task)
-    # Beams that fall at random complete in about as many revolutions; a guard shall help.
+    # Random beams complete in about this time; a guard that needs longer does not help.
     at_random = task.rows * math.log(task.cells + 1) / task.scan_rate
     while True:
         limit = at_random if guard > 0.0 else math.inf
@@ -126,18 +125,18 @@ def _soonest(
 
 
 def _check_columns(task: Task) -> None:
-    """Raise ParameterError if some column has no beam, so that nothing ever completes."""
+    """Raise ParameterError if some column has no beam, so that no nod ever completes."""
     seen = len(column_runs(task.column_of_step())[0])
     if seen < task.columns:
         finer = task.cell < math.tau / task.steps_per_revolution
         key = 'object_size' if finer or task.full_circle else 'azimuth'
-        limit = f'such that each of the {task.columns} columns has a beam, not just {seen}'
+        limit = f'such that each of the {task.columns} columns has a beam, not only {seen}'
         raise ParameterError(key, limit, getattr(task, key))
 
 
 def _no_rows(task: Task) -> ParameterError:
-    """Return the error for a row that has a beam with no N_s."""
-    allowed = 'so large that with some N_s every row has a beam'
+    """Return the error for rows that no N_s hits."""
+    allowed = 'so large that some N_s hits every row'
     return ParameterError('object_size', allowed, task.object_size)
 
 
@@ -148,7 +147,7 @@ def _robust(
     timing_error: float,
     progress: Progress,
 ) -> list[int]:
-    """Return a shortlist, in the order of mean and 90th percentile under the timing error."""
+    """Return a shortlist, ordered by mean plus 90th percentile under the timing error."""
     error = timing_error / task.sample_time
     shortlists = [
         _soonest(task, samples, g * error, start_pitch, SHORTLIST)[:SHORTLIST] for g in GUARDS
@@ -165,7 +164,7 @@ def _robust(
 def _rank(
     task: Task, samples_per_sweep: int, objective: Objective, start_pitch: float | None
 ) -> tuple[float, float, float]:
-    """Return what N_s are ordered by, least first; the hole is looked for only if it counts."""
+    """Return the key that orders N_s, least first; computes the hole only if it has a weight."""
     pattern = pattern_from(task, samples_per_sweep, start_pitch)
     figures = Coverage(task, pattern).figures()
     score = 0.0

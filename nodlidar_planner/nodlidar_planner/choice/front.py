@@ -1,8 +1,8 @@
-"""The trade of time for the largest hole: the nods of a band that are best at either.
+"""The Pareto front of time against hole size over the nods of a band.
 
-A nod's largest hole only shrinks with time. At a corner of the front over all nods, none has as
-small a hole sooner, and none a smaller one by then. Most nods lose by one look at a few windows
-(`hole.exceeds`), so only some are searched.
+A nod's largest hole only shrinks with time. At a corner of the front, no nod of the band has a
+smaller hole, and none had as small a hole before. Most nods are rejected at the first few windows
+(`hole.exceeds`), so few are searched.
 """
 
 from bisect import bisect_left
@@ -12,7 +12,7 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.search import spread
-from nodlidar_planner.choice.timing_error import hole_under_error, late_turns
+from nodlidar_planner.choice.timing_error import hole_under_error, late_reversals
 from nodlidar_planner.holes.hole import (
     exceeds,
     largest_hole,
@@ -28,30 +28,30 @@ from numpy.typing import NDArray
 
 Progress = Callable[[Iterable[Pattern]], Iterable[Pattern]]
 
-# No nod is waited for longer [s].
+# Longest time of a corner [s].
 PATIENCE = 600.0
-# Seeds of the runs with a timing error; an odd number of them.
+# Seeds of the runs with a timing error; an odd number, for the median.
 RUNS = range(15)
-# The soonest of so many nods shows about how soon the soonest of all is.
+# The soonest of so many nods bounds the time of the soonest of all.
 FEW = 8
-# Beside a corner, others are looked for at so many times before and after it, by such a factor.
+# A corner is shown among others at so many times before and after it, spaced by this factor.
 OTHERS, FACTOR = 4, math.sqrt(2.0)
-# Holes that differ by less are as wide [rad]: more than the search rounds, less than matters.
+# Holes that differ by less count as equal [rad]: more than the rounding of the search.
 _ROUNDING = 1e-11
 
 
 @dataclass(frozen=True, slots=True)
 class Corner:
-    """A nod at an instant when none has a smaller hole, nor any had one as small before.
+    """A nod at an instant when no other has a smaller hole, and none had as small a one before.
 
     Attributes
     ----------
     samples_per_sweep
         N_s.
     time
-        When its largest hole is so small for the first time [s].
+        When its largest hole is this small for the first time [s].
     hole
-        Side of that [rad].
+        Side of the hole [rad].
     """
 
     samples_per_sweep: int
@@ -60,7 +60,7 @@ class Corner:
 
 
 class Front:
-    """Finds corners of the front of some nods.
+    """Finds corners of the front over some nods.
 
     Parameters
     ----------
@@ -69,12 +69,12 @@ class Front:
     samples
         The N_s to choose from, shape (n,).
     start_pitch
-        Pitch at sample 0 [rad], going up; half a sample past the lower limit if not given.
+        Pitch at sample 0 [rad], going up; by default half a sample past the lower limit.
     timing_error
-        Standard deviation of the instants at which the servo turns [s]. If it is not 0, a nod's
-        hole is the median of some runs of it.
+        Standard deviation of the reversal instants [s]. Unless it is 0, a nod's hole is the median
+        over simulated runs.
     progress
-        Wraps the nods whenever they are gone through, to show it.
+        Wraps each iteration over the nods, to show progress.
     """
 
     def __init__(
@@ -88,24 +88,24 @@ class Front:
         self._task = task
         self._error = timing_error
         self._progress = progress
-        # In this order the first ones are about as good as any.
+        # In this order the first ones are spread over the band.
         self._patterns = [
             pattern_from(task, int(samples[i]), start_pitch) for i in spread(len(samples))
         ]
 
     def choose(self, time_budget: float | None, max_hole: float | None) -> Corner:
-        """Return the corner that one limit leads to, or with both the soonest that keeps to them.
+        """Return the corner for one limit, or the soonest corner that satisfies both.
 
         Parameters
         ----------
         time_budget, max_hole
-            See `within` and `reaching`; at least one is given.
+            See `within` and `reaching`; at least one is not None.
 
         Raises
         ------
         ParameterError
-            If no corner keeps to both, naming those that keep to either, or as `reaching` and
-            `within` do.
+            If no corner satisfies both, naming the corners that satisfy one; and as `reaching` and
+            `within`.
         """
         if max_hole is None:
             return self.within(math.nan if time_budget is None else time_budget)
@@ -121,7 +121,7 @@ class Front:
         raise ParameterError('max_hole', allowed, math.degrees(max_hole))
 
     def around(self, corner: Corner) -> list[Corner]:
-        """Return a corner among others from a quarter to four times its time, soonest first."""
+        """Return a corner and others from a quarter to four times its time, soonest first."""
         times = [corner.time * FACTOR**k for k in range(-OTHERS, OTHERS + 1) if k]
         others = self.corners([time for time in times if time <= PATIENCE])
         by_time = {each.time: each for each in [*others, corner]}
@@ -133,36 +133,36 @@ class Front:
         Raises
         ------
         ParameterError
-            If the time is so short that no nod divides the region, or above PATIENCE.
+            If the time is above PATIENCE, or too short for any nod to divide the region.
         """
         if not 0.0 < time_budget <= PATIENCE:
             allowed = f'above 0 and at most {PATIENCE:g} s'
             raise ParameterError('time_budget', allowed, time_budget)
         corner = self._within(time_budget)
         if corner is None:
-            allowed = 'so long that the beams of some nod divide the region by then'
+            allowed = 'so long that the beams of some nod divide the region'
             raise ParameterError('time_budget', allowed, time_budget)
         return corner
 
     def reaching(self, max_hole: float) -> Corner:
-        """Return the corner with the least time after which no hole is wider than a side [rad].
+        """Return the soonest corner without a hole wider than a side [rad].
 
         Raises
         ------
         ParameterError
-            If no nod gets there, not within PATIENCE, or without a beam.
+            If no nod reaches that within PATIENCE, or if it needs no beam.
         """
         least, largest = least_side(self._task), largest_side(self._task)
         if not least - _ROUNDING < max_hole < largest - _ROUNDING:
             least_degrees, largest_degrees = math.degrees(least), math.degrees(largest)
             allowed = (
-                f'at least {least_degrees:.4g}°, which is always free between two steps, '
-                f'and below {largest_degrees:.4g}°, the region'
+                f'at least {least_degrees:.4g}°, which always remains between two steps, '
+                f'and below {largest_degrees:.4g}°, the size of the region'
             )
             raise ParameterError('max_hole', allowed, math.degrees(max_hole))
         soonest = self._soonest(max_hole, self._enough(max_hole))
         if soonest is None:
-            allowed = f'so large that some nod gets there within {PATIENCE:g} s'
+            allowed = f'so large that some nod reaches it within {PATIENCE:g} s'
             raise ParameterError('max_hole', allowed, math.degrees(max_hole))
         smallest = self._smallest(max_hole + _ROUNDING, soonest[0])
         pattern = soonest[1] if smallest is None else smallest[1]
@@ -171,7 +171,7 @@ class Front:
     def corners(self, times: Sequence[float]) -> list[Corner]:
         """Return the corners with the smallest hole after some times [s], soonest first.
 
-        One that is the best at several times is there once; one that none is at, not.
+        A corner that is best at several times is returned once, times without one are skipped.
         """
         found: list[Corner] = []
         for time in sorted(times, reverse=True):
@@ -193,7 +193,7 @@ class Front:
         return Corner(pattern.samples_per_sweep, time, self._hole(pattern, taken))
 
     def _smallest(self, below: float, taken: int) -> tuple[float, Pattern] | None:
-        """Return the smallest hole after some samples and its nod, if it's below a side [rad]."""
+        """Return the smallest hole after some samples and its nod, if it is below a side [rad]."""
         best = None
         for pattern in self._progress(self._patterns):
             if self._is_at(pattern, below - _ROUNDING, taken):
@@ -202,7 +202,7 @@ class Front:
         return best
 
     def _soonest(self, side: float, most: int) -> tuple[int, Pattern] | None:
-        """Return after how many samples, at most so many, a nod is at a side; and that nod."""
+        """Return the fewest samples, up to a limit, until a nod is at a side, and the nod."""
         best = None
         for pattern in self._progress(self._patterns):
             if self._is_at(pattern, side, most):
@@ -212,7 +212,7 @@ class Front:
         return best
 
     def _enough(self, side: float) -> int:
-        """Return a number of samples, doubled until a few nods show that it suffices."""
+        """Return a number of samples, doubled until it suffices for one of a few nods."""
         enough, most = self._task.steps_per_revolution, samples_taken(self._task, PATIENCE)
         few = self._patterns[:FEW]
         while enough < most and not any(self._is_at(each, side, enough) for each in few):
@@ -226,14 +226,14 @@ class Front:
         return largest_hole(self._task, pattern, time).side
 
     def _is_at(self, pattern: Pattern, side: float, taken: int) -> bool:
-        """Tell whether the hole is at most as wide as a side: that of most runs, if of any."""
+        """Return whether the hole (with a timing error, of most runs) is at most a side wide."""
         task, time = self._task, taken * self._task.sample_time
         if self._error == 0.0:
             return not exceeds(task, pattern, time, side)
         most, wider = len(RUNS) // 2 + 1, 0
         for runs, seed in enumerate(RUNS, start=1):
-            turns = late_turns(task, pattern, time, self._error, seed)
-            wider += exceeds(task, pattern, time, side, turns)
+            reversals = late_reversals(task, pattern, time, self._error, seed)
+            wider += exceeds(task, pattern, time, side, reversals)
             if max(wider, runs - wider) == most:
                 break
         return wider < most

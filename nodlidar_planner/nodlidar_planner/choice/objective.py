@@ -1,17 +1,17 @@
-"""What a nod shall be good at."""
+"""The objective that a nod is chosen by."""
 
 from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
 
-# The largest hole is the one left after this time [s], unless an objective says otherwise.
+# Default time after which the largest hole counts [s].
 HOLE_AFTER = 5.0
 
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """What a nod shall be good at: the weighted sum that is to be least.
+    """A weighted sum to minimise.
 
     Attributes
     ----------
@@ -19,7 +19,7 @@ class Objective:
         Weights of the completion time [1/s], the longest revisit time [1/s] and the largest hole
         [1/rad].
     hole_after
-        The hole is the one left after this time [s].
+        Time after which the hole counts [s].
     """
 
     completion: float = 1.0
@@ -33,7 +33,7 @@ class Objective:
             if not 0.0 <= weight < math.inf:
                 raise ParameterError(key, 'a weight of at least 0', weight)
         if not any(weights):
-            raise ParameterError('objective', 'a weight above 0 for something', weights)
+            raise ParameterError('objective', 'at least one weight above 0', weights)
         if not 0.0 < self.hole_after < math.inf:
             raise ParameterError('hole_after', 'above 0 s', self.hole_after)
 

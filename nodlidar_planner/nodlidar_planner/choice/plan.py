@@ -1,4 +1,4 @@
-"""A nod and all that it gives."""
+"""A nod with its figures."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -13,33 +13,33 @@ from nodlidar_planner.pattern.task import Task
 
 Progress = Callable[[Iterable[int]], Iterable[int]]
 
-# The runs that are reported: others than those to choose by, where the best was lucky, too.
+# Seeds of the reported runs: not those of the choice, in which the chosen nod was lucky.
 REPORTED_RUNS = range(1000, 1100)
 HOLE_RUNS = REPORTED_RUNS[:25]
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A nod and what it gives.
+    """A nod with its figures.
 
     Attributes
     ----------
     samples_per_sweep, phase
         N_s, and samples that the nod is past its lower limit at sample 0.
     speed, sweep_duration
-        Speed [rad/s] and time of one sweep [s].
+        Speed [rad/s] and duration of one sweep [s].
     figures
         Completion, revisits and hit frequency.
     hole
-        Side of the largest hole [rad], after the objective's time.
+        Side of the largest hole after the objective's time [rad].
     lower_bound
         Completion time that no nod of the band can beat [s].
     distinct_directions
-        Directions that the pattern ever points to.
+        Number of distinct directions in the pattern's period.
     under_error
-        Completion under the servo's timing error, if one was given.
+        Completion under the servo's timing error [s]; None without timing error.
     hole_under_error
-        The largest hole under it [rad].
+        Largest hole under it [rad]; None without timing error.
     """
 
     samples_per_sweep: int
@@ -63,9 +63,10 @@ def evaluate(
     fewest_samples: int | None = None,
     progress: Progress = iter,
 ) -> Plan:
-    """Return what a nod gives; the lower bound is for nods of the fewest samples, or as fast.
+    """Return a nod's figures; see `plans` for the parameters.
 
-    See `plans` for the parameters; progress wraps the seeds of the runs with a timing error.
+    The lower bound is for nods of at least `fewest_samples` (default: this nod's N_s). `progress`
+    wraps the iteration over the runs with a timing error.
     """
     pattern = pattern_from(task, samples_per_sweep, start_pitch)
     figures = Coverage(task, pattern).figures()

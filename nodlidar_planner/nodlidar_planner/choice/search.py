@@ -1,13 +1,14 @@
 """The N_s that complete soonest, without evaluating all of them.
 
-One column cannot be complete later than all are. So the completion of a single column, for many
-N_s at once, bounds each from below; only those whose bound beats the best so far are evaluated.
+No column completes later than all columns do. So the completion of a single column, computed for
+many N_s at once, is a lower bound for each; only N_s whose bound beats the best so far are
+evaluated.
 """
 
 import math
 from typing import Any
 
-from nodlidar_planner.coverage.coverage import Coverage, turn_reach
+from nodlidar_planner.coverage.coverage import Coverage, reversal_reach
 from nodlidar_planner.pattern.start import pattern_from, phase_at
 from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
@@ -17,17 +18,17 @@ Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 AnyFloats = NDArray[np.floating[Any]]
 
-# So few N_s are evaluated without bounds.
+# So few N_s or fewer are evaluated without bounds.
 FEW = 3
-# After so many columns the most promising N_s is evaluated, to have a better time to beat.
+# After so many columns the most promising N_s is evaluated, for a better time to beat.
 EVALUATED_AFTER = (2, 8, 32)
-# Of so many N_s one is looked at first, for the same reason.
+# One of so many N_s is examined first, for the same reason.
 THINNING = 16
-# Rows that are watched in a column: as many as an integer has bits, without its sign.
+# Rows of a column that are tracked: one for each bit of an integer but the sign.
 WATCHED_ROWS = 63
-# N_s whose columns are computed together: as many as fit the processor's cache.
+# N_s whose columns are computed together, as fits the processor's cache.
 BLOCK = 128
-# A bound may be this much too low [samples], so that single precision will do up to this sample.
+# A bound may be this much too low [samples], so single precision suffices up to this sample.
 ROUNDING = 0.05
 SINGLE_PRECISION = 2**18
 
@@ -45,21 +46,21 @@ def soonest(
     Parameters
     ----------
     task
-        What must be covered.
+        Region, cells and lidar.
     samples
         The N_s to choose from, shape (n,).
     guard
         See Coverage.
     count
-        How many to return; fewer if no more complete, more if others tie with the last.
+        How many to return: fewer if no more complete, more if others tie with the last.
     start_pitch
         See `phase_at`.
     limit
-        Completion must take less than this [s].
+        Upper limit of the completion time, exclusive [s].
 
     Returns
     -------
-    N_s and completion times [s], soonest first; ties in the order given.
+    N_s and completion times [s], soonest first; ties in the order of `samples`.
     """
     samples = samples[_bears(task, samples, guard)]
     search = _Search(task, guard, count, start_pitch, limit)
@@ -67,27 +68,27 @@ def soonest(
     while len(samples) > thinning * max(FEW, count):
         thinning *= THINNING
     while thinning:
-        search.look_at(samples[::thinning])
+        search.examine(samples[::thinning])
         thinning //= THINNING
     return search.best(samples)
 
 
 def _bears(task: Task, samples: Integers, guard: float) -> NDArray[np.bool_]:
-    """Tell for which N_s the second row from below is high enough for a guard at either side."""
+    """Return for which N_s the second row from below is high enough for a guard on both sides."""
     if task.rows < 3:
         return np.ones(len(samples), dtype=np.bool_)
-    part = np.array(min(2.0 * task.cell / task.span, 0.5))  # nowhere in the row is it easier
-    return np.asarray(samples * task.row_height(1) >= 2.0 * turn_reach(guard, part))
+    part = np.array(min(2.0 * task.cell / task.span, 0.5))  # where in the row the guard is least
+    return np.asarray(samples * task.row_height(1) >= 2.0 * reversal_reach(guard, part))
 
 
 def spread(count: int) -> Integers:
-    """Return 0 .. count - 1 in an order of which every beginning is spread evenly."""
+    """Return 0 .. count - 1 in an order whose first elements, however many, are spread evenly."""
     golden = (math.sqrt(5.0) - 1.0) / 2.0
     return np.argsort(np.argsort(np.arange(count) * golden % 1.0))
 
 
 class _Search:
-    """The completion times that are known already, and how to know those that matter."""
+    """The completion times computed so far, and the bounds that decide which others to compute."""
 
     def __init__(
         self, task: Task, guard: float, count: int, start_pitch: float | None, limit: float
@@ -99,7 +100,7 @@ class _Search:
         self._times: dict[int, float] = {}
         self._limit = self._to_beat = limit
 
-    def look_at(self, samples: Integers) -> None:
+    def examine(self, samples: Integers) -> None:
         """Evaluate all N_s that may be among the best."""
         bound = self._bounds(samples)
         for index in np.argsort(bound, kind='stable'):
@@ -117,7 +118,7 @@ class _Search:
         return known[order], times[order]
 
     def _bounds(self, samples: Integers) -> Floats:
-        """Return bounds of the completion times, above the time to beat for all but a few."""
+        """Return lower bounds of the completion times, until few are below the time to beat."""
         starts, widths = column_runs(self._task.column_of_step())
         bound = np.zeros(len(samples))
         for visited, column in enumerate(spread(len(starts)), start=1):
@@ -182,7 +183,8 @@ def _column_completion(
     height = task.row_height(1) * n_s
     last = min(task.rows, WATCHED_ROWS) - 1
     if guard > 0.0:
-        low, high = low + turn_reach(guard, low / n_s), high - turn_reach(guard, high / n_s)
+        low = low + reversal_reach(guard, low / n_s)
+        high = high - reversal_reach(guard, high / n_s)
     first_row = np.clip(np.floor((low - ROUNDING) / height), 0, task.rows - 1).astype(np.int64)
     last_row = np.clip(np.floor((high + ROUNDING) / height), 0, last).astype(np.int64)
     inside = (first_row <= last_row) & (first_row <= last)

@@ -1,7 +1,6 @@
-"""What every N_s of a band gives, as pictures show it."""
+"""The figures of every N_s of a band, for pictures."""
 
-from collections.abc import Callable, Iterable
-
+from nodlidar_planner.choice.plan import Progress
 from nodlidar_planner.choice.timing_error import under_error, UnderError
 from nodlidar_planner.coverage.coverage import Coverage, Figures
 from nodlidar_planner.pattern.start import pattern_from
@@ -9,9 +8,7 @@ from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 
-Progress = Callable[[Iterable[int]], Iterable[int]]
-
-# Enough to show how a whole band fares.
+# Seeds; few runs of each N_s suffice for a picture of the band.
 SURVEY_RUNS = range(2000, 2016)
 
 
@@ -26,13 +23,13 @@ def survey(
     Parameters
     ----------
     task
-        What must be covered.
+        Region, cells and lidar.
     samples
         N_s, shape (n,).
     start_pitch
-        Pitch at sample 0 [rad], going up; half a sample past the lower limit if not given.
+        Pitch at sample 0 [rad], going up; by default half a sample past the lower limit.
     progress
-        Wraps the N_s while they are gone through, to show it.
+        Wraps the iteration over the N_s, to show progress.
     """
     patterns = (pattern_from(task, n_s, start_pitch) for n_s in progress(samples.tolist()))
     return [Coverage(task, pattern).figures() for pattern in patterns]
@@ -45,7 +42,7 @@ def survey_under_error(
     start_pitch: float | None = None,
     progress: Progress = iter,
 ) -> list[UnderError]:
-    """Return what a few simulated runs of each N_s take; see `survey` and `plans`."""
+    """Return the completion of a few simulated runs of each N_s; see `survey` and `plans`."""
     found = []
     for n_s in progress(samples.tolist()):
         pattern = pattern_from(task, n_s, start_pitch)

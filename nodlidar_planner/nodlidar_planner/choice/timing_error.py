@@ -1,4 +1,4 @@
-"""Completion and holes when the servo does not turn on time: runs of a nod with late turns."""
+"""Completion and holes under a timing error, from simulated runs of a nod."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# A run is given up after this many revolutions for each row: twenty times what random hits need.
+# Longest run, in revolutions for each row: twenty times what random hits need.
 REVOLUTIONS_PER_ROW = 100
 # Revolutions that are computed at once.
 BLOCK = 64
@@ -21,12 +21,12 @@ BLOCK = 64
 
 @dataclass(frozen=True, slots=True)
 class UnderError:
-    """Completion times, or largest holes, when the turns' instants are off by white noise.
+    """Completion times, or largest holes, with white noise in the reversal instants.
 
     Attributes
     ----------
     error
-        Standard deviation of the turns' instants [s].
+        Standard deviation of the reversal instants [s].
     median, expected, p90
         Median, mean and 90th percentile of the completion time [s], or of the hole's side [rad].
     """
@@ -38,7 +38,7 @@ class UnderError:
 
 
 def under_error(task: Task, pattern: Pattern, error: float, seeds: Iterable[int]) -> UnderError:
-    """Return what the completion times of runs are, one for each seed."""
+    """Return the completion times of runs, one for each seed."""
     n_s, phase = pattern.samples_per_sweep, pattern.phase
     times = [completion_run(task, n_s, phase, error, seed) for seed in seeds]
     return _summary(error, times)
@@ -47,26 +47,28 @@ def under_error(task: Task, pattern: Pattern, error: float, seeds: Iterable[int]
 def hole_under_error(
     task: Task, pattern: Pattern, duration: float, error: float, seeds: Iterable[int]
 ) -> UnderError:
-    """Return what the largest holes of runs are after a time [s], one for each seed."""
+    """Return the largest holes of runs after a time [s], one for each seed."""
     holes = [
-        largest_hole(task, pattern, duration, late_turns(task, pattern, duration, error, seed))
+        largest_hole(task, pattern, duration, late_reversals(task, pattern, duration, error, seed))
         for seed in seeds
     ]
     return _summary(error, [hole.side for hole in holes])
 
 
-def late_turns(task: Task, pattern: Pattern, duration: float, error: float, seed: int) -> Floats:
-    """Return the turns [samples] of a run for a time, as `largest_hole` takes them.
+def late_reversals(
+    task: Task, pattern: Pattern, duration: float, error: float, seed: int
+) -> Floats:
+    """Return the reversal instants of a run [samples], as `largest_hole` requires them.
 
-    The error is a standard deviation [s]; see `turn_instants`.
+    Duration and error (a standard deviation) are in seconds; see `reversal_instants`.
     """
     last = samples_taken(task, duration)
     samples_per_sweep, phase = pattern.samples_per_sweep, pattern.phase
-    return turn_instants(samples_per_sweep, phase, error / task.sample_time, last, seed)
+    return reversal_instants(samples_per_sweep, phase, error / task.sample_time, last, seed)
 
 
 def _summary(error: float, values: Sequence[float]) -> UnderError:
-    # Of infinite ones there is no interpolation.
+    # Not interpolated, since values may be infinite.
     p90 = np.quantile(values, 0.9, method='higher')
     median = np.quantile(values, 0.5, method='higher')
     return UnderError(error, float(median), float(np.mean(values)), float(p90))
@@ -75,19 +77,19 @@ def _summary(error: float, values: Sequence[float]) -> UnderError:
 def completion_run(
     task: Task, samples_per_sweep: int, phase: float, error: float, seed: int
 ) -> float:
-    """Return the completion time of one run [s]; infinite if it takes unreasonably long.
+    """Return the completion time of one run [s]; infinite beyond REVOLUTIONS_PER_ROW.
 
-    Between turns the speed is constant. A cell counts as hit from where the lidar enters its
-    column, if the nod is in its row before the lidar leaves the column.
+    Between reversals the speed is constant. A cell counts as hit when the lidar enters its column
+    if the nod is in its row before the lidar leaves the column.
 
     Parameters
     ----------
     task
-        What must be covered.
+        Region, cells and lidar.
     samples_per_sweep, phase
         The nod: N_s, and samples that it is past its lower limit at sample 0.
     error
-        Standard deviation of the instants of the turns [s].
+        Standard deviation of the reversal instants [s].
     seed
         Of the random errors.
     """
@@ -98,12 +100,12 @@ def completion_run(
     starts, widths = starts[order], widths[order]
     revolutions = REVOLUTIONS_PER_ROW * task.rows
     last = revolutions * task.steps_per_revolution
-    turns = turn_instants(samples_per_sweep, phase, error / task.sample_time, last, seed)
+    reversals = reversal_instants(samples_per_sweep, phase, error / task.sample_time, last, seed)
     seen = np.zeros((len(starts), task.rows), dtype=bool)
     for begin in range(0, revolutions, BLOCK):
         revolution = np.arange(begin, begin + BLOCK)[:, None]
         entry = starts + task.steps_per_revolution * revolution
-        low, high = rows_passed(task, turns, entry, widths)
+        low, high = rows_passed(task, reversals, entry, widths)
         hits = _first_hits(low, high, task.rows)
         unseen = np.where(seen, -1, hits)
         if unseen.max() < BLOCK:
@@ -114,61 +116,63 @@ def completion_run(
     return math.inf
 
 
-def turn_instants(
+def reversal_instants(
     samples_per_sweep: int, phase: float, error: float, last: int, seed: int
 ) -> Floats:
-    """Return when the nod turns [samples], at the lower limit first, before sample 0.
+    """Return the reversal instants [samples], the first at the lower limit before sample 0.
 
     Parameters
     ----------
     samples_per_sweep, phase
-        The nod as it should be.
+        The planned nod.
     error
-        Standard deviation of the turns' instants [samples]. None overtakes the one before.
+        Standard deviation of the reversal instants [samples]; they stay in order.
     last
-        The sample up to which turns are needed.
+        The sample up to which reversals are needed.
     seed
         Of the random errors.
     """
-    far = int(4.0 * error / samples_per_sweep)  # sweeps by which turns may be off
+    far = int(4.0 * error / samples_per_sweep)  # sweeps by which a reversal may be off
     sweep = np.arange(-2 - 2 * far, last // samples_per_sweep + 5 + 2 * far)
     noise = np.random.default_rng(seed).normal(0.0, error, len(sweep))
     return np.asarray(np.maximum.accumulate(sweep * samples_per_sweep - phase + noise))
 
 
 def rows_passed(
-    task: Task, turns: Floats, entry: Integers, widths: Integers
+    task: Task, reversals: Floats, entry: Integers, widths: Integers
 ) -> tuple[Integers, Integers]:
-    """Return the lowest and the highest row that the nod is in during each pass of a column.
+    """Return the lowest and the highest row of the nod during each pass of a column.
 
     Parameters
     ----------
-    turns
-        See turn_instants.
+    reversals
+        See reversal_instants.
     entry, widths
-        The first sample of each pass, and how many it has; shapes that broadcast.
+        The first sample and the number of samples of each pass; shapes that broadcast.
     """
-    sweep = np.arange(-2.0, len(turns) - 2)
-    begin, end = np.interp(entry, turns, sweep), np.interp(entry + widths - 1, turns, sweep)
+    sweep = np.arange(-2.0, len(reversals) - 2)
+    begin = np.interp(entry, reversals, sweep)
+    end = np.interp(entry + widths - 1, reversals, sweep)
     at_begin, at_end = _height(begin), _height(end)
     low, high = np.minimum(at_begin, at_end), np.maximum(at_begin, at_end)
-    turn = np.floor(end)
-    turned = turn > begin
-    high = np.where(turned & (turn % 2 == 1), 1.0, high)
-    low = np.where(turned & (turn % 2 == 0), 0.0, low)
+    reversal = np.floor(end)
+    passed = reversal > begin
+    high = np.where(passed & (reversal % 2 == 1), 1.0, high)
+    low = np.where(passed & (reversal % 2 == 0), 0.0, low)
     return task.row_of_height(low, 1), task.row_of_height(high, 1)
 
 
 def _height(sweep: Floats) -> Floats:
-    """Return the height in spans at a time in sweeps."""
+    """Return the height, as a part of the span, at a time in sweeps."""
     below: Floats = np.abs(sweep % 2.0 - 1.0)
     return 1.0 - below
 
 
 def _first_hits(low: Integers, high: Integers, rows: int) -> Integers:
-    """Return the first pass of each column in which each row is hit, (columns, rows).
+    """Return the first pass of each column that hits each row, shape (columns, rows).
 
-    Rows low to high, shapes (passes, columns), are hit; the number of passes where none is.
+    A pass hits the rows low to high, shapes (passes, columns). The number of passes stands for
+    none.
     """
     passes, columns = low.shape
     first = np.full((columns, rows), passes)

@@ -1,4 +1,4 @@
-"""How a scan pattern covers the cells of a task, exactly, without going through its samples."""
+"""How a scan pattern covers the cells of a task: exact, without visiting every sample."""
 
 from dataclasses import dataclass
 
@@ -18,12 +18,12 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """How well a pattern covers the cells of a task, over its whole period.
+    """Pattern coverage of the cells of a task, over the pattern's whole period.
 
     Attributes
     ----------
     completion_time
-        Time until every cell was hit once [s]; infinite if some never is.
+        Time until every cell has been hit once [s]; infinite if some cell never is.
     revisit_max, revisit_mean
         The longest time between two crossings of a cell [s]: the largest over the cells, and their
         mean; infinite if some cell is never hit.
@@ -46,8 +46,8 @@ class Figures:
 class Coverage:
     """The coverage of a task's cells by a pattern.
 
-    A cell is hit by the samples whose step is in its column and whose pitch in its row;
-    consecutive samples in one cell are one crossing, which counts from its first sample.
+    A sample hits a cell if its step is in the cell's column and its pitch in the cell's row.
+    Consecutive samples in one cell are one crossing, at the instant of the first.
 
     Parameters
     ----------
@@ -56,13 +56,13 @@ class Coverage:
     pattern
         Of the same N_L.
     guard
-        Error of the turns, in samples: what `turn_reach` makes of it is how far a sample must
-        stay away from the next row to count as a hit.
+        Error of the reversals [samples]. A sample nearer to the next row than `reversal_reach` of
+        it does not count as a hit.
 
     Raises
     ------
     ParameterError
-        If the N_L differ, or N_s or the number of cells is too large for the computer's memory.
+        If the N_L differ, or N_s or the number of cells exceeds the bound on memory.
     """
 
     def __init__(self, task: Task, pattern: Pattern, guard: float = 0.0) -> None:
@@ -82,13 +82,13 @@ class Coverage:
         )
 
     def first_hits(self, start: int = 0) -> Integers:
-        """Return the samples from a starting sample to each cell's first hit from then on.
+        """Return the number of samples from a starting sample to the next hit of each cell.
 
-        Starting at another sample is starting the nod at another pitch (docs/model.md).
+        To start at another sample is to start the nod at another pitch (docs/model.md).
 
         Returns
         -------
-        Shape (columns that the lidar sees, rows that are hit, from below); NEVER where none comes.
+        Shape (measured columns, rows that are hit, from below); NEVER for a cell never hit.
         """
         self._check_memory(len(self._seen))
         first = np.full((len(self._seen), self._rows), NEVER)
@@ -101,7 +101,7 @@ class Coverage:
         return first
 
     def completion_time(self, start: int = 0) -> float:
-        """Return the time from a sample until every cell was hit [s], infinite if never."""
+        """Return the time from a sample until every cell has been hit [s], infinite if never."""
         if self.never_hit_share() > 0.0:
             return np.inf
         return float(self.first_hits(start).max()) * self._task.sample_time
@@ -114,7 +114,7 @@ class Coverage:
         return float(1.0 - hit / self._task.cells) if hit < self._task.cells else 0.0
 
     def figures(self) -> Figures:
-        """Return the figures of the whole period, and the completion from sample 0."""
+        """Return the figures of the whole period; completion counts from sample 0."""
         share = self.never_hit_share()
         period = self.pattern.period
         longest, crossings, sum_of_longest = 0, 0, 0
@@ -151,14 +151,14 @@ def _check(task: Task, pattern: Pattern) -> None:
 
 
 def _rows_of_residue(task: Task, pattern: Pattern, guard: float) -> tuple[Integers, int]:
-    """Return the row of each residue modulo 2 N_s, and how many rows there are.
+    """Return the row of each residue modulo 2 N_s, and the number of rows.
 
-    With a guard, the row is -1 where the error of a turn can bring a sample into the next one.
+    With a guard, the row is -1 where the error of a reversal can move a sample into another row.
     """
     height = pattern.height(np.arange(pattern.cycle))
     row = task.row_of_height(height, pattern.samples_per_sweep)
     if guard > 0.0:
-        reach = turn_reach(guard, height / pattern.samples_per_sweep)
+        reach = reversal_reach(guard, height / pattern.samples_per_sweep)
         below = task.row_of_height(height - reach, pattern.samples_per_sweep)
         above = task.row_of_height(height + reach, pattern.samples_per_sweep)
         row = np.where(below == above, row, -1)
@@ -168,16 +168,16 @@ def _rows_of_residue(task: Task, pattern: Pattern, guard: float) -> tuple[Intege
     return np.where(row >= 0, np.searchsorted(hit, row), -1), len(hit)
 
 
-def turn_reach(error: float, part: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return by how much turns that are off by an error displace samples between them.
+def reversal_reach(error: float, part: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return by how much errors of the reversals displace the samples between them.
 
-    It is the root mean square of what the turn before and the one after do.
+    It is the root mean square of the effects of the reversals before and after.
 
     Parameters
     ----------
     error
-        Standard deviation of the turns' instants, in samples.
+        Standard deviation of the reversal instants [samples].
     part
-        Part of the sweep that lies between the samples and the turn before them, 0 .. 1.
+        Fraction of the sweep from the reversal before to the samples, 0 .. 1.
     """
     return error * np.sqrt(part**2 + (1.0 - part) ** 2)

@@ -1,10 +1,10 @@
-"""When the lidar and the nod cross the cells of a task, without going through the samples.
+"""When the lidar and the nod cross the cells of a task, without visiting every sample.
 
-Sample n has azimuth step n mod N_L and residue n mod 2 N_s, which tells its row. A column is a run
-of steps; the residues at which the lidar enters it, revolution by revolution, are a rotation of
-the circle of 2 N_s residues by N_L. With g = gcd(N_L, 2 N_s), columns that start at steps equal
-modulo g and are equally wide are crossed alike, some revolutions apart. So there are few classes
-of columns, and the crossings of one column of each class, in order, tell those of all cells.
+Sample n has azimuth step n mod N_L and residue n mod 2 N_s, which determines its row. A column is
+a run of steps. From revolution to revolution, the residue at which the lidar enters it advances by
+N_L modulo 2 N_s. With g = gcd(N_L, 2 N_s), columns of equal width whose first steps are equal
+modulo g are crossed alike, some revolutions apart. So there are few classes of columns, and the
+sorted crossings of one column per class determine those of all cells.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 from numpy.typing import NDArray
 
-# The first hit of a cell that is never hit.
+# Stands for the first hit of a cell that is never hit.
 NEVER = np.iinfo(np.int64).max
 
 Integers = NDArray[np.int64]
@@ -27,14 +27,14 @@ class ColumnClass:
     Attributes
     ----------
     pattern
-        What crosses them.
+        Of lidar and nod.
     columns, starts
-        Their numbers among the columns that the lidar sees, and their first steps; shape (c,).
+        Their numbers among the measured columns, and their first steps; shape (c,).
     key
         The crossings of the first of them in one period, ascending, shape (k,): row * period + the
-        sample at which it begins, counted from the column's first step in revolution 0.
+        first sample of the crossing, counted from the column's first step in revolution 0.
     bounds
-        Where each row's crossings begin in the key, and where the last's end; shape (rows + 1,).
+        Index in the key at which each row begins, and the end of the last; shape (rows + 1,).
     """
 
     pattern: Pattern
@@ -44,11 +44,11 @@ class ColumnClass:
     bounds: Integers
 
     def first_hits(self, start: int) -> Integers:
-        """Return the samples from a starting one to the first crossing of each cell from then on.
+        """Return the number of samples from a starting sample to the next crossing of each cell.
 
         Returns
         -------
-        Shape (columns, rows); NEVER where none comes.
+        Shape (columns, rows); NEVER for a cell without crossings.
         """
         rows, period = len(self.bounds) - 1, self.pattern.period
         if len(self.key) == 0:
@@ -67,7 +67,7 @@ class ColumnClass:
         return first
 
     def longest_gaps(self) -> Integers:
-        """Return the longest gap between crossings in each row with any, period after period."""
+        """Return the longest gap between crossings in each row that has any [samples]."""
         begins, ends = self.bounds[:-1], self.bounds[1:]
         begins, ends = begins[begins < ends], ends[begins < ends]
         if len(begins) == 0:
@@ -87,8 +87,7 @@ def column_classes(
     pattern
         Of lidar and nod.
     row_of, rows
-        The row of each residue modulo 2 N_s, -1 where there is none, shape (2 N_s,); how many
-        rows there are.
+        The row of each residue modulo 2 N_s, shape (2 N_s,), -1 for none; the number of rows.
     starts, widths
         First step and number of steps of each column, shape (columns,).
     """
@@ -105,8 +104,8 @@ def column_classes(
 def _crossings(pattern: Pattern, row_of: Integers, start: int, width: int) -> Integers:
     """Return the crossings of a column, as the key of a column class.
 
-    They begin where the lidar enters the column in the row, or where the nod enters the row
-    within the column.
+    A crossing begins when the lidar enters the column within the row, or when the nod enters the
+    row within the column.
     """
     n_l, period = pattern.steps_per_revolution, pattern.period
     entered = np.arange(0, period, n_l)

@@ -1,4 +1,4 @@
-"""A completion time that no nod from limit to limit can beat."""
+"""The lower bound of the completion time of any nod from limit to limit."""
 
 from bisect import bisect_left
 import math
@@ -10,14 +10,14 @@ import numpy as np
 def lower_bound(task: Task, fewest_samples: int) -> float:
     """Return a completion time [s] that no nod from limit to limit can beat.
 
-    A cell is hit anew only where the lidar enters its column or the nod its row; so no more cells
-    are hit than columns and rows are entered. The nod enters no more rows than at its highest
-    speed, even if speed and turns are chosen at will.
+    A new crossing of a cell starts only where the lidar enters its column or the nod its row, so
+    no more cells are hit than columns and rows are entered. At any speeds and reversals, the nod
+    enters no more rows than at its highest speed.
 
     Parameters
     ----------
     task
-        What must be covered.
+        Region, cells and lidar.
     fewest_samples
         The N_s of the highest speed.
     """
@@ -33,7 +33,7 @@ def lower_bound(task: Task, fewest_samples: int) -> float:
         revolutions, step = divmod(n, len(entries))
         columns = revolutions * entries[-1] + entries[step]
         measuring = revolutions * measured[-1] + measured[step]
-        # Two rows may be entered at once more: one at either end of a stretch, at a turn.
+        # Each measured stretch may enter two more rows: one at either end, at a reversal.
         return int(columns + measuring / height) + 2 * (revolutions + 1)
 
     most = task.rows * task.steps_per_revolution

@@ -1,8 +1,7 @@
-"""The gaps in height between the beams of some neighbouring azimuth steps.
+"""The gaps in height between the beams of neighbouring azimuth steps.
 
-In each revolution, neighbouring steps get one run of consecutive samples: one interval of
-height, folded where the nod turns. Heights are as in Pattern: above the lower limit, in samples of
-the nod.
+In each revolution, neighbouring steps have one run of consecutive samples: one interval of height,
+folded at the nod's reversals. Heights are as in Pattern: above the lower limit, in samples.
 """
 
 from nodlidar_planner.pattern.pattern import Pattern
@@ -16,20 +15,20 @@ Floats = NDArray[np.float64]
 class BeamGaps:
     """The highest gap between the beams of samples 0 <= n < samples, for many windows of steps.
 
-    A window is the steps first <= s <= last; those from N_L on are steps of the next revolution,
-    and a window with last < first has none. The limits of the nod bound the gaps like beams.
+    A window is the steps first <= s <= last. Steps from N_L on belong to the next revolution, and
+    a window with last < first is empty. The limits of the nod bound gaps as beams do.
 
     Parameters
     ----------
     pattern
-        Where the samples are.
+        Directions of the samples.
     samples
-        How many there are.
+        Number of samples.
     """
 
     def __init__(self, pattern: Pattern, samples: int) -> None:
         self.pattern = pattern
-        self._turn = pattern.samples_per_sweep
+        self._sweep = pattern.samples_per_sweep
         self._cycle = pattern.cycle
         self._whole = int(pattern.phase)
         self._fraction = pattern.phase - self._whole
@@ -43,27 +42,27 @@ class BeamGaps:
 
     @property
     def runs(self) -> int:
-        """How many runs of samples a window has, empty ones counted.
+        """Number of runs of a window, empty ones included.
 
-        Windows that reach into the next revolution need one that begins before the first.
+        Windows that reach into the next revolution need a run that begins before sample 0.
         """
         return 1 - (-self._end // self._revolution)
 
     @property
     def work_between_runs(self) -> int:
-        """How many array elements between_runs() goes through for one window."""
+        """Number of array elements that between_runs() processes for one window."""
         return self.runs
 
     @property
     def work_between_samples(self) -> int:
-        """How many array elements between_samples() goes through for one window."""
+        """Number of array elements that between_samples() processes for one window."""
         return self.runs + 4 * self._cycle
 
     def between_runs(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
-        """Return the highest gap between the runs of each window, and where it begins.
+        """Return the highest gap between the runs of each window, and its lower end.
 
-        Where it is above the spacing, this is the highest gap between the samples, which are at
-        most as far apart within a run.
+        If it exceeds the spacing it is also the highest gap between the samples, since those of
+        one run are no further apart than the spacing.
 
         Parameters
         ----------
@@ -73,40 +72,40 @@ class BeamGaps:
         Returns
         -------
         gap, bottom
-            Both in samples of the nod, shape (w,).
+            Height of the gap and of its lower end [samples], shape (w,).
         """
         a, b = self._runs_of(first, last)
         leg_a, height_a = self._folded(a)
         leg_b, height_b = self._folded(b)
         low, high = np.minimum(height_a, height_b), np.maximum(height_a, height_b)
-        turns = leg_b - leg_a
+        reversals = leg_b - leg_a
         up = leg_a % 2 == 0
-        high[(turns > 1) | ((turns == 1) & up)] = self._turn
-        low[(turns > 1) | ((turns == 1) & ~up)] = 0.0
-        # A run without samples is put at the limit, where it changes no gap.
-        low[b < a] = high[b < a] = self._turn
-        # If r runs end below a height where just r have begun, there is a gap. So the ends can be
-        # sorted apart from the beginnings.
+        high[(reversals > 1) | ((reversals == 1) & up)] = self._sweep
+        low[(reversals > 1) | ((reversals == 1) & ~up)] = 0.0
+        # An empty run is placed at the limit, where it changes no gap.
+        low[b < a] = high[b < a] = self._sweep
+        # There is a gap where r runs have begun and all r have ended. So beginnings and ends can
+        # be sorted separately.
         low.sort(axis=1)
         high.sort(axis=1)
-        return highest(append(low, self._turn) - prepend(high, 0.0), prepend(high, 0.0))
+        return highest(append(low, self._sweep) - prepend(high, 0.0), prepend(high, 0.0))
 
     def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
-        """Return the highest gap between the samples of each window, and where it begins.
+        """Return the highest gap between the samples of each window, and its lower end.
 
-        As between_runs(), but by marking which samples of the nod's cycle there are: slower, and
-        exact for the lowest of gaps.
+        As between_runs(), but marks each sample in the nod's cycle: slower, and exact for gaps
+        below the spacing.
         """
         a, b = self._runs_of(first, last)
         place = (a + self._whole) % self._cycle
         after = place + np.clip(b + 1 - a, 0, self._cycle)
-        there = _covered(place, after, 2 * self._cycle)
-        there = there[:, : self._cycle] | there[:, self._cycle :]
+        hit = _covered(place, after, 2 * self._cycle)
+        hit = hit[:, : self._cycle] | hit[:, self._cycle :]
         height = self._folded(np.arange(self._cycle) - self._whole)[1]
         order = np.argsort(height)
-        reached = np.maximum.accumulate(np.where(there[:, order], height[order], 0.0), axis=1)
+        reached = np.maximum.accumulate(np.where(hit[:, order], height[order], 0.0), axis=1)
         return highest(
-            append(height[order], self._turn) - prepend(reached, 0.0), prepend(reached, 0.0)
+            append(height[order], self._sweep) - prepend(reached, 0.0), prepend(reached, 0.0)
         )
 
     def _runs_of(self, first: Integers, last: Integers) -> tuple[Integers, Integers]:
@@ -117,18 +116,19 @@ class BeamGaps:
         return a, b
 
     def _folded(self, n: Integers) -> tuple[Integers, Floats]:
-        """Return the leg of the nod that samples lie on, even ones upward, and their height."""
+        """Return the leg of the nod that contains samples, even if upward, and their height."""
         m = n + self._whole
-        leg = m // self._turn
-        along = (m - leg * self._turn) + self._fraction
-        return leg, np.where(leg % 2 == 0, along, self._turn - along)
+        leg = m // self._sweep
+        along = (m - leg * self._sweep) + self._fraction
+        return leg, np.where(leg % 2 == 0, along, self._sweep - along)
 
 
 class WholeBeamGaps(BeamGaps):
-    """The same after a whole period of the pattern.
+    """BeamGaps of a whole period of the pattern.
 
-    Then the samples of a step are all those that are equal to it modulo the pattern's stride. So
-    only so many windows differ as there are beginnings and widths up to that, which are few.
+    Steps that are equal modulo the pattern's stride then have beams at the same heights. So only
+    windows that differ in their beginning modulo the stride, or in their width up to the stride,
+    differ.
     """
 
     def __init__(self, pattern: Pattern) -> None:
@@ -136,7 +136,7 @@ class WholeBeamGaps(BeamGaps):
 
     @property
     def work_between_runs(self) -> int:
-        """How many array elements between_runs() goes through for one window on average."""
+        """Number of array elements that between_runs() processes for one window on average."""
         return max(1, self.runs * self.pattern.stride // self._revolution)
 
     def between_runs(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
@@ -152,7 +152,7 @@ class WholeBeamGaps(BeamGaps):
         return gap[which], bottom[which]
 
     def _differing(self, first: Integers, last: Integers) -> tuple[Integers, Integers, Integers]:
-        """Return the windows that differ, and which of them each is."""
+        """Return the distinct windows, and the index of each window among them."""
         stride = self.pattern.stride
         width = np.clip(last - first + 1, 0, stride)
         found, which = np.unique(first % stride * (stride + 1) + width, return_inverse=True)
@@ -161,7 +161,7 @@ class WholeBeamGaps(BeamGaps):
 
 
 def _covered(begin: Integers, end: Integers, places: int) -> NDArray[np.bool_]:
-    """Tell for each row of half-open intervals which places they cover, shape (rows, places)."""
+    """Return which places each row of half-open intervals covers, shape (rows, places)."""
     row = np.arange(len(begin))[:, None] * (places + 1)
     size = len(begin) * (places + 1)
     change = np.bincount((begin + row).ravel(), minlength=size)
@@ -171,7 +171,7 @@ def _covered(begin: Integers, end: Integers, places: int) -> NDArray[np.bool_]:
 
 
 def highest(gap: Floats, bottom: Floats) -> tuple[Floats, Floats]:
-    """Return the highest gap of each row, and where it begins."""
+    """Return the highest gap of each row, and its lower end."""
     at = np.argmax(gap, axis=1)[:, None]
     return (
         np.take_along_axis(gap, at, axis=1)[:, 0],
@@ -180,10 +180,10 @@ def highest(gap: Floats, bottom: Floats) -> tuple[Floats, Floats]:
 
 
 def append(values: Floats, last: float) -> Floats:
-    """Return rows with one more value at their ends."""
+    """Return rows with a value appended."""
     return np.concatenate([values, np.full((*values.shape[:-1], 1), last)], axis=-1)
 
 
 def prepend(values: Floats, first: float) -> Floats:
-    """Return rows with one more value at their beginnings."""
+    """Return rows with a value prepended."""
     return np.concatenate([np.full((*values.shape[:-1], 1), first), values], axis=-1)

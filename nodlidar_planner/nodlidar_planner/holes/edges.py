@@ -1,4 +1,4 @@
-"""Where empty squares may begin and end in azimuth."""
+"""The azimuths at which empty squares may begin and end."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,16 +11,16 @@ import numpy as np
 
 @dataclass(frozen=True, slots=True)
 class Edges:
-    """Where squares may begin and end: the lines of the steps and the edges of the region.
+    """Where squares may begin and end: at the steps' lines and at the region's edges.
 
     Attributes
     ----------
     azimuth
         Of each edge [rad], ascending.
     first_step
-        The step whose line edge 0 is, or would be.
+        Step of edge 0; for the region's edge, the step before that of edge 1.
     starts
-        How many edges, from the first on, are left edges to try.
+        The first so many edges are left edges to try.
     """
 
     azimuth: Floats
@@ -28,7 +28,7 @@ class Edges:
     starts: int
 
     def next_wider(self, left: Integers, width: float) -> Integers:
-        """Return the first edge further from each left edge than a width; may be past the last."""
+        """Return the first edge further than a width from each left edge; may be past the last."""
         return np.searchsorted(self.azimuth, self.azimuth[left] + width, side='right')
 
 

@@ -1,10 +1,10 @@
-"""The largest hole that a scan pattern leaves after a time, without going through its samples.
+"""The largest hole that a scan pattern leaves after a time, without visiting every sample.
 
-Beams lie on the vertical lines of the steps. A square without beams can be slid until its left
-edge is on a line or on the region's edge: call these `edges`. From edge to edge there is a window;
-the square in it is as wide as the window at most, and as high as the highest gap between the
-beams of the lines strictly within. Wider windows have lower gaps, so bisection finds each left
-edge's best window; and a left edge that cannot beat the widest square so far needs one look.
+Beams lie on the vertical lines of the steps. A square without beams can slide until its left side
+is on one of the edges: a line, or the region's edge. A window lies between two edges. The square
+in it is at most as wide as the window and as high as the highest gap between the beams on the
+lines strictly within. Wider windows have lower gaps, so bisection finds the best window of each
+left edge. A left edge that cannot beat the widest square so far is rejected at its first window.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,12 +21,12 @@ import numpy as np
 
 Gaps = Callable[[Integers, Integers], tuple[Floats, Floats]]
 
-# Bounds on time (about 20 s) and memory: array elements to go through, in all and for a window.
+# Bounds on time (about 20 s) and memory: array elements to process, in all and for a window.
 MAX_WORK = 500_000_000
 MAX_WINDOW = 4_000_000
-_BLOCK = 1 << 17  # elements gone through at once
-_PILOTS = 16  # left edges, evenly spread, that first tell about how wide the widest is
-_ROUNDING = 1e-12  # [rad]; a square that is wider by less is as wide
+_BLOCK = 1 << 17  # elements processed at once
+_PILOTS = 16  # left edges, evenly spread, that first estimate the widest square
+_ROUNDING = 1e-12  # [rad]; widths that differ by less count as equal
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Hole:
     side
         Its width and height [rad].
     azimuth, pitch
-        Its middle [rad], azimuth in [-pi, pi). In a full circle it may reach across the back.
+        Its middle [rad], azimuth in [-pi, pi). In a full circle it may extend across the seam.
     """
 
     side: float
@@ -48,7 +48,7 @@ class Hole:
 
 @dataclass(frozen=True, slots=True)
 class _Square:
-    """An empty square, from its left edge's number up to a side [rad] and from a height on."""
+    """An empty square: its side [rad], the number of its left edge, its lower end [samples]."""
 
     side: float
     left: int
@@ -59,14 +59,14 @@ _NO_SQUARE = _Square(0.0, 0, 0.0)
 
 
 def largest_hole(
-    task: Task, pattern: Pattern, duration: float, turns: Floats | None = None
+    task: Task, pattern: Pattern, duration: float, reversals: Floats | None = None
 ) -> Hole:
     """Return the widest open square in a task's region that no beam has hit after some time.
 
-    Exact but for rounding (1e-12 rad), also below the nod's finest step, span / N_s. Steps that
-    the lidar does not measure make no beams: a region wider than what is measured has a hole
-    there. While there are no beams, a square of the region's lesser side is the hole; however many
-    there are, one as wide as a step of azimuth remains between two lines, if the region holds it.
+    Exact to rounding (1e-12 rad), also below the nod's finest step, span / N_s. Steps that the
+    lidar does not measure have no beams: where the region extends beyond them, there is a hole.
+    Without beams, the hole is a square of the region's shorter side. In spite of any number of
+    beams, a hole as wide as an azimuth step remains between two lines, if the region holds it.
 
     Parameters
     ----------
@@ -75,17 +75,17 @@ def largest_hole(
     pattern
         Of the same N_L.
     duration
-        Time since sample 0 [s]: samples 0 <= n < duration / T_s were taken. After a period of the
-        pattern nothing changes, so infinity is the end.
-    turns
-        If these are off: see `late_gaps.LateBeamGaps`.
+        Time since sample 0 [s]: samples 0 <= n < duration / T_s are taken. May be infinite, since
+        nothing changes after a period of the pattern.
+    reversals
+        Reversal instants other than the pattern's: see `late_gaps.LateBeamGaps`.
 
     Raises
     ------
     ParameterError
         If the N_L differ, the duration is negative, or the search would take too long.
     """
-    beams = _beams(task, pattern, duration, turns)
+    beams = _beams(task, pattern, duration, reversals)
     square = _widest_square(task, beams, duration, _NO_SQUARE, largest_side(task))
     azimuth = float(edges_of(task).azimuth[square.left]) + square.side / 2.0
     bottom = square.bottom * task.span / pattern.samples_per_sweep
@@ -97,14 +97,14 @@ def largest_hole(
 
 
 def exceeds(
-    task: Task, pattern: Pattern, duration: float, side: float, turns: Floats | None = None
+    task: Task, pattern: Pattern, duration: float, side: float, reversals: Floats | None = None
 ) -> bool:
-    """Tell whether the largest hole is wider than a side [rad], in a fraction of its time.
+    """Return whether the largest hole is wider than a side [rad]; far faster than `largest_hole`.
 
-    A side that is less by rounding (1e-12 rad) is as wide; see `largest_hole` for the rest.
+    Widths that differ by rounding (1e-12 rad) count as equal; see `largest_hole` for the rest.
     """
-    beams = _beams(task, pattern, duration, turns)
-    limit = min(largest_side(task), side + 4.0 * _ROUNDING)  # any such square will do
+    beams = _beams(task, pattern, duration, reversals)
+    limit = min(largest_side(task), side + 4.0 * _ROUNDING)  # any such square suffices
     return _widest_square(task, beams, duration, _Square(side, 0, 0.0), limit).side > side
 
 
@@ -114,25 +114,25 @@ def largest_side(task: Task) -> float:
 
 
 def least_side(task: Task) -> float:
-    """Return the side of the hole that is between two steps of azimuth for ever [rad]."""
+    """Return the side of the hole that always remains between two azimuth steps [rad]."""
     return _widest_without_lines(edges_of(task), largest_side(task)).side
 
 
-def _beams(task: Task, pattern: Pattern, duration: float, turns: Floats | None) -> BeamGaps:
+def _beams(task: Task, pattern: Pattern, duration: float, reversals: Floats | None) -> BeamGaps:
     if pattern.steps_per_revolution != task.steps_per_revolution:
         limit = f'{task.steps_per_revolution} as in the task'
         raise ParameterError('steps_per_revolution', limit, pattern.steps_per_revolution)
-    if turns is None:
+    if reversals is None:
         samples = _samples(task, pattern, duration)
         whole = samples == pattern.period
         return WholeBeamGaps(pattern) if whole else BeamGaps(pattern, samples)
-    return LateBeamGaps(pattern, samples_taken(task, duration), turns)
+    return LateBeamGaps(pattern, samples_taken(task, duration), reversals)
 
 
 def _widest_square(
     task: Task, beams: BeamGaps, duration: float, square: _Square, limit: float
 ) -> _Square:
-    """Return the widest square, or one of the limit, if it is wider than the one known."""
+    """Return the widest square, or any as wide as the limit, or the known one if none is wider."""
     edges, row = edges_of(task), task.span / beams.pattern.samples_per_sweep
     square = max(square, _widest_without_lines(edges, limit), key=lambda each: each.side)
     most = min(MAX_WINDOW, MAX_WORK // edges.starts)
@@ -143,10 +143,10 @@ def _widest_square(
         square = _widest(edges, beams.between_runs, beams.work_between_runs, row, limit, square)
     finest = min(row * beams.spacing, limit)
     if square.side < finest:
-        # All runs in a window are closer than samples; so are these, and no square is wider.
+        # Runs are closer together than samples of a run, so no wider square is between runs.
         work = beams.work_between_samples
         if work > most:
-            allowed = f'so short that there are holes of span / N_s = {row:.3g} rad'
+            allowed = f'so short that holes of span / N_s = {row:.3g} rad remain'
             raise ParameterError('duration', allowed, duration)
         square = _widest(edges, beams.between_samples, work, row, finest, square)
     return square
@@ -174,14 +174,14 @@ def _widest_without_lines(edges: Edges, limit: float) -> _Square:
 def _widest(
     edges: Edges, gaps: Gaps, work: int, row: float, limit: float, square: _Square
 ) -> _Square:
-    """Return the widest square, up to a limit, if it is wider than the one that is known.
+    """Return the widest square up to a limit, or the known one if none is wider.
 
     Parameters
     ----------
     gaps, work
-        The highest gaps of windows, and the array elements that one window takes.
+        Returns the highest gaps of windows; array elements that it processes for one window.
     row, limit, square
-        Height of one sample [rad]; what no square can exceed [rad]; the widest so far.
+        Height of one sample [rad]; greatest side [rad]; the widest square so far.
     """
     for left in _blocks(edges.starts, max(1, _BLOCK // work)):
         if square.side >= limit - _ROUNDING:
@@ -200,10 +200,10 @@ def _blocks(starts: int, size: int) -> Iterator[Integers]:
 def _wider(
     edges: Edges, gaps: Gaps, row: float, limit: float, square: _Square, left: Integers
 ) -> _Square:
-    """Return the widest square from some left edges on, if it is wider than the one known."""
+    """Return the widest square at some left edges, or the known one if none is wider."""
     low = edges.next_wider(left, square.side + _ROUNDING)
     high = np.minimum(edges.next_wider(left, limit - _ROUNDING), len(edges.azimuth) - 1)
-    right = low  # the first look: a left edge with no gap high enough there is done with
+    right = low  # a left edge whose first window has no gap high enough is rejected
     while (open_ := low <= high).any() and square.side < limit - _ROUNDING:
         left, right, low, high = left[open_], right[open_], low[open_], high[open_]
         width = edges.azimuth[right] - edges.azimuth[left]

@@ -1,4 +1,4 @@
-"""The gaps in height between the beams of a nod whose turns are off."""
+"""The gaps in height between the beams of a nod with errors in its reversals."""
 
 from nodlidar_planner.holes.beam_gaps import (
     append,
@@ -12,35 +12,35 @@ from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 from numpy.typing import NDArray
 
-# Sweeps of fewer samples, of which a nod whose turns are off has some, are no run: these are too
-# far apart. With so many breaks by them for each run, all samples are gone through instead.
+# In sweeps of fewer samples, which errors in the reversals cause, samples are too far apart for a
+# run: each is a run of its own. With more such breaks for each run, all samples are processed.
 SHORT, MOST_BREAKS = 32, 64
 
 
 class LateBeamGaps(BeamGaps):
-    """As BeamGaps, for a nod whose turns are off, with constant speed between them.
+    """BeamGaps of a nod with errors in its reversals, and constant speed between them.
 
     Parameters
     ----------
     pattern
-        As it should be.
+        The planned one.
     samples
-        How many there are.
-    turns
-        Instants of the turns, in samples, ascending, from one at the lower limit before sample 0
-        to one past the last sample, shape (t,); see `timing_error.turn_instants`.
+        Number of samples.
+    reversals
+        Their instants [samples], ascending, from one at the lower limit before sample 0 to one
+        past the last sample, shape (t,); see `timing_error.reversal_instants`.
     """
 
-    def __init__(self, pattern: Pattern, samples: int, turns: Floats) -> None:
+    def __init__(self, pattern: Pattern, samples: int, reversals: Floats) -> None:
         super().__init__(pattern, samples)
-        self._turns = _distinct(turns)
-        around = np.searchsorted(self._turns, [0, max(0, samples - 1)], side='right')
-        ends = self._turns[around[0] - 1 : around[1] + 1]
-        sweeps, least = np.diff(ends), max(1.0, min(SHORT, self._turn / 8))
-        self._spacing = float(self._turn / sweeps[sweeps >= least].min(initial=self._turn))
+        self._reversals = _distinct(reversals)
+        around = np.searchsorted(self._reversals, [0, max(0, samples - 1)], side='right')
+        ends = self._reversals[around[0] - 1 : around[1] + 1]
+        sweeps, least = np.diff(ends), max(1.0, min(SHORT, self._sweep / 8))
+        self._spacing = float(self._sweep / sweeps[sweeps >= least].min(initial=self._sweep))
         self._breaks = _samples_at(ends, sweeps < least, samples)
         if len(self._breaks) > MOST_BREAKS * super().runs:
-            self._breaks, self._spacing = self._breaks[:0], float(self._turn)
+            self._breaks, self._spacing = self._breaks[:0], float(self._sweep)
 
     @property
     def spacing(self) -> float:
@@ -49,59 +49,60 @@ class LateBeamGaps(BeamGaps):
 
     @property
     def runs(self) -> int:
-        """How many runs of samples a window has, empty ones counted."""
+        """Number of runs of a window, empty ones included."""
         return super().runs + len(self._breaks)
 
     @property
     def work_between_samples(self) -> int:
-        """How many array elements between_samples() goes through for one window at most."""
+        """Largest number of array elements that between_samples() processes for one window."""
         return super().runs * self._revolution
 
     def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
-        """Return the highest gap between the samples of each window, and where it begins.
+        """Return the highest gap between the samples of each window, and its lower end.
 
-        As between_runs(), but going through the samples, since such a nod has no cycle: where a
-        sweep is so short that samples are far apart within a run.
+        As between_runs(), but sorts all samples, since such a nod has no cycle: for sweeps so
+        short that the samples of a run are far apart.
         """
         a, b = super()._runs_of(first, last)
         n = a[:, :, None] + np.arange(max(1, int((b - a).max()) + 1))
-        height = np.where(n <= b[:, :, None], self._folded(n)[1], self._turn)
+        height = np.where(n <= b[:, :, None], self._folded(n)[1], self._sweep)
         height = np.sort(height.reshape(len(first), -1), axis=1)
-        return highest(append(height, self._turn) - prepend(height, 0.0), prepend(height, 0.0))
+        return highest(append(height, self._sweep) - prepend(height, 0.0), prepend(height, 0.0))
 
     def _runs_of(self, first: Integers, last: Integers) -> tuple[Integers, Integers]:
-        """Return the runs, which break where samples are too far apart to be of one."""
+        """Return the runs, split where samples are too far apart for one run."""
         a, b = super()._runs_of(first, last)
         if not len(self._breaks):
             return a, b
         following = np.append(self._breaks, self._end)
         end = following[np.searchsorted(self._breaks, a, side='right')] - 1
-        # Where the run of each break begins and ends; without a run it has none.
+        # Where the run of each break begins and ends, if the window has one.
         begins = self._breaks - (self._breaks - first[:, None]) % self._revolution
         ends = np.minimum(begins + (last - first)[:, None], following[1:] - 1)
         after = np.where(begins < self._breaks, self._breaks, self._end)
         return np.append(a, after, axis=1), np.append(np.minimum(b, end), ends, axis=1)
 
     def _folded(self, n: Integers) -> tuple[Integers, Floats]:
-        n = np.clip(n, 0, max(0, self._end - 1))  # what is outside belongs to no run
-        leg = np.searchsorted(self._turns, n, side='right') - 1
-        part: Floats = (n - self._turns[leg]) / (self._turns[leg + 1] - self._turns[leg])
+        n = np.clip(n, 0, max(0, self._end - 1))  # other samples belong to no run
+        leg = np.searchsorted(self._reversals, n, side='right') - 1
+        begin, end = self._reversals[leg], self._reversals[leg + 1]
+        part: Floats = (n - begin) / (end - begin)
         height: Floats = np.where(leg % 2 == 0, part, 1.0 - part)
-        return leg, float(self._turn) * height
+        return leg, float(self._sweep) * height
 
 
-def _distinct(turns: Floats) -> Floats:
-    """Return turns without sweeps that take no time, but for jumps from limit to limit."""
-    _, begins, count = np.unique(turns, return_index=True, return_counts=True)
-    kept = np.zeros(len(turns), dtype=np.bool_)
+def _distinct(reversals: Floats) -> Floats:
+    """Return reversals without sweeps of no duration, but with jumps from limit to limit."""
+    _, begins, count = np.unique(reversals, return_index=True, return_counts=True)
+    kept = np.zeros(len(reversals), dtype=np.bool_)
     kept[begins] = True
     kept[begins[count % 2 == 0] + 1] = True
-    return np.asarray(turns[kept])
+    return np.asarray(reversals[kept])
 
 
-def _samples_at(turns: Floats, short: NDArray[np.bool_], samples: int) -> Integers:
-    """Return every sample of the sweeps that are short, and the first after each."""
-    at = np.ceil(turns).astype(np.int64)
+def _samples_at(reversals: Floats, short: NDArray[np.bool_], samples: int) -> Integers:
+    """Return every sample of the short sweeps, and the first sample after each."""
+    at = np.ceil(reversals).astype(np.int64)
     found = [np.arange(at[k], at[k + 1] + 1) for k in np.flatnonzero(short)]
     breaks: Integers = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found]))
     inside = (breaks > 0) & (breaks < samples)

@@ -1,4 +1,4 @@
-"""The band of N_s that a nod is chosen from."""
+"""The candidates within a band of nod speeds."""
 
 import math
 
@@ -7,8 +7,8 @@ from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 
-# The band of N_s that is useful with an N_L of 1024, and in proportion with others: faster nods
-# are beyond the servo, slower ones beyond patience.
+# The useful N_s for an N_L of 1024, in proportion for others: faster nods are beyond the servo,
+# slower ones take too long.
 USEFUL_SAMPLES, OF_STEPS = (1001, 8000), 1024
 MAX_CHOICES = 200_000
 
@@ -16,14 +16,14 @@ MAX_CHOICES = 200_000
 def samples_in_band(
     task: Task, speed_min: float | None = None, speed_max: float | None = None
 ) -> NDArray[np.int64]:
-    """Return the N_s, coprime with N_L, at which the nod's speed [rad/s] lies in a band.
+    """Return the N_s that are coprime with N_L and have a nod speed [rad/s] within a band.
 
-    A limit that is not given is that of USEFUL_SAMPLES.
+    A limit defaults to the one of USEFUL_SAMPLES.
 
     Raises
     ------
     ParameterError
-        If the limits are no speeds, in the wrong order, or no N_s lies between them.
+        If a limit is no speed, the limits are in the wrong order, or no N_s lies between them.
     """
     for key, speed in (('speed_min', speed_min), ('speed_max', speed_max)):
         if speed is not None and not 0.0 < speed < math.inf:
@@ -49,7 +49,7 @@ def samples_in_band(
 def _none_between(
     task: Task, fewest: int, most: int, speed_min: float | None, speed_max: float | None
 ) -> ParameterError:
-    """Return the error for a band without N_s, about a limit that was given."""
+    """Return the error for a band without N_s, which names a limit that was passed."""
     if speed_max is None or most < 1:
         key, value = 'speed_min', speed_min
         limit = f'at most {task.speed(fewest):.4g} rad/s, that of N_s = {fewest}'

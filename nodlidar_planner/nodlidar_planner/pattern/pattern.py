@@ -16,12 +16,12 @@ MOST = 2**30
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """Samples n = 0, 1, 2 ... of a lidar that turns while it nods.
+    """Samples n = 0, 1, 2 ... of a lidar that revolves while it nods.
 
     Attributes
     ----------
     steps_per_revolution
-        N_L, dark steps counted.
+        N_L, dark steps included.
     samples_per_sweep
         N_s, samples in one sweep from limit to limit.
     phase
@@ -30,7 +30,7 @@ class Pattern:
     Raises
     ------
     ParameterError
-        If N_L or N_s is no whole number from 1 to 2**30, or the phase outside its range.
+        If N_L or N_s is not a whole number from 1 to 2**30, or the phase is out of its range.
     """
 
     steps_per_revolution: int
@@ -60,25 +60,26 @@ class Pattern:
 
     @property
     def distinct_directions(self) -> int:
-        """How many directions the samples have, in closed form (docs/model.md, "The pattern")."""
+        """Number of distinct directions, in closed form (docs/model.md, "The pattern")."""
         twice = 2.0 * self.phase
         even_stride = self.stride % 2 == 0
         if not twice.is_integer() or (even_stride and twice % 2.0 == 1.0):
             return self.period
         # A place in the nod and its mirror image on the other leg see the same steps if they are
-        # equal modulo the stride: one class or two. There all pair up but the very turns.
+        # equal modulo the stride: one class or two. All of these coincide but the reversals.
         meeting = self.cycle // self.stride * (2 if even_stride else 1)
-        turns = 2 if twice % 2.0 == 0.0 else 0
-        return self.period - self.steps_per_revolution // self.stride * ((meeting - turns) // 2)
+        reversals = 2 if twice % 2.0 == 0.0 else 0
+        pairs = (meeting - reversals) // 2
+        return self.period - self.steps_per_revolution // self.stride * pairs
 
     def step(self, n: NDArray[np.int64] | int) -> NDArray[np.int64]:
         """Return the azimuth step of each sample, 0 .. N_L - 1."""
         return np.asarray(n, dtype=np.int64) % self.steps_per_revolution
 
     def height(self, n: NDArray[np.int64] | int) -> NDArray[np.float64]:
-        """Return how far above the lower limit each sample is, 0 .. N_s; one unit is span / N_s.
+        """Return the height of each sample above the lower limit, 0 .. N_s; unit span / N_s.
 
-        It is tri(n + phase) of docs/model.md, rounded once: exact wherever a float64 can be.
+        This is tri(n + phase) of docs/model.md, rounded once.
         """
         place, past = self._place(n), self.phase - math.floor(self.phase)
         height = np.where(place < self.samples_per_sweep, place + past, self.cycle - place - past)
@@ -91,45 +92,13 @@ class Pattern:
         return pitch_min + (pitch_max - pitch_min) / self.samples_per_sweep * self.height(n)
 
     def going_up(self, n: NDArray[np.int64] | int) -> NDArray[np.bool_]:
-        """Tell whether each sample lies on a leg upward; a turn belongs to the leg it begins."""
+        """Return whether each sample is on an upward leg; a reversal belongs to the next leg."""
         return self._place(n) < self.samples_per_sweep
 
-    def samples_at(self, step: int, height: float) -> NDArray[np.int64]:
-        """Return the samples of one period in this direction: none, one or two, ascending.
-
-        The height is compared exactly with what :meth:`height` returns.
-
-        Raises
-        ------
-        ParameterError
-            If the step is none of 0 .. N_L - 1, or the height NaN.
-        """
-        return self.samples_between(step, height, height)
-
-    def samples_between(self, step: int, low: float, high: float) -> NDArray[np.int64]:
-        """Return the samples of one period on this step whose height is in [low, high], ascending.
-
-        Step and place in the nod are congruent modulo the stride, and the Chinese remainder
-        theorem gives the one sample of the period that has both.
-
-        Raises
-        ------
-        ParameterError
-            If the step is none of 0 .. N_L - 1, or low not at most high.
-        """
-        if not 0 <= step < self.steps_per_revolution:
-            limit = f'between 0 and {self.steps_per_revolution - 1}'
-            raise ParameterError('step', limit, step)
-        if not low <= high:
-            raise ParameterError('low', f'at most high = {high}', low)
-        n = self._samples_near(step, low, high)
-        height = self.height(n)
-        return np.sort(n[(low <= height) & (height <= high)])
-
     def whole_revolutions(self, distance: NDArray[np.int64] | int) -> NDArray[np.int64]:
-        """Return the samples of as many whole revolutions as advance the nod by a distance.
+        """Return the fewest samples, in whole revolutions, that advance the nod by a distance.
 
-        It is the least number that is not negative; the distance is a multiple of the stride.
+        The distance [samples] is a multiple of the stride and counts modulo the nod's cycle.
         """
         revolutions = self.cycle // self.stride
         inverse: int = pow(self.steps_per_revolution // self.stride, -1, revolutions)
@@ -141,23 +110,9 @@ class Pattern:
         in_cycle = np.asarray(n, dtype=np.int64) % self.cycle
         return (in_cycle + math.floor(self.phase)) % self.cycle
 
-    def _samples_near(self, step: int, low: float, high: float) -> NDArray[np.int64]:
-        """Return the samples on a step from low to high, and at most some next to these."""
-        bottom, top = (min(max(height, 0.0), self.samples_per_sweep) for height in (low, high))
-        first, last = math.floor(bottom), math.ceil(top)
-        start = step + math.floor(self.phase)
-        legs = (first - 1, last), (self.cycle - last - 1, self.cycle - first)
-        # Counted from where the nod is at sample `step`, places on this step are whole strides.
-        frames = [
-            np.arange(-((start - a) // self.stride), (b - start) // self.stride + 1)
-            for a, b in legs
-        ]
-        places = np.unique(np.concatenate(frames) % (self.cycle // self.stride))
-        return step + self.whole_revolutions(places * self.stride)
-
 
 def _count(key: str, value: object) -> int:
-    """Return a whole number from 1 to MOST, NumPy's included, as Python's."""
+    """Return a whole number from 1 to MOST as an int; it may be of NumPy."""
     limit = f'a whole number from 1 to {MOST}'
     try:
         count = operator.index(value)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Where a nod begins: the phase of a start pitch."""
+"""The phase of a nod that starts at a given pitch."""
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
@@ -6,22 +6,22 @@ from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 
-# A whole number of samples past the limit shall be one, however the pitch was rounded: whether
-# it is decides which directions are distinct.
+# Rounds the phase so that a whole number stays whole in spite of a rounded pitch: which directions
+# are distinct depends on it.
 PHASE_DECIMALS = 8
 
 
 def phase_at(
     task: Task, samples: NDArray[np.int64], start_pitch: float | None
 ) -> NDArray[np.float64]:
-    """Return the phase of each N_s that begins at a pitch [rad], going up; shape as that of N_s.
+    """Return the phase of each N_s for a start at a pitch [rad], going up; same shape as N_s.
 
-    Without a pitch it is half a sample past the lower limit.
+    Without a pitch, the start is half a sample past the lower limit.
 
     Raises
     ------
     ParameterError
-        If the pitch lies outside the limits of the nod.
+        If the pitch is outside the limits of the nod.
     """
     if start_pitch is None:
         return np.full(np.shape(samples), HALF_SAMPLE)
@@ -33,6 +33,6 @@ def phase_at(
 
 
 def pattern_from(task: Task, samples_per_sweep: int, start_pitch: float | None) -> Pattern:
-    """Return the pattern of a nod over a task's region that begins at a pitch; see `phase_at`."""
+    """Return the pattern over a task's region that starts at a pitch [rad]; see `phase_at`."""
     phase = float(phase_at(task, np.array(samples_per_sweep), start_pitch))
     return Pattern(task.steps_per_revolution, samples_per_sweep, phase)

@@ -1,4 +1,4 @@
-"""What must be found, where and with what sensor; the cells that this divides the view into."""
+"""The task: an object to find, the region to search and the lidar; the region's cells."""
 
 from dataclasses import dataclass
 import math
@@ -8,30 +8,30 @@ from nodlidar_common.parameters import check, parameter
 import numpy as np
 from numpy.typing import NDArray
 
-# Azimuth of step 0, whatever N_L: 3/8 of a revolution to the right of straight ahead, as on the
-# URG-04LX. The seam of a full circle lies there, in the dark part of that lidar.
+# Azimuth of step 0 for every N_L: 3/8 of a revolution to the right of straight ahead, as on the
+# URG-04LX. The seam of a full circle lies there, among the dark steps of that lidar.
 AZIMUTH_OF_STEP_0 = -0.75 * math.pi
 # The URG-04LX measures steps 44 to 725 of 1024, straight ahead being 384.
 MEASURED_FROM, MEASURED_TO = (44 - 384) * math.tau / 1024, (725 - 384) * math.tau / 1024
-# What rounding may add to a quotient: a beam on the line between two cells is the upper one's.
+# Tolerance of a quotient for rounding: a beam on the line between two cells is in the upper one.
 ON_THE_LINE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """An object to be found in a region, by a lidar on a nod; see each field's description.
+    """An object to be found in a region by a nodding lidar; see each field's description.
 
     Raises
     ------
     ParameterError
-        For a value out of its range, or values that do not go with each other.
+        If a value is out of its range, or contradicts another one.
     """
 
     object_size: float = parameter(
         0.10, 'Diameter of the smallest object to be found', unit='m', minimum=1e-6, maximum=1e3
     )
     distance: float = parameter(
-        2.0, 'Distance from which it must be found', unit='m', minimum=1e-3, maximum=1e6
+        2.0, 'Distance at which it must be found', unit='m', minimum=1e-3, maximum=1e6
     )
     pitch_min: float = parameter(
         -0.6136, 'Lower limit of nod and region', unit='rad', minimum=-1.6, maximum=1.6
@@ -41,12 +41,12 @@ class Task:
     )
     azimuth: float = parameter(
         -MEASURED_FROM,
-        'Region to this side and that of straight ahead',
+        'Width of the region to either side of straight ahead',
         unit='rad',
         minimum=1e-6,
         maximum=math.pi,
     )
-    full_circle: bool = parameter(False, 'The lidar measures, and the region is, all around')
+    full_circle: bool = parameter(False, 'The lidar measures all around, and so does the region')
     steps_per_revolution: int = parameter(
         1024, 'N_L: lidar steps in a revolution, dark ones counted', minimum=1, maximum=65_536
     )
@@ -75,22 +75,22 @@ class Task:
 
     @property
     def cell(self) -> float:
-        """Side of a cell [rad]: the angle at which the object is seen."""
+        """Side of a cell [rad]: the angle that the object subtends at the distance."""
         return 2.0 * math.asin(self.object_size / (2.0 * self.distance))
 
     @property
     def columns(self) -> int:
-        """How many cells the region is wide; the last may be narrower."""
+        """Number of columns; the last may be narrower than a cell."""
         return _cells_in(math.tau if self.full_circle else 2.0 * self.azimuth, self.cell)
 
     @property
     def rows(self) -> int:
-        """How many cells the region is high; the last may be lower."""
+        """Number of rows; the last may be lower than a cell."""
         return _cells_in(self.span, self.cell)
 
     @property
     def cells(self) -> int:
-        """How many cells the region has."""
+        """Number of cells."""
         return self.columns * self.rows
 
     def step_azimuth(self) -> NDArray[np.float64]:
@@ -99,12 +99,12 @@ class Task:
         return AZIMUTH_OF_STEP_0 + step * (math.tau / self.steps_per_revolution)
 
     def step_at(self, azimuth: NDArray[np.float64] | float) -> NDArray[np.int64]:
-        """Return the step nearest to each azimuth [rad], of the shape of these."""
+        """Return the step nearest to each azimuth [rad]; same shape."""
         step = (np.asarray(azimuth) - AZIMUTH_OF_STEP_0) * (self.steps_per_revolution / math.tau)
         return np.asarray(np.rint(step).astype(np.int64) % self.steps_per_revolution)
 
     def column_of_step(self) -> NDArray[np.int64]:
-        """Return the column that each step's beam falls in, shape (N_L,); -1 where there is none.
+        """Return the column that contains each step's beam, shape (N_L,); -1 outside the region.
 
         The region includes both its ends.
         """
@@ -120,14 +120,14 @@ class Task:
     def row_of_height(
         self, height: NDArray[np.float64], samples_per_sweep: int
     ) -> NDArray[np.int64]:
-        """Return the row that each height above the lower limit, in samples, falls in.
+        """Return the row at each height above the lower limit [samples].
 
-        What is below the first row or above the last counts as in these.
+        Heights below the first row or above the last are assigned to that row.
         """
         return _cell_of(height, self.row_height(samples_per_sweep), self.rows)
 
     def row_height(self, samples_per_sweep: int) -> float:
-        """Return the height of a row in samples of the nod: N_s * cell / span."""
+        """Return the height of a row [samples]: N_s * cell / span."""
         return samples_per_sweep * self.cell / self.span
 
     def speed(self, samples_per_sweep: int) -> float:
@@ -136,7 +136,7 @@ class Task:
 
 
 def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first step and the number of steps of each column that is measured, in order."""
+    """Return the first step and the number of steps of each measured column, in order."""
     begins = np.flatnonzero(column_of_step != np.roll(column_of_step, 1))
     if len(begins) == 0:
         begins = np.zeros(1, dtype=np.int64)

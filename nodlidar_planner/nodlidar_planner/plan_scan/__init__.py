@@ -1,1 +1,1 @@
-"""The command `plan_scan`: its options, and plans as a table, as JSON and as pictures."""
+"""The command `plan_scan`: its options, and plans as table, JSON and pictures."""

@@ -1,4 +1,4 @@
-"""`ros2 run nodlidar_planner plan_scan`: chooses the nod that finds an object soonest."""
+"""The command `plan_scan`, which chooses the nod that finds an object soonest."""
 
 from collections.abc import Sequence
 import sys
@@ -10,7 +10,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Plan a scan; return the exit status."""
 
     def work() -> None:
-        # Imported here: a package that is missing is told in a line.
+        # Imported here, so that a missing package is reported in one line.
         from nodlidar_planner.plan_scan.planning import plan_scan
 
         plan_scan(argv)

@@ -1,4 +1,4 @@
-"""The picture of a front: the pattern of a plan with its hole, and holes against time."""
+"""The picture of a front: a plan's pattern with its hole, and holes against time."""
 
 from collections.abc import Sequence
 import math
@@ -14,13 +14,13 @@ from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.pictures import BAND, figure_with_pattern, SAMPLE, save
 import numpy as np
 
-CURVE = 60  # times that a hole is drawn at
+CURVE = 60  # times at which the hole is computed
 
 
 def write_front_picture(
     path: Path, task: Task, plan: Plan, instant: float, front: Sequence[Corner]
 ) -> None:
-    """Draw the pattern of a plan up to an instant [s], with its hole, and the front.
+    """Draw a plan's pattern up to an instant [s] with its hole, and the front.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def write_front_picture(
 
 
 def draw_front(axes: Axes, task: Task, plan: Plan, front: Sequence[Corner]) -> None:
-    """Draw the corners of the front, and how a plan's hole shrinks with time."""
+    """Draw the corners of the front, and a plan's largest hole over time."""
     time, hole = ([getattr(each, key) for each in front] for key in ('time', 'hole'))
     pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
     times = np.union1d(np.geomspace(time[0], time[-1], CURVE), time)

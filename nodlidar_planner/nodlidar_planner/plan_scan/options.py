@@ -1,4 +1,4 @@
-"""The command line of plan_scan: its options are the fields of two dataclasses."""
+"""The command line of plan_scan, whose options are the fields of two dataclasses."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -18,75 +18,75 @@ from nodlidar_planner.pattern.task import Task
 PICTURES = ('.png', '.pdf', '.svg')
 _OBJECTIVE = 'completion, revisit, hole, or weights such as completion=1,revisit=0.5,hole=10'
 _DESCRIPTION = (
-    'Choose the samples per sweep (N_s), and with it the speed of the nod, with which a nodding '
-    'lidar finds an object soonest, or the largest hole between its beams is small. Angles are in '
-    'radians unless said otherwise, positive pitch is up.'
+    'Choose the samples per sweep (N_s), and so the speed of the nod, with which a nodding lidar '
+    'finds an object soonest or leaves the smallest hole between its beams. Angles are in radians '
+    'unless another unit is stated; positive pitch is up.'
 )
 _NAMED_OTHERWISE = {
     'object_size': '--object',
-    'duration': '--time-budget, or hole_after of --objective,',  # the planner's
+    'duration': '--time-budget, or hole_after of --objective,',
 }
 _KINDS = {int: ('N', 'a whole number'), float: ('X', 'a number'), str: ('TEXT', 'a text')}
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What is asked about a task; see each field's description.
+    """A request about a task; see each field's description.
 
     Raises
     ------
     ParameterError
-        For a value out of its range, or values that do not go with each other.
+        If a value is out of its range, or contradicts another one.
     """
 
     speed_min: float | None = parameter(
-        None, 'Slowest nod [default: of 8000 samples per sweep]', unit='rad/s', minimum=1e-6
+        None, 'Slowest nod [default: that of 8000 samples per sweep]', unit='rad/s', minimum=1e-6
     )
     speed_max: float | None = parameter(
-        None, 'Fastest nod [default: of 1001 samples per sweep]', unit='rad/s', minimum=1e-6
+        None, 'Fastest nod [default: that of 1001 samples per sweep]', unit='rad/s', minimum=1e-6
     )
     start_pitch: float | None = parameter(
         None,
         'Pitch at step 0 of the first revolution, going up [default: half a sample past the lower '
-        'limit, which makes the finest grid]',
+        'limit, for the finest grid]',
         unit='rad',
         minimum=-1.6,
         maximum=1.6,
     )
     objective: str = parameter(
         'completion',
-        f'What is to be least: {_OBJECTIVE} (per second of completion and of longest revisit, per '
+        f'What to minimise: {_OBJECTIVE} (per second of completion and of longest revisit, per '
         'rad of the largest hole); hole_after=8 among them sets the time of the hole [s]',
     )
     time_budget: float | None = parameter(
         None,
-        'Leave the smallest hole after this time, and show the front of time and hole',
+        'Choose the smallest hole after this time, and show the front of time and hole',
         unit='s',
         minimum=1e-6,
         maximum=PATIENCE,
     )
     max_hole: float | None = parameter(
         None,
-        'Leave no hole wider than this as soon as can be, and show the front; with --time-budget, '
-        'within that',
+        'Reach this largest hole as soon as possible, and show the front; with --time-budget, '
+        'within that time',
         unit='deg',
         minimum=1e-6,
         maximum=180.0,
     )
     timing_error: float = parameter(
         0.0,
-        'Standard deviation of the instants at which the servo turns around',
+        'Standard deviation of the instants at which the servo reverses',
         unit='s',
         minimum=0.0,
         maximum=1.0,
     )
     samples_per_sweep: int | None = parameter(
         None,
-        'Evaluate this N_s, whatever its speed, instead of choosing one',
+        'Evaluate this N_s at any speed instead of choosing one',
         minimum=1,
         maximum=MAX_SAMPLES_PER_SWEEP,
     )
-    json: bool = parameter(False, 'Print one JSON object; what is infinite is null in it')
+    json: bool = parameter(False, 'Print one JSON object, with null for infinite values')
     plot: str | None = parameter(None, 'Draw into this .png, .pdf or .svg file')
     top: int | None = parameter(
         None, 'List this many plans [default: 10; 1 with --json]', minimum=1, maximum=10_000
@@ -105,28 +105,28 @@ class Request:
 
     @property
     def on_the_front(self) -> bool:
-        """Whether the trade of time for the largest hole is asked for."""
+        """Whether the front of time and hole is requested."""
         return self.time_budget is not None or self.max_hole is not None
 
     def _check_alone(self) -> None:
-        """Raise ParameterError for what has no meaning on the front."""
+        """Raise ParameterError for options without a meaning on the front."""
         for key, neutral in (('objective', 'completion'), ('top', None)):
             if (value := getattr(self, key)) != neutral:
                 raise ParameterError(key, 'left out with --time-budget and --max-hole', value)
 
 
 def parse(argv: Sequence[str] | None) -> tuple[Task, Request]:
-    """Return what a command line asks for.
+    """Return the task and the request of a command line.
 
     Raises
     ------
     ParameterError
-        For a value that is not allowed.
+        If a value is not allowed.
     SystemExit
-        After --help, or with status 2 and a line on stderr for what is no option.
+        After --help, or with status 2 and a line on stderr for an unknown option.
     """
     parser = LineParser('plan_scan', _DESCRIPTION)
-    for title, of in (('what must be found, and by which lidar', Task), ('the nod', Request)):
+    for title, of in (('object, region and lidar', Task), ('the nod', Request)):
         group = parser.add_argument_group(title)
         for option_field in fields(of):
             _add_option(group, option_field)
@@ -141,9 +141,9 @@ def as_option(error: ParameterError) -> ParameterError:
 
 
 def objective_of(text: str) -> Objective:
-    """Return the objective that a text names: 'revisit', or weights: 'completion=1,hole=10'.
+    """Return the objective of a text such as 'revisit' or 'completion=1,hole=10'.
 
-    What is not named has no weight; a name alone has 1. `hole_after` is a time [s].
+    The weight is 0 for a name that is missing, and 1 for a name alone. `hole_after` is a time [s].
 
     Raises
     ------
@@ -178,7 +178,7 @@ def _check_picture(path: Path) -> None:
         raise ParameterError('plot', 'a file that ends in ' + ', '.join(PICTURES), str(path))
     writable = path if path.exists() else path.parent
     if path.is_dir() or not path.parent.is_dir() or not os.access(writable, os.W_OK):
-        raise ParameterError('plot', 'a file in a folder that can be written to', str(path))
+        raise ParameterError('plot', 'a file in a writable folder', str(path))
 
 
 def _flag(name: str) -> str:
@@ -186,7 +186,7 @@ def _flag(name: str) -> str:
 
 
 def _add_option(group: Any, option_field: 'Field[Any]') -> None:
-    """Add the option of a dataclass field; its range is checked by the dataclass."""
+    """Add the option of a dataclass field; the dataclass checks its range."""
     flag, name, limits = _flag(option_field.name), option_field.name, limits_of(option_field)
     if option_field.type is bool:
         group.add_argument(flag, dest=name, action='store_true', help=limits.description)
@@ -218,7 +218,7 @@ def _help(option_field: 'Field[Any]') -> str:
 
 
 def _reader(kind: type[Any]) -> Callable[[str], Any]:
-    """Return what reads an option's text; argparse puts the option's name before its error."""
+    """Return the function that converts an option's text; argparse prefixes its error."""
 
     def read(text: str) -> Any:
         try:

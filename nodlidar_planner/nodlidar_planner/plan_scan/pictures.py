@@ -1,4 +1,4 @@
-"""Pictures of a plan: its pattern with the cells not covered yet, and completion over N_s."""
+"""Pictures of a plan: its pattern with the cells not hit yet, and completion over N_s."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
 import numpy as np
 from numpy.typing import NDArray
 
-# More could not be told apart.
+# More could not be distinguished in the picture.
 MAX_SAMPLES, MAX_CELLS = 100_000, 4_000_000
 UNCOVERED, SAMPLE, BAND, BOUND = '#f4a261', '#1d3557', '#2a9d8f', '#c1121f'
 NOMINAL = '#e76f51'
@@ -30,9 +30,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Candidates:
-    """The N_s that were looked at, and after what time each completes [s]; shapes (n,).
+    """The candidates and their completion times [s], shapes (n,).
 
-    With a timing error, some of them and what it makes of these, too.
+    `under_error` has the completion under a timing error of some of them.
     """
 
     samples_per_sweep: NDArray[np.int64]
@@ -47,9 +47,9 @@ def write_picture(
     candidates: Candidates,
     nominal: Plan | None = None,
 ) -> None:
-    """Draw the pattern of the best plan half way to its completion, and all candidates.
+    """Draw the pattern of the best plan at half its completion time, and all candidates.
 
-    See mark_plans for the nominal plan.
+    See `mark_plans` for the nominal plan.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def write_picture(
 def draw_pattern(axes: Axes, task: Task, pattern: Pattern, instant: float) -> None:
     """Draw the samples up to an instant [s], and fill the cells that none of them hit.
 
-    Cells that are too many to be told apart are not filled.
+    No cells are filled if there are more than MAX_CELLS.
     """
     count = max(1, round(instant / task.sample_time))
     column = task.column_of_step()[pattern.step(np.arange(count))]
@@ -86,7 +86,7 @@ def draw_pattern(axes: Axes, task: Task, pattern: Pattern, instant: float) -> No
 
 
 def outline_hole(axes: Axes, task: Task, hole: Hole) -> None:
-    """Outline a hole in a drawn pattern; one across the seam of a full circle at both ends."""
+    """Outline a hole in a drawn pattern; at both ends if it crosses the seam of a full circle."""
     left, right = _region(task)
     begin = left + (hole.azimuth - hole.side / 2.0 - left) % math.tau
     for x in (begin, begin - math.tau):
@@ -99,7 +99,7 @@ def outline_hole(axes: Axes, task: Task, hole: Hole) -> None:
 
 
 def draw_completion(axes: Axes, candidates: Candidates, lower_bound: float) -> None:
-    """Draw completion over N_s; those that never complete are ticks at the upper edge."""
+    """Draw completion over N_s; candidates that never complete are ticks at the upper edge."""
     n_s, time = candidates.samples_per_sweep, candidates.completion_time
     complete = np.isfinite(time)
     dots: dict[str, Any] = {'color': SAMPLE, 'markersize': 2, 'rasterized': True}
@@ -122,9 +122,9 @@ def draw_completion(axes: Axes, candidates: Candidates, lower_bound: float) -> N
 
 
 def mark_plans(axes: Axes, plans: Sequence[Plan], nominal: Plan | None = None) -> None:
-    """Mark the best plan and, where there is a timing error, what it makes of all plans.
+    """Mark the best plan and, with a timing error, the completion of all plans under it.
 
-    The plan that is best without the error is marked, too, if given.
+    `nominal` is the plan that is best without the error.
     """
     best = plans[0]
     if best.under_error is not None:
@@ -146,7 +146,7 @@ def mark_plans(axes: Axes, plans: Sequence[Plan], nominal: Plan | None = None) -
 
 
 def figure_with_pattern(task: Task, plan: Plan, instant: float) -> tuple[Figure, Axes]:
-    """Return a figure with a plan's pattern up to an instant [s], and the axes below it."""
+    """Return a figure with a plan's pattern up to an instant [s], and its lower axes."""
     pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
     figure = Figure(figsize=(12, 9), layout='constrained')
     above, below = figure.subplots(2, 1)
@@ -157,14 +157,14 @@ def figure_with_pattern(task: Task, plan: Plan, instant: float) -> tuple[Figure,
 
 
 def save(figure: Figure, below: Axes, path: Path) -> None:
-    """Write a figure, with the legend of the axes below; raises OSError."""
+    """Write a figure with the legend of its lower axes; raises OSError."""
     below.legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False)
     with whole_file(path) as part:
         figure.savefig(part, dpi=130)
 
 
 def _draw_bands(axes: Axes, plans: Sequence[Plan], colour: str, label: str) -> None:
-    """Draw a line from median to 90th percentile of each plan that completes under the error."""
+    """Draw a line from median to 90th percentile for each plan that completes under the error."""
     for plan in plans:
         error = plan.under_error
         if error is not None and math.isfinite(error.p90):
@@ -174,20 +174,20 @@ def _draw_bands(axes: Axes, plans: Sequence[Plan], colour: str, label: str) -> N
 
 
 def _shown(task: Task, pattern: Pattern, instant: float) -> float:
-    """Return an instant [s], or the last before which the samples are few enough, and all new."""
+    """Return an instant [s], limited to MAX_SAMPLES and to one period of the pattern."""
     samples = min(instant / task.sample_time, MAX_SAMPLES, pattern.period)
     return max(1, math.ceil(samples)) * task.sample_time
 
 
 def _region(task: Task) -> tuple[float, float]:
-    """Return the azimuths that the region begins and ends at [rad]."""
+    """Return the azimuths at which the region begins and ends [rad]."""
     if task.full_circle:
         return AZIMUTH_OF_STEP_0, AZIMUTH_OF_STEP_0 + math.tau
     return -task.azimuth, task.azimuth
 
 
 def _unwrapped(task: Task) -> Array:
-    """Return the azimuth of each step within the region, where it is in it [rad], shape (N_L,)."""
+    """Return the azimuth of each step [rad], continuous within the region, shape (N_L,)."""
     azimuth = task.step_azimuth()
     if task.full_circle:
         return azimuth

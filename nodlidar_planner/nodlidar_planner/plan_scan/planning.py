@@ -1,4 +1,4 @@
-"""What plan_scan does with its options: finds the plans, draws and prints them."""
+"""The work of plan_scan: finds plans, draws and prints them."""
 
 from collections.abc import Sequence
 import json
@@ -21,18 +21,18 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
 
-SHOWN_UNDER_ERROR = 120  # N_s whose runs under a timing error are drawn
-ON_FRONT_UNDER_ERROR = 60  # N_s that the front under a timing error is made of
-WIDTH = 100  # of tables that do not go to a terminal
+SHOWN_UNDER_ERROR = 120  # N_s for which runs under a timing error are drawn
+ON_FRONT_UNDER_ERROR = 60  # N_s considered for the front under a timing error
+WIDTH = 100  # of tables on a stdout that is no terminal
 
 
 def plan_scan(argv: Sequence[str] | None) -> None:
-    """Do what a command line asks for.
+    """Plan a scan as a command line requests.
 
     Raises
     ------
     ParameterError
-        For a value that is not allowed, naming its option.
+        If a value is not allowed, naming its option.
     OSError
         If the picture cannot be written.
     SystemExit
@@ -59,7 +59,7 @@ def _plan_scan(task: Task, request: Request) -> None:
 
 
 def find(task: Task, request: Request) -> Answer:
-    """Return the best plans for a request, or the one that it gives."""
+    """Return the best plans for a request, or the plan of its N_s."""
     if request.on_the_front:
         return _on_the_front(task, request)
     objective = objective_of(request.objective)
@@ -80,7 +80,7 @@ def find(task: Task, request: Request) -> Answer:
 
 
 def _on_the_front(task: Task, request: Request) -> Answer:
-    """Return the nod at the corner of the front that a request's limits lead to."""
+    """Return the nod at the corner of the front that satisfies a request's limits."""
     samples = _samples(task, request)
     front = Front(task, samples, request.start_pitch, request.timing_error, progress)
     largest = None if request.max_hole is None else math.radians(request.max_hole)
@@ -99,7 +99,7 @@ def _on_the_front(task: Task, request: Request) -> Answer:
 
 
 def _samples(task: Task, request: Request) -> NDArray[np.int64]:
-    """Return the N_s to choose from; with a timing error, which takes long, some of them."""
+    """Return the N_s to choose from; only some with a timing error, whose runs take long."""
     if request.samples_per_sweep is not None:
         return np.array([request.samples_per_sweep])
     samples = samples_in_band(task, request.speed_min, request.speed_max)
@@ -107,12 +107,12 @@ def _samples(task: Task, request: Request) -> NDArray[np.int64]:
 
 
 def _thinned(samples: NDArray[np.int64], most: int) -> NDArray[np.int64]:
-    """Return at most about so many N_s, evenly spread."""
+    """Return about so many N_s at most, evenly spread."""
     return samples[:: max(1, len(samples) // most)]
 
 
 def _plot(path: Path, answer: Answer, request: Request) -> None:
-    # Imported here: matplotlib takes as long as all the rest.
+    # Imported here, since importing matplotlib takes as long as everything else.
     from nodlidar_planner.plan_scan.front_picture import write_front_picture
     from nodlidar_planner.plan_scan.pictures import Candidates, write_picture
 

@@ -1,4 +1,4 @@
-"""A progress bar for what may take long."""
+"""A progress bar for long work."""
 
 from collections.abc import Iterable, Iterator
 from operator import length_hint
@@ -14,14 +14,14 @@ BAR_AFTER = 0.5  # s, before a progress bar appears
 
 
 def progress(items: Iterable[T]) -> Iterator[T]:
-    """Yield items, with a progress bar on stderr as soon as it takes long.
+    """Yield items, with a progress bar on stderr once that takes longer than BAR_AFTER.
 
-    There is none if stderr is no terminal, or one that cannot redraw a line (TERM=dumb).
+    No bar is shown if stderr is no terminal, or one that cannot redraw a line (TERM=dumb).
     """
     console = Console(stderr=True)
     redraws = console.is_terminal and not console.is_dumb_terminal
     bar = Progress(console=console, transient=True, disable=not redraws)
-    work = bar.add_task('looking at nods', total=length_hint(items) or None)
+    work = bar.add_task('evaluating nods', total=length_hint(items) or None)
     began, shown = time.monotonic(), False
     try:
         for item in items:

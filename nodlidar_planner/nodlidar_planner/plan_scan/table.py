@@ -1,4 +1,4 @@
-"""Plans as tables and as a JSON object: what plan_scan prints."""
+"""The output of plan_scan: plans as tables and as a JSON object."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -19,18 +19,19 @@ from rich.table import Table
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What plan_scan found.
+    """The result of plan_scan.
 
     Attributes
     ----------
     task, objective
-        What was asked.
+        As requested.
     plans
         Best first, at least one.
     nominal
-        The best plan if there were no timing error, under it; None without timing error or choice.
+        The plan that is best without timing error, evaluated with it; None without timing error or
+        choice.
     front
-        Corners of the front of time and largest hole, if asked for; the plan's is one of them.
+        Corners of the front of time and largest hole, if requested; includes the plan's.
     """
 
     task: Task
@@ -47,7 +48,7 @@ def start_pitch(task: Task, plan: Plan) -> float:
 
 
 def print_answer(answer: Answer, console: Console) -> None:
-    """Print the best plan with all that it takes to use it, notes, and the next best ones."""
+    """Print the best plan, notes, and the next best plans or the front."""
     best = answer.plans[0]
     table = Table(
         box=box.SIMPLE, show_header=False, title=_title(answer.task), title_justify='left'
@@ -64,7 +65,7 @@ def print_answer(answer: Answer, console: Console) -> None:
 
 
 def as_json(answer: Answer, alternatives: bool) -> dict[str, Any]:
-    """Return the best plan as an object for JSON, in SI units, with None for what is infinite."""
+    """Return the best plan as an object for JSON, in SI units, with None for infinite values."""
     task, [best, *others] = answer.task, answer.plans
     result = _plan_json(task, best)
     result |= {'columns': task.columns, 'rows': task.rows, 'cell': task.cell}
@@ -122,7 +123,7 @@ def _against_bound(plan: Plan) -> str:
 
 
 def _error_rows(answer: Answer) -> Iterator[tuple[str, str]]:
-    """Yield what the timing error makes of the best plan, and of the one best without it."""
+    """Yield the figures under the timing error of the best plan, and of the nominal one."""
     best, nominal = answer.plans[0], answer.nominal
     if best.under_error is None:
         return
@@ -132,7 +133,7 @@ def _error_rows(answer: Answer) -> Iterator[tuple[str, str]]:
     if nominal is None or nominal.under_error is None:
         return
     if nominal.samples_per_sweep == best.samples_per_sweep:
-        yield 'lost against the nominal best', 'nothing: it is the same'
+        yield 'loss against the nominal best', 'none: it is the same'
         return
     name = f'N_s = {nominal.samples_per_sweep}'
     lost = best.figures.completion_time - nominal.figures.completion_time
@@ -143,7 +144,7 @@ def _error_rows(answer: Answer) -> Iterator[tuple[str, str]]:
     yield 'and under that error', _completions(nominal)
     ratio = nominal.under_error.median / best.under_error.median
     if math.isfinite(ratio):
-        yield 'won by planning for it', f'{number(ratio)} times as soon (median)'
+        yield 'gain by planning for it', f'{number(ratio)} times as fast (median)'
 
 
 def _completions(plan: Plan) -> str:
@@ -191,7 +192,7 @@ def _front_table(answer: Answer) -> Table:
 
 
 def _width(task: Task, angle: float) -> float:
-    """Return how wide [m] an angle [rad] is from the task's distance."""
+    """Return the width [m] that subtends an angle [rad] at the task's distance."""
     return 2.0 * task.distance * math.sin(angle / 2.0)
 
 

@@ -1,4 +1,4 @@
-"""What plans are in words: their values with units, and what to know before using one."""
+"""Plans in words: values with units, and notes for the user of a plan."""
 
 from collections.abc import Iterator
 import math
@@ -10,17 +10,17 @@ import numpy as np
 
 # No-load speed of the RX-24F at 12 V, 126 rpm (ROBOTIS e-manual).
 FASTEST_SERVO = 126 * math.tau / 60
-# With which it turns around without load [rad/s^2]; the servo node's parameter `acceleration`.
-TURN_ACCELERATION = 200.0
+# Of its reversals without load [rad/s^2]; the servo node's parameter `acceleration`.
+REVERSAL_ACCELERATION = 200.0
 
 
 def notes(task: Task, plan: Plan) -> list[str]:
-    """Return what an engineer should know before using a plan."""
+    """Return notes for the user of a plan."""
     return [*_unseen(task, plan), *_hard_for_the_servo(task, plan)]
 
 
 def number(value: float) -> str:
-    """Return a number with four digits, or all those before the point."""
+    """Return a number with four digits, or with all digits before the point."""
     if not math.isfinite(value):
         return 'never'
     return f'{value:.4g}' if abs(value) < 1e4 else f'{value:.0f}'
@@ -32,7 +32,7 @@ def seconds(value: float) -> str:
 
 
 def angle(value: float) -> str:
-    """Return an angle in radians, with degrees beside."""
+    """Return an angle in radians and degrees."""
     return f'{number(value)} rad ({math.degrees(value):.2f}°)'
 
 
@@ -45,7 +45,7 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
     if columns < task.columns:
         yield (
             f'the lidar has beams in {columns} of the {task.columns} columns: the others are '
-            f'outside its view, or narrower than its step of '
+            f'outside its view or narrower than its step of '
             f'{angle(math.tau / task.steps_per_revolution)}'
         )
     if plan.samples_per_sweep < task.rows:
@@ -54,43 +54,45 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
     if common > 1:
         yield (
             f'N_s = {plan.samples_per_sweep} and the {task.steps_per_revolution} steps of a '
-            f'revolution have the divisor {common} in common: the pattern repeats {common} times '
-            f'too early'
+            f'revolution have the common divisor {common}: the pattern repeats {common} times '
+            f'sooner than without it'
         )
     half_sample = Pattern(task.steps_per_revolution, plan.samples_per_sweep, HALF_SAMPLE)
     if plan.distinct_directions < half_sample.distinct_directions:
         yield (
-            f'legs up and down meet in the same directions; started half a sample past a limit, '
-            f'without --start-pitch, {half_sample.distinct_directions} are distinct'
+            f'upward and downward legs share directions; without --start-pitch, which starts half '
+            f'a sample past a limit, {half_sample.distinct_directions} are distinct'
         )
 
 
 def _hard_for_the_servo(task: Task, plan: Plan) -> Iterator[str]:
     if plan.speed > FASTEST_SERVO:
         yield (
-            f'an RX-24F reaches {FASTEST_SERVO:.1f} rad/s (126 rpm), without load; '
-            f'--speed-max says what yours holds'
+            f'an RX-24F reaches {FASTEST_SERVO:.1f} rad/s (126 rpm) without load; '
+            f'set --speed-max to the limit of your servo'
         )
     yield from _hard_to_turn(task, plan)
     row_time = task.row_height(plan.samples_per_sweep) * task.sample_time
     if plan.under_error is not None and row_time < plan.under_error.error:
         yield (
             f'the nod passes a row in {row_time * 1e3:.2g} ms, less than the timing error: which '
-            f'rows are hit is left to chance'
+            f'rows it hits is random'
         )
 
 
 def _hard_to_turn(task: Task, plan: Plan) -> Iterator[str]:
-    """Tell if turns, parabolas around the instants that are planned, take too long or too much."""
-    turn, short = 2.0 * plan.speed / TURN_ACCELERATION, plan.speed**2 / (2.0 * TURN_ACCELERATION)
+    """Yield a note if the reversals, parabolas in time, take longer than a sweep or lose a row."""
+    duration = 2.0 * plan.speed / REVERSAL_ACCELERATION
+    short = plan.speed**2 / (2.0 * REVERSAL_ACCELERATION)
     outermost = min(task.cell, task.span - (task.rows - 1) * task.cell)
-    if turn > plan.sweep_duration:
+    if duration > plan.sweep_duration:
         yield (
-            f'an RX-24F takes {seconds(turn)} to turn around, at {TURN_ACCELERATION:g} rad/s²: '
-            f'more than a sweep'
+            f'an RX-24F takes {seconds(duration)} to reverse, at '
+            f'{REVERSAL_ACCELERATION:g} rad/s²: more than a sweep'
         )
     elif short > outermost:
         yield (
-            f'an RX-24F turns around {angle(short)} short of the limits, at {TURN_ACCELERATION:g} '
-            f'rad/s², and leaves out the outermost row: give the nod limits that are as much wider'
+            f'an RX-24F reverses {angle(short)} short of the limits, at '
+            f'{REVERSAL_ACCELERATION:g} rad/s², and misses the outermost row: widen the limits of '
+            f'the nod by as much'
         )

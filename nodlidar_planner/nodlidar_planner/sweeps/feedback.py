@@ -1,8 +1,9 @@
-"""The next sweep chosen for what has not been seen yet, knowing where the beams really went.
+"""The next sweep, chosen for the cells not seen yet, given the true directions of past beams.
 
-No servo turns on time to the beam, so the planned pattern never happens exactly. But where the
-beams fell is known, and so is how far off the next turn may be. The duration of the next sweep is
-chosen, not far from the planned one, for the unseen cells that it and the one after it will hit.
+No servo reverses with the timing of a single beam, so the planned pattern never happens exactly.
+But the true directions of past beams are known, and so is the timing error of the next reversal.
+The duration of the next sweep is chosen, near the planned one, for the unseen cells that this
+sweep and the next will hit.
 """
 
 import math
@@ -16,20 +17,20 @@ from numpy.typing import NDArray
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
-# Durations to choose from: so far from the planned one, and so many.
+# Durations to choose from: their largest deviation from the planned one, and their number.
 SPREAD = 0.15
 CANDIDATES = 61
-# Of the sweep to come the best so many, so far apart, are looked at with the one that follows.
-LOOKED_AT, APART = 4, 5
-# Heights that are told apart in a row: so many, but none closer than so many samples, by which a
-# servo is off anyway.
+# The best so many durations, at least so many candidates apart, are examined with the sweep after.
+EXAMINED, APART = 4, 5
+# Most heights that are distinguished in a row, and the fewest samples between them: a servo is
+# less accurate.
 FINE, CLOSEST = 8, 12
-# What a cell that the sweep to come should hit is still worth to the one after it.
+# Worth, for the sweep after, of a cell that the next sweep should hit.
 DOUBT = 0.15
 
 
 class Feedback:
-    """The cells that are unseen, and the choice of the next sweep.
+    """The unseen cells, and the choice of the next sweep.
 
     Parameters
     ----------
@@ -38,16 +39,16 @@ class Feedback:
     samples_per_sweep
         The planned duration of a sweep.
     timing_error
-        Standard deviation of the turns' instants [s].
+        Standard deviation of the reversal instants [s].
     fewest_samples
         The N_s of the highest speed.
 
     Attributes
     ----------
     unseen
-        Whether each cell is unseen, shape (columns, rows); not where no step can see it.
+        Whether each cell is unseen, shape (columns, rows); False for columns without beams.
     lateness
-        Of the servo, against steady sweeps.
+        Of the servo, compared with steady sweeps.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class Feedback:
         self._middle = starts + (widths - 1) / 2.0
         spread = np.linspace(1.0 - SPREAD, 1.0 + SPREAD, CANDIDATES, dtype=np.float64)
         self._candidates = np.maximum(samples_per_sweep * spread, fewest_samples)
-        # In mid-sweep, where it is least, the error of a turn displaces a beam by 0.7 of it.
+        # The effect of errors in both reversals on a beam in mid-sweep, where it is least.
         late = math.sqrt(0.5) * timing_error / task.sample_time
         self.lateness = Lateness(float(self._candidates[-1]), late)
         self._row_height = task.row_height(samples_per_sweep)
@@ -71,33 +72,33 @@ class Feedback:
         self.forget()
 
     def forget(self) -> None:
-        """Take all cells for unseen again."""
+        """Mark all cells as unseen."""
         self.unseen[self._columns] = True
 
-    def saw(self, turn: float, next_turn: float, going_up: bool) -> Integers:
-        """Mark what the samples between two turns hit; return the first that hit each new cell.
+    def saw(self, reversal: float, next_reversal: float, going_up: bool) -> Integers:
+        """Mark the cells hit between two reversals; return the first sample in each new cell.
 
         Parameters
         ----------
-        turn, next_turn
-            The instants at which the sweep really began and ended, in samples.
+        reversal, next_reversal
+            The true instants at which the sweep began and ended [samples].
         going_up
             Whether it began at the lower limit.
         """
-        n = np.arange(max(0, math.ceil(turn)), math.ceil(next_turn))
-        turns = np.array([turn, next_turn])
+        n = np.arange(max(0, math.ceil(reversal)), math.ceil(next_reversal))
+        reversals = np.array([reversal, next_reversal])
         if not going_up:
-            turns = np.array([2.0 * turn - next_turn, turn, next_turn])
+            reversals = np.array([2.0 * reversal - next_reversal, reversal, next_reversal])
         column = self._column_of_step[n % self._task.steps_per_revolution]
         n, column = n[column >= 0], column[column >= 0]
-        row = rows_of(self._task, turns, n)
+        row = rows_of(self._task, reversals, n)
         new = self.unseen[column, row]
         _, firsts = np.unique(column[new] * self._task.rows + row[new], return_index=True)
         self.unseen[column, row] = False
         return np.sort(n[new][firsts])
 
     def saw_beams(self, azimuth: Floats, pitch: Floats) -> None:
-        """Mark what beams hit, whether they measured something or not; azimuth, pitch [rad]."""
+        """Mark the cells that beams hit, with or without a range; azimuth, pitch [rad]."""
         task = self._task
         column = self._column_of_step[task.step_at(azimuth)]
         height = (pitch - task.pitch_min) / task.span
@@ -105,43 +106,43 @@ class Feedback:
         self.unseen[column[inside], task.row_of_height(height[inside], 1)] = False
 
     def next_duration(
-        self, turn: float, going_up: bool, under_way: tuple[float, float] | None = None
+        self, reversal: float, going_up: bool, under_way: tuple[float, float] | None = None
     ) -> float:
-        """Return the duration of the sweep that begins at a turn, in samples.
+        """Return the duration of the sweep that begins at a reversal [samples].
 
         Parameters
         ----------
-        turn
-            The instant of the turn, in samples.
+        reversal
+            The instant of the reversal [samples].
         going_up
             Whether the sweep begins at the lower limit.
         under_way
-            Instant and duration of the sweep before it, in samples, as far as it was not seen.
+            Begin and duration of the unseen part of the sweep before it [samples].
         """
         unseen: Floats = self.unseen.astype(np.float64)
         if under_way is not None:
             unseen = self._after(unseen, *under_way, not going_up)
-        value = self._value(unseen, turn, going_up, self._candidates)
+        value = self._value(unseen, reversal, going_up, self._candidates)
         best, best_value = 0.0, -math.inf
         for index in _best_apart(value):
             duration = float(self._candidates[index])
-            after = self._after(unseen, turn, duration, going_up)
-            following = self._value(after, turn + duration, not going_up, self._candidates)
+            after = self._after(unseen, reversal, duration, going_up)
+            following = self._value(after, reversal + duration, not going_up, self._candidates)
             if value[index] + following.max() > best_value:
                 best, best_value = duration, float(value[index] + following.max())
         return best
 
-    def _after(self, unseen: Floats, turn: float, duration: float, going_up: bool) -> Floats:
-        """Return how much of each cell is unseen after a sweep that is not sure to hit."""
+    def _after(self, unseen: Floats, reversal: float, duration: float, going_up: bool) -> Floats:
+        """Return how unseen each cell is after a sweep, whose hits are uncertain."""
         after = unseen.copy()
-        column, row = self._hits(turn, duration, going_up)
+        column, row = self._hits(reversal, duration, going_up)
         after[column, row] *= DOUBT
         return after
 
-    def _value(self, unseen: Floats, turn: float, going_up: bool, durations: Floats) -> Floats:
-        """Return what the hits of a sweep of each duration are worth."""
+    def _value(self, unseen: Floats, reversal: float, going_up: bool, durations: Floats) -> Floats:
+        """Return the worth of the hits of a sweep of each duration."""
         worth = self._worth(unseen)
-        since, column = self._passes(turn, durations[-1])
+        since, column = self._passes(reversal, durations[-1])
         progress = self.lateness.progress(since, durations[:, None])
         height = progress if going_up else 1.0 - progress
         index = (height * (self._task.span / self._task.cell * self._fine)).astype(np.int64)
@@ -149,11 +150,11 @@ class Feedback:
         return np.asarray(np.where(since < durations[:, None], hit, 0.0).sum(axis=1))
 
     def _worth(self, unseen: Floats) -> Floats:
-        """Return what a beam at each height of each column is worth, (columns, heights).
+        """Return the worth of a beam at each height of each column, shape (columns, heights).
 
-        Low rows are hit the more seldom. Cells beside seen ones are worth more: what is left
-        shall not be crumbs, each of which takes a sweep of its own. The error of the turns blurs
-        the heights.
+        Low rows are worth more, since they are hit less often. Cells beside seen ones are worth
+        more, so that no single cells remain, each of which takes a sweep of its own. The lateness
+        blurs the heights.
         """
         seen_beside = 2.0 - np.roll(unseen, 1, axis=0) - np.roll(unseen, -1, axis=0)
         worth = unseen * self._row_worth * (1.0 + seen_beside)
@@ -165,34 +166,35 @@ class Feedback:
         windows = np.lib.stride_tricks.sliding_window_view(padded, len(blur), axis=1)
         return np.asarray(windows @ blur)
 
-    def _hits(self, turn: float, duration: float, going_up: bool) -> tuple[Integers, Integers]:
+    def _hits(self, reversal: float, duration: float, going_up: bool) -> tuple[Integers, Integers]:
         """Return the columns and rows that a sweep should hit."""
-        since, column = self._passes(turn, duration)
+        since, column = self._passes(reversal, duration)
         progress = self.lateness.progress(since, duration)
         return column, self._task.row_of_height(progress if going_up else 1.0 - progress, 1)
 
-    def _passes(self, turn: float, duration: float) -> tuple[Floats, Integers]:
-        """Return when the lidar passes columns after a turn [samples], and which."""
+    def _passes(self, reversal: float, duration: float) -> tuple[Floats, Integers]:
+        """Return when the lidar passes columns after a reversal [samples], and the columns."""
         revolution = self._task.steps_per_revolution
-        first, last = math.floor(turn / revolution) - 1, math.ceil((turn + duration) / revolution)
-        since = np.arange(first, last + 1)[:, None] * revolution + self._middle - turn
+        first = math.floor(reversal / revolution) - 1
+        last = math.ceil((reversal + duration) / revolution)
+        since = np.arange(first, last + 1)[:, None] * revolution + self._middle - reversal
         during = (since >= 0.0) & (since < duration)
         return since[during], np.broadcast_to(self._columns, since.shape)[during]
 
 
 def _best_apart(value: Floats) -> list[int]:
-    """Return the indices of the highest values, some way apart from each other."""
+    """Return the indices of the highest values, at least APART from each other."""
     chosen: list[int] = []
     for index in np.argsort(-value, kind='stable').tolist():
         if all(abs(index - other) >= APART for other in chosen):
             chosen.append(index)
-        if len(chosen) == LOOKED_AT:
+        if len(chosen) == EXAMINED:
             break
     return chosen
 
 
 def _gaussian(deviation: float) -> Floats:
-    """Return the weights of a normal distribution at whole numbers, which add up to 1."""
+    """Return the weights of a normal distribution at whole numbers, with sum 1."""
     reach = math.ceil(3.0 * deviation)
     at = np.arange(-reach, reach + 1)
     weight = np.exp(-0.5 * (at / max(deviation, 1e-9)) ** 2)

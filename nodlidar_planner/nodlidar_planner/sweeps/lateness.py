@@ -1,4 +1,4 @@
-"""How a servo really gets from one limit to the other, learned from where the beams went."""
+"""A model of how a servo moves from limit to limit, learned from the measured beams."""
 
 import math
 
@@ -7,28 +7,29 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-# Half a sweep is divided into so many parts, for each of which so many beams are remembered.
+# Parts of half a sweep, and beams that the mean of each part extends over.
 PARTS, MEMORY = 16, 2000
-# A servo that is later or earlier by this part of a sweep is not on the nod.
+# A servo that is late or early by more than this part of a sweep is not on the nod.
 LOCKED = 0.2
 
 
 class Lateness:
-    """How late a servo is on its way from limit to limit, against a steady sweep, as measured.
+    """How late a servo is between the limits, compared with a steady sweep, as measured.
 
-    It has to speed up and to brake, in a time of its own: what counts is the time since the one
-    turn in the first half of a sweep, and the time to the next turn in the second.
+    Acceleration and braking take a time that does not depend on the sweep's duration. So lateness
+    is a function of the time since the reversal in the first half of a sweep, and of the time to
+    the next reversal in the second half.
 
     Parameters
     ----------
     longest
-        Duration of the longest sweep, in samples.
+        Duration of the longest sweep [samples].
     spread
-        Standard deviation of the lateness, in samples, until it was measured.
+        Standard deviation of the lateness before any measurement [samples].
     """
 
     def __init__(self, longest: float, spread: float) -> None:
-        # From the turn to the middle of the longest sweep, and back from there to the next turn.
+        # Times from a reversal to the middle of the longest sweep.
         self._grid: Floats = longest / 2.0 * np.arange(PARTS + 1, dtype=np.float64) / PARTS
         self._weight: Floats = np.ones((2, PARTS + 1))
         self._late: Floats = np.zeros((2, PARTS + 1))
@@ -40,13 +41,13 @@ class Lateness:
         Parameters
         ----------
         since, duration
-            Samples since the turn, and from that turn to the next; shape (n,).
+            Samples since the reversal, and from that reversal to the next; shape (n,).
         progress
-            Part of the way from limit to limit that the servo has come, shape (n,).
+            Part of the way between the limits that the servo has covered, shape (n,).
         """
         late = since - progress * duration
         if np.abs(late).max() > LOCKED * duration.max():
-            return  # on its way to the nod
+            return  # not on the nod yet
         first = since < duration / 2.0
         nearest = np.where(first, since, duration - since)
         at = np.minimum(np.rint(nearest / self._grid[1]).astype(np.int64), PARTS)
@@ -59,7 +60,7 @@ class Lateness:
         self._variance += (spread - count * self._variance) / self._weight
 
     def progress(self, since: Floats, duration: Floats | float) -> Floats:
-        """Return the part of the way that the servo has come; parameters as of add."""
+        """Return the part of the way that the servo has covered; parameters as of `add`."""
         early = np.interp(since, self._grid, self._late[0])
         late = np.interp(duration - since, self._grid, self._late[1])
         lateness = np.where(since < duration / 2.0, early, late)
@@ -67,10 +68,10 @@ class Lateness:
 
     @property
     def spread(self) -> float:
-        """Standard deviation of the lateness, in samples, over a sweep."""
+        """Standard deviation of the lateness over a sweep [samples]."""
         return math.sqrt(float(np.average(self._variance, weights=self._weight)))
 
 
 def _sums(at: NDArray[np.int64], values: Floats | None) -> Floats:
-    """Return the sum of the values at each place, their number if there are none; (2, n)."""
+    """Return the sum of the values at each place, shape (2, n); without values, their number."""
     return np.bincount(at, values, minlength=2 * (PARTS + 1)).reshape(2, -1).astype(np.float64)

@@ -1,8 +1,8 @@
-"""Nods whose sweeps differ in duration: slow sweeps up that interlace, and fast returns.
+"""Nods whose sweeps differ in duration: slow upward sweeps that interlace, and fast returns.
 
-The steady nod's sweeps up and down are two even combs, but where they coincide one of them is
-wasted. Here one comb does the work, in as little more than its share of the time as the return
-takes; docs/nod_schedules.md has the proof and the measurements.
+The upward and downward sweeps of a steady nod are two even combs; where they coincide, one of them
+is wasted. An interlaced nod needs one comb and the time of the returns; docs/nod_schedules.md has
+the proof and the measurements.
 """
 
 from dataclasses import dataclass, replace
@@ -20,12 +20,12 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """Sweeps of given durations, up and down in turn, repeated for ever.
+    """Sweeps of given durations, alternately up and down, repeated without end.
 
     Attributes
     ----------
     sweeps
-        Their durations in samples, the first up; an even number of them.
+        Their durations [samples], the first one upward; an even number of them.
     phase
         Samples that the nod is past its lower limit, going up, at sample 0.
 
@@ -49,27 +49,27 @@ class Schedule:
         """Samples after which the nod repeats."""
         return sum(self.sweeps)
 
-    def turns(self, samples: int) -> Floats:
-        """Return the instants of the turns, in samples, from -phase to the first past a sample."""
+    def reversals(self, samples: int) -> Floats:
+        """Return the reversal instants [samples], from -phase to the first one past a sample."""
         periods = math.ceil((samples + self.phase) / self.period) + 1
         ends = np.concatenate([[0.0], np.cumsum(np.tile(self.sweeps, periods))])
-        turns: Floats = ends - self.phase
-        return turns[: np.searchsorted(turns, samples, side='right') + 1]
+        instants: Floats = ends - self.phase
+        return instants[: np.searchsorted(instants, samples, side='right') + 1]
 
 
 def whole_rows(task: Task) -> Task:
-    """Return the task with its limits a little wider, so that no row is lower than a cell.
+    """Return the task with slightly wider limits, so that no row is lower than a cell.
 
-    A row that is only partly in the nod's span is met by as much fewer beams, and all wait for it.
+    A row that is partly outside the nod's span is hit by fewer beams and delays completion.
     """
     more = (task.rows * task.cell - task.span) / 2.0
     return replace(task, pitch_min=task.pitch_min - more, pitch_max=task.pitch_max + more)
 
 
 def even_rows(task: Task) -> Task:
-    """Return the task for an object that is a little smaller, so that no row is lower than a cell.
+    """Return the task for a slightly smaller object, so that all rows are equally high.
 
-    It is for a nod whose limits are given; see whole_rows. A single row is even as it is.
+    For a nod whose limits are fixed; see whole_rows. A single row is even already.
     """
     if task.rows == 1:
         return task
@@ -78,29 +78,29 @@ def even_rows(task: Task) -> Task:
 
 
 def interlaced(task: Task, fewest_samples: int, combs: int, overlap: float = 0.0) -> Schedule:
-    """Return slow sweeps up that interlace, so many to one coverage, and fast returns.
+    """Return a schedule of slow upward sweeps that interlace, and fast returns.
 
-    Each sweep up passes any azimuth in steps of `combs` cells, less the overlap, and each is a
-    cell's height off from those before it. So wherever in the region the object lies, it's hit
-    within one period, returns aside. One comb is soonest complete; more show all of the view
-    sooner, though coarsely.
+    Each upward sweep passes any azimuth in steps of `combs` cells, less the overlap, displaced by
+    a cell's height from the sweeps before it. So the upward sweeps of one period hit the object
+    wherever it is in the region. One comb completes soonest; with more combs, the whole view is
+    seen sooner, but coarsely.
 
     Parameters
     ----------
     task
-        What must be covered; see whole_rows.
+        Region, cells and lidar; see whole_rows.
     fewest_samples
         Samples in a sweep at the highest speed; no sweep has fewer.
     combs
-        How many sweeps up interlace.
+        Number of upward sweeps that interlace.
     overlap
         Part of a cell's height by which neighbouring beams are closer than a cell; [0, 1). It
-        takes up errors of the turns' instants.
+        absorbs errors of the reversal instants.
 
     Raises
     ------
     ParameterError
-        If a number is out of its range.
+        If `combs` or `overlap` is out of its range.
     """
     if combs < 1:
         raise ParameterError('combs', 'at least 1', combs)
@@ -121,12 +121,12 @@ def interlaced(task: Task, fewest_samples: int, combs: int, overlap: float = 0.0
 def shortest_interlaced(
     task: Task, fewest_samples: int, most_samples: int, overlap: float = 0.0
 ) -> Schedule:
-    """Return the interlaced schedule with the fewest combs whose sweeps keep to a speed band.
+    """Return the interlaced schedule with the fewest combs whose sweeps are within a speed band.
 
     Raises
     ------
     ParameterError
-        If the band is too narrow for any.
+        If the band is too narrow for any schedule.
     """
     rows = task.span / task.cell
     fewest = math.ceil(rows * task.steps_per_revolution / ((1.0 - overlap) * most_samples))
@@ -137,42 +137,42 @@ def shortest_interlaced(
     raise ParameterError('most_samples', f'well above {fewest_samples}', most_samples)
 
 
-def rows_of(task: Task, turns: Floats, samples: Integers) -> Integers:
-    """Return the row that each sample falls in, for sweeps between given turns.
+def rows_of(task: Task, reversals: Floats, samples: Integers) -> Integers:
+    """Return the row of each sample, for sweeps between given reversals.
 
     Parameters
     ----------
     task
-        Whose limits the nod reaches at each turn.
-    turns
-        Their instants, in samples, ascending; shape (t,), the first at the lower limit.
+        The nod reaches its limits at each reversal.
+    reversals
+        Their instants [samples], ascending, shape (t,); the first at the lower limit.
     samples
-        Shape (n,), between the first turn and the last.
+        Shape (n,), between the first reversal and the last.
     """
-    sweeps = np.interp(samples, turns, np.arange(len(turns))) % 2.0
+    sweeps = np.interp(samples, reversals, np.arange(len(reversals))) % 2.0
     return task.row_of_height(1.0 - np.abs(sweeps - 1.0), samples_per_sweep=1)
 
 
-def first_hits(task: Task, turns: Floats) -> Floats:
-    """Return the first sample, from 0 on, that hits each cell; shape (columns, rows).
+def first_hits(task: Task, reversals: Floats) -> Floats:
+    """Return the first sample that hits each cell, shape (columns, rows).
 
-    It is infinite where none does before the last turn.
+    Infinite for a cell that no sample before the last reversal hits.
     """
-    samples = np.arange(math.ceil(turns[-1]))
+    samples = np.arange(math.ceil(reversals[-1]))
     column = task.column_of_step()[samples % task.steps_per_revolution]
-    cell = _cells(task, column, rows_of(task, turns, samples))
+    cell = _cells(task, column, rows_of(task, reversals, samples))
     first = np.full(task.cells + 1, np.inf)
     first[cell[::-1]] = samples[::-1]
     return first[:-1].reshape(task.columns, task.rows)
 
 
 def _cells(task: Task, column: Integers, row: Integers) -> Integers:
-    """Return each sample's cell; one past the last where the lidar measures none."""
+    """Return each sample's cell; one past the last for samples outside the region."""
     return np.where(column >= 0, column * task.rows + row, task.cells)
 
 
 def _coprime_from(number: int, other: int) -> int:
-    """Return the least number from a given one on that is coprime with another."""
+    """Return the least number, at least a given one, that is coprime with another."""
     while math.gcd(number, other) != 1:
         number += 1
     return number
