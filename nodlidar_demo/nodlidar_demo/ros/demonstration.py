@@ -58,10 +58,11 @@ def demonstrate(argv: Sequence[str] | None, description: str | None) -> None:
     SystemExit
         After --help, or with status 2 for an unknown option.
     """
-    _demo(_parse(argv, description), Console())
+    _demo(parse(argv, description), Console())
 
 
-def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
+def parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
+    """Return the options of a command line; raises ParameterError or SystemExit."""
     parser = LineParser('demo', description)
     parser.add_argument('--scene', default='room', help='a scene of nodlidar_sim or a YAML file')
     parser.add_argument('--route', help="route of the base, in place of the scene's own")

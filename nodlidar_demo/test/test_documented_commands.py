@@ -1,0 +1,156 @@
+"""Every command in the README files and in docs/ runs."""
+
+from importlib.util import module_from_spec, spec_from_file_location
+import os
+from pathlib import Path
+import re
+import shlex
+import signal
+import subprocess
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchContext
+from nodlidar_assembler.assemble_bag import main as assemble_bag
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_demo.ros.demonstration import parse
+from nodlidar_planner.plan_scan.command import main as plan_scan
+from nodlidar_sim.bag import write_bag
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
+import pytest
+
+WORKSPACE = Path(__file__).parents[2]
+PAGES = [
+    *(WORKSPACE / name for name in ('README.md', 'CONTRIBUTING.md')),
+    *sorted(WORKSPACE.glob('docs/*.md')),
+    *sorted(WORKSPACE.glob('nodlidar_*/README.md')),
+]
+COMMAND = re.compile(r'(?:ros2 (?:run|launch)|make|rosbags-convert|python3? -m) [^`#]+')
+# By test_demo.py, and by test_other_lidars.py of nodlidar_assembler.
+RUN_ELSEWHERE = {
+    'make demo',
+    'ros2 run nodlidar_demo demo',
+    'rosbags-convert --src tilting.bag --dst tilting',
+    'ros2 run nodlidar_assembler assemble_bag tilting tilting.ply --params lidar.yaml '
+    '--scan /tilt_scan',
+}
+
+
+def documented():
+    """Return the commands of all pages: lines of code blocks, and code within a sentence."""
+    found = set()
+    for page in PAGES:
+        text = page.read_text()
+        blocks = re.findall(r'^```\n(.*?)^```', text, re.DOTALL | re.MULTILINE)
+        lines = [line for block in blocks for line in block.splitlines()]
+        lines += re.findall(r'^ {4}(.+)', text, re.MULTILINE)
+        prose = re.sub(r'^```.*?^```', '', text, flags=re.DOTALL | re.MULTILINE)
+        spans = [' '.join(span.split()) for span in re.findall(r'`([^`]+)`', prose)]
+        for text in (*lines, *spans):
+            if match := COMMAND.match(text.strip().removeprefix('$ ')):
+                found.add(match[0].strip())
+    return sorted(found - RUN_ELSEWHERE)
+
+
+COMMANDS = documented()
+
+
+def starting(*words):
+    chosen = [each for each in COMMANDS if shlex.split(each)[: len(words)] == list(words)]
+    return pytest.mark.parametrize('command', chosen)
+
+
+def options(command):
+    return shlex.split(command)[4:]
+
+
+def test_each_is_run_by_a_test():
+    tested = [
+        mark.args[1]
+        for test in globals().values()
+        for mark in getattr(test, 'pytestmark', [])
+        if mark.name == 'parametrize'
+    ]
+    assert sorted(command for commands in tested for command in commands) == COMMANDS
+
+
+@starting('ros2', 'run', 'nodlidar_planner', 'plan_scan')
+def test_plan_scan(command):
+    refused = '--time-budget' in command  # its page shows the error
+    assert plan_scan(options(command)) == (2 if refused else 0)
+
+
+@starting('ros2', 'run', 'nodlidar_assembler', 'assemble_bag')
+def test_assemble_bag(command, tmp_path, monkeypatch):
+    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+    write_bag(simulate(load_scene('room'), nod, 2.0, start_ns=10**18), tmp_path / 'bag')
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'demo_output').mkdir()
+    (tmp_path / 'bag').rename(tmp_path / 'demo_output' / 'bag')
+    assert assemble_bag(options(command)) == 0
+
+
+@starting('ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py')
+def test_launch(command):
+    arguments = [word for word in options(command) if word != '--show-args']
+    share = Path(get_package_share_directory('nodlidar_bringup'))
+    spec = spec_from_file_location('launch_file', share / 'launch' / 'robot.launch.py')
+    launch_file = module_from_spec(spec)
+    spec.loader.exec_module(launch_file)
+    context = LaunchContext()
+    context.launch_configurations.update(word.split(':=') for word in arguments)
+    for argument in launch_file.ARGUMENTS:
+        argument.visit(context)
+    assert len(context.launch_configurations) == len(launch_file.ARGUMENTS)
+    assert len(launch_file.Sensor(context).nodes()) >= 4
+
+
+@starting('ros2', 'run', 'nodlidar_driver', 'driver')
+def test_driver(command):
+    runs_until_interrupted(command, 'trying again')
+
+
+@starting('ros2', 'run', 'nodlidar_servo', 'servo')
+def test_servo(command):
+    runs_until_interrupted(command, 'trying again')
+
+
+@starting('ros2', 'run', 'nodlidar_sim', 'emulate')
+def test_emulate(command, tmp_path):
+    if '--help' in command:
+        assert subprocess.run(shlex.split(command), capture_output=True).returncode == 0
+    else:
+        runs_until_interrupted(command.replace('/tmp', str(tmp_path)), 'lidar')
+
+
+@starting('make')
+def test_make(command):
+    target, *variables = shlex.split(command)[1:]
+    assert re.search(rf'^{target}:', (WORKSPACE / 'Makefile').read_text(), re.MULTILINE)
+    for name, value in (variable.split('=', 1) for variable in variables):
+        assert f'$({name})' in (WORKSPACE / 'Makefile').read_text()
+        if name == 'DEMO_ARGS':
+            chosen = parse(shlex.split(value), None)
+            load_scene(chosen.scene, chosen.route)
+
+
+@starting('python', '-m')
+def test_bench(command):
+    module, *name = shlex.split(command)[2:]
+    path = module if module.startswith('bench.') else f'bench.{name[0]}'
+    assert (WORKSPACE / f'{path.replace(".", "/")}.py').exists()
+
+
+def runs_until_interrupted(command, line):
+    """Run a command until it prints a line with some text; an interrupt then ends it well."""
+    with subprocess.Popen(
+        ['env', '--default-signal=SIGINT', *shlex.split(command)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        assert any(line in printed for printed in process.stdout)
+        os.killpg(process.pid, signal.SIGINT)  # as Ctrl-C
+        process.stdout.read()
+    assert process.returncode == 0
