@@ -1,8 +1,8 @@
-"""Sweeps chosen for what is unseen against the planned nod, under errors of the turns.
+"""Sweeps chosen for unseen cells against the planned nod, under errors of the reversals.
 
-Each sweep is chosen while the one before it is under way, whose end is not known yet: as the node
-has to. Both nods are measured on the region's own rows, of which the last is lower than a cell,
-and with limits that are wider by the rest of that row: what is lower than a cell is seldom hit.
+As in the node, each sweep is chosen while the one before it is under way, and its end is not known
+yet. Both nods are measured on the region's own rows, of which the last is lower than a cell and so
+seldom hit, and with limits that are wider by the rest of that row.
 """
 
 import time
@@ -15,36 +15,36 @@ from nodlidar_planner.sweeps.feedback import Feedback, SPREAD
 from nodlidar_planner.sweeps.schedule import whole_rows
 import numpy as np
 
-from bench.reference import FULL_CIRCLE
+from bench.reference import FULL_CIRCLE, REVERSAL_ERROR
 from bench.report import Row
 
 SEEDS = range(50)
-TITLE = f'10 cm at 2 m, full circle, span pi/2: median completion of {len(SEEDS)} runs'
+TITLE = (
+    f'10 cm at 2 m, full circle, span pi/2, reversals {REVERSAL_ERROR * 1e3:.0f} ms off: '
+    f'median completion of {len(SEEDS)} runs'
+)
 # The N_s that is planned, and the nearest coprime one for the nod that keeps to it.
 PLANNED = ((2500, 2501), (4001, 4001))
-ERRORS = (0.0, 0.001, 0.003, 0.008)
 
 
 def results() -> list[Row]:
     """Return the median completion of either nod, and how long a choice takes."""
     return [
-        _row(name, task, n_s, coprime, error)
+        _row(name, task, n_s, coprime)
         for name, task in (('as asked', FULL_CIRCLE), ('whole', whole_rows(FULL_CIRCLE)))
         for n_s, coprime in PLANNED
-        for error in ERRORS
     ]
 
 
-def _row(name: str, task: Task, n_s: int, coprime: int, error: float) -> Row:
+def _row(name: str, task: Task, n_s: int, coprime: int) -> Row:
     wider = task.span / FULL_CIRCLE.span
     n_s, coprime = round(n_s * wider), round(coprime * wider) | 1
-    runs = [_Run(task, n_s, error, seed) for seed in SEEDS]
+    runs = [_Run(task, n_s, seed) for seed in SEEDS]
     chosen = float(np.median([run.completion for run in runs]))
-    steady = [completion_run(task, coprime, HALF_SAMPLE, error, seed) for seed in SEEDS]
+    steady = [completion_run(task, coprime, HALF_SAMPLE, REVERSAL_ERROR, seed) for seed in SEEDS]
     return {
         'rows': name,
         'N_s': n_s,
-        'error [ms]': error * 1e3,
         'coprime [s]': float(np.median(steady)),
         'feedback [s]': chosen,
         'ratio': chosen / float(np.median(steady)),
@@ -54,7 +54,7 @@ def _row(name: str, task: Task, n_s: int, coprime: int, error: float) -> Row:
 
 
 class _Run:
-    """A nod whose sweeps are chosen until all was seen.
+    """A nod whose sweeps are chosen until all cells were hit.
 
     Attributes
     ----------
@@ -64,18 +64,19 @@ class _Run:
         Median time that a choice took [s].
     """
 
-    def __init__(self, task: Task, n_s: int, error: float, seed: int) -> None:
-        feedback, noise = Feedback(task, n_s, error), np.random.default_rng(seed)
-        # Commanded and true instant of the present turn, in samples.
-        turn, turned, duration, going_up = -HALF_SAMPLE, -HALF_SAMPLE, float(n_s), True
+    def __init__(self, task: Task, n_s: int, seed: int) -> None:
+        feedback, noise = Feedback(task, n_s, REVERSAL_ERROR), np.random.default_rng(seed)
+        # Commanded and true instant of the last reversal, in samples.
+        commanded, true, duration, going_up = -HALF_SAMPLE, -HALF_SAMPLE, float(n_s), True
         last, took = 0, []
         while feedback.unseen.any():
             start = time.perf_counter()
-            under_way = (turned, turn + duration - turned)
-            following = feedback.next_duration(turn + duration, not going_up, under_way)
+            next_commanded = commanded + duration
+            under_way = (true, next_commanded - true)
+            following = feedback.next_duration(next_commanded, not going_up, under_way)
             took.append(time.perf_counter() - start)
-            end = turn + duration + noise.normal(0.0, error / task.sample_time)
-            new = feedback.saw(turned, end, going_up)
+            end = next_commanded + noise.normal(0.0, REVERSAL_ERROR / task.sample_time)
+            new = feedback.saw(true, end, going_up)
             last = int(new[-1]) if len(new) else last
-            turn, turned, duration, going_up = turn + duration, end, following, not going_up
+            commanded, true, duration, going_up = next_commanded, end, following, not going_up
         self.completion, self.seconds = last * task.sample_time, float(np.median(took))

@@ -1,4 +1,4 @@
-"""Nods at one highest speed: steady ones, and those whose sweeps differ in duration."""
+"""Nods at the same highest speed: steady ones, and ones whose sweeps differ in duration."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -27,23 +27,23 @@ from bench.report import Row
 FEWEST, MOST = 1001, 8000
 HORIZON = 40.0  # s
 RUNS = 20
-ERRORS = 0.001, 0.003  # s, standard deviation of the turns' instants
+ERRORS = 0.001, 0.003  # s, standard deviation of the reversals' instants
 SHIFTS = np.arange(4) / 4.0
 OVERLAP = 0.3
-TITLE = f'Nods between the same limits of speed ({RUNS} runs with each error)'
+TITLE = f'Nods at the same highest speed ({RUNS} runs with each error)'
 
 
 @dataclass(frozen=True)
 class Nod:
-    """A nod: its name, the task whose limits it goes between, and when it turns [samples]."""
+    """A nod: its name, the task whose limits it has, and when it reverses [samples]."""
 
     name: str
     task: Task
-    turns: NDArray[np.float64]
+    reversals: NDArray[np.float64]
 
 
 def results() -> list[Row]:
-    """Return completion, its loss under errors, and revisits of each nod."""
+    """Return completion, without and with errors, and revisits of each nod."""
     cases = (
         ('2 m, all that was tried', FULL_CIRCLE, FEWEST, _tried()),
         *((f'2 m, N_s >= {n}', FULL_CIRCLE, n, ()) for n in (FEWEST, 1220, 2000, 4001)),
@@ -68,7 +68,7 @@ def _chosen(task: Task, fewest: int) -> Iterator[Nod]:
 
 
 def _tried() -> Iterator[Nod]:
-    """Yield what was tried beside; the fractional N_s and the pair are the best of a search."""
+    """Yield other nods; the fractional N_s and the pair are the best of a search."""
     yield _steady(FULL_CIRCLE, 2745, 'published: steady 2745')
     yield _steady(FULL_CIRCLE, 7253, 'best at 1 ms: steady 7253')
     yield _steady(FULL_CIRCLE, 7897, 'best at 3 ms: steady 7897')
@@ -110,23 +110,21 @@ def _interlaced_nod(task: Task, schedule: Schedule, overlap: float) -> Nod:
 
 
 def _planned(base: int) -> Nod:
-    """Return a nod whose sweeps were each chosen for the most unseen cells, beforehand."""
+    """Return a nod whose sweeps are each chosen in advance for the most unseen cells."""
     feedback = Feedback(FULL_CIRCLE, base, timing_error=0.0)
-    turns = [-HALF_SAMPLE]
-    while turns[-1] * FULL_CIRCLE.sample_time < HORIZON:
-        going_up = len(turns) % 2 == 1
-        turns.append(turns[-1] + feedback.next_duration(turns[-1], going_up))
-        feedback.saw(turns[-2], turns[-1], going_up)
+    reversals = [-HALF_SAMPLE]
+    while reversals[-1] * FULL_CIRCLE.sample_time < HORIZON:
+        going_up = len(reversals) % 2 == 1
+        reversals.append(reversals[-1] + feedback.next_duration(reversals[-1], going_up))
+        feedback.saw(reversals[-2], reversals[-1], going_up)
         if not feedback.unseen.any():
             feedback.forget()
-    return Nod(f'each sweep planned, {base} +- {SPREAD:.0%}', FULL_CIRCLE, np.array(turns))
+    return Nod(f'each sweep planned, {base} +- {SPREAD:.0%}', FULL_CIRCLE, np.array(reversals))
 
 
 def _figures(nod: Nod) -> Row:
-    first = first_hits(nod.task, nod.turns)
-    second = nod.task.sample_time
     return {
-        'complete [s]': first.max() * second,
+        'complete [s]': first_hits(nod.task, nod.reversals).max() * nod.task.sample_time,
         'wherever it lies [s]': _wherever(nod) if nod.task.full_circle else None,
         **{
             f'{error * 1e3:g} ms [s]': float(
@@ -135,17 +133,16 @@ def _figures(nod: Nod) -> Row:
             for error in ERRORS
         },
         'revisit [s]': _longest_revisit(nod),
-        'seen after 1 s [%]': float(np.mean(first * second < 1.0)) * 100.0,
     }
 
 
 def _with_error(nod: Nod, error: float, seed: int) -> float:
-    """Return the completion time when the turns are off by white noise [s]."""
-    noise = np.random.default_rng([5, seed]).normal(0.0, error, len(nod.turns))
-    turns = np.maximum.accumulate(nod.turns + noise / nod.task.sample_time)
-    turns[0] = min(turns[0], 0.0)
-    turns += np.arange(len(turns)) * 1e-6  # a sweep may be of no length, yet np.interp wants one
-    return float(first_hits(nod.task, turns).max()) * nod.task.sample_time
+    """Return the completion time when the reversals are off by white noise [s]."""
+    noise = np.random.default_rng([5, seed]).normal(0.0, error, len(nod.reversals))
+    reversals = np.maximum.accumulate(nod.reversals + noise / nod.task.sample_time)
+    reversals[0] = min(reversals[0], 0.0)
+    reversals += np.arange(len(reversals)) * 1e-6  # np.interp allows no sweep without length
+    return float(first_hits(nod.task, reversals).max()) * nod.task.sample_time
 
 
 def _samples(nod: Nod) -> NDArray[np.int64]:
@@ -155,7 +152,7 @@ def _samples(nod: Nod) -> NDArray[np.int64]:
 def _wherever(nod: Nod) -> float:
     """Return the completion time for the worst of 16 shifts of the cells, whole cells only [s]."""
     task, n = nod.task, _samples(nod)
-    sweeps = np.interp(n, nod.turns, np.arange(len(nod.turns))) % 2.0
+    sweeps = np.interp(n, nod.reversals, np.arange(len(nod.reversals))) % 2.0
     row = (1.0 - np.abs(sweeps - 1.0)) * (task.span / task.cell)
     column = n % task.steps_per_revolution * (math.tau / task.steps_per_revolution) / task.cell
     rows, columns = math.floor(task.span / task.cell + 1e-9), math.floor(math.tau / task.cell)
@@ -181,7 +178,7 @@ def _longest_revisit(nod: Nod) -> float:
     """Return the longest time between crossings of a cell within the horizon [s]."""
     task, n = nod.task, _samples(nod)
     column = task.column_of_step()[n % task.steps_per_revolution]
-    cell = np.where(column >= 0, column * task.rows + rows_of(task, nod.turns, n), -1)
+    cell = np.where(column >= 0, column * task.rows + rows_of(task, nod.reversals, n), -1)
     begins = np.flatnonzero((cell != np.roll(cell, 1)) & (cell >= 0))
     begins = begins[np.argsort(cell[begins], kind='stable')]
     gap = np.diff(begins)[np.diff(cell[begins]) == 0]
