@@ -1,0 +1,40 @@
+"""Files and names of the code that the pages name exist."""
+
+from pathlib import Path
+import re
+
+import pytest
+
+WORKSPACE = Path(__file__).parents[2]
+PAGES = [
+    *(WORKSPACE / name for name in ('README.md', 'CONTRIBUTING.md')),
+    *sorted(WORKSPACE.glob('docs/*.md')),
+    *sorted(WORKSPACE.glob('*/README.md')),
+]
+FILES = [
+    f'/{path.relative_to(WORKSPACE)}'
+    for folder in ('nodlidar_*', 'bench', 'figures', 'tools', 'underlay', 'docs')
+    for path in WORKSPACE.glob(f'{folder}/**/*.*')
+]
+FILE = re.compile(r'`([\w./]+\.(?:py|yaml|xacro|xml|msg|rviz|md))`')
+OF_THE_USER = {'lidar.yaml', 'metadata.yaml'}
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: str(page.relative_to(WORKSPACE)))
+def test_files_of_a_page_exist(page):
+    names = set(FILE.findall(page.read_text())) - OF_THE_USER
+    assert [n for n in names if not any(file.endswith(f'/{n}') for file in FILES)] == []
+
+
+def test_where_to_find_names_what_is_in_the_file():
+    text = (WORKSPACE / 'README.md').read_text()
+    table = text.split('## Where to find')[1].split('\n| folder')[0]
+    rows = re.findall(r'^\|.*?\| .*?`(nodlidar_[\w/]+\.py)`.*?\| (.*?) \|$', table, re.MULTILINE)
+    assert len(rows) > 10
+    for path, symbols in rows:
+        folder = (WORKSPACE / path).parent
+        code = '\n'.join(file.read_text() for file in folder.glob('*.py'))
+        for symbol in re.findall(r'`([\w.]+)`', symbols):
+            name = symbol.rsplit('.', 1)[-1]
+            assert re.search(rf'^ *(class|def) {name}\b|^{name}\b', code, re.MULTILINE), symbol
+        assert (WORKSPACE / path).exists()
