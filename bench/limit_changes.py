@@ -69,7 +69,7 @@ def change(seed: int, kind: str) -> Change:
     if kind == 'at a reversal':
         number = int(np.ceil(_present(tied).sweeps(rig.clock()))) + 1
         wait_ns = round(rng.uniform(-0.02, 0.02) * NS_PER_S)
-        rig.run(tied.cycle, _present(tied).turn_time_ns(number) + wait_ns)
+        rig.run(tied.cycle, _present(tied).reversal_time_ns(number) + wait_ns)
     left = 0.0
     if kind == 'one after the other':
         _change(rig, tied, rng, kind)

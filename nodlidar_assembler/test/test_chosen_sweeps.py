@@ -53,9 +53,9 @@ class Servo:
         begin_ns = self._commanded[-1]
         nod = [nod for start_ns, nod in self.nods if start_ns <= begin_ns][-1]
         leg = round(float(nod.sweeps(begin_ns)))
-        assert nod.turn_time_ns(leg) == pytest.approx(begin_ns, abs=1000)
+        assert nod.reversal_time_ns(leg) == pytest.approx(begin_ns, abs=1000)
         assert leg % 2 == (len(self._commanded) + 1) % 2
-        self._commanded.append(nod.turn_time_ns(leg + 1))
+        self._commanded.append(nod.reversal_time_ns(leg + 1))
         late = self._noise.normal(0.0, self._error) if self._error else 0.0
         self._turned.append(self._commanded[-1] + round(late * NS_PER_S))
 

@@ -79,9 +79,9 @@ class NodTrajectory:
         return self.pitch_min + self.span * height
 
     def velocity(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
-        """Return the commanded velocity [rad/s] at each time [ns]; at a turn, the new leg's."""
+        """Return the commanded velocity [rad/s] at each time [ns]; at a reversal the new one."""
         return np.where(np.mod(self.sweeps(time_ns), 2.0) < 1.0, self.speed, -self.speed)
 
-    def turn_time_ns(self, sweep: int) -> int:
+    def reversal_time_ns(self, sweep: int) -> int:
         """Return the instant [ns] at which a sweep begins (even ones at pitch_min)."""
         return self.reference_time_ns + round(sweep * self.sweep_duration * NS_PER_S)

@@ -54,7 +54,7 @@ def test_an_hour_of_turns_is_on_the_nanosecond(samples, reference_ns):
     last = int(3600 * S / (samples * beam_ns))
     for sweep in (last, last - 1, last // 2, 1):
         exact = reference_ns + sweep * samples * beam_ns
-        assert abs(nod.turn_time_ns(sweep) - exact) <= Fraction(51, 100)
+        assert abs(nod.reversal_time_ns(sweep) - exact) <= Fraction(51, 100)
         assert float(nod.sweeps(round(exact))) == pytest.approx(sweep, abs=1e-5, rel=1e-15)
 
 

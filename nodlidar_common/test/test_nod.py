@@ -55,7 +55,7 @@ def test_pitch_within_its_limits(trajectory, offset_ns):
 @given(nods, offsets_ns, st.integers(-50, 50))
 def test_it_repeats_after_two_sweeps(trajectory, offset_ns, periods):
     time_ns = trajectory.reference_time_ns + offset_ns
-    later_ns = trajectory.turn_time_ns(2 * periods) + offset_ns
+    later_ns = trajectory.reversal_time_ns(2 * periods) + offset_ns
     rounding = trajectory.speed * 1e-9
     assert trajectory.pitch(later_ns) == pytest.approx(trajectory.pitch(time_ns), abs=2 * rounding)
 
@@ -91,13 +91,13 @@ def test_half_a_century_after_the_reference(offset_ns):
 
 def test_limits_are_met_at_the_turns():
     trajectory = nod()
-    turns_ns = [trajectory.turn_time_ns(sweep) for sweep in range(-3, 4)]
+    turns_ns = [trajectory.reversal_time_ns(sweep) for sweep in range(-3, 4)]
     low, high = trajectory.pitch_min, trajectory.pitch_max
     expected = [high, low, high, low, high, low, high]
     np.testing.assert_allclose(
         trajectory.pitch(np.array(turns_ns)), expected, rtol=0, atol=1e-9 * trajectory.speed
     )
-    assert trajectory.turn_time_ns(0) == trajectory.reference_time_ns
+    assert trajectory.reversal_time_ns(0) == trajectory.reference_time_ns
 
 
 @given(nods, offsets_ns)

@@ -6,7 +6,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_driver.scan import scan_window, ScanWindow
 
-_ROTATION = 0.1  # s, nominal: a scan comes in each, but for those that are skipped
+_REVOLUTION = 0.1  # s, nominal: a scan comes in each, but for those that are skipped
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class DriverConfig:
     def check_together(self) -> None:
         """Raise ParameterError if the window holds no cluster or the timeout no two scans."""
         self.window()
-        least = round(2 * (self.skip + 1) * _ROTATION, 1)
+        least = round(2 * (self.skip + 1) * _REVOLUTION, 1)
         if self.timeout < least:
             limit = f'at least {least} s, the time of two scans with skip = {self.skip}'
             raise ParameterError('timeout', limit, self.timeout)

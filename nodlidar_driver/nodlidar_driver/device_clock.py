@@ -1,19 +1,19 @@
 """The lidar's clock, mapped to host time.
 
-Host time is that of a clock that nobody sets, as CLOCK_MONOTONIC. Three things are estimated, each
-from what shows it best:
+Host time is that of a steady clock, such as CLOCK_MONOTONIC. Three quantities are estimated, each
+from the data that show it best:
 
 - the time of step 0 on the device's clock, finer than its milliseconds, from the evenness of the
-  rotations (:mod:`nodlidar_driver.rotation`);
-- the drift between the clocks, from the earliest arrivals of the last half a minute
+  revolutions (:mod:`nodlidar_driver.revolution`);
+- the drift between the clocks, from the earliest arrivals of the last 30 s
   (:mod:`nodlidar_driver.arrivals`);
 - the absolute offset, from the earliest answers of time mode at connection. Scans arrive a fixed
   but unknown latency after step 0. The offset of time mode reveals it during the first seconds;
-  from then on the earliest arrivals less the latency are the offset.
+  from then on the offset is the earliest arrivals less the latency.
 
-Scans that arrive late are dated by the device's clock all the same. What does not fit is refused:
-a stamp that breaks the even rotations, or one later than its arrival. What goes on not to fit is a
-ClockError: only time mode can align the clocks anew.
+Scans that arrive late are dated by the device's clock, too. A stamp is refused if it breaks the
+even revolutions or is later than its arrival. Several in a row are a ClockError: the clocks have
+to be aligned again by time mode.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 from nodlidar_driver.arrivals import Arrivals, WINDOW_MS
 from nodlidar_driver.envelope import least
-from nodlidar_driver.rotation import RotationTimes
+from nodlidar_driver.revolution import RevolutionTimes
 from nodlidar_driver.stamp_check import StampCheck
 from nodlidar_driver.time_mode import check_answers, ClockError, Replies, TimeReply
 from nodlidar_driver.timer import unwrapped
@@ -43,17 +43,17 @@ class ScanTime:
     ----------
     step_zero_ns
         Instant of step 0 [ns].
-    rotation
-        Time of one rotation [s], as measured.
-    turns
-        Rotations since the scan before; 0 when there was none.
+    revolution
+        Time of one revolution [s], as measured.
+    revolutions
+        Revolutions since the scan before; 0 when there was none.
     late
         How much later it arrived than scans do at least [s].
     """
 
     step_zero_ns: int
-    rotation: float
-    turns: int
+    revolution: float
+    revolutions: int
     late: float
 
 
@@ -62,13 +62,13 @@ class DeviceClock:
 
     Parameters
     ----------
-    rotation_ms
-        Nominal time of one rotation [ms].
+    revolution_ms
+        Nominal time of one revolution [ms].
     measured_ms
         Time from step 0 to the last measured beam [ms]: no scan can arrive earlier.
     replies
         Answers of time mode, taken just before the stream; none if the lidar refuses it. Scans
-        are then taken to arrive one rotation after step 0.
+        are then taken to arrive one revolution after step 0.
 
     Raises
     ------
@@ -77,17 +77,17 @@ class DeviceClock:
     """
 
     def __init__(
-        self, rotation_ms: float, measured_ms: float, replies: Sequence[TimeReply]
+        self, revolution_ms: float, measured_ms: float, replies: Sequence[TimeReply]
     ) -> None:
-        check_answers(replies, rotation_ms)
+        check_answers(replies, revolution_ms)
         self._origin_ns = replies[0].arrival_ns if replies else None
-        self._replies = Replies(replies, rotation_ms) if replies else None
+        self._replies = Replies(replies, revolution_ms) if replies else None
         self.synchronised = bool(replies)
         self._measured_ms = measured_ms
-        self._latency_ms = rotation_ms
+        self._latency_ms = revolution_ms
         hint_ms = self._replies.last_ms if self._replies else None
-        self._check = StampCheck(rotation_ms, hint_ms)
-        self._rotations = RotationTimes(rotation_ms)
+        self._check = StampCheck(revolution_ms, hint_ms)
+        self._revolutions = RevolutionTimes(revolution_ms)
         self._arrivals = Arrivals()
         self._stamp_ms: int | None = None  # of the last scan that was believed
         self._dated_ms: int | None = None  # and of the last one that was dated
@@ -133,14 +133,16 @@ class DeviceClock:
             return None
         self._stamp_ms = stamp_ms
         for each_ms in believed[:-1]:
-            self._arrivals.skip(self._rotations.add(each_ms))
-        zeros_ms = self._rotations.add(stamp_ms)
+            self._arrivals.skip(self._revolutions.add(each_ms))
+        zeros_ms = self._revolutions.add(stamp_ms)
         self._add_arrival(zeros_ms, arrived_ms)
         if self._latency_ms > _LATENCY_LIMIT_MS:
             return None  # it waited since before the stream was read; later ones will be timely
         self._refused, last_ms, self._dated_ms = 0, self._dated_ms, stamp_ms
-        turns = 0 if last_ms is None else round((stamp_ms - last_ms) / self._rotations.period_ms)
-        return self._result(float(zeros_ms[-1]), turns)
+        revolutions = (
+            0 if last_ms is None else round((stamp_ms - last_ms) / self._revolutions.period_ms)
+        )
+        return self._result(float(zeros_ms[-1]), revolutions)
 
     def _since_origin(self, host_ns: int) -> float:
         """Return a host time from the first one that was seen [ms], where floats are fine."""
@@ -164,7 +166,7 @@ class DeviceClock:
         return arrived_ms < stamp_ms + offset_ms + self._measured_ms - _ACAUSAL_MS
 
     def _believed(self, stamp_ms: int) -> list[int]:
-        believed = self._check.believe(stamp_ms, self._rotations.period_ms)
+        believed = self._check.believe(stamp_ms, self._revolutions.period_ms)
         if self._check.broken:
             raise ClockError("the lidar's timer was set")
         return believed
@@ -185,13 +187,13 @@ class DeviceClock:
     def _calibrate(self, zeros_ms: NDArray[np.float64]) -> None:
         """Refine the latency as long as the answers of time mode are near.
 
-        The lidar answers once in a rotation, so that the answers' cut off fractions are found as
+        The lidar answers once in a revolution, so that the answers' cut off fractions are found as
         those of the scans are. If it did not answer evenly the whole milliseconds do: the answers
         that seem least delayed are then those of which least was cut off.
         """
         if self._replies is None:
             return
-        known_best = self._rotations if len(zeros_ms) > len(self._replies.times_ms) else None
+        known_best = self._revolutions if len(zeros_ms) > len(self._replies.times_ms) else None
         times = self._replies.times(known_best)
         line, middle = self._arrivals.line, times.mean()
         offset = least(self._replies.arrivals_ms - times - line.slope * (times - middle))
@@ -199,13 +201,13 @@ class DeviceClock:
         if self._arrivals.span_ms > _CALIBRATION_MS and self._latency_ms <= _LATENCY_LIMIT_MS:
             self._replies = None
 
-    def _result(self, zero_ms: float, turns: int) -> ScanTime:
+    def _result(self, zero_ms: float, revolutions: int) -> ScanTime:
         line = self._arrivals.line
         host_ms = zero_ms + line.value - self._latency_ms
         assert self._origin_ns is not None
         return ScanTime(
             step_zero_ns=self._origin_ns + round(host_ms * _NS_PER_MS),
-            rotation=self._rotations.period_ms * (1.0 + line.slope) * 1e-3,
-            turns=turns,
+            revolution=self._revolutions.period_ms * (1.0 + line.slope) * 1e-3,
+            revolutions=revolutions,
             late=self._arrivals.late_ms * 1e-3,
         )

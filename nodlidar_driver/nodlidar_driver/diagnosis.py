@@ -123,7 +123,7 @@ class Diagnosis:
 
     def _scan_period(self, link: Link) -> float:
         """Return the time from scan to scan [s]."""
-        return link.capabilities.rotation * self._periods
+        return link.capabilities.revolution * self._periods
 
     def _rate(self, published: int, now_ns: int, expected: float) -> float:
         """Return the recent scans per second; NaN just after connecting."""

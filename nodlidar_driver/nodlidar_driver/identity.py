@@ -29,7 +29,7 @@ class Capabilities:
         Model name.
     range_min_mm, range_max_mm
         Measurable ranges [mm].
-    steps_per_turn
+    steps_per_revolution
         Beams in a full circle, dark ones counted.
     first_step, last_step
         Steps that are measured.
@@ -42,15 +42,15 @@ class Capabilities:
     model: str
     range_min_mm: int
     range_max_mm: int
-    steps_per_turn: int
+    steps_per_revolution: int
     first_step: int
     last_step: int
     front_step: int
     speed: int
 
     @property
-    def rotation(self) -> float:
-        """Nominal time of one rotation [s]."""
+    def revolution(self) -> float:
+        """Nominal time of one revolution [s]."""
         return 60.0 / self.speed
 
     @property
@@ -89,7 +89,7 @@ def capabilities(information: Mapping[str, str]) -> Capabilities:
         model=_value(information, 'MODL'),
         range_min_mm=_number(information, 'DMIN'),
         range_max_mm=_number(information, 'DMAX'),
-        steps_per_turn=_number(information, 'ARES'),
+        steps_per_revolution=_number(information, 'ARES'),
         first_step=_number(information, 'AMIN'),
         last_step=_number(information, 'AMAX'),
         front_step=_number(information, 'AFRT'),

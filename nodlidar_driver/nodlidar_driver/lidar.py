@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import PortError
 from nodlidar_driver.device_clock import DeviceClock, ScanTime
-from nodlidar_driver.scan import ranges, ScanWindow, STEPS_PER_TURN
+from nodlidar_driver.scan import ranges, ScanWindow, STEPS_PER_REVOLUTION
 from nodlidar_driver.scan_account import ScanAccount, SETTLING, TIMESTAMP
 from nodlidar_driver.scip_client import RawScan, ScipClient
 from nodlidar_driver.scip_port import SerialPort
@@ -13,7 +13,7 @@ from nodlidar_driver.time_mode import enough_replies
 import numpy as np
 from numpy.typing import NDArray
 
-_SLACK = 0.05  # of a rotation, by which its end is not known
+_SLACK = 0.05  # of a revolution, by which its end is not known
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +24,8 @@ class Scan:
     ----------
     stamp_ns
         Host time of the first beam [ns]; of a cluster, its centre.
-    rotation
-        Time of one rotation [s], as measured.
+    revolution
+        Time of one revolution [s], as measured.
     ranges
         Ranges [m] by REP 117, shape (window.count,).
     arrival_ns
@@ -35,7 +35,7 @@ class Scan:
     """
 
     stamp_ns: int
-    rotation: float
+    revolution: float
     ranges: NDArray[np.float32]
     arrival_ns: int
     late: float
@@ -145,12 +145,12 @@ class Lidar:
             self._last = None
 
     def _scan(self, raw: RawScan, time: ScanTime) -> Scan:
-        self._account.publish(round(time.turns / (self._window.skip + 1)) or None)
+        self._account.publish(round(time.revolutions / (self._window.skip + 1)) or None)
         self._last = time
-        first_beam_ns = self._window.first_beam * time.rotation * 1e9 / STEPS_PER_TURN
+        first_beam_ns = self._window.first_beam * time.revolution * 1e9 / STEPS_PER_REVOLUTION
         return Scan(
             stamp_ns=time.step_zero_ns + round(first_beam_ns),
-            rotation=time.rotation,
+            revolution=time.revolution,
             ranges=ranges(
                 raw.codes, self.capabilities.range_min_mm, self.capabilities.range_max_mm
             ),
@@ -161,15 +161,15 @@ class Lidar:
     def _due_until(self, stop_ns: int) -> int | None:
         """Return how many scans were sent since the last one, until a stop at a time [ns].
 
-        The turn at whose end the lidar stops is not sent any more.
+        The revolution at whose end the lidar stops is not sent.
         """
         if self._last is None:
             return None
-        turns = (stop_ns - self._last.step_zero_ns) * 1e-9 / self._last.rotation
-        return max(int(turns + _SLACK - 2.0), 0) // (self._window.skip + 1)
+        revolutions = (stop_ns - self._last.step_zero_ns) * 1e-9 / self._last.revolution
+        return max(int(revolutions + _SLACK - 2.0), 0) // (self._window.skip + 1)
 
     def _align_clock(self) -> DeviceClock:
-        rotation_ms = self.capabilities.rotation * 1e3
-        measured_ms = (self._window.last_step + 1) / STEPS_PER_TURN * rotation_ms
-        replies = self.client.time_replies(lambda so_far: enough_replies(so_far, rotation_ms))
-        return DeviceClock(rotation_ms, measured_ms, replies)
+        revolution_ms = self.capabilities.revolution * 1e3
+        measured_ms = (self._window.last_step + 1) / STEPS_PER_REVOLUTION * revolution_ms
+        replies = self.client.time_replies(lambda so_far: enough_replies(so_far, revolution_ms))
+        return DeviceClock(revolution_ms, measured_ms, replies)

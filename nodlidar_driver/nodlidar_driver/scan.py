@@ -8,10 +8,10 @@ from nodlidar_driver.identity import Capabilities
 import numpy as np
 from numpy.typing import NDArray
 
-STEPS_PER_TURN = 1024
+STEPS_PER_REVOLUTION = 1024
 FRONT_STEP = 384
-_INCREMENT = 2.0 * math.pi / STEPS_PER_TURN
-_ROTATIONS = 0.05, 0.2  # s
+_INCREMENT = 2.0 * math.pi / STEPS_PER_REVOLUTION
+_REVOLUTIONS = 0.05, 0.2  # s
 
 _CODES = 20  # values below are no ranges [mm] but reasons why there is none
 _NOTHING_IN_RANGE = (0, 6)
@@ -68,13 +68,14 @@ class ScanWindow:
 
     def check_measured_by(self, lidar: Capabilities) -> None:
         """Raise DeviceError if a lidar does not measure these beams, or numbers them otherwise."""
-        layout = (lidar.steps_per_turn, lidar.front_step)
-        if layout != (STEPS_PER_TURN, FRONT_STEP):
+        layout = (lidar.steps_per_revolution, lidar.front_step)
+        if layout != (STEPS_PER_REVOLUTION, FRONT_STEP):
             raise DeviceError(
-                f'a lidar with {STEPS_PER_TURN} steps a turn and step {FRONT_STEP} in front is '
-                f'supported, but this one ({lidar.model}) has {layout[0]} and {layout[1]}'
+                f'a lidar with {STEPS_PER_REVOLUTION} steps per revolution and step {FRONT_STEP} '
+                f'in front is supported, but this one ({lidar.model}) has {layout[0]} and '
+                f'{layout[1]}'
             )
-        if not _ROTATIONS[0] <= lidar.rotation <= _ROTATIONS[1]:
+        if not _REVOLUTIONS[0] <= lidar.revolution <= _REVOLUTIONS[1]:
             raise DeviceError(f'a lidar of some 600 rpm is supported, not of {lidar.speed} rpm')
         if not lidar.first_step <= self.first_step <= self.last_step <= lidar.last_step:
             raise DeviceError(

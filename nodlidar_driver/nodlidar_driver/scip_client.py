@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
 _WAY_BACK = {status_of.SCIP_1_1_ERROR: 'SCIP2.0', status_of.NOT_IN_THIS_STATE: 'TM2'}
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
-_ANSWER_TIMEOUT = 0.5  # s; an answer takes a rotation
+_ANSWER_TIMEOUT = 0.5  # s; an answer takes a revolution
 _MESSAGES_BEFORE_ANSWER = 5  # of what the lidar did before: scans, or an answer to half a command
 _LONGEST_ANSWER = 8192  # bytes in which its confirmation is looked for
 

@@ -8,7 +8,7 @@ from nodlidar_common.errors import DeviceError, StoppedError
 from nodlidar_common.serial_port import port_errors
 
 READ_TIMEOUT = 0.14
-"""Longest wait of one read [s]: more than a rotation, so that after it nothing is coming."""
+"""Longest wait of one read [s]: more than a revolution, so that after it nothing is coming."""
 
 _END = b'\n\n'
 _PATIENCE = 65_536  # bytes without a use, after which the sender is taken for no lidar

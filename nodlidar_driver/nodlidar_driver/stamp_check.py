@@ -1,15 +1,15 @@
-"""Which of the lidar's time stamps to believe: those that go on with an even rotation."""
+"""Which of the lidar's time stamps to believe: those that go on with an even revolution."""
 
 from collections import deque
 
-IRREGULAR_MS = 1.5  # a rotation this much longer or shorter is a motor that changed its speed
+IRREGULAR_MS = 1.5  # a revolution this much longer or shorter is a motor that changed its speed
 SPEED_RANGE = 0.12  # by how much a motor's speed can be set (command CR)
 _WANDER = 1e-3  # by which the motor's speed may change while scans are missing
 _MOST_MS = 10.0  # however many are
 
 
 class StampCheck:
-    """Believes stamps that continue the rotations, and others as soon as they agree.
+    """Believes stamps that continue the revolutions, and others as soon as they agree.
 
     One wrong stamp, with a right sum, is refused, the first of a stream too, and does not spoil
     those that follow. A motor that changes its speed costs one or two scans.
@@ -17,9 +17,9 @@ class StampCheck:
     Parameters
     ----------
     nominal_ms
-        Nominal time of one rotation [ms].
+        Nominal time of one revolution [ms].
     hint_ms
-        When a rotation may have begun before the first stamp [ms]: if that agrees with it, the
+        When a revolution may have begun before the first stamp [ms]: if that agrees with it, the
         first one is believed at once.
 
     Attributes
@@ -44,7 +44,7 @@ class StampCheck:
         stamp_ms
             The stamp [ms].
         period_ms
-            Time of one rotation as measured so far, or the nominal one [ms].
+            Time of one revolution as measured so far, or the nominal one [ms].
 
         Returns
         -------
@@ -66,29 +66,29 @@ class StampCheck:
         return believed
 
     def _agreeing(self, period_ms: float) -> list[int]:
-        """Return the newest with one that is usual rotations before, or the last three if even."""
+        """Return the newest stamp and one that it continues, or the last three if even."""
         *earlier, newest = self._doubted
         for stamp_ms in (*reversed(earlier), *self._hint):
             if _continues(stamp_ms, newest, period_ms):
                 return [stamp_ms, newest]
         if len(earlier) > 1:
-            period_ms = (earlier[1] - earlier[0]) / self._turns(earlier[0], earlier[1])
+            period_ms = (earlier[1] - earlier[0]) / self._revolutions(earlier[0], earlier[1])
             if self._is_a_speed(period_ms) and _continues(earlier[1], newest, period_ms):
                 return [*earlier, newest]
         return []
 
-    def _turns(self, stamp_ms: int, later_ms: int) -> int:
+    def _revolutions(self, stamp_ms: int, later_ms: int) -> int:
         return max(round((later_ms - stamp_ms) / self._nominal_ms), 1)
 
     def _is_a_speed(self, period_ms: float) -> bool:
         return abs(period_ms - self._nominal_ms) <= SPEED_RANGE * self._nominal_ms
 
     def _motor_explains(self, stamp_ms: int, later_ms: int) -> bool:
-        return self._is_a_speed((later_ms - stamp_ms) / self._turns(stamp_ms, later_ms))
+        return self._is_a_speed((later_ms - stamp_ms) / self._revolutions(stamp_ms, later_ms))
 
 
 def _continues(stamp_ms: int, later_ms: int, period_ms: float) -> bool:
-    """Tell whether a stamp is a whole number of rotations after another."""
-    turns = round((later_ms - stamp_ms) / period_ms)
-    tolerance_ms = min(IRREGULAR_MS + _WANDER * (turns - 1) * period_ms, _MOST_MS)
-    return turns > 0 and abs(later_ms - stamp_ms - turns * period_ms) <= tolerance_ms
+    """Tell whether a stamp is a whole number of revolutions after another."""
+    revolutions = round((later_ms - stamp_ms) / period_ms)
+    tolerance_ms = min(IRREGULAR_MS + _WANDER * (revolutions - 1) * period_ms, _MOST_MS)
+    return revolutions > 0 and abs(later_ms - stamp_ms - revolutions * period_ms) <= tolerance_ms

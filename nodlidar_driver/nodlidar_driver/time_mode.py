@@ -6,16 +6,16 @@ import math
 
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.envelope import least
-from nodlidar_driver.rotation import even_times, RotationTimes
+from nodlidar_driver.revolution import even_times, RevolutionTimes
 from nodlidar_driver.timer import unwrapped
 import numpy as np
 from numpy.typing import NDArray
 
 _NS_PER_MS = 1e6
-_FEWEST_REPLIES, _MOST_REPLIES = 5, 24  # one comes in each rotation
+_FEWEST_REPLIES, _MOST_REPLIES = 5, 24  # one comes in each revolution
 _SHARP_MS = 0.15  # mean delay per reply at which more of them would tell nothing new
 _LEAST_SHARP_MS = 0.5  # and at which they tell too little
-_MOST_ROTATIONS = 1.5  # an answer comes at the end of a rotation, within one
+_MOST_REVOLUTIONS = 1.5  # an answer comes at the end of a revolution, within one
 # A reply that seems earlier than all others by more [ms] has a wrong time, and one that is later
 # by so many medians more waited for the host.
 _ALONE_MS, _LATE_MEDIANS = 5.0, 6.0
@@ -49,8 +49,8 @@ class Replies:
     ----------
     replies
         The answers, at least one.
-    rotation_ms
-        Nominal time of one rotation [ms].
+    revolution_ms
+        Nominal time of one revolution [ms].
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Replies:
         arrival on, shape (n,), n >= 1.
     """
 
-    def __init__(self, replies: Sequence[TimeReply], rotation_ms: float) -> None:
+    def __init__(self, replies: Sequence[TimeReply], revolution_ms: float) -> None:
         first = replies[0]
         times = [unwrapped(reply.device_ms, first.device_ms) for reply in replies]
         self.times_ms: NDArray[np.float64] = np.array(times, dtype=np.float64)
@@ -67,9 +67,9 @@ class Replies:
             [(reply.arrival_ns - first.arrival_ns) / _NS_PER_MS for reply in replies]
         )
         self._keep_good_ones()
-        self._rotations = RotationTimes(rotation_ms)
+        self._revolutions = RevolutionTimes(revolution_ms)
         for time_ms in self.times_ms:
-            self._rotations.add(int(time_ms))
+            self._revolutions.add(int(time_ms))
 
     @property
     def last_ms(self) -> int:
@@ -81,17 +81,17 @@ class Replies:
         """By how much host time is ahead of the device's at least [ms]."""
         return least(self.delays())
 
-    def times(self, rotations: RotationTimes | None = None) -> NDArray[np.float64]:
+    def times(self, revolutions: RevolutionTimes | None = None) -> NDArray[np.float64]:
         """Return when the answers were given on the device's clock, finer than whole ms.
 
         Parameters
         ----------
-        rotations
-            What may know the rotation better than the answers do.
+        revolutions
+            What may know the revolution better than the answers do.
         """
-        times = even_times(self.times_ms, (rotations or self._rotations).period_ms)
+        times = even_times(self.times_ms, (revolutions or self._revolutions).period_ms)
         if times is self.times_ms:  # not even: the motor's speed is another by now
-            times = even_times(self.times_ms, self._rotations.period_ms)
+            times = even_times(self.times_ms, self._revolutions.period_ms)
         return times
 
     def delays(self) -> NDArray[np.float64]:
@@ -113,25 +113,25 @@ class Replies:
         self.times_ms, self.arrivals_ms = self.times_ms[kept], self.arrivals_ms[kept]
 
 
-def enough_replies(replies: Sequence[TimeReply], rotation_ms: float) -> bool:
+def enough_replies(replies: Sequence[TimeReply], revolution_ms: float) -> bool:
     """Tell whether time mode has been asked often enough, judged by the scatter of the delays."""
     if not _FEWEST_REPLIES <= len(replies) < _MOST_REPLIES:
         return len(replies) >= _MOST_REPLIES
-    known = Replies(replies, rotation_ms)
+    known = Replies(replies, revolution_ms)
     return known.scatter_ms() < _SHARP_MS * (len(known.times_ms) - 1)
 
 
-def check_answers(replies: Sequence[TimeReply], rotation_ms: float) -> None:
+def check_answers(replies: Sequence[TimeReply], revolution_ms: float) -> None:
     """Raise ClockError if the line, or the host, delays even the fastest answers."""
     if not replies:
         return
     fastest_ms = min(reply.arrival_ns - reply.asked_ns for reply in replies) / _NS_PER_MS
-    if fastest_ms > _MOST_ROTATIONS * rotation_ms:
+    if fastest_ms > _MOST_REVOLUTIONS * revolution_ms:
         raise ClockError(
-            f'answers take {fastest_ms:.0f} ms or more instead of {rotation_ms:.0f} ms: '
+            f'answers take {fastest_ms:.0f} ms or more instead of {revolution_ms:.0f} ms: '
             'the line is slow, so that scans cannot be dated'
         )
-    scatter_ms = Replies(replies, rotation_ms).scatter_ms()
+    scatter_ms = Replies(replies, revolution_ms).scatter_ms()
     if scatter_ms > _LEAST_SHARP_MS * len(replies):
         raise ClockError(
             f'answers are late by {scatter_ms:.0f} ms on average, so that scans cannot be dated'

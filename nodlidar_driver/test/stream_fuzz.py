@@ -147,7 +147,7 @@ def use(port):
         lidar.connect()
         while True:
             scan = lidar.read()
-            assert np.isfinite(scan.rotation)
+            assert np.isfinite(scan.revolution)
             assert len(scan.ranges) == WINDOW.count
     with suppress(DeviceError):
         lidar.disconnect()

@@ -41,7 +41,7 @@ class World:
         return DeviceClock(100.0, 70.9, self.replies())
 
     def scan(self, clock, late=None, wrong=0):
-        """Let a rotation pass; return the error of step 0 [ms] and the ScanTime; NaN for none."""
+        """Pass one revolution; return the error of step 0 [ms] and the ScanTime; NaN for none."""
         self.device += self.period
         late = self.random.exponential(self.jitter) if late is None else late
         arrival_ns = self.host_ns(self.device, LATENCY_MS + late)
@@ -109,12 +109,12 @@ def test_answers_that_are_late_by_chance_and_much_are_not_believed():
         World(0, jitter=40.0).clock()
 
 
-def test_the_rotation_is_measured_in_host_time():
+def test_the_revolution_is_measured_in_host_time():
     world = World(4, ppm=200.0, jitter=0.1, period=99.5)
     clock = world.clock()
     world.errors(clock, 300)
     _, time = world.scan(clock)
-    assert time.rotation == pytest.approx(0.0995 / world.rate, rel=3e-5)
+    assert time.revolution == pytest.approx(0.0995 / world.rate, rel=3e-5)
 
 
 def test_the_timers_wrap_goes_unnoticed():
@@ -132,7 +132,7 @@ def test_missing_scans_cost_nothing():
     world.errors(clock, 50)
     world.device += 7 * world.period
     error, time = world.scan(clock)
-    assert time.turns == 8
+    assert time.revolutions == 8
     assert abs(error) < 0.5
 
 
@@ -253,7 +253,7 @@ def test_a_lidar_s_timer_that_was_set_makes_the_clocks_be_aligned_anew(step):
         world.errors(clock, 4)
 
 
-def test_without_time_mode_scans_are_taken_to_arrive_a_rotation_after_step_zero():
+def test_without_time_mode_scans_are_taken_to_arrive_a_revolution_after_step_zero():
     world = World(11, jitter=0.1)
     clock = DeviceClock(100.0, 70.9, [])
     errors = world.errors(clock, 100)

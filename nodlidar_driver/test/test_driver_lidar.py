@@ -29,7 +29,7 @@ def test_stamps_are_when_the_first_beam_was_fired(rate, phase):
     assert np.abs(errors).max() < 500_000
     assert np.sqrt(np.mean(np.square(errors[20:]))) < 100_000
     assert lidar.device_clock.drift_ppm == pytest.approx((rate - 1.0) * 1e6, abs=15.0)
-    assert scans[-1].rotation == pytest.approx(0.1 / rate, rel=2e-5)
+    assert scans[-1].revolution == pytest.approx(0.1 / rate, rel=2e-5)
     assert rig.account.lost.total() == 0
 
 

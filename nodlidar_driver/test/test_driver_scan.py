@@ -16,7 +16,7 @@ def lidar(**changes):
         'model': 'M',
         'range_min_mm': 20,
         'range_max_mm': 5600,
-        'steps_per_turn': 1024,
+        'steps_per_revolution': 1024,
         'first_step': 44,
         'last_step': 725,
         'front_step': 384,
@@ -62,7 +62,9 @@ def test_only_what_the_lidar_measures_can_be_had():
     with pytest.raises(DeviceError, match='steps 50 to 725, but 44 to 725'):
         ScanWindow(44, 725, 1, 0).check_measured_by(lidar(first_step=50))
     with pytest.raises(DeviceError, match='has 1440 and 540'):
-        ScanWindow(44, 725, 1, 0).check_measured_by(lidar(steps_per_turn=1440, front_step=540))
+        ScanWindow(44, 725, 1, 0).check_measured_by(
+            lidar(steps_per_revolution=1440, front_step=540)
+        )
 
 
 def test_every_range_code():

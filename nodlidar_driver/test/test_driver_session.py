@@ -172,7 +172,7 @@ def test_a_session_starts_from_any_state(options, commands):
     assert client.version().serial_number == 'H0000001'
     capabilities = client.capabilities()
     assert (capabilities.first_step, capabilities.last_step) == (44, 725)
-    assert capabilities.rotation == 0.1
+    assert capabilities.revolution == 0.1
     assert client.state().health == 'Sensor works well.'
 
 

@@ -1,9 +1,9 @@
-"""Timer, rotations and the line of earliest arrivals: the parts of the device clock."""
+"""Timer, revolutions and the line of earliest arrivals: the parts of the device clock."""
 
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from nodlidar_driver.envelope import least, lower_line
-from nodlidar_driver.rotation import fit_truncated, RotationTimes
+from nodlidar_driver.revolution import fit_truncated, RevolutionTimes
 from nodlidar_driver.timer import unwrapped
 import numpy as np
 import pytest
@@ -43,24 +43,24 @@ def test_no_line_explains_uneven_stamps():
 
 @pytest.mark.parametrize('period', [99.37, 99.9, 100.03, 100.27])
 @pytest.mark.parametrize('phase', [0.0, 0.31, 0.77])
-def test_rotations_give_the_fraction_that_the_stamps_lack(period, phase):
-    rotation, truth = RotationTimes(100.0), 1000.0 + phase + period * np.arange(160)
-    fitted = np.array([rotation.add(int(t))[-1] for t in truth])
+def test_revolutions_give_the_fraction_that_the_stamps_lack(period, phase):
+    revolution, truth = RevolutionTimes(100.0), 1000.0 + phase + period * np.arange(160)
+    fitted = np.array([revolution.add(int(t))[-1] for t in truth])
     assert np.abs(fitted - truth)[100:].max() < 0.15
-    assert rotation.period_ms == pytest.approx(period, abs=0.005)
+    assert revolution.period_ms == pytest.approx(period, abs=0.005)
 
 
-def test_rotations_of_whole_milliseconds_stay_in_the_middle_of_theirs():
-    rotation = RotationTimes(100.0)
-    times = [rotation.add(1000 + 100 * k)[-1] for k in range(50)]
+def test_revolutions_of_whole_milliseconds_stay_in_the_middle_of_theirs():
+    revolution = RevolutionTimes(100.0)
+    times = [revolution.add(1000 + 100 * k)[-1] for k in range(50)]
     np.testing.assert_allclose(times, 1000.5 + 100.0 * np.arange(50), atol=1e-6)
 
 
 def test_a_motor_that_changes_its_speed_is_followed():
-    rotation = RotationTimes(100.0)
+    revolution = RevolutionTimes(100.0)
     periods = np.concatenate((np.full(50, 100.03), np.full(60, 99.61)))
     truth = 1000.0 + np.cumsum(periods)
-    fitted = np.array([rotation.add(int(t))[-1] for t in truth])
+    fitted = np.array([revolution.add(int(t))[-1] for t in truth])
     assert np.abs(fitted - truth).max() < 1.1
     assert np.abs(fitted - truth)[-20:].max() < 0.15
 

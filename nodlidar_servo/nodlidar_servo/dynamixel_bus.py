@@ -138,7 +138,7 @@ class DynamixelBus:
         self._timeout = ReplyTimeout(baud_rate)
         self._filler = _FILLER[: round(_LONGEST_FILLER * baud_rate / 10)]
         self._missed = 0
-        self._turn = 0
+        self._requests = 0
 
     def read(self, address: int, length: int, spare: int = 0) -> Reply:
         """Read registers in one transaction.
@@ -155,7 +155,7 @@ class DynamixelBus:
         if spare and self._missed > spare:
             self._port.drain()
             raise NoAnswerError(f'{self._name} does not answer')
-        size = length + self._turn % (spare + 1)
+        size = length + self._requests % (spare + 1)
         packet = self._request(INST_READ, [address, size], size)
         status, data = packet[_STATUS], bytes(packet[_DATA:-1])
         if not data:
@@ -185,7 +185,7 @@ class DynamixelBus:
             self._port.drain()  # all confirmations of writes are alike
         total = len(parameters) + OVERHEAD + size + OVERHEAD
         self._port.wait_for(self._timeout.seconds(total, self._missed))
-        self._missed, self._turn = self._missed + 1, self._turn + 1
+        self._missed, self._requests = self._missed + 1, self._requests + 1
         header = [0xFF, 0xFF, self._id, len(parameters) + 2, instruction]
         try:
             result = self._packets.txPacket(self._port, [*header, *parameters, 0])
@@ -197,7 +197,7 @@ class DynamixelBus:
         finally:
             self._port.is_using = False  # the SDK leaves it set when the port raises
         self._timeout.add(total, self._port.received_ns - self._port.sent_ns)
-        self._missed, self._turn = 0, self._turn - 1
+        self._missed, self._requests = 0, self._requests - 1
         return packet
 
     def _answer(self, size: int) -> list[int]:

@@ -1,6 +1,6 @@
 """How late the servo is against the nod, and by how much the nod is led for it.
 
-A servo turns late: the command waits for the adapter to hand over a reply, then the motor takes
+A servo reverses late: the command waits for the adapter to hand over a reply, then the motor takes
 its time. A leg that begins late and ends on time is late in the middle; led by that, it begins as
 late as it ends early, and its phase is the commanded one.
 """

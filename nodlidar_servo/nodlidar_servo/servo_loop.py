@@ -133,7 +133,7 @@ class ServoLoop:
         """
         deadline_ns, skipped = self._schedule.advance(self._steady())
         self._figures.missed_cycles += skipped
-        self._turn_before(deadline_ns)
+        self._steer_at_reversal(deadline_ns)
         self._wait_until(deadline_ns)
         measured = self._attempt(self._measure)
         if not measured and self._may_repeat(deadline_ns):
@@ -147,15 +147,15 @@ class ServoLoop:
         """Tell if the first reply that failed, or a late one, may be asked for again."""
         return self._failures <= 1 and self._steady() - deadline_ns < self._schedule.period_ns
 
-    def _turn_before(self, deadline_ns: int) -> None:
-        """Steer at the instant of a turn that comes before the next cycle."""
+    def _steer_at_reversal(self, deadline_ns: int) -> None:
+        """Steer at the instant of a reversal that comes before the next cycle."""
         steady_ns, now_ns = self._steady(), self._clock()
         tracker = self._commands.follow(steady_ns)
         if tracker is None:
             return
-        turn_ns = steady_ns + tracker.next_turn_ns(now_ns) - now_ns
-        if turn_ns < deadline_ns:
-            self._wait_until(turn_ns)
+        reversal_ns = steady_ns + tracker.next_reversal_ns(now_ns) - now_ns
+        if reversal_ns < deadline_ns:
+            self._wait_until(reversal_ns)
             self._attempt(self._steer)
 
     def _wait_until(self, time_ns: int) -> None:

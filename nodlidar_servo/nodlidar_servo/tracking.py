@@ -1,9 +1,9 @@
 """Which goal and speed keep a servo on a nod trajectory.
 
 The servo drives to a goal at a commanded speed, with a limited acceleration at both ends. Each leg
-of the nod is one such drive from limit to limit; the speed is chosen anew in every cycle from the
-measured position, so that the limit is reached at the instant of the turn. Errors, those of the
-coarse speed register included, are thus taken back within each leg and do not add up.
+of the nod is one such drive from limit to limit. Every cycle computes the speed again from the
+measured position, so that the limit is reached at the instant of the reversal. This corrects all
+errors within each leg, those of the coarse speed register included; they do not accumulate.
 """
 
 from dataclasses import dataclass, replace
@@ -24,10 +24,10 @@ no wild moves on the way to the trajectory. From outside of the limits it is in 
 sweep's time asks for, if that is more."""
 
 RETUNING = 0.005
-"""A turn that was commanded is not taken back if the nod is tuned and it is due up to this time
+"""A commanded reversal is not taken back if the nod is tuned and it is due up to this time
 [s] later."""
 
-_ROUNDING_NS = 1000  # a turn's instant, rounded to ns, belongs to the new leg
+_ROUNDING_NS = 1000  # the instant of a reversal, rounded to ns, belongs to the new leg
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,10 +108,10 @@ class NodTracker:
         self._direction = 0.0
         self._measured_ns = 0
 
-    def next_turn_ns(self, now_ns: int) -> int:
+    def next_reversal_ns(self, now_ns: int) -> int:
         """Return the instant [ns] at which the present leg ends."""
         nod = self._led(self.nod)
-        return nod.turn_time_ns(self._leg(nod, now_ns) + 1)
+        return nod.reversal_time_ns(self._leg(nod, now_ns) + 1)
 
     def progress(self) -> Progress:
         """Return how the nod is followed at present."""
@@ -127,7 +127,7 @@ class NodTracker:
         leg = self._leg(nod, now_ns)
         direction = _direction(leg)
         goal = _end(nod, direction)
-        remaining = (nod.turn_time_ns(leg + 1) - now_ns) / NS_PER_S
+        remaining = (nod.reversal_time_ns(leg + 1) - now_ns) / NS_PER_S
         if direction == self._direction and self._is_arriving(remaining):
             self.drive = replace(self.drive, goal=goal)
             return self.drive
@@ -142,7 +142,7 @@ class NodTracker:
     def _come_back(
         self, nod: NodTrajectory, direction: float, distance: float, remaining: float, speed: float
     ) -> Drive:
-        """Drive back from outside: at the turn's instant through its limit at the nod's speed."""
+        """Drive back from outside: at the reversal through its limit at the nod's speed."""
         self._direction = direction
         needed = min(distance / remaining, nod.speed)
         if remaining > HOLD:
@@ -171,7 +171,7 @@ class NodTracker:
 
     def _leg(self, nod: NodTrajectory, now_ns: int) -> int:
         leg = math.floor(nod.sweeps(now_ns + _ROUNDING_NS))
-        remaining = (nod.turn_time_ns(leg + 1) - now_ns) / NS_PER_S
+        remaining = (nod.reversal_time_ns(leg + 1) - now_ns) / NS_PER_S
         turned = self._direction == _direction(leg + 1) and remaining < RETUNING
         return leg + 1 if turned else leg
 

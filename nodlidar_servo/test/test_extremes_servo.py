@@ -69,7 +69,7 @@ def test_a_nod_of_hardly_any_span_is_refused(span, duration):
 def farthest_off_at_turns(nod, turns):
     """Return how far the servo is from the limits at the turns, in encoder steps."""
     motion = follow(nod, turns[-1] + 1)
-    instants = np.array([nod.turn_time_ns(turn) for turn in turns])
+    instants = np.array([nod.reversal_time_ns(turn) for turn in turns])
     limits = np.where(np.array(turns) % 2 == 0, nod.pitch_min, nod.pitch_max)
     return np.abs(motion.position(instants) - limits).max() / RX24F.tick_angle
 
@@ -84,7 +84,7 @@ def test_a_hundredth_above_the_fastest_sweep_turns_are_in_time(span):
 def test_at_the_fastest_sweep_turns_are_in_time_or_the_servo_says_that_it_is_too_slow(span):
     nod = nod_of(span, shortest_sweep(span, DYNAMICS) * 1.000_001)
     tracker = NodTracker(nod, DYNAMICS)
-    late_ns = nod.turn_time_ns(4) + round(0.6 * nod.sweep_duration * S)
+    late_ns = nod.reversal_time_ns(4) + round(0.6 * nod.sweep_duration * S)
     drive = tracker.step(late_ns, Measured(late_ns, nod.pitch_min, 0.0))
     assert drive.saturated
     assert drive.speed <= DYNAMICS.max_speed
@@ -121,7 +121,7 @@ def test_wherever_the_servo_is_it_is_told_a_goal_and_a_speed_that_it_has(
     nod = nod_of(span, shortest * 1.001 + slow * 0.998 * (longest - shortest))
     check_nod(nod, LOW, HIGH, DYNAMICS)
     tracker = NodTracker(nod, DYNAMICS)
-    now_ns = nod.turn_time_ns(leg) + now
+    now_ns = nod.reversal_time_ns(leg) + now
     for step_ns in (0, 10_000_000):
         drive = tracker.step(now_ns + step_ns, Measured(now_ns + step_ns - age, pitch, velocity))
         assert drive.goal in (nod.pitch_min, nod.pitch_max)

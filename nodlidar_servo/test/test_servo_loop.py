@@ -69,7 +69,7 @@ class Bench:
     def turn_errors(self, first, last):
         """Return how far from its limit the servo is at each turn [rad]."""
         sweeps = np.arange(first, last)
-        turns = np.array([NOD.turn_time_ns(int(sweep)) for sweep in sweeps])
+        turns = np.array([NOD.reversal_time_ns(int(sweep)) for sweep in sweeps])
         limits = np.where(sweeps % 2 == 0, NOD.pitch_min, NOD.pitch_max)
         return np.abs(self.motion.position(turns) - limits)
 

@@ -58,13 +58,13 @@ def follow(
 
     time_ns = START_NS + round(begin * nod.sweep_duration * NS_PER_S)
     for cycle in itertools.count():
-        if time_ns >= nod.turn_time_ns(legs):
+        if time_ns >= nod.reversal_time_ns(legs):
             break
         if cycle % 5 == 0:
             tracker.nod = tuned(nod)
         sample = measure(motion, time_ns)
         steer(time_ns, sample)
-        turn_ns = tracker.next_turn_ns(time_ns)
+        turn_ns = tracker.next_reversal_ns(time_ns)
         next_ns = time_ns + round(NS_PER_S / rate)
         if turn_ns < next_ns:
             steer(turn_ns, sample)
@@ -91,7 +91,7 @@ def from_rest_to_rest(nod, times_ns):
 
 
 def times_of(nod, first, last):
-    return np.arange(nod.turn_time_ns(first), nod.turn_time_ns(last), 1_000_000)
+    return np.arange(nod.reversal_time_ns(first), nod.reversal_time_ns(last), 1_000_000)
 
 
 def travelled(speed, velocity, duration):
@@ -143,7 +143,7 @@ def test_turns_reach_the_limits_in_time(samples, rate):
     nod = nod_of(samples)
     motion = follow(nod, 40, rate=rate)
     sweeps = range(2, 40)
-    turns = np.array([nod.turn_time_ns(sweep) for sweep in sweeps])
+    turns = np.array([nod.reversal_time_ns(sweep) for sweep in sweeps])
     limits = np.where(np.array(sweeps) % 2 == 0, nod.pitch_min, nod.pitch_max)
     assert np.abs(motion.position(turns) - limits).max() < RX24F.tick_angle
 
@@ -172,11 +172,11 @@ def test_a_nod_that_is_tuned_all_the_time_is_followed_as_well():
 
     def tuned(nod):
         """Return the nod counted from another turn, off as much as a clock's estimate is."""
-        off_ns = nod.turn_time_ns(2 * int(rng.integers(30))) + round(rng.normal(0.0, 50e3))
+        off_ns = nod.reversal_time_ns(2 * int(rng.integers(30))) + round(rng.normal(0.0, 50e3))
         duration = nod.sweep_duration * (1.0 + rng.normal(0.0, 5e-6))
         return replace(nod, sweep_duration=duration, reference_time_ns=off_ns)
 
-    turns = np.array([nod.turn_time_ns(sweep) for sweep in range(2, 60)])
+    turns = np.array([nod.reversal_time_ns(sweep) for sweep in range(2, 60)])
     limits = np.where(np.arange(2, 60) % 2 == 0, nod.pitch_min, nod.pitch_max)
     motion = follow(nod, 60, tuned=tuned)
     assert np.abs(motion.position(turns) - limits).max() < RX24F.tick_angle
@@ -189,18 +189,18 @@ def test_a_nod_that_is_tuned_all_the_time_is_followed_as_well():
 def test_a_turn_is_not_taken_back_when_it_is_found_to_be_due_a_little_later(later):
     nod = nod_of()
     tracker = NodTracker(nod, DYNAMICS)
-    turn_ns = nod.turn_time_ns(1)
+    turn_ns = nod.reversal_time_ns(1)
     assert tracker.step(turn_ns, Measured(turn_ns, 0.61, 0.0)).goal == nod.pitch_min
     tracker.nod = replace(nod, reference_time_ns=nod.reference_time_ns + round(later * NS_PER_S))
     assert tracker.step(turn_ns + 1000, Measured(turn_ns, 0.61, 0.0)).goal == nod.pitch_min
-    assert tracker.next_turn_ns(turn_ns + 1000) == tracker.nod.turn_time_ns(2)
+    assert tracker.next_reversal_ns(turn_ns + 1000) == tracker.nod.reversal_time_ns(2)
 
 
 @pytest.mark.parametrize('real', [100.0, 150.0, 300.0])
 def test_turns_stay_in_time_with_another_acceleration_than_expected(real):
     nod = nod_of()
     motion = follow(nod, 40, acceleration=real)
-    turns = np.array([nod.turn_time_ns(sweep) for sweep in range(2, 40)])
+    turns = np.array([nod.reversal_time_ns(sweep) for sweep in range(2, 40)])
     limits = np.where(np.arange(2, 40) % 2 == 0, nod.pitch_min, nod.pitch_max)
     assert np.abs(motion.position(turns) - limits).max() < 2 * RX24F.tick_angle
 
@@ -226,7 +226,7 @@ def test_from_outside_it_passes_the_limit_when_the_nod_turns_there(side, outside
     limit, turn = side * 0.4, 1 if side > 0.0 else 2
     begin = turn - time_for_it / nod.sweep_duration
     motion = follow(nod, turn + 2, start=limit + side * outside, begin=begin)
-    at_turn = np.array([nod.turn_time_ns(turn)])
+    at_turn = np.array([nod.reversal_time_ns(turn)])
     assert motion.position(at_turn)[0] == pytest.approx(limit, abs=0.02)
     assert motion.velocity(at_turn)[0] == pytest.approx(-side * nod.speed, rel=0.15)
     times_ns = times_of(nod, turn, turn + 2)
@@ -244,10 +244,10 @@ def test_the_instant_of_a_turn_belongs_to_the_new_leg():
     nod = nod_of()
     tracker = NodTracker(nod, DYNAMICS)
     for sweep in range(50):
-        turn_ns = nod.turn_time_ns(sweep)
+        turn_ns = nod.reversal_time_ns(sweep)
         drive = tracker.step(turn_ns, Measured(turn_ns, 0.0, 0.0))
         assert drive.goal == (nod.pitch_max if sweep % 2 == 0 else nod.pitch_min)
-        assert tracker.next_turn_ns(turn_ns) == nod.turn_time_ns(sweep + 1)
+        assert tracker.next_reversal_ns(turn_ns) == nod.reversal_time_ns(sweep + 1)
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ def test_on_the_legs_the_nod_is_where_it_is_commanded():
 
 def test_it_turns_at_the_commanded_instants_short_of_the_limits():
     motion = triangle_motion(NOD, START_NS, int(TIMES_NS[-1]))
-    turns = np.array([NOD.turn_time_ns(sweep) for sweep in (-2, -1, 0, 1, 2)])
+    turns = np.array([NOD.reversal_time_ns(sweep) for sweep in (-2, -1, 0, 1, 2)])
     short = NOD.speed**2 / (2.0 * 200.0)
     low, high = NOD.pitch_min + short, NOD.pitch_max - short
     np.testing.assert_allclose(motion.position(turns), [low, high, low, high, low], atol=1e-8)
@@ -81,7 +81,7 @@ def test_a_triangle_keeps_its_limits(share, duration, jitter_share, acceleration
 def test_jitter_moves_the_turn_arounds_by_white_noise():
     """Turn k is the zero of the velocity; against the command it is off by N(0, 2 ms)."""
     count = 2000
-    end_ns = NOD.turn_time_ns(count)
+    end_ns = NOD.reversal_time_ns(count)
     motion = triangle_motion(NOD, NOD.reference_time_ns, end_ns, jitter=2e-3, seed=5)
     turning = np.flatnonzero(np.diff(np.sign(motion.velocities[motion.accelerations == 0.0])) != 0)
     assert len(turning) >= count
@@ -89,7 +89,7 @@ def test_jitter_moves_the_turn_arounds_by_white_noise():
     to_zero = -motion.velocities[blends] / motion.accelerations[blends]
     zero_ns = motion.starts_ns[blends] + to_zero * S
     nearest = np.rint(NOD.sweeps(zero_ns.astype(np.int64)))
-    errors = (zero_ns - [NOD.turn_time_ns(int(sweep)) for sweep in nearest]) / S
+    errors = (zero_ns - [NOD.reversal_time_ns(int(sweep)) for sweep in nearest]) / S
     assert errors.std() == pytest.approx(2e-3, rel=0.1)
     assert abs(errors.mean()) < 4.0 * 2e-3 / math.sqrt(count)
     assert abs(np.corrcoef(errors[1:], errors[:-1])[0, 1]) < 0.1

@@ -154,7 +154,7 @@ class ChosenSweeps:
             limit = "positive for nod_mode 'feedback'"
             raise ParameterError('angle_increment', limit, geometry.angle_increment)
         leg = math.floor(float(self.nod.sweeps(now_ns)))
-        begin_ns, turn_ns = self.nod.turn_time_ns(leg), self.nod.turn_time_ns(leg + 1)
+        begin_ns, turn_ns = self.nod.reversal_time_ns(leg), self.nod.reversal_time_ns(leg + 1)
         notice = (turn_ns - now_ns) / NS_PER_S
         longest = LEAST_NOTICE + MOST_SCANS * lidar.period
         if self.start_ns > now_ns or not LEAST_NOTICE < notice <= longest:

@@ -4,7 +4,7 @@ import array
 
 from nodlidar_common.ros.messages import time_message
 from nodlidar_driver.identity import Capabilities
-from nodlidar_driver.scan import ScanWindow, STEPS_PER_TURN
+from nodlidar_driver.scan import ScanWindow, STEPS_PER_REVOLUTION
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan, TimeReference
@@ -27,13 +27,13 @@ def fill_scan(
     message: LaserScan,
     window: ScanWindow,
     stamp_ns: int,
-    rotation: float,
+    revolution: float,
     ranges: NDArray[np.float32],
 ) -> None:
-    """Fill in what differs: the first beam's time [ns], one rotation's [s], the ranges [m]."""
+    """Fill in what differs: the first beam's time [ns], one revolution's [s], the ranges [m]."""
     message.header.stamp = time_message(stamp_ns)
-    message.time_increment = rotation / STEPS_PER_TURN * window.cluster
-    message.scan_time = rotation * (window.skip + 1)
+    message.time_increment = revolution / STEPS_PER_REVOLUTION * window.cluster
+    message.scan_time = revolution * (window.skip + 1)
     message.ranges = array.array('f', ranges.tobytes())
 
 

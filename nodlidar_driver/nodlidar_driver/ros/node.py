@@ -68,7 +68,7 @@ class DriverNode(DeviceNode):
         self._diagnosis.clock_set(self._host_time.look())
         ahead_ns = self._host_time.ahead_ns
         stamp_ns = scan.stamp_ns + ahead_ns + round(self.config.stamp_offset * NS_PER_S)
-        fill_scan(self._message, self._window, stamp_ns, scan.rotation, scan.ranges)
+        fill_scan(self._message, self._window, stamp_ns, scan.revolution, scan.ranges)
         self._scans.publish(self._message)
         self._arrivals.publish(arrival_message(self._message, scan.arrival_ns + ahead_ns))
         self._diagnosis.published(scan)

@@ -134,7 +134,7 @@ def triangle_motion(
     first = math.floor(float(nod.sweeps(start_ns))) - 1
     last = math.ceil(float(nod.sweeps(end_ns))) + 1
     turns = np.arange(first, last + 1)
-    knots_ns = np.array([nod.turn_time_ns(int(turn)) for turn in turns])
+    knots_ns = np.array([nod.reversal_time_ns(int(turn)) for turn in turns])
     if jitter > 0.0:
         errors = np.random.default_rng(seed).normal(0.0, jitter, len(knots_ns))
         knots_ns = knots_ns + np.rint(errors * NS_PER_S).astype(np.int64)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SCANS = 300  # scans that the fit remembers
-_WANDER_MS = 0.05  # what the motor may deviate from an even rotation and still fit
+_WANDER_MS = 0.05  # what the motor may deviate from an even revolution and still fit
 _TRIAL_PERIODS = np.linspace(-1.0, 1.0, 65)[:, None]
 
 
@@ -21,7 +21,7 @@ class EvenTimes:
 
 
 def fit_truncated(
-    turns: NDArray[np.int64], stamps: NDArray[np.int64], tolerance: float
+    revolutions: NDArray[np.int64], stamps: NDArray[np.int64], tolerance: float
 ) -> EvenTimes | None:
     """Fit evenly spaced instants to stamps of which the fraction was cut off.
 
@@ -31,7 +31,7 @@ def fit_truncated(
 
     Parameters
     ----------
-    turns
+    revolutions
         Which of the instants each stamp belongs to, shape (n,), n >= 2, ascending to 0.
     stamps
         The truncated instants, shape (n,), counted from the newest one.
@@ -44,10 +44,10 @@ def fit_truncated(
     EvenTimes or None
         None if no line satisfies all stamps.
     """
-    span = -float(turns[0])
+    span = -float(revolutions[0])
     widest = (1.0 + 2.0 * tolerance) / span
     periods = -float(stamps[0]) / span + widest * _TRIAL_PERIODS
-    starts = stamps - periods * turns
+    starts = stamps - periods * revolutions
     earliest = starts.max(axis=1) - tolerance
     latest = starts.min(axis=1) + 1.0 + tolerance
     weights = np.maximum(latest - earliest, 0.0)
@@ -70,37 +70,37 @@ def even_times(stamps: NDArray[np.float64], period: float) -> NDArray[np.float64
     period
         Spacing of the instants, of which some may be left out.
     """
-    turns = np.rint((stamps - stamps[0]) / period)
-    phases = stamps - period * turns
+    revolutions = np.rint((stamps - stamps[0]) / period)
+    phases = stamps - period * revolutions
     earliest, latest = phases.max(), phases.min() + 1.0
     if earliest > latest + 2.0 * _WANDER_MS:
         return stamps
-    return np.asarray((earliest + latest) / 2.0 + period * turns)
+    return np.asarray((earliest + latest) / 2.0 + period * revolutions)
 
 
-class RotationTimes:
+class RevolutionTimes:
     """Times of step 0 from the stamps of a stream of scans.
 
-    The device cuts the time of step 0 down to a whole millisecond, but the rotations are even:
+    The device cuts the time of step 0 down to a whole millisecond, but the revolutions are even:
     a line through the last scans tells the fraction, to 0.1 ms or better as soon as the stamps
-    have swept a millisecond. A rotation that takes exactly a whole number of milliseconds never
+    have swept a millisecond. A revolution that takes exactly a whole number of milliseconds never
     sweeps it; the middle of the millisecond is returned then.
 
     Parameters
     ----------
     period_ms
-        Nominal time of one rotation [ms].
+        Nominal time of one revolution [ms].
 
     Attributes
     ----------
     period_ms
-        Time of one rotation as measured [ms].
+        Time of one revolution as measured [ms].
     """
 
     def __init__(self, period_ms: float) -> None:
         self.period_ms = period_ms
         self._nominal_ms = period_ms
-        self._turns: deque[int] = deque(maxlen=_SCANS)
+        self._revolutions: deque[int] = deque(maxlen=_SCANS)
         self._stamps: deque[int] = deque(maxlen=_SCANS)
 
     def add(self, stamp_ms: int) -> NDArray[np.float64]:
@@ -112,43 +112,43 @@ class RotationTimes:
             Step 0's times [ms] of as many of the last scans as one line explains, this one last,
             shape (n,), n >= 1.
         """
-        turns = self._turns_to(stamp_ms)
-        if not self._regular(stamp_ms, turns):
-            self._restart(stamp_ms, turns)
-        self._turns.append(self._turns[-1] + turns if self._turns else 0)
+        revolutions = self._revolutions_to(stamp_ms)
+        if not self._regular(stamp_ms, revolutions):
+            self._restart(stamp_ms, revolutions)
+        self._revolutions.append(self._revolutions[-1] + revolutions if self._revolutions else 0)
         self._stamps.append(stamp_ms)
         if len(self._stamps) == 1:
             return np.array([stamp_ms + 0.5])
         return stamp_ms + self._fit()
 
-    def _regular(self, stamp_ms: int, turns: int) -> bool:
+    def _regular(self, stamp_ms: int, revolutions: int) -> bool:
         if not self._stamps:
             return True
-        deviation = abs(stamp_ms - self._stamps[-1] - turns * self.period_ms)
-        return deviation <= IRREGULAR_MS * turns
+        deviation = abs(stamp_ms - self._stamps[-1] - revolutions * self.period_ms)
+        return deviation <= IRREGULAR_MS * revolutions
 
-    def _turns_to(self, stamp_ms: int) -> int:
+    def _revolutions_to(self, stamp_ms: int) -> int:
         if not self._stamps:
             return 1
         return max(round((stamp_ms - self._stamps[-1]) / self.period_ms), 1)
 
-    def _restart(self, stamp_ms: int, turns: int) -> None:
+    def _restart(self, stamp_ms: int, revolutions: int) -> None:
         """Forget the scans so far; the motor may have a new speed."""
-        period_ms = (stamp_ms - self._stamps[-1]) / turns
+        period_ms = (stamp_ms - self._stamps[-1]) / revolutions
         if abs(period_ms - self._nominal_ms) < SPEED_RANGE * self._nominal_ms:
             self.period_ms = period_ms
-        self._turns.clear()
+        self._revolutions.clear()
         self._stamps.clear()
 
     def _fit(self) -> NDArray[np.float64]:
         """Fit as many of the scans as one line explains; times from the newest stamp [ms]."""
         while True:
-            turns = np.array(self._turns) - self._turns[-1]
+            revolutions = np.array(self._revolutions) - self._revolutions[-1]
             stamps = np.array(self._stamps) - self._stamps[-1]
-            even = fit_truncated(turns, stamps, _WANDER_MS)
+            even = fit_truncated(revolutions, stamps, _WANDER_MS)
             if even is not None:
                 self.period_ms = even.period
-                return even.time + even.period * turns
-            for _ in range(max(len(turns) // 4, 1)):
-                self._turns.popleft()
+                return even.time + even.period * revolutions
+            for _ in range(max(len(revolutions) // 4, 1)):
+                self._revolutions.popleft()
                 self._stamps.popleft()
