@@ -1,7 +1,7 @@
-"""The edge of every command: its options, its exit status, and one line for what went wrong.
+"""Common parts of every command: option parser, exit status, errors as one line.
 
-Exit statuses: 0 done; 1 could not be done; 2 an option, or a value in a parameter, scene or route
-file, that is not allowed; 130 interrupted by Ctrl-C. Errors go to stderr.
+Exit statuses: 0 success; 1 failure; 2 invalid option, or invalid value in a parameter, scene or
+route file; 130 interrupted by Ctrl-C. Errors go to stderr.
 """
 
 import argparse
@@ -15,11 +15,10 @@ from typing import NoReturn
 from nodlidar_common.errors import NodlidarError, ParameterError
 
 DONE, COULD_NOT, NOT_ALLOWED, INTERRUPTED = 0, 1, 2, 130
-# Set to anything, tracebacks are shown, too.
+# Name of an environment variable: if it is set, tracebacks are shown, too.
 TRACEBACK = 'NODLIDAR_TRACEBACK'
-# Longer lines are no help.
-_LONGEST = 1000
-# What Python packages are called by pip, and by apt (and rosdep) where Ubuntu 24.04 has them.
+_LONGEST = 1000  # characters of an error line
+# Names of Python packages for pip, and for apt where Ubuntu 24.04 has them.
 _PACKAGES = {
     'matplotlib': ('matplotlib', 'python3-matplotlib'),
     'numpy': ('numpy', 'python3-numpy'),
@@ -33,7 +32,7 @@ _PACKAGES = {
 
 
 class LineParser(argparse.ArgumentParser):
-    """A parser whose errors are one line, and whose options are not abbreviated."""
+    """A parser with errors of one line and without abbreviated options."""
 
     def __init__(self, prog: str, description: str | None) -> None:
         super().__init__(prog=prog, description=description, allow_abbrev=False)
@@ -46,19 +45,19 @@ class LineParser(argparse.ArgumentParser):
 def run(prog: str, work: Callable[[], int | None]) -> int:
     """Run a command; return its exit status.
 
-    Nothing that a user, a file or a disk causes shows a traceback: it is one line on stderr.
+    Errors that a user, a file or a disk causes are one line on stderr, without a traceback.
 
     Parameters
     ----------
     prog
         The command's name.
     work
-        Does it, and returns its exit status, or None for 0. What may be missing on a machine
-        should be imported in it.
+        The command; returns the exit status, or None for 0. It should import the packages that
+        may be missing on a machine.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # A terminal, or a file name, may have characters that others cannot show.
+            # The terminal may lack characters, such as those of a file name.
             stream.reconfigure(errors='backslashreplace')
     try:
         status = _status_of(work)
@@ -67,7 +66,7 @@ def run(prog: str, work: Callable[[], int | None]) -> int:
         print(f'{prog}: interrupted', file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
-        # Whoever reads has seen enough; what Python still holds for them goes nowhere.
+        # The reader has closed the pipe: drop what is still buffered.
         _drop_output()
         return COULD_NOT
     except Exception as error:
@@ -81,7 +80,7 @@ def run(prog: str, work: Callable[[], int | None]) -> int:
 
 
 def in_words(error: Exception) -> str:
-    """Return what went wrong, and what to do if that is known."""
+    """Return an error's message, and what to do if that is known."""
     if isinstance(error, ModuleNotFoundError) and error.name:
         return _missing(error.name.partition('.')[0])
     if isinstance(error, OSError) and error.strerror:
@@ -90,7 +89,7 @@ def in_words(error: Exception) -> str:
         return 'there is not enough memory'
     if isinstance(error, (NodlidarError, OSError)):
         return str(error)
-    return f'internal error, {type(error).__name__}: {error} (with {TRACEBACK}=1 it says where)'
+    return f'internal error, {type(error).__name__}: {error} (set {TRACEBACK}=1 for a traceback)'
 
 
 def _status_of(work: Callable[[], int | None]) -> int:
@@ -118,7 +117,7 @@ def _line(prog: str, message: str) -> str:
 
 
 def _drop_output() -> None:
-    """Let what stdout still holds go nowhere, if it cannot be written."""
+    """Drop what stdout has buffered if it cannot be written."""
     try:
         sys.stdout.flush()
     except OSError:

@@ -1,4 +1,4 @@
-"""The errors that nodlidar raises on purpose; each says what was wrong and what would be right."""
+"""The errors that nodlidar raises on purpose; each states the limit and the value."""
 
 
 class NodlidarError(Exception):
@@ -11,7 +11,7 @@ class ParameterError(NodlidarError, ValueError):
     Parameters
     ----------
     key, limit, value
-        The parameter's name, what it allows in words, and what it was given.
+        The parameter's name, the allowed values in words, and the actual value.
     """
 
     def __init__(self, key: str, limit: str, value: object) -> None:
@@ -22,12 +22,12 @@ class ParameterError(NodlidarError, ValueError):
 
 
 class DeviceError(NodlidarError):
-    """A device that cannot be used as it is: no answer, a refusal, a fault of its own."""
+    """A device that cannot be used: it does not answer, refuses, or is faulty."""
 
 
 class StoppedError(DeviceError):
-    """A wait for a device that was given up because the node is to stop."""
+    """A wait for a device that ended early because the node stops."""
 
 
 class PortError(DeviceError):
-    """A serial port that cannot be opened, or that went away."""
+    """A serial port that cannot be opened or was unplugged."""

@@ -1,8 +1,8 @@
-"""Makes a device safe when the node that drives it is killed.
+"""Switches a device off when the node that drives it is killed.
 
-A node that gets SIGKILL, or crashes, cannot switch its motor or laser off. A small process waits
-for the end of a pipe that only the node holds open. When the node is gone, whatever the reason,
-the process sends the device its stop request on the node's port, until the device confirms.
+A node that is killed or crashes cannot switch its motor or laser off. A small process waits for
+the end of a pipe that only the node holds open. When the node has ended for any reason, the
+process sends the stop request on the node's port until the device confirms it.
 """
 
 from contextlib import suppress
@@ -18,16 +18,16 @@ _DISMISSAL_TIMEOUT = 1.0  # s; it takes some 10 ms
 
 @dataclass(frozen=True, slots=True)
 class StopRequest:
-    """What makes a device safe.
+    """The request that switches a device off.
 
     Attributes
     ----------
     device
-        What the device is called in the guard's message.
+        Name of the device in the guard's message.
     request
         The bytes to send.
     confirmation
-        Regular expression of the bytes that confirm it.
+        Regular expression of the bytes that confirm the request.
     """
 
     device: str
@@ -36,15 +36,15 @@ class StopRequest:
 
 
 class Guard:
-    """A process that makes a device safe as soon as this process is gone.
+    """A process that switches a device off as soon as this process has ended.
 
     Parameters
     ----------
     port
         File descriptor of the device's open port. The guard shares it, so that no other process
-        can lock the port before the device is safe.
+        can lock the port before the device is off.
     stop
-        What makes the device safe.
+        The stop request.
 
     Raises
     ------
@@ -66,7 +66,7 @@ class Guard:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pass_fds=[port],
-            start_new_session=True,  # a Ctrl-C or a kill of the process group is not for the guard
+            start_new_session=True,  # a signal to the process group must not reach the guard
         )
         assert self._process.stdout is not None
         with self._process.stdout as output:
@@ -74,7 +74,7 @@ class Guard:
                 raise OSError('the guard of the port could not be started')
 
     def dismiss(self) -> None:
-        """End the guard without a stop request: the device is safe, or gone."""
+        """End the guard without a stop request: the device is off, or unplugged."""
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):
             self._process.stdin.write(guard_process.DISMISSED)

@@ -1,6 +1,6 @@
 """The program of a guard: see :mod:`nodlidar_common.guard`.
 
-It is run by its path and imports little, so that it starts fast and stays small.
+It runs by its path and imports little, so that it starts fast and stays small.
 """
 
 import os
@@ -17,7 +17,7 @@ ANSWER_TIMEOUT = 0.15  # s; longer than a rotation of the lidar, which answers o
 _LONGEST_ANSWER = 4096
 
 
-def make_safe(port: int, request: bytes, confirmation: bytes) -> bool:
+def switch_off(port: int, request: bytes, confirmation: bytes) -> bool:
     """Send a stop request until it is confirmed; return whether it was.
 
     Parameters
@@ -54,7 +54,7 @@ def _is_confirmed(port: int, confirmation: bytes) -> bool:
 
 
 def main(port: str, device: str, request: str, confirmation: str) -> None:
-    """Wait for the end of standard input, then make the device safe unless that was asked for."""
+    """Wait for the end of standard input, then switch the device off unless dismissed."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     sys.stdout.buffer.write(READY)
@@ -63,11 +63,11 @@ def main(port: str, device: str, request: str, confirmation: str) -> None:
     if sys.stdin.buffer.read() == DISMISSED:
         return
     try:
-        safe = make_safe(int(port), bytes.fromhex(request), bytes.fromhex(confirmation))
-        result = 'it is safe now' if safe else 'it did not confirm that it is safe'
+        is_off = switch_off(int(port), bytes.fromhex(request), bytes.fromhex(confirmation))
+        result = 'is off now' if is_off else 'did not confirm that it is off'
     except OSError as error:
-        result = f'it could not be reached: {error}'
-    print(f"The node of the {device} was killed; the {device}'s guard: {result}", file=sys.stderr)
+        result = f'could not be reached: {error}'
+    print(f'the node of the {device} was killed: the {device} {result}', file=sys.stderr)
 
 
 if __name__ == '__main__':

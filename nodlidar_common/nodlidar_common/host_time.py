@@ -1,18 +1,18 @@
-"""The host's clock, which can be set, told by the steady clock, which cannot."""
+"""The host's clock, which can be set, relative to the steady clock, which cannot."""
 
 from collections.abc import Callable
 import math
 import time
 
-# A smaller step [ns] cannot be told from the time between two readings.
+# A smaller step [ns] cannot be distinguished from the time between two readings.
 _LEAST_NS = 1_000_000
-_DRIFT = 1e-3  # twice the rate that NTP corrects a clock by
-# Two clocks are read at once if hardly any time passed meanwhile [ns]; a busy host interrupts.
+_DRIFT = 1e-3  # twice the rate at which NTP corrects a clock
+# Two clocks are read at once if no more time than this passes [ns]; a busy host interrupts.
 _AT_ONCE_NS, _QUICK_NS, _ATTEMPTS = 300_000, 50_000, 5
 
 
 class HostTime:
-    """Tells the host's time by the steady clock; when it is set counts from the next look on.
+    """Returns the host's time; a step of the host's clock takes effect at the next update.
 
     Parameters
     ----------
@@ -22,11 +22,7 @@ class HostTime:
     Attributes
     ----------
     ahead_ns
-        By how much the host's clock was ahead of the steady clock at the last look [ns].
-    steps
-        How often it was seen to be set.
-    last_step_ns
-        By how much it was last [ns].
+        Host's clock less steady clock at the last update [ns].
     """
 
     def __init__(
@@ -34,30 +30,27 @@ class HostTime:
         clock: Callable[[], int] = time.time_ns,
         steady: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        self.steps, self.last_step_ns = 0, 0
         self._clock, self._steady = clock, steady
         took_ns, self.ahead_ns, now_ns = self._reading()
-        self._looked_ns = now_ns if took_ns <= _AT_ONCE_NS else -math.inf
+        self._updated_ns = now_ns if took_ns <= _AT_ONCE_NS else -math.inf
 
     def __call__(self) -> int:
         """Return the host's time [ns]."""
         return self._steady() + self.ahead_ns
 
-    def look(self) -> int:
+    def update(self) -> int:
         """Follow the host's clock; return by how much it was set [ns], 0 if it was not."""
         took_ns, ahead_ns, now_ns = self._reading()
         if took_ns > _AT_ONCE_NS:
             return 0
-        step_ns, elapsed_ns = ahead_ns - self.ahead_ns, now_ns - self._looked_ns
-        self.ahead_ns, self._looked_ns = ahead_ns, now_ns
+        step_ns, elapsed_ns = ahead_ns - self.ahead_ns, now_ns - self._updated_ns
+        self.ahead_ns, self._updated_ns = ahead_ns, now_ns
         if abs(step_ns) <= _LEAST_NS + _DRIFT * elapsed_ns:
             return 0
-        self.steps += 1
-        self.last_step_ns = step_ns
         return step_ns
 
     def _reading(self) -> tuple[int, int, int]:
-        """Return how long reading both took, by how much the host's is ahead, and when [ns]."""
+        """Return the time that reading both took, host's less steady clock, and the time [ns]."""
         readings = []
         for _ in range(_ATTEMPTS):
             before_ns, clock_ns, after_ns = self._steady(), self._clock(), self._steady()

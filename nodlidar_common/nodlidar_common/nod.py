@@ -1,4 +1,4 @@
-"""The nod as a trajectory: the pitch that is commanded at any instant."""
+"""The nod as a trajectory: the commanded pitch at any instant."""
 
 from dataclasses import dataclass, replace
 import math
@@ -51,7 +51,7 @@ class NodTrajectory:
             raise ParameterError('samples_per_sweep', 'at least 1', self.samples_per_sweep)
 
     def shifted(self, step_ns: int) -> 'NodTrajectory':
-        """Return the same nod by a clock that was set by a step [ns]."""
+        """Return the same nod in the time of a clock that was set by a step [ns]."""
         return replace(self, reference_time_ns=self.reference_time_ns + step_ns)
 
     @property
@@ -65,9 +65,9 @@ class NodTrajectory:
         return self.span / self.sweep_duration
 
     def sweeps(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
-        """Return the sweeps done since the reference time; even whole numbers are at pitch_min.
+        """Return the sweeps since the reference time; even whole numbers are at pitch_min.
 
-        The difference of times is taken in integers, so that absolute stamps cost no precision.
+        Times are subtracted as integers, so that absolute stamps lose no precision.
         """
         elapsed = np.asarray(time_ns, dtype=np.int64) - np.int64(self.reference_time_ns)
         return np.asarray(elapsed / (self.sweep_duration * NS_PER_S), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Parameters of a node from the YAML file that it is started with, without ROS."""
+"""Parameters of a node from its YAML file, without ROS."""
 
 from collections.abc import Mapping
 from dataclasses import Field, fields
@@ -6,19 +6,20 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import type_in_words
 from nodlidar_common.yaml_file import read_yaml, YamlError
 
 
 def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any]:
-    """Return the values that a file gives to the parameters of a node.
+    """Return the values that a file sets for the parameters of a node.
 
-    As ROS does, it takes those under ``/**`` and under the node's name, in whatever namespace, the
-    latter before the former, and passes over what is no parameter of the node.
+    As in ROS, these are the values under ``/**`` and under the node's name in any namespace, which
+    override the former. Unknown parameters are ignored.
 
     Parameters
     ----------
     path
-        Of the file.
+        The parameter file.
     node
         The node's name.
     config_class
@@ -27,26 +28,26 @@ def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any
     Raises
     ------
     ParameterError
-        If the file cannot be read, is no parameter file, or a value is not of its parameter's
-        type.
+        If the file cannot be read or is not a parameter file, or a value does not have the type
+        of its parameter.
     """
     own = {each.name: each for each in fields(config_class)}
-    given: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for parameters in _sections(path, node):
-        given |= parameters
-    return {key: _typed(own[key], value) for key, value in given.items() if key in own}
+        values |= parameters
+    return {key: _typed(own[key], value) for key, value in values.items() if key in own}
 
 
 def read_parameters(path: Path | str) -> dict[Any, Any]:
-    """Return the sections of a parameter file by their names; raises YamlError if it is none."""
+    """Return the sections of a parameter file by name; raises YamlError if it has none."""
     content = read_yaml(path)
     if not isinstance(content, dict):
-        raise YamlError(str(path), "is no file of parameters, such as '/**: ...'")
+        raise YamlError(str(path), "is not a parameter file, such as '/**: ...'")
     return content
 
 
 def _sections(path: Path, node: str) -> list[Mapping[str, Any]]:
-    """Return what the sections that are meant for a node hold, those for all nodes first."""
+    """Return the parameters in each section for a node; sections for all nodes come first."""
     content = read_parameters(path)
     found: list[Mapping[str, Any]] = []
     for name in ('**', '*', node):
@@ -62,7 +63,7 @@ def _sections(path: Path, node: str) -> list[Mapping[str, Any]]:
 
 
 def _typed(parameter: 'Field[Any]', value: Any) -> Any:
-    """Return a value if it is of the type of a parameter; a tuple of a list."""
+    """Return a value that has the type of a parameter, a list as a tuple."""
     default = parameter.default
     if isinstance(default, tuple) and isinstance(value, list):
         kinds = {type(each) for each in default}
@@ -70,7 +71,4 @@ def _typed(parameter: 'Field[Any]', value: Any) -> Any:
             return tuple(value)
     elif type(value) is type(default):
         return value
-    wanted = f'of type {type(default).__name__}'
-    if isinstance(default, tuple):
-        wanted = f'a list of {type(default[0]).__name__}s'
-    raise ParameterError(parameter.name, wanted, value)
+    raise ParameterError(parameter.name, type_in_words(parameter), value)

@@ -1,7 +1,7 @@
 """Parameters as frozen dataclasses: default, unit, range and description in one place.
 
-A configuration is a frozen dataclass whose fields are made by :func:`parameter`; one that is the
-union of several inherits from them:
+A configuration is a frozen dataclass whose fields are calls of :func:`parameter`. The union of
+several configurations inherits from them.
 
 >>> @dataclass(frozen=True, slots=True)
 ... class Config:
@@ -23,7 +23,7 @@ _KEY = 'nodlidar_parameter'
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a parameter is and allows; ``live`` ones can be changed while the node runs."""
+    """Description and range of a parameter; ``live`` ones can change while the node runs."""
 
     description: str
     unit: str
@@ -46,7 +46,7 @@ class Limits:
         return 'a number'
 
     def allow(self, value: object) -> bool:
-        """Tell whether the value lies within the limits; infinity and NaN never do."""
+        """Return whether the value is within the limits; infinity and NaN never are."""
         if not _is_finite(value):
             return False
         if self.choices:
@@ -74,18 +74,26 @@ def parameter(
 
 
 def limits_of(config_field: 'Field[Any]') -> Limits:
-    """Return what :func:`parameter` put into a dataclass field."""
+    """Return the limits of a field of :func:`parameter`."""
     limits: Limits = config_field.metadata[_KEY]
     return limits
 
 
+def type_in_words(config_field: 'Field[Any]') -> str:
+    """Return the type of a field as a phrase that follows 'must be'."""
+    default = config_field.default
+    if isinstance(default, tuple):
+        return f'a list of {type(default[0]).__name__}s'
+    return f'of type {type(default).__name__}'
+
+
 def check(config: Any) -> None:
-    """Check every field's range, then what each of its classes checks by ``check_together``.
+    """Check every field's range, then run ``check_together`` of each class.
 
     Raises
     ------
     ParameterError
-        Naming the first field that is out of its range, the range and the value.
+        If a field is out of range, or does not pass ``check_together``.
     """
     for config_field in fields(config):
         limits = limits_of(config_field)
@@ -99,7 +107,7 @@ def check(config: Any) -> None:
 
 
 def _is_finite(value: object) -> bool:
-    """Tell that a value has no infinity and no NaN in it."""
+    """Return whether a value contains neither infinity nor NaN."""
     if isinstance(value, tuple):
         return all(map(_is_finite, value))
     return not isinstance(value, float) or math.isfinite(value)

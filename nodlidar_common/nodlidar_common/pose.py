@@ -19,7 +19,7 @@ class Pose:
     position
         Origin in the parent frame [m], shape (3,).
     rotation
-        Matrix that turns vectors of the frame into vectors of the parent frame, shape (3, 3).
+        Matrix from the frame to the parent frame, shape (3, 3).
     """
 
     position: NDArray[np.float64]
@@ -44,6 +44,6 @@ class Pose:
         return np.asarray(directions @ self.rotation.T)
 
     def __matmul__(self, child: Pose) -> Pose:
-        """Return the child's pose, which is given in this frame, in the parent frame."""
+        """Return a child's pose in this frame as a pose in the parent frame."""
         position = self.rotation @ child.position + self.position
         return Pose(position, self.rotation @ child.rotation)

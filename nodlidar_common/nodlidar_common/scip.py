@@ -1,6 +1,6 @@
-"""The wire codec of SCIP 2.0, Hokuyo's serial protocol: sums, 6-bit characters, data blocks.
+"""The wire format of SCIP 2.0, Hokuyo's serial protocol: sums, 6-bit characters, data blocks.
 
-Section numbers are those of Hokuyo's specification C-42-03320B.
+Section numbers refer to Hokuyo's specification C-42-03320B.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,15 +14,15 @@ BLOCK = 64
 """Data characters in one line (section 7)."""
 
 TIMER_BITS = 24
-"""The sensor's millisecond timer is sent as four characters of 6 bits."""
+"""Bits of the lidar's millisecond timer, which is sent as four characters of 6 bits."""
 
 _ZERO = 0x30
 _MASK = 0x3F
-_NOT_A_CHARACTER = re.compile(rb'[^0-o]')
+_INVALID = re.compile(rb'[^0-o]')
 
 
 class ScipError(DeviceError):
-    """Bytes that are no valid SCIP 2.0: a wrong sum, a foreign character, a wrong length."""
+    """Bytes that are not valid SCIP 2.0: a wrong sum, an invalid character, a wrong length."""
 
 
 def checksum(data: bytes) -> bytes:
@@ -74,13 +74,13 @@ def decode(data: bytes, characters: int) -> NDArray[np.int64]:
     Raises
     ------
     ScipError
-        If a byte is no such character, or the last number is incomplete.
+        If a byte is not such a character, or the last number is incomplete.
     """
     if len(data) % characters:
-        raise ScipError(f'{len(data)} bytes are no whole count of {characters}-character values')
-    foreign = _NOT_A_CHARACTER.search(data)
-    if foreign:
-        raise ScipError(f'byte {foreign.group()!r} at {foreign.start()} is no 6-bit character')
+        raise ScipError(f'{len(data)} bytes are not a multiple of {characters} characters')
+    invalid = _INVALID.search(data)
+    if invalid:
+        raise ScipError(f'byte {invalid.group()!r} at {invalid.start()} is not a 6-bit character')
     digits = np.frombuffer(data, np.uint8).reshape(-1, characters).astype(np.int64) - _ZERO
     return np.asarray((digits << _shifts(characters)).sum(axis=1), dtype=np.int64)
 
@@ -102,17 +102,17 @@ def join_blocks(lines: Iterable[bytes]) -> bytes:
 
 
 def information_line(key: str, value: str) -> bytes:
-    """Return a line of VV, PP or II, ``KEY:value;sum``; the semicolon is not summed."""
+    """Return a line of VV, PP or II, ``KEY:value;sum``; the sum excludes the semicolon."""
     text = f'{key}:{value}'.encode('ascii')
     return text + b';' + checksum(text)
 
 
 def parse_information(line: bytes) -> tuple[str, str]:
-    """Return key and value of a line of VV, PP or II; raises ScipError if it is none."""
+    """Return key and value of a line of VV, PP or II; raises ScipError if it is invalid."""
     text, semicolon = line[:-2], line[-2:-1]
     key, colon, value = text.partition(b':')
     if semicolon != b';' or not colon or line[-1:] != checksum(text):
-        raise ScipError(f'{line!r} is no valid information line KEY:value;sum')
+        raise ScipError(f'{line!r} is not a valid information line KEY:value;sum')
     return key.decode('ascii', 'replace'), value.decode('ascii', 'replace')
 
 

@@ -1,4 +1,4 @@
-"""Serial ports, opened for one user only and with errors that say what to do."""
+"""Serial ports, locked against a second user, with errors that say what to do."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -10,11 +10,11 @@ import serial
 
 _HINTS = {
     errno.ENOENT: 'it does not exist; is the device plugged in?',
-    errno.EACCES: "permission denied; is the user in the group 'dialout'?",
+    errno.EACCES: "permission denied; add your user to the group 'dialout'",
     errno.EBUSY: 'it is in use by another program',
     errno.EWOULDBLOCK: 'it is in use by another program',
-    errno.ENOTTY: 'it is no serial port',
-    errno.EISDIR: 'it is no serial port',
+    errno.ENOTTY: 'it is not a serial port',
+    errno.EISDIR: 'it is not a serial port',
 }
 
 
@@ -28,12 +28,12 @@ def open_port(path: str, baud_rate: int, timeout: float | None) -> serial.Serial
     baud_rate
         Bit rate [bit/s]; without effect on USB devices and pseudo-terminals.
     timeout
-        Longest time that one read blocks [s]; 0 never blocks, None blocks without end.
+        Longest time that one read blocks [s]; with 0 it never blocks, with None forever.
 
     Raises
     ------
     PortError
-        If the port is missing, forbidden, in use or no serial port.
+        If the port is missing, forbidden, in use or not a serial port.
     """
     try:
         return serial.Serial(path, baud_rate, timeout=timeout, exclusive=True)
@@ -44,10 +44,11 @@ def open_port(path: str, baud_rate: int, timeout: float | None) -> serial.Serial
 
 @contextmanager
 def port_errors() -> Iterator[None]:
-    """Turn what a port that went away raises within the context into a PortError.
+    """Raise the errors of an unplugged port within the context as a PortError.
 
-    pyserial raises SerialException (an OSError), also in setting the timeout, which configures the
-    port anew, or a plain OSError or, where it flushes, termios.error, which is no OSError.
+    pyserial raises SerialException (an OSError), even when the timeout is set, since that
+    configures the port again; or a plain OSError; or, in flushing, termios.error, which is not an
+    OSError.
     """
     try:
         yield
@@ -56,13 +57,13 @@ def port_errors() -> Iterator[None]:
 
 
 def close_port(port: serial.Serial) -> None:
-    """Close a port, also one that went away."""
+    """Close a port, even if it was unplugged."""
     with suppress(PortError), port_errors():
         port.close()
 
 
 def _error_number(error: Exception) -> int:
-    """Return the errno of what pyserial raised, or else of what that came from; 0 without one."""
+    """Return the errno of an error of pyserial, or else of its cause; 0 without one."""
     for cause in (error, error.__context__):
         if isinstance(cause, termios.error):
             return int(cause.args[0])

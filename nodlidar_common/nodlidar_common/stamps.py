@@ -1,10 +1,10 @@
-"""Times of messages, whoever read them: rclpy's, or a bag's without ROS."""
+"""Times of messages as nanoseconds: messages of rclpy, or of a bag read without ROS."""
 
 from typing import Protocol
 
 from nodlidar_common.nod import NS_PER_S
 
-# The last instant [ns] that counts as one: with a day to go until messages, in 2038, hold no more.
+# Latest accepted time [ns]: one day before the end of what messages can hold, in 2038.
 LATEST_NS = (2**31 - 86_400) * NS_PER_S
 
 
@@ -17,7 +17,7 @@ class Stamp(Protocol):
 
     @property
     def nanosec(self) -> int:
-        """Nanoseconds beyond them, 0 .. 999 999 999."""
+        """Nanoseconds, 0 .. 999 999 999."""
 
 
 def time_ns(stamp: Stamp) -> int:

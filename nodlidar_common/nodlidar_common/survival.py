@@ -1,4 +1,4 @@
-"""What lets a node go on after an error that nobody foresaw: told with its cause, and counted."""
+"""Lets a node continue after an unexpected error, which is logged and counted."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -8,45 +8,44 @@ from typing import Any
 
 
 class Survival:
-    """A shell around what may fail in a node.
+    """Counts errors, and logs the first one of each kind.
 
     Parameters
     ----------
-    tell
-        Told of the first error of each kind, with its traceback.
+    log
+        Called with the message and the traceback of the first error of each kind.
 
     Attributes
     ----------
     errors
-        How many there were, by the error's type and the function that raised it.
+        Number of errors, by their type and the function that raised them.
     """
 
-    def __init__(self, tell: Callable[[str], Any]) -> None:
+    def __init__(self, log: Callable[[str], Any]) -> None:
         self.errors: Counter[str] = Counter()
-        self._tell = tell
+        self._log = log
 
     @contextmanager
     def surviving(self) -> Iterator[None]:
-        """Go on after whatever is raised within."""
+        """Continue after any error within the context."""
         try:
             yield
         except Exception as error:
-            self.note(error)
+            self._count(error)
 
     def guarded(self, callback: Callable[..., Any]) -> Callable[..., None]:
-        """Return a callback after whose errors its caller goes on."""
+        """Return a callback that raises nothing."""
 
-        def survive(*given: Any) -> None:
+        def survive(*arguments: Any) -> None:
             with self.surviving():
-                callback(*given)
+                callback(*arguments)
 
         return survive
 
-    def note(self, error: Exception) -> None:
-        """Count an error; tell of it if it is the first of its kind."""
+    def _count(self, error: Exception) -> None:
         where = traceback.extract_tb(error.__traceback__)[-1].name
         kind = f'{type(error).__name__} in {where}'
         self.errors[kind] += 1
         if self.errors[kind] == 1:
             cause = ''.join(traceback.format_exception(error))
-            self._tell(f'internal error; the node goes on and counts those that follow:\n{cause}')
+            self._log(f'internal error; the node continues and counts further ones:\n{cause}')

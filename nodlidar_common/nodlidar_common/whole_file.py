@@ -1,4 +1,4 @@
-"""Files that are there as a whole or not at all, whatever happens while they are written."""
+"""Files that appear complete or not at all."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -7,14 +7,14 @@ from pathlib import Path
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a path to write to, of the same suffix, whose file takes its place in the end.
+    """Yield a temporary path with the same suffix; its file replaces `path` at the end.
 
-    After an error, or a kill, what was there before is still there.
+    After an error, or if the process is killed, `path` is unchanged.
 
     Raises
     ------
     OSError
-        Naming the path, if the disk is full, or it cannot be written for another reason.
+        With the path, if it cannot be written.
     """
     part = path.with_name(f'.{path.stem}.part{path.suffix}')
     with named(path):
@@ -29,7 +29,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def named(path: Path) -> Iterator[None]:
-    """Give an OSError raised inside the name of the file or folder that is written."""
+    """Add the name of a file or folder to an OSError within the context."""
     try:
         yield
     except OSError as error:

@@ -1,4 +1,4 @@
-"""YAML files that people write, read strictly: the same for parameters, scenes and routes."""
+"""Strict reader of YAML files: parameters, scenes and routes."""
 
 from pathlib import Path
 from typing import Any
@@ -6,19 +6,18 @@ from typing import Any
 from nodlidar_common.errors import NodlidarError, ParameterError
 import yaml
 
-# More than any such file needs; reading this much takes a few seconds.
-LONGEST = 256 * 1024  # bytes
+LONGEST = 256 * 1024  # bytes, which take a few seconds; real files are much shorter
 
 
 class YamlError(ParameterError):
-    """A file that cannot be read, or is no YAML as it must be; `limit` says what is wrong.
+    """A file that cannot be read or is not valid; `limit` is the problem.
 
     Parameters
     ----------
     file, problem
-        Its name, and what is wrong.
+        Name of the file, and the problem.
     line
-        The line where that is, if it is known; the first is 1.
+        Line of the problem, if known; the first is 1.
     """
 
     def __init__(self, file: str, problem: str, line: int | None = None) -> None:
@@ -28,19 +27,19 @@ class YamlError(ParameterError):
 
 
 def read_yaml(path: str | Path) -> object:
-    """Return what a YAML file has.
+    """Return the content of a YAML file.
 
     Raises
     ------
     YamlError
-        If it cannot be read, or as `parse_yaml` does.
+        If it cannot be read, or is not valid as in :func:`parse_yaml`.
     """
     try:
         with open(path, 'rb') as file:
             data = file.read(LONGEST + 1)
         text = data.decode('utf-8-sig')
     except (OSError, ValueError) as error:
-        problem = 'is no text in UTF-8' if isinstance(error, UnicodeDecodeError) else None
+        problem = 'is not UTF-8 text' if isinstance(error, UnicodeDecodeError) else None
         raise YamlError(
             str(path), problem or getattr(error, 'strerror', None) or str(error)
         ) from error
@@ -48,14 +47,14 @@ def read_yaml(path: str | Path) -> object:
 
 
 def parse_yaml(text: str, file: str) -> object:
-    """Return what the YAML text of a file has.
+    """Return the content of the YAML text of a file.
 
-    Aliases are refused, as ROS does: a short text with some of them may be of any size.
+    Aliases are refused, as in ROS: a short text with aliases can expand to any size.
 
     Raises
     ------
     YamlError
-        If it is no YAML, too long, nested too deeply, or has an alias or a key twice.
+        If it is not YAML, too long, nested too deeply, or has an alias or a duplicate key.
     """
     if len(text) > LONGEST:
         raise YamlError(file, f'has more than {LONGEST} bytes')
@@ -64,11 +63,11 @@ def parse_yaml(text: str, file: str) -> object:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = None if mark is None else mark.line + 1
-        raise YamlError(file, error.problem or 'is no YAML', line) from error
+        raise YamlError(file, error.problem or 'is not YAML', line) from error
     except RecursionError as error:
         raise YamlError(file, 'is nested too deeply') from error
-    except Exception as error:  # whatever PyYAML stumbles over
-        raise YamlError(file, 'is no YAML: ' + ' '.join(str(error).split())) from error
+    except Exception as error:  # PyYAML raises many kinds
+        raise YamlError(file, 'is not YAML: ' + ' '.join(str(error).split())) from error
 
 
 class _StrictLoader(yaml.SafeLoader):
@@ -84,8 +83,8 @@ class _StrictLoader(yaml.SafeLoader):
             return super().construct_object(node, deep)
         except (yaml.YAMLError, RecursionError):
             raise
-        except Exception as error:  # whatever the date 2001-99-99 or the number 0x_ leads to
-            problem = f'no value: {" ".join(str(error).split())}'
+        except Exception as error:  # such as for the date 2001-99-99 or the number 0x_
+            problem = f'invalid value: {" ".join(str(error).split())}'
             raise yaml.constructor.ConstructorError(
                 None, None, problem, node.start_mark
             ) from error
@@ -96,7 +95,7 @@ class _StrictLoader(yaml.SafeLoader):
         keys: set[object] = set()
         for key_node, _ in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
-                continue  # the constructor refuses what cannot be a key
+                continue  # the constructor refuses other keys
             key = self.construct_object(key_node, deep=True)
             if key in keys:
                 raise yaml.constructor.ConstructorError(

@@ -39,7 +39,7 @@ def test_what_is_done_says_nothing(capsys, returned, status):
         (ModuleNotFoundError('', name='rclpy'), 1,
          'needs the package rclpy: source the setup file of a ROS 2 that has it'),
         (KeyError('x'), 1,
-         "internal error, KeyError: 'x' (with NODLIDAR_TRACEBACK=1 it says where)"),
+         "internal error, KeyError: 'x' (set NODLIDAR_TRACEBACK=1 for a traceback)"),
     ],
 )  # fmt: skip
 def test_an_error_is_a_status_and_a_line(capsys, error, status, line):

@@ -9,7 +9,7 @@ import sys
 import time
 import tty
 
-from nodlidar_common.guard_process import ATTEMPTS, make_safe
+from nodlidar_common.guard_process import ATTEMPTS, switch_off
 import pytest
 
 LONGEST = 20.0  # s; only a failing test waits so long
@@ -75,7 +75,7 @@ def test_a_killed_node_s_device_is_stopped_until_it_confirms(device, node, end):
     node.send_signal(end)
     device.wait_for(b'OFFOFF')  # the first request was not answered
     os.write(device.master, b'noise OK')
-    assert "The node of the motor was killed; the motor's guard: it is safe" in node.stderr.read()
+    assert 'the node of the motor was killed: the motor is off now' in node.stderr.read()
     assert node.wait(LONGEST) == -end
 
 
@@ -85,7 +85,7 @@ def test_what_kills_the_whole_process_group_spares_the_guard(device, node):
     os.killpg(node.pid, signal.SIGKILL)
     device.wait_for(b'OFF')
     os.write(device.master, b'Ok')
-    assert 'it is safe' in node.stderr.read()
+    assert 'the motor is off now' in node.stderr.read()
 
 
 def test_a_dismissed_guard_sends_nothing_and_is_gone(device, node):
@@ -101,7 +101,7 @@ def test_a_dismissed_guard_sends_nothing_and_is_gone(device, node):
 
 def test_a_device_that_never_confirms_is_given_up_and_named(device, node):
     node.kill()
-    assert 'it did not confirm that it is safe' in node.stderr.read()
+    assert 'did not confirm that it is off' in node.stderr.read()
     device.wait_for(b'OFF' * ATTEMPTS)
     assert len(re.findall(b'OFF', device.received)) == ATTEMPTS
 
@@ -110,7 +110,7 @@ def test_a_port_that_hung_up_ends_the_guard(node, device):
     master, device.master = device.master, os.open(os.devnull, os.O_RDWR)
     os.close(master)
     node.kill()
-    assert 'it could not be reached' in node.stderr.read()
+    assert 'could not be reached' in node.stderr.read()
 
 
 def test_a_full_port_is_tried_again():
@@ -118,6 +118,6 @@ def test_a_full_port_is_tried_again():
     os.set_blocking(writer, False)
     while select.select([], [writer], [], 0)[1]:
         os.write(writer, bytes(4096))
-    assert not make_safe(writer, b'OFF', b'OK')
+    assert not switch_off(writer, b'OFF', b'OK')
     os.close(reader)
     os.close(writer)

@@ -76,8 +76,8 @@ def test_a_value_of_another_type_is_refused_as_ros_does(values, line, message):
     ('text', 'message'),
     [
         ('a: [', r"parameters.yaml', line 1: expected the node content"),
-        ('just words', 'is no file of parameters'),
-        ('', 'is no file of parameters'),
+        ('just words', 'is not a parameter file'),
+        ('', 'is not a parameter file'),
         ('assembler: {rate: 2.0}', "'assembler' must be a section with 'ros__parameters'"),
     ],
 )

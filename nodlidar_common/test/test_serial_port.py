@@ -54,7 +54,7 @@ def test_file_that_is_no_port(tmp_path):
     for wrong in (path, tmp_path, '/dev/null'):
         with pytest.raises(PortError) as caught:
             open_port(str(wrong), 115200, timeout=0.0)
-        assert str(caught.value) == f"cannot open serial port '{wrong}': it is no serial port"
+        assert str(caught.value) == f"cannot open serial port '{wrong}': it is not a serial port"
 
 
 def test_port_errors_are_device_errors():

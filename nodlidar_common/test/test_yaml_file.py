@@ -23,9 +23,9 @@ def test_what_a_file_has_comes_out(tmp_path):
         ('a: &x [*x]\n', r"'f.yaml', line 1: aliases are not allowed"),
         ('a: [1, 2\n', r"'f.yaml', line 2: expected ',' or ']'"),
         ('a: 1\n? [b]\n: 2\n', r"'f.yaml', line 2: found unhashable key"),
-        ('a: 1\nb: 2001-99-99\n', r"'f.yaml', line 2: no value: month must be"),
+        ('a: 1\nb: 2001-99-99\n', r"'f.yaml', line 2: invalid value: month must be"),
         ('a: !!python/object:os.system x\n', r"'f.yaml', line 1: could not determine"),
-        ('a: \x00', r"'f.yaml': is no YAML"),
+        ('a: \x00', r"'f.yaml': is not YAML"),
         ('[' * 1500, r"'f.yaml': is nested too deeply"),
         ('#' * (LONGEST + 1), rf"'f.yaml': has more than {LONGEST} bytes"),
     ],
@@ -51,7 +51,7 @@ def test_what_is_no_file_is_refused(tmp_path, name, message):
 
 def test_what_is_no_text_is_refused(tmp_path):
     (tmp_path / 'a.yaml').write_bytes(b'a: \xff')
-    with pytest.raises(YamlError, match=r"a.yaml': is no text in UTF-8"):
+    with pytest.raises(YamlError, match=r"a.yaml': is not UTF-8 text"):
         read_yaml(tmp_path / 'a.yaml')
 
 

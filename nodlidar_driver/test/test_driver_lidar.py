@@ -176,10 +176,10 @@ def test_the_diagnosis_warns_of_a_clock_that_was_set():
     rig, wall = Rig(), VirtualClock(START_NS)
     host_time = HostTime(wall, rig.clock)
     diagnosis = diagnose(rig)
-    diagnosis.clock_set(host_time.look())
+    diagnosis.clock_set(host_time.update())
     assert diagnosis.next_report(0).warnings == ()
     wall.now_ns -= 2_500_000_000
-    diagnosis.clock_set(host_time.look())
+    diagnosis.clock_set(host_time.update())
     assert diagnosis.next_report(0).warnings == ("the host's clock was set by -2.5 s",)
     assert diagnosis.next_report(0).figures['Host clock steps'] == '1'
 

@@ -39,7 +39,7 @@ class HostClock:
         """Look whether the clock was set; return whether stamps are of the present time again."""
         if self._clock.ros_time_is_active:
             return True
-        if step_ns := self._time.look():
+        if step_ns := self._time.update():
             self._settled_ns = steady_ns() + SETTLING_NS
             self._on_step(step_ns)
         return steady_ns() >= self._settled_ns

@@ -1,1 +1,1 @@
-"""What the nodes share: parameters, diagnostics, steady timers, devices that stay safe."""
+"""Shared parts of the nodes: parameters, diagnostics, steady timers, device nodes."""

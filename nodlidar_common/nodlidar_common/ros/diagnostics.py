@@ -1,4 +1,4 @@
-"""The diagnostics of a node: on the steady clock, by the node's whole name, changes at once."""
+"""Diagnostics of a node: on the steady clock, under its full name, changes at once."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,43 +7,42 @@ from diagnostic_updater import Updater
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from rclpy.node import Node
 
-LOOK_PERIOD = 0.2  # s, between two looks whether the state is another
+CHECK_PERIOD = 0.2  # s, between two checks whether the state has changed
 
 
 class SteadyUpdater(Updater):
-    """A diagnostic_updater.Updater whose updates the host's clock cannot stop.
+    """A diagnostic_updater.Updater that runs on the steady clock.
 
-    Updater's own timer is on the node's clock. Statuses are named after the node with its
-    namespace, `left/assembler: clouds`, so that those of two sensors differ.
+    Updater's own timer is on the node's clock, which may be set or stand still. Statuses are named
+    after the node with its namespace, `left/assembler: clouds`, so that those of two sensors
+    differ.
 
     Parameters
     ----------
     node
-        Whose diagnostics these are.
+        The node that is diagnosed.
     hardware_id
-        Of every status.
+        Hardware ID of every status.
     state
-        Gives what is told at once, within LOOK_PERIOD, when it is another than at the last update.
+        Returns a value of which every change is published at once, within CHECK_PERIOD.
     """
 
-    def __init__(
-        self, node: Node, hardware_id: str, state: Callable[[], object] = lambda: None
-    ) -> None:
+    def __init__(self, node: Node, hardware_id: str, state: Callable[[], object]) -> None:
         super().__init__(node)
         self.setHardwareID(hardware_id)
         self.node_name = node.get_fully_qualified_name().lstrip('/')
-        self._state, self._told = state, state()
-        self._told_ns = steady_ns()
+        self._state, self._published = state, state()
+        self._published_ns = steady_ns()
         node.destroy_timer(self.timer)
-        self.timer: Any = create_steady_timer(node, min(LOOK_PERIOD, self.period), self._look)
+        self.timer: Any = create_steady_timer(node, min(CHECK_PERIOD, self.period), self._check)
 
     def update(self) -> None:
         """Run every task and publish the statuses."""
-        self._told, self._told_ns = self._state(), steady_ns()
+        self._published, self._published_ns = self._state(), steady_ns()
         super().update()
 
-    def _look(self) -> None:
-        # Half a look early rather than half a look late.
-        due = steady_ns() - self._told_ns >= (self.period - LOOK_PERIOD / 2) * 1e9
-        if due or self._state() != self._told:
+    def _check(self) -> None:
+        # Half a check early rather than half a check late.
+        due = steady_ns() - self._published_ns >= (self.period - CHECK_PERIOD / 2) * 1e9
+        if due or self._state() != self._published:
             self.update()

@@ -1,4 +1,4 @@
-"""Times as messages, and nod trajectories to and from theirs."""
+"""Conversion of times and nod trajectories to and from messages."""
 
 from builtin_interfaces.msg import Time
 from nodlidar_common.errors import ParameterError
@@ -8,12 +8,12 @@ from nodlidar_msgs.msg import NodCommand
 
 
 def time_message(nanoseconds: int) -> Time:
-    """Return nanoseconds as a message's time.
+    """Return a time [ns] as a message.
 
     Raises
     ------
     ParameterError
-        For a time that a message cannot hold: from 2^31 s on, in 2038.
+        If the message cannot hold the time: from 2^31 s on, in 2038.
     """
     seconds, rest = divmod(int(nanoseconds), NS_PER_S)
     if not -(2**31) <= seconds < 2**31:
@@ -22,7 +22,7 @@ def time_message(nanoseconds: int) -> Time:
 
 
 def nod_from_message(message: NodCommand) -> NodTrajectory:
-    """Return the trajectory of a nod command; raises ParameterError if it has none."""
+    """Return the trajectory of a nod command; raises ParameterError if it is invalid."""
     return NodTrajectory(
         pitch_min=message.pitch_min,
         pitch_max=message.pitch_max,
@@ -35,7 +35,7 @@ def nod_from_message(message: NodCommand) -> NodTrajectory:
 def nod_to_message(
     nod: NodTrajectory, issued_ns: int, frame_id: str, start_ns: int = 0
 ) -> NodCommand:
-    """Return the nod command of a trajectory that counts from an instant on [ns]."""
+    """Return the nod command of a trajectory that takes effect at `start_ns` [ns]."""
     message = NodCommand(
         pitch_min=nod.pitch_min,
         pitch_max=nod.pitch_max,

@@ -1,4 +1,4 @@
-"""How a node runs and ends."""
+"""The process of a node: start, spinning and end."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,14 +13,14 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-LOOK_PERIOD = 0.2  # s, between two looks whether to end
+CHECK_PERIOD = 0.2  # s, between two checks whether to end
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Run a node until a signal ends it or it failed; return the exit status.
+    """Run a node until a signal or a failure ends it; return the exit status.
 
-    An exception in a callback does not end the node: it is logged with its cause and counted, by
-    the node's own `survival` if it has one.
+    An exception in a callback does not end the node: it is logged with its traceback and counted,
+    by the node's own `survival` if it has one.
     """
     with _ending_signals() as received:
         try:
@@ -43,20 +43,20 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
 def _init(args: list[str] | None) -> None:
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:  # rcl's: arguments or a file of parameters that it cannot read
+    except RuntimeError as error:  # rcl cannot read the arguments or a parameter file
         raise NodlidarError(str(error)) from error
 
 
 @contextmanager
 def _ending_signals() -> Iterator[list[int]]:
-    """Collect the signals that are to end the program.
+    """Collect the signals that end the program.
 
-    rclpy's own handlers invalidate its context at once: whatever is just being published fails,
-    and an executor about to wait raises an error or misses the signal and waits on.
+    rclpy's own handlers invalidate its context at once: then a publication in progress fails, and
+    an executor that is about to wait raises an error, or misses the signal and keeps waiting.
     """
     received: list[int] = []
     ending = [signal.SIGINT, signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as nohup has it
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup ignores it
         ending.append(signal.SIGHUP)  # the terminal was closed
     before = {
         number: signal.signal(number, lambda got, _: received.append(got)) for number in ending
@@ -65,18 +65,18 @@ def _ending_signals() -> Iterator[list[int]]:
         yield received
     finally:
         for number, handler in before.items():
-            # A second Ctrl-C would break off what the first one has begun.
+            # A second Ctrl-C would interrupt the shutdown that the first one started.
             signal.signal(number, signal.SIG_IGN if received else handler)
 
 
 def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
-    # rclpy's spin_until_future_complete keeps some memory for every callback that it runs.
+    # rclpy's spin_until_future_complete leaks some memory with every callback.
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     survival = getattr(node, 'survival', None) or Survival(node.get_logger().error)
     try:
         while not is_over() and rclpy.ok():
             with survival.surviving():
-                executor.spin_once(timeout_sec=LOOK_PERIOD)
+                executor.spin_once(timeout_sec=CHECK_PERIOD)
     finally:
         executor.shutdown()

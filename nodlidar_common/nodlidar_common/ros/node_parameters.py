@@ -5,7 +5,7 @@ from dataclasses import Field, fields, replace
 from typing import Any, TypeVar
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.parameters import check, limits_of
+from nodlidar_common.parameters import check, limits_of, type_in_words
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -50,17 +50,17 @@ def declare(
     defaults: Config | None = None,
     is_configured: Callable[[], bool] | None = None,
 ) -> Config:
-    """Declare every field of a configuration as a parameter and return what the user set.
+    """Declare every field of a configuration as a parameter and return the configuration.
 
-    What the user did not set is as in `defaults`, or else as the class has it.
-    Live parameters may be set while the node runs: `on_change` is then given the new
-    configuration, once it has passed the same checks as the first one. The others are read-only,
-    or for a lifecycle node, which passes `is_configured`, can be set until it is configured.
+    Parameters that the user did not set are as in `defaults`, or else the defaults of the class.
+    Live parameters can be set while the node runs: `on_change` then receives the new
+    configuration, after the same checks as the first one. The others are read-only, or, for a
+    lifecycle node, which passes `is_configured`, can be set until it is configured.
 
     Raises
     ------
     ParameterError
-        If a parameter has the wrong type, is out of range or does not go with another one.
+        If a parameter has the wrong type, is out of range or contradicts another one.
     """
     defaults = config_class() if defaults is None else defaults
     values = {
@@ -115,25 +115,20 @@ def _declare_one(node: Node, config_field: 'Field[Any]', default: Any, read_only
     try:
         value = node.declare_parameter(key, default, descriptor(config_field, read_only)).value
     except InvalidParameterTypeException as error:
-        raise ParameterError(key, _type_in_words(config_field), _given(node, key)) from error
+        raise ParameterError(key, type_in_words(config_field), _override(node, key)) from error
     except InvalidParameterValueException as error:
-        raise ParameterError(key, limits_of(config_field).in_words(), _given(node, key)) from error
+        raise ParameterError(
+            key, limits_of(config_field).in_words(), _override(node, key)
+        ) from error
     return _value(config_field, value)
 
 
-def _type_in_words(config_field: 'Field[Any]') -> str:
-    default = config_field.default
-    if isinstance(default, tuple):
-        return f'a list of {type(default[0]).__name__}s'
-    return f'of type {type(default).__name__}'
-
-
 def _value(config_field: 'Field[Any]', value: Any) -> Any:
-    """Return a parameter's value as the field's type: ROS has lists where fields are tuples."""
+    """Return a parameter's value in the field's type: a tuple instead of a list."""
     return tuple(value) if isinstance(config_field.default, tuple) else value
 
 
-def _given(node: Node, key: str) -> object:
-    """Return the value that the user gave to a parameter that could not be declared."""
+def _override(node: Node, key: str) -> object:
+    """Return the value that the user set for a parameter that could not be declared."""
     override = node._parameter_overrides.get(key)
     return None if override is None else override.value

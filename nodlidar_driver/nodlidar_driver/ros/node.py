@@ -65,7 +65,7 @@ class DriverNode(DeviceNode):
         """Publish one scan."""
         assert self._lidar is not None
         scan = self._lidar.read()
-        self._diagnosis.clock_set(self._host_time.look())
+        self._diagnosis.clock_set(self._host_time.update())
         ahead_ns = self._host_time.ahead_ns
         stamp_ns = scan.stamp_ns + ahead_ns + round(self.config.stamp_offset * NS_PER_S)
         fill_scan(self._message, self._window, stamp_ns, scan.revolution, scan.ranges)

@@ -102,7 +102,7 @@ class ServoNode(DeviceNode):
 
     def cycle(self) -> None:
         """Measure and steer once, and publish what was measured."""
-        if step_ns := self._host_time.look():
+        if step_ns := self._host_time.update():
             self.get_logger().warning(f"the host's clock was set by {step_ns / NS_PER_S:.3f} s")
         samples = self._loop.cycle()
         self._diagnosis.cycled(samples, self._loop.progress)
