@@ -103,7 +103,7 @@ def from_bag(bag: Path, output: Path, config: AssemblerConfig) -> Row:
         'write [%]': partial(write_clouds, bag, output, config, Topics()),
     }
     times = [own for own, _ in interleaved(steps, ROUNDS)]
-    points = write_clouds(bag, output, config, Topics()).assembly.counts['points']
+    points = write_clouds(bag, output, config, Topics()).counts['points']
     what = [f'{bag.name} to {output.suffix[1:]}']
     what += ['odometry'] if config.ego_motion != 'off' else []
     what += [config.estimator] if config.estimator != AssemblerConfig().estimator else []

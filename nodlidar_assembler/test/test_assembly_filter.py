@@ -23,7 +23,7 @@ class VirtualHostClock:
     def patience_ns(self):
         return self.now_ns
 
-    def look(self):
+    def check(self):
         return True
 
 

@@ -67,7 +67,7 @@ def test_a_bag_gives_the_clouds_and_drops_of_the_node(entries, tmp_path, cloud_m
     bag = write_messages(tmp_path / 'bag', entries)
     config = AssemblerConfig(deadline=DEADLINE, cloud_mode=cloud_mode)
     summary = write_clouds(bag, tmp_path / 'out.mcap', config, Topics())
-    expected = Expected(tmp_path / 'out.mcap', summary.assembly.drops)
+    expected = Expected(tmp_path / 'out.mcap', summary.assembler.drops)
     assert len(expected.drops) == 5
     clouds, drops = clouds_of_node(entries, expected, cloud_mode)
     assert drops == dict(expected.drops)

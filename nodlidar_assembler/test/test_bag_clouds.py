@@ -108,7 +108,7 @@ def test_they_are_the_pipeline_s(driving_bag, tmp_path, estimator, cloud_mode, e
     found = clouds_in(tmp_path / 'out.mcap')
     assert len(found) == len(expected) > 0
     # At either end the log as a whole lacks the same joint states and odometry, called otherwise.
-    assert summary.assembly.drops.total() == drops.total()
+    assert summary.assembler.drops.total() == drops.total()
     frame = 'nodlidar_base_link' if ego_motion == 'off' else 'odom'
     for (recorded_ns, message, points), cloud in zip(found, expected, strict=True):
         assert message.header.frame_id == frame
@@ -128,7 +128,7 @@ def test_points_lie_on_the_true_surfaces(simulated, tmp_path, storage):
     config = AssemblerConfig(estimator='trajectory')
     summary = write_clouds(tmp_path / 'bag', tmp_path / 'out.ply', config, TOPICS)
     points = PlyData.read(tmp_path / 'out.ply')['vertex'].data
-    assert len(points) == summary.assembly.counts['points'] > 20_000
+    assert len(points) == summary.counts['points'] > 20_000
     near = xyz_of(points)[np.linalg.norm(xyz_of(points), axis=1) < 3.0]
     [times_ns] = START_NS + np.zeros((1, len(near)), dtype=np.int64)
     distance = simulated.world.surface_distance(near, times_ns)
@@ -184,13 +184,13 @@ def test_what_is_malformed_is_counted_and_the_rest_is_read(simulated, tmp_path):
     entries.insert(60, (entries[60][0], '/scan', b'\x00\x01\x00\x00'))
     bag = write_messages(tmp_path / 'bag', entries)
     summary = write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
-    drops = Counter(summary.assembly.drops)
+    drops = Counter(summary.assembler.drops)
     assert drops.pop(JointInput.MALFORMED) == 1
     assert drops.pop('ranges must be at least one') == 1
     assert drops.pop('stamp must be after 1970 and before 2038') == 1
     assert drops.total() == 1
     assert 'angle_increment must be' in next(iter(drops))
-    assert summary.assembly.counts['clouds'] == len(scans) - 3
+    assert summary.counts['clouds'] == len(scans) - 3
     assert '1 on /scan could not be told' in summary.notes
 
 
@@ -212,10 +212,10 @@ def test_messages_may_come_late_and_out_of_order(simulated, tmp_path):
     late = write_messages(tmp_path / 'late', sorted(entries, key=lambda entry: entry[0]))
     summary = write_clouds(late, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
     # A joint state that comes after the one behind it is left out, which matters at reversals.
-    drops = Counter(summary.assembly.drops)
+    drops = Counter(summary.assembler.drops)
     assert drops.pop(JointInput.OUT_OF_ORDER) > 0
     assert set(drops) <= {'joint samples missing at a reversal'}
-    assert summary.assembly.counts['clouds'] == 40 - drops.total() >= 35
+    assert summary.counts['clouds'] == 40 - drops.total() >= 35
     points = PlyData.read(tmp_path / 'out.ply')['vertex'].data
     near = xyz_of(points)[np.linalg.norm(xyz_of(points), axis=1) < 3.0]
     distance = simulated.world.surface_distance(near, np.full(len(near), START_NS))
@@ -236,7 +236,7 @@ def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_
     bag = write_messages(tmp_path / 'other', entries)
     told = replace(config, scan_delay=0.07, time_increment=0.1 / 1024)
     summary = write_clouds(bag, tmp_path / 'out.mcap', told, TOPICS)
-    assert not summary.assembly.remarks
+    assert not summary.assembler.remarks
     found = clouds_in(tmp_path / 'out.mcap')
     assert len(found) == len(expected) == 40
     for (_, cloud, points), (_, other, others) in zip(found, expected, strict=True):
@@ -244,7 +244,7 @@ def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_
         np.testing.assert_allclose(xyz_of(points), xyz_of(others), atol=1e-6)
         np.testing.assert_allclose(points['time'], others['time'], atol=1e-8)
     summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
-    assert summary.assembly.remarks == {'all beams of one instant: time_increment is 0': 40}
+    assert summary.assembler.remarks == {'all beams of one instant: time_increment is 0': 40}
 
 
 def test_a_scan_without_its_joint_states_is_dropped_at_the_deadline(simulated, tmp_path):
@@ -255,12 +255,12 @@ def test_a_scan_without_its_joint_states_is_dropped_at_the_deadline(simulated, t
     ]
     bag = write_messages(tmp_path / 'bag', entries)
     summary = write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
-    late = summary.assembly.drops['no joint state after it before the deadline']
-    gap = summary.assembly.drops['joint samples more than 0.1 s apart']
+    late = summary.assembler.drops['no joint state after it before the deadline']
+    gap = summary.assembler.drops['joint samples more than 0.1 s apart']
     # The last scan before 2 s comes after 1.9 s: those that came before 1.6 s had waited for more
     # than the deadline then, those that came after 1.7 s have not by 2 s.
     assert 5 <= late <= 7
-    assert late + gap == summary.assembly.drops.total() == 10
+    assert late + gap == summary.assembler.drops.total() == 10
 
 
 def test_without_odometry_scans_are_dropped_or_not_compensated(driving, tmp_path):
@@ -272,13 +272,13 @@ def test_without_odometry_scans_are_dropped_or_not_compensated(driving, tmp_path
     bag = write_messages(tmp_path / 'bag', entries)
     config = AssemblerConfig(ego_motion='beam')
     summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
-    drops = summary.assembly.drops
+    drops = summary.assembler.drops
     assert drops['no odometry after it before the deadline'] == drops.total() == 20
     config = AssemblerConfig(ego_motion='beam', without_odometry='uncompensated')
     summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
-    assert not summary.assembly.drops
+    assert not summary.assembler.drops
     reason = 'uncompensated: no odometry after it before the deadline'
-    assert summary.assembly.remarks == {reason: 20}
+    assert summary.assembler.remarks == {reason: 20}
     frames = Counter(m.header.frame_id for _, m, _ in clouds_in(tmp_path / 'out.mcap'))
     assert frames == {'odom': 20, 'nodlidar_base_link': 20}
     with pytest.raises(OutputError, match=r'two frames, which only an \.mcap'):

@@ -1,5 +1,6 @@
 """The clouds of a bag, written into a file: those that the node makes of the same messages."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from nodlidar_assembler.bags.cloud_bag import CloudBag
 from nodlidar_assembler.bags.point_files import OutputError, pcd_header, ply_header, PointFile
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_common.whole_file import whole_file
 
 SUFFIXES = ('.ply', '.pcd', '.mcap')
@@ -52,8 +54,10 @@ class Summary:
 
     Attributes
     ----------
-    assembly
-        Its counts and drops.
+    counts
+        scans, clouds and points.
+    assembler
+        Its drops and remarks.
     first_ns, last_ns
         When the bag's first message was recorded, and just after its last [ns].
     seconds
@@ -62,7 +66,8 @@ class Summary:
         What else is to be known.
     """
 
-    assembly: BagAssembly
+    counts: Counter[str]
+    assembler: MessageAssembler
     first_ns: int
     last_ns: int
     seconds: float
@@ -102,7 +107,8 @@ def write_clouds(
             assembly.finish()
             _check_result(source, assembly)
         notes = [*_trouble(source), *replaced]
-    return Summary(assembly, first_ns, last_ns, time.perf_counter() - begin, notes)
+    seconds = time.perf_counter() - begin
+    return Summary(assembly.counts, assembly.assembler, first_ns, last_ns, seconds, notes)
 
 
 def _trouble(source: BagSource) -> list[str]:
@@ -151,8 +157,9 @@ def _check_result(source: BagSource, assembly: BagAssembly) -> None:
     if not scans:
         raise BagError(f"'{source.path}' has no scan")
     if not assembly.counts['clouds']:
-        reasons = ', '.join(f'{n} {reason}' for reason, n in assembly.drops.items())
-        trouble = f' ({assembly.trouble})' if assembly.trouble else ''
+        assembler = assembly.assembler
+        reasons = ', '.join(f'{n} {reason}' for reason, n in assembler.drops.items())
+        trouble = f' ({assembler.trouble})' if assembler.trouble else ''
         why = f'{reasons}{trouble}' if reasons else 'none has a measurement'
         raise BagError(f'no cloud comes of {scans} scans: {why}')
 

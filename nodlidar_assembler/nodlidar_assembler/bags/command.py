@@ -73,20 +73,17 @@ def absolute(topic: str) -> str:
 
 def summary_table(summary: Summary, output: Path) -> Table:
     """Return what became of the bag."""
-    assembly, begin, end = (
-        summary.assembly,
-        summary.first_ns / NS_PER_S,
-        summary.last_ns / NS_PER_S,
-    )
+    drops, remarks = summary.assembler.drops, summary.assembler.remarks
+    begin, end = summary.first_ns / NS_PER_S, summary.last_ns / NS_PER_S
     table = Table(show_header=False)
     table.add_column(overflow='fold')
     table.add_column(justify='right', overflow='fold')
     table.add_row('written', str(output))
-    for name, count in (assembly.counts | assembly.remarks).items():
+    for name, count in (summary.counts | remarks).items():
         table.add_row(name, f'{count}')
-    for reason, count in assembly.drops.items():
+    for reason, count in drops.items():
         table.add_row(f'dropped: {reason}', f'{count}')
-    if not assembly.drops:
+    if not drops:
         table.add_row('dropped', '0')
     table.add_row('recorded', f'{begin:.3f} .. {end:.3f} s')
     table.add_row('', f'{end - begin:.3f} s')

@@ -135,13 +135,13 @@ class Diagnosis:
             self.counts | self._assembly.assembler.remarks | self._losses()
         ).items():
             status.add(name, str(count))
-        status.add('revolutions without a scan', str(self._assembly.watch.missing))
+        status.add('revolutions without a scan', str(self._assembly.assembler.watch.missing))
         status.add('latency after the last point [s]', f'{self._latency:.4f}')
         return status
 
     def _silent(self) -> list[str]:
         texts = [f'no {name} for {silent:.1f} s' for name, silent in self._silences().items()]
-        return [*texts, *filter(None, [self._assembly.trouble])]
+        return [*texts, *filter(None, [self._assembly.assembler.trouble])]
 
     def _warnings(self) -> list[str]:
         texts = [f'{count} publishers tell of {what}' for what, count in self._crowds().items()]

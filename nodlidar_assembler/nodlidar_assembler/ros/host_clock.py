@@ -35,8 +35,8 @@ class HostClock:
         """Return the time by which scans wait [ns]: steady, or simulated as their stamps are."""
         return self.now_ns() if self._clock.ros_time_is_active else steady_ns()
 
-    def look(self) -> bool:
-        """Look whether the clock was set; return whether stamps are of the present time again."""
+    def check(self) -> bool:
+        """Check whether the clock was set; return whether stamps are of the present time again."""
         if self._clock.ros_time_is_active:
             return True
         if step_ns := self._time.update():

@@ -114,7 +114,7 @@ class Assembler(Node):
 
     def _note_publisher(self, message: JointState) -> None:
         states = self.inputs['joint states']
-        if self.assembly.joint.tells_of_joint(message):
+        if self.assembly.assembler.joint.tells_of_joint(message):
             states.publishers.note(states.publisher)
 
     def _scan_arrived(self, scan: Scan) -> None:

@@ -1,0 +1,75 @@
+"""Messages in, the outcome of each scan out: the assembly as the node and bags run it."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.inputs.joint_input import JointInput
+from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
+from nodlidar_assembler.scan_assembler import ScanAssembler
+from nodlidar_common.pose import Pose
+
+CLOCK_WAS_SET = 'the clock was set'
+
+
+class MessageAssembler(ScanAssembler):
+    """A ScanAssembler that takes messages, rclpy's or those of a bag, and counts what it refuses.
+
+    Parameters
+    ----------
+    config
+        Parameters of the assembler.
+    odometry_trouble
+        Returns why there is no odometry; empty if there is some.
+    mount
+        See ScanAssembler.
+
+    Attributes
+    ----------
+    joint
+        Selects the samples of the nod's joint.
+    watch
+        Counts the revolutions of the lidar without a scan.
+    """
+
+    def __init__(
+        self,
+        config: AssemblerConfig,
+        odometry_trouble: Callable[[], str],
+        mount: Pose | None = None,
+    ) -> None:
+        super().__init__(config, mount)
+        self._odometry_trouble = odometry_trouble
+        self._scan_input = ScanInput(config)
+        self.watch = self._scan_input.watch
+        self.joint = JointInput(config, self.drops)
+
+    @property
+    def trouble(self) -> str:
+        """Why there are no joint samples or no odometry; empty if there are both."""
+        tf = self._odometry_trouble()
+        return self.joint.trouble or (f'TF: {tf}' if tf else '')
+
+    def scan(self, message: Any) -> Scan:
+        """Return a LaserScan as a scan to be added; raises RefusedScanError, and counts it."""
+        try:
+            return self._scan_input.scan(message)
+        except RefusedScanError as error:
+            self.drops[str(error)] += 1
+            raise
+
+    def add_joint_state(self, message: Any) -> Iterator[tuple[int, float]]:
+        """Add the samples of a JointState one by one; yield each [ns], [rad] once it is added.
+
+        Publish what is ready after each: the next one may be of another time.
+        """
+        for sample in self.joint.samples(message):
+            self.add_joint_sample(*sample)
+            yield sample
+
+    def clock_was_set(self, step_ns: int) -> None:
+        """Restart after the clock was set by a step [ns]; scans that wait are dropped."""
+        self.watch.shift(step_ns)
+        self.joint.restart()
+        self.restart(CLOCK_WAS_SET)
