@@ -1,4 +1,4 @@
-"""How far off what was published is from what really happened."""
+"""The errors of published scans and clouds against the truth."""
 
 from dataclasses import dataclass
 
@@ -16,23 +16,21 @@ _SAME_STAMP_NS = 1_000_000  # between a cloud's stamp and its scan's
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Errors:
-    """Of every message, in the order in which they were published.
+    """Of every scan and cloud, in the order in which they were published.
 
     Attributes
     ----------
     source
-        Which of the lidar's scans each published one is, -1 if none, shape (s,).
+        The lidar's scan that each published one is, by its number, -1 if none, shape (s,).
     stamp
         Of the scans [s], NaN without a source, shape (s,).
     changed
-        Beams of each scan that are not what was sent, shape (s,).
+        Number of beams of each scan that differ from those sent, shape (s,).
     scan_of_cloud
-        Which published scan each cloud is made of, -1 if none, shape (c,).
+        The published scan of each cloud, by its number, -1 if none, shape (c,).
     cloud
-        RMS distance of a cloud's points to where they truly were [m], NaN without a source,
+        RMS distance of a cloud's points to their true positions [m], NaN without a source,
         shape (c,).
-    joint
-        Of the pitch at the stamp of each joint state [rad], shape (j,).
     """
 
     source: NDArray[np.intp]
@@ -40,17 +38,15 @@ class Errors:
     changed: NDArray[np.int64]
     scan_of_cloud: NDArray[np.intp]
     cloud: NDArray[np.float64]
-    joint: NDArray[np.float64]
 
 
 def errors(published: Published, truth: Truth) -> Errors:
-    """Return the errors of all that was published."""
+    """Return the errors of all scans and clouds."""
     scans = [scan for _, scan in published.scans]
     clouds = [cloud for _, cloud in published.clouds]
     source = sources(published.scans, truth.scans)
     sent = [truth.scans[i] if i >= 0 else None for i in source]
     of_cloud = _scans_of(clouds, scans)
-    joint = published.joint_pitch - truth.pitch(published.joint_stamp_ns)
     return Errors(
         source,
         np.array([_stamp_error(s, t) for s, t in zip(scans, sent, strict=True)]),
@@ -62,20 +58,18 @@ def errors(published: Published, truth: Truth) -> Errors:
                 for cloud, i in zip(clouds, of_cloud, strict=True)
             ]
         ),
-        joint,
     )
 
 
 def cloud_error(cloud: Cloud, scan: Scan, sent: TrueScan | None) -> float:
-    """Return the RMS distance of a cloud's points to where the lidar truly measured them [m].
+    """Return the RMS distance of a cloud's points to their true positions [m].
 
-    A beam whose range was changed on its way counts elsewhere and is left out.
+    Beams whose range was changed on the wire are left out; Errors.changed counts them.
     """
     if sent is None:
         return float('nan')
     beams = Beams(scan.geometry, REFERENCE_MOUNT)
-    told = valid_beams(beams, scan.ranges)
-    sound = (codes_of(scan) == sent.codes)[told]
+    sound = (codes_of(scan) == sent.codes)[valid_beams(beams, scan.ranges)]
     true = assemble(beams, int(sent.times_ns[0]), scan.ranges, sent.pitch).data
     xyz = np.stack([true[axis] for axis in 'xyz'], axis=1)
     squares = ((cloud.xyz - xyz) ** 2).sum(axis=1)[sound]
@@ -91,7 +85,7 @@ def _changed(scan: Scan, sent: TrueScan | None) -> int:
 
 
 def _scans_of(clouds: list[Cloud], scans: list[Scan]) -> NDArray[np.intp]:
-    """Return the scan that each cloud is made of: by the stamp of its first valid beam."""
+    """Return the scan of each cloud, by the stamp of its first valid beam."""
     found = np.full(len(clouds), -1)
     firsts, sizes = np.empty(len(scans), dtype=np.int64), np.empty(len(scans), dtype=np.int64)
     for i, scan in enumerate(scans):

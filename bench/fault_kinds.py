@@ -1,4 +1,4 @@
-"""The faults that a sensor is put to: how each begins and ends."""
+"""The kinds of faults: how each begins and ends."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LEAST_RATE, _GREATEST_RATE = 5e-4, 1e-2  # of bytes
 
 @dataclass(frozen=True, slots=True)
 class Begun:
-    """A fault that lasts: how it is ended, and since when it has mattered [ns], if it ever did."""
+    """A fault under way: how it is ended, and when it first had an effect [ns], if it had any."""
 
     end: Callable[[], None]
     hit_ns: Callable[[], int | None]
@@ -36,13 +36,13 @@ class Kind:
     name
         Of the kind.
     begin
-        Brings one about.
+        Causes one.
     durations
-        From and to which they last [s].
+        Shortest and longest [s].
     ends_launch
         Whether the launch ends with it and is started again.
     releases_after
-        A fault that lasts for so long [s] leaves nobody who may keep torque on.
+        Torque must go off if it lasts this long [s].
     """
 
     name: str
@@ -92,7 +92,8 @@ def _on_wire(device: str, direction: str, spoil: Callable[[FaultyLine, Random], 
 
     def begin(rig: Rig, rng: Random) -> Begun:
         line = rig.line(device, direction)
-        replug = (device, direction) == ('lidar', 'to')  # only then the host says anything
+        # The host sends requests to the lidar only when it has opened the port.
+        replug = (device, direction) == ('lidar', 'to')
         if replug:
             rig.unplug(device)
         detail = spoil(line, rng)
@@ -206,10 +207,9 @@ KINDS = {kind.name: kind for kind in _all_kinds()}
 
 
 def schedule(seed: int, only: str = '') -> list[Kind]:
-    """Return the kinds whose names have a part in common with `only`, in a random order.
+    """Return the kinds with one of the parts of `only` in their names, in a random order.
 
-    Those that end the launch come last, so that before them nodes live for long: else neither
-    memory nor open files told much.
+    Those that end the launch come last.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a sensor published, from its bag: scans, clouds, joint states, diagnostics."""
+"""What a sensor published, from its bag: scans, clouds, diagnostics."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bench.fault_truth import TrueScan
 
-TOPICS = ('scan', 'points', 'joint_states', 'diagnostics')
+TOPICS = ('scan', 'points', 'diagnostics')
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,52 +38,40 @@ class Status:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Published:
-    """What was published, and when [ns].
+    """What was published.
 
     Attributes
     ----------
     scans, clouds
-        With the times at which they were published, ascending.
-    joint_ns, joint_stamp_ns, joint_pitch
-        When joint states were published [ns], their stamps [ns], their pitch [rad], shape (j,).
+        With the times at which they were published [ns], ascending.
     statuses
         In the order of their times.
     """
 
     scans: list[tuple[int, Scan]]
     clouds: list[tuple[int, Cloud]]
-    joint_ns: NDArray[np.int64]
-    joint_stamp_ns: NDArray[np.int64]
-    joint_pitch: NDArray[np.float64]
     statuses: list[Status]
 
 
 def read_published(bag: Path) -> Published:
-    """Return what a bag holds; raises BagError if it cannot be read to its end."""
+    """Return the messages of a bag; raises BagError if it cannot be read to its end."""
     messages: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in TOPICS}
     for recorded in messages_of(bag, lambda topic, kind: topic.lstrip('/') in TOPICS):
         message = _taken(recorded.message, recorded.topic.lstrip('/'), recorded.time_ns)
         messages[recorded.topic.lstrip('/')].append((recorded.time_ns, message))
     for each in messages.values():
         each.sort(key=lambda entry: entry[0])
-    joints = [(t, stamp_ns, pitch) for t, (stamp_ns, pitch) in messages['joint_states']]
-    told = np.array(joints, dtype=[('time', 'i8'), ('stamp', 'i8'), ('pitch', 'f8')])
     return Published(
         messages['scan'],
         messages['points'],
-        told['time'],
-        told['stamp'],
-        told['pitch'],
         [status for _, array in messages['diagnostics'] for status in array],
     )
 
 
 def _taken(message: Any, topic: str, at_ns: int) -> Any:
-    """Return of a message what counts."""
+    """Return the part of a message that is judged."""
     if topic == 'scan':
         return scan_from_message(message)
-    if topic == 'joint_states':
-        return time_ns(message.header.stamp), float(message.position[0])
     if topic == 'points':
         data = message.data.view(POINT)
         xyz = np.stack([data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
@@ -101,11 +89,10 @@ def codes_of(scan: Scan) -> NDArray[np.int64]:
 
 
 def sources(scans: list[tuple[int, Scan]], sent: list[TrueScan]) -> NDArray[np.intp]:
-    """Return for each scan which of those that were sent it is, -1 if none, shape (n,).
+    """Return the number of the sent scan that each scan is, -1 if none, shape (n,).
 
-    It is the one that it shares most of its ranges with, half of them at least, of those that
-    were sent within a quarter of a minute before it was published. Stamps are not asked: they may
-    be wrong.
+    Of the scans sent in the 15 s before it was published, it is the one with the most equal
+    ranges, at least half of them. Stamps are not used: they may be wrong.
     """
     found = np.full(len(scans), -1)
     if not sent:

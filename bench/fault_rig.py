@@ -1,10 +1,10 @@
-"""The launched system on emulated devices that belong to this process, which can spoil them."""
+"""The launched system on emulated devices of this process, which can make them fail."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
-from dataclasses import dataclass, replace
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 import sys
 import time
@@ -31,24 +31,13 @@ from bench.fault_recorder import RecorderProcess
 from bench.fault_truth import FaultyServo, Truth
 from bench.node_processes import node_processes
 
-RANGE_NOISE = 0.002  # [m]; tells every scan from every other, also where nothing moves
-_SWITCH_INTERVAL = 2e-4  # of Python's threads [s]: that one device does not wait for the other
+RANGE_NOISE = 0.002  # [m]; makes every scan different, also where nothing moves
+_SWITCH_INTERVAL = 2e-4  # of Python's threads [s]: no device waits for the other
 START_TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # [s]
 
 
-@dataclass(frozen=True, slots=True)
-class Load:
-    """What a node's process held at a time [ns]: memory [MB] and open files."""
-
-    time_ns: int
-    node: str
-    pid: int
-    memory: float
-    files: int
-
-
 class WatchedDevice(FaultyDevice):
-    """A device behind a bad connection that is looked at whenever its host is served."""
+    """A device behind a bad connection that calls a function whenever its host is served."""
 
     def __init__(self, device: Device, seed: int, look: Callable[[int], None]) -> None:
         super().__init__(device, seed)
@@ -67,28 +56,26 @@ class Rig:
     Parameters
     ----------
     folder
-        For the bag, the devices' links and what launches print.
+        For the bag, the devices' links and the output of launches.
     seed
-        Of all that is random about the devices.
+        Of the random numbers of the devices.
 
     Attributes
     ----------
     truth
-        What the devices really did.
+        What the devices truly did.
     lidar, servo, motion
-        The devices and the servo's motor with its encoder, to be spoilt.
+        The devices, and the servo's motor with its encoder.
     recorder
-        Records what is published.
+        Records what the nodes publish.
     launch
         The running launch file.
     launches_ns
         When the launch file was started [ns].
-    loads
-        What the nodes held, whenever that was asked for.
     timer_error
-        What is added to the timestamp of the lidar's next scan, once [ms].
+        Added to the timestamp of the lidar's next scan, once [ms].
     timer_hit_ns
-        When that last happened [ns].
+        When it was last added [ns].
     """
 
     recorder: RecorderProcess
@@ -96,19 +83,17 @@ class Rig:
 
     def __init__(self, folder: Path, seed: int) -> None:
         self.folder = folder
-        self.loads: list[Load] = []
         self.launches_ns: list[int] = []
         self.timer_error = 0
         self.timer_hit_ns: int | None = None
-        self._unheard: Stream | None = (
-            None  # of a host that is gone; another one did not ask for it
-        )
+        # Requested by a host that closed the port; the next host did not request it.
+        self._unheard: Stream | None = None
         self._rng = np.random.default_rng(seed)
         start_ns = time.time_ns()
         room = load_scene('room')
         self._scene = replace(room, effects=replace(room.effects, range_noise=RANGE_NOISE))
         self.motion = FaultyServo(ServoMotion(), seed)
-        self.truth = Truth(self.motion.shaft, start_ns)
+        self.truth = Truth(self.motion.shaft)
         self._world = World(self._scene, self.motion.shaft, start_ns=start_ns)
         self.servo = Rx24fEmulator(self.motion, baud=1)
         self.wires = {
@@ -159,7 +144,7 @@ class Rig:
         self.ports[device].close_device(device)
 
     def renew_lidar(self) -> None:
-        """Have the lidar, which must be unplugged, start anew."""
+        """Restart the lidar, which must be unplugged."""
         self.wires['lidar'] = self._new_lidar(self.now_ns())
 
     def _new_lidar(self, start_ns: int) -> WatchedDevice:
@@ -181,7 +166,6 @@ class Rig:
             self.timer_error, self.timer_hit_ns = 0, turn.end_ns
 
     def _look_at_servo(self, now_ns: int) -> None:
-        self.truth.follow(now_ns)
         self.truth.torque.note(now_ns, bool(self.servo.table[TORQUE_ENABLE]))
 
     def _look_at_lidar(self, now_ns: int) -> None:
@@ -205,7 +189,7 @@ class Rig:
         )
 
     def start_again(self) -> None:
-        """Start the launch file after its end and that of its nodes, by force if need be."""
+        """Start the launch file again after it and its nodes ended, by force if necessary."""
         self.recorder.spin_until(lambda: not self.launch.running(), STOP_TIMEOUT)
         self.relaunch()
 
@@ -222,17 +206,9 @@ class Rig:
         return [process for process in self._nodes.values() if process.is_running()]
 
     def nodes(self) -> dict[str, psutil.Process]:
-        """Return the nodes' processes, of a launch that was killed those it had."""
+        """Return the nodes' processes, those of the last running launch if it was killed."""
         self._nodes = node_processes(self.launch.process.pid) or self._nodes
         return self._nodes
-
-    def weigh(self) -> None:
-        """Take note of what the nodes hold."""
-        for node, process in self.nodes().items():
-            with suppress(psutil.Error):
-                memory = process.memory_info().rss / 1e6
-                files = process.num_fds()
-                self.loads.append(Load(self.now_ns(), node, process.pid, memory, files))
 
     @staticmethod
     def now_ns() -> int:

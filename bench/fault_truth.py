@@ -1,4 +1,4 @@
-"""The devices of a sensor under faults, and what they really did."""
+"""The devices of a sensor under faults, and what they truly did."""
 
 from dataclasses import dataclass, field
 
@@ -8,21 +8,18 @@ from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 from numpy.typing import NDArray
 
-SAMPLING_NS = 1_000_000  # of the true pitch; at 200 rad/s^2 a line is 25 urad off in between
-_REMEMBERED_NS = 4_000_000_000  # that a servo's motion surely tells
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrueScan:
-    """A turn of the lidar that was sent.
+    """A scan that the lidar sent.
 
     Attributes
     ----------
     times_ns, codes, pitch
-        Of each beam: when it was sent [ns], what it measured [mm] (0: nothing), and where it
-        pointed [rad], shape (682,).
+        Of each beam: when it was sent [ns], its range [mm] (0: none), and its pitch [rad],
+        shape (682,).
     heard
-        Whether the host that has asked for it still had the lidar's port open.
+        Whether the host that requested it still had the lidar's port open.
     """
 
     times_ns: Times
@@ -39,7 +36,7 @@ class Changes:
     states: list[bool] = field(default_factory=list)
 
     def note(self, now_ns: int, state: bool) -> None:
-        """Take note of a state."""
+        """Record the state at a time [ns]."""
         if not self.states or self.states[-1] != state:
             self.times_ns.append(now_ns)
             self.states.append(state)
@@ -56,63 +53,44 @@ class Changes:
 
 
 class Truth:
-    """What really happened; the thread that serves the devices fills it.
+    """What truly happened; the thread that serves the devices fills it.
 
     Attributes
     ----------
     scans
-        All that the lidar sent.
+        All scans that the lidar sent.
     torque, laser
         When they were on.
     """
 
-    def __init__(self, shaft: Motion, start_ns: int) -> None:
+    def __init__(self, shaft: Motion) -> None:
         self.scans: list[TrueScan] = []
         self.torque, self.laser = Changes(), Changes()
         self._shaft = shaft
-        self._next_ns = start_ns
-        self._times_ns: list[Times] = []
-        self._pitch: list[Array] = []
 
     def add_scan(self, turn: Turn, heard: bool) -> None:
-        """Take note of a turn that is sent."""
+        """Record a revolution that is sent."""
         codes = turn.codes[FIRST_STEP : LAST_STEP + 1].copy()
         codes[codes < MIN_RANGE_MM] = 0
         pitch = self._shaft.position(turn.times_ns)
         self.scans.append(TrueScan(turn.times_ns, codes, pitch, heard))
 
-    def follow(self, now_ns: int) -> None:
-        """Take note of the pitch up to now [ns]."""
-        self._next_ns = max(self._next_ns, now_ns - _REMEMBERED_NS)
-        times_ns = np.arange(self._next_ns, now_ns, SAMPLING_NS)
-        if times_ns.size:
-            self._times_ns.append(times_ns)
-            self._pitch.append(self._shaft.position(times_ns))
-            self._next_ns = int(times_ns[-1]) + SAMPLING_NS
-
-    def pitch(self, times_ns: Times) -> Array:
-        """Return the pitch [rad] at times [ns] within what was followed."""
-        known = np.concatenate(self._times_ns)
-        elapsed = (times_ns - known[0]) / 1e9
-        pitch: Array = np.interp(elapsed, (known - known[0]) / 1e9, np.concatenate(self._pitch))
-        return pitch
-
 
 class FaultyServo(ServoMotion):
-    """A shaft as its motor drives it and its encoder tells it.
+    """A shaft with a motor and an encoder that can fail.
 
     Attributes
     ----------
     shaft
-        The truth.
+        Its true motion.
     blocked
-        The motor cannot move it.
+        Whether the motor cannot move it.
     frozen
-        The encoder tells this [rad]; None to tell where the shaft is.
+        Reading of the encoder [rad]; None for the true position.
     spike_rate
-        Share of the readings that are anywhere.
+        Share of the readings that are random.
     first_hit_ns
-        When any of that first mattered [ns]; None if it never did.
+        When a fault first had an effect [ns]; None if none had.
     """
 
     def __init__(self, shaft: ServoMotion, seed: int) -> None:
@@ -122,14 +100,14 @@ class FaultyServo(ServoMotion):
         self.mend()
 
     def mend(self) -> None:
-        """Be sound from now on."""
+        """End all faults."""
         self.blocked = False
         self.frozen: float | None = None
         self.spike_rate = 0.0
         self.first_hit_ns: int | None = None
 
     def position(self, times_ns: Times) -> Array:
-        """Return what the encoder tells [rad]."""
+        """Return the reading of the encoder [rad]."""
         if self.frozen is not None:
             self._hit(times_ns)
             return np.full(np.shape(times_ns), self.frozen)
@@ -139,7 +117,7 @@ class FaultyServo(ServoMotion):
         return self.shaft.position(times_ns)
 
     def velocity(self, times_ns: Times) -> Array:
-        """Return what the speed register tells [rad/s]."""
+        """Return the reading of the speed register [rad/s]."""
         return self.shaft.velocity(times_ns) * (self.frozen is None)
 
     def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:

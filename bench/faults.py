@@ -1,9 +1,9 @@
-"""The launched system under random faults: are they named and healed, and what do they spoil.
+"""The launched system under random faults: whether they are named and healed, and the errors.
 
 Real nodes on emulated devices; bytes, cables, devices and processes fail one after the other, with
-healthy pauses. What is published is compared with what the devices really did. An error is the
-worst of all messages from a fault's onset until the next fault; the distance of a cloud is the RMS
-over its points. `python -m bench.faults --help` shows what can be chosen.
+healthy pauses. The published messages are compared with what the devices truly did. An error is
+the worst of all messages from a fault's begin until the next fault; the distance of a cloud is the
+RMS over its points. `python -m bench.faults --help` shows the options.
 """
 
 import argparse
@@ -25,34 +25,34 @@ from bench.fault_judgement import Episode, Judge, Judgement
 from bench.fault_kinds import Kind, schedule
 from bench.fault_log import read_published
 from bench.fault_rig import Rig, START_TIMEOUT
-from bench.fault_rows import load_rows, row
+from bench.fault_rows import row
 from bench.report import Row, table
 
 DURATION = 600.0
 HEALTHY = 20.0  # before the first fault [s]
 PAUSE = 4.0  # from when a fault has healed to the next one [s]
 PATIENCE = 20.0  # for it to heal [s]; then the launch is started again
-TITLE = f'Random faults for {DURATION:.0f} s: how each was named, healed, and what it spoilt'
+TITLE = f'Random faults for {DURATION:.0f} s: how each was named and healed, and the errors'
 NONE, ALL = 'none', 'all'
 
 
 class UnhealthyError(NodlidarError):
-    """A system that does not work without any fault."""
+    """The system does not work even without a fault."""
 
 
 def results(
     duration: float = DURATION, seed: int = 1, only: str = '', keep: Path | None = None
 ) -> list[Row]:
-    """Return what became of faults, by kind.
+    """Return the judgement of faults, by kind.
 
     Parameters
     ----------
     duration
         Of all faults [s].
     seed
-        Of the order of the faults, how bad they are, and how long they last.
+        Of the order, sizes and durations of the faults.
     only
-        Parts of the names of faults, with commas: only faults with one of them.
+        Parts of names of faults, separated by commas: only faults with one of them.
     keep
         A folder for the bag, the nodes' logs and the judgement of each fault.
 
@@ -81,7 +81,6 @@ def results(
         row(NONE, healthy),
         *(row(name, kinds[name]) for name in sorted(kinds)),
         every | {'unaccounted': judge.unaccounted(episodes)},
-        *load_rows(rig.loads),
     ]
 
 
@@ -90,7 +89,7 @@ def _span(episode: Episode) -> tuple[int, int]:
 
 
 def _episodes(rig: Rig, duration: float, seed: int, only: str) -> Iterator[Episode]:
-    """Yield a time without faults and then one fault after the other."""
+    """Yield a time without faults, then one fault after the other."""
     kinds, rng = schedule(seed, only), np.random.default_rng(seed)
     console = get_console()
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
@@ -110,8 +109,7 @@ def _episodes(rig: Rig, duration: float, seed: int, only: str) -> Iterator[Episo
 
 
 def _episode(rig: Rig, kind: Kind, rng: np.random.Generator) -> Episode:
-    """Bring a fault about, end it and wait until clouds come again."""
-    rig.weigh()
+    """Cause a fault, end it and wait until clouds come again."""
     began_ns, lasting = rig.now_ns(), float(rng.uniform(*kind.durations))
     fault = kind.begin(rig, rng)
     rig.recorder.spin(lasting)
@@ -129,7 +127,7 @@ def _episode(rig: Rig, kind: Kind, rng: np.random.Generator) -> Episode:
 
 
 def _write(path: Path, judged: list[tuple[Episode, Judgement]], start_ns: int) -> None:
-    """Write the judgement of each fault, and when it was [s]."""
+    """Write the judgement of each fault with its time [s]."""
     rows = [
         {
             'at [s]': round((episode.began_ns - start_ns) / 1e9, 3),
@@ -142,11 +140,11 @@ def _write(path: Path, judged: list[tuple[Episode, Judgement]], start_ns: int) -
 
 
 def main() -> None:
-    """Print what was asked for."""
+    """Print the judgement of the requested faults."""
     parser = argparse.ArgumentParser(prog='python -m bench.faults', description=__doc__)
     parser.add_argument('--duration', type=float, default=DURATION, help='of all faults [s]')
     parser.add_argument('--seed', type=int, default=1, help='of order and size of the faults')
-    parser.add_argument('--only', default='', help='parts of the names of faults, with commas')
+    parser.add_argument('--only', default='', help='parts of names of faults, separated by commas')
     parser.add_argument('--keep', type=Path, help='folder for bag, logs and each judgement')
     options = parser.parse_args()
     try:
@@ -155,9 +153,7 @@ def main() -> None:
         sys.exit(f'faults: {error}')
     except KeyboardInterrupt:
         sys.exit('faults: interrupted')
-    faults = [each for each in rows if 'number' in each]
-    get_console().print(table(TITLE, faults))
-    get_console().print(table('Nodes', [each for each in rows if each not in faults]))
+    get_console().print(table(TITLE, rows))
 
 
 if __name__ == '__main__':
