@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 import errno
 import termios
+from typing import Protocol
 
 from nodlidar_common.errors import PortError
 import serial
@@ -16,6 +17,25 @@ _HINTS = {
     errno.ENOTTY: 'it is not a serial port',
     errno.EISDIR: 'it is not a serial port',
 }
+
+
+class SerialPort(Protocol):
+    """The part of pyserial's ``Serial`` that the devices use."""
+
+    timeout: float | None
+
+    @property
+    def in_waiting(self) -> int:
+        """Number of bytes that can be read at once."""
+
+    def read(self, size: int = 1, /) -> bytes:
+        """Return that many bytes, or fewer after the timeout."""
+
+    def write(self, data: bytes, /) -> int | None:
+        """Send bytes."""
+
+    def reset_input_buffer(self) -> None:
+        """Drop the received bytes."""
 
 
 def open_port(path: str, baud_rate: int, timeout: float | None) -> serial.Serial:

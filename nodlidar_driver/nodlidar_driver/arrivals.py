@@ -1,4 +1,4 @@
-"""When scans arrive: the line of the earliest ones, which lateness does not bend."""
+"""Arrivals of scans: the line of the earliest ones, which late ones do not affect."""
 
 from dataclasses import replace
 import math
@@ -7,23 +7,23 @@ from nodlidar_driver.envelope import Line, lower_line
 import numpy as np
 from numpy.typing import NDArray
 
-WINDOW_MS = 30_000.0  # a warming quartz drifts straight for so long
-_LATE_MS, _LATE_SCATTERS = 2.0, 6.0  # later than so much beyond the line says nothing about it
-_EARLY_MS, _EARLY_SCATTERS = 3.0, 3.0  # earlier by more: the line was one of late scans
-# How long the line may be extended: a drift that is off by 100 or 20 ppm makes 2 ms of it.
-_KNOWN_MS = 15_000.0  # after so long the drift is known
+WINDOW_MS = 30_000.0  # for this time the drift of a warming quartz is constant
+_LATE_MS, _LATE_SCATTERS = 2.0, 6.0  # scans later than the line by more are ignored
+_EARLY_MS, _EARLY_SCATTERS = 3.0, 3.0  # if one is earlier by more, the line was of late scans
+# How long the line may be extended: an error of the drift of 100 or 20 ppm adds up to 2 ms.
+_KNOWN_MS = 15_000.0  # after this time the drift is known
 _TRUSTED_MS, _TRUSTED_WHEN_KNOWN_MS = 20_000.0, 100_000.0
 
 
 class Arrivals:
-    """The scans of the last half a minute: when each was taken, and when it arrived.
+    """The scans of the last 30 s: when each was taken, and when it arrived.
 
     Attributes
     ----------
     line
-        How much later than on the device's clock they arrive at least, at the newest scan [ms].
+        Least delay of the arrival against the device's clock, at the newest scan [ms].
     late_ms
-        How much later than that the newest one arrived [ms].
+        How much later than that the newest scan arrived [ms].
     """
 
     def __init__(self) -> None:
@@ -40,12 +40,12 @@ class Arrivals:
         return float(self._taken_ms[-1] - self._taken_ms[0]) if len(self) else 0.0
 
     def is_early(self, taken_ms: float, arrived_ms: float) -> bool:
-        """Tell whether a scan comes so early that all before must have been late."""
+        """Return whether a scan is so early that all former ones must have been late."""
         limit_ms = _EARLY_MS + _EARLY_SCATTERS * self.line.scatter
         return len(self) > 0 and arrived_ms - taken_ms < self.line.value - limit_ms
 
     def is_outdated(self, arrived_ms: float) -> bool:
-        """Tell whether all scans have been late for longer than the line can be extended."""
+        """Return whether all scans have been late for longer than the line can be extended."""
         trusted_ms = _TRUSTED_WHEN_KNOWN_MS if self._known else _TRUSTED_MS
         return len(self) > 0 and arrived_ms - self._timely_ms > trusted_ms
 
@@ -57,16 +57,16 @@ class Arrivals:
         self._known = False
 
     def add(self, taken_ms: NDArray[np.float64], arrived_ms: float) -> None:
-        """Take a scan and fit the line of the least delays anew.
+        """Add a scan and fit the line of the least delays again.
 
-        A scan that waited, for a busy host or in a slow line, says nothing about the line, however
-        many of them do: the device's clock goes on, and the line is extended.
+        Scans that waited for a busy host or in a slow connection do not affect the line, however
+        many there are: it is extended by the device's clock.
 
         Parameters
         ----------
         taken_ms
-            When this scan (the last one) and those before it were taken, on the device's clock:
-            what is known better now replaces what was known before, shape (n,), n >= 1.
+            When this scan (the last one) and former ones were taken, on the device's clock, shape
+            (n,), n >= 1; better values replace those of former calls.
         arrived_ms
             When this scan arrived, on the host's clock.
         """
@@ -84,7 +84,7 @@ class Arrivals:
         self.late_ms = delay_ms - self.line.value
 
     def skip(self, taken_ms: NDArray[np.float64]) -> None:
-        """Take a scan of which the arrival is not known; `taken_ms` as for :meth:`add`."""
+        """Add a scan of unknown arrival; `taken_ms` as for :meth:`add`."""
         if len(self):
             self.add(taken_ms, math.inf)
 
@@ -95,7 +95,7 @@ class Arrivals:
         self._known = bool(taken[-1] - taken[0] > _KNOWN_MS)
 
     def _append(self, taken_ms: NDArray[np.float64], arrived_ms: float) -> None:
-        """Add an arrival, renew when the scans were taken, and forget those of long ago."""
+        """Add an arrival, update when the scans were taken, and forget old ones."""
         self._arrived_ms = np.append(self._arrived_ms, arrived_ms)
         renewed = min(len(taken_ms), len(self._arrived_ms))
         kept = self._taken_ms[: len(self._arrived_ms) - renewed]

@@ -6,7 +6,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_driver.scan import scan_window, ScanWindow
 
-_REVOLUTION = 0.1  # s, nominal: a scan comes in each, but for those that are skipped
+_REVOLUTION = 0.1  # s, nominal time of one scan, sent or skipped
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class DriverConfig:
     autostart: bool = parameter(False, 'Configure and activate the node at start')
 
     def check_together(self) -> None:
-        """Raise ParameterError if the window holds no cluster or the timeout no two scans."""
+        """Raise ParameterError if the window has no cluster or the timeout is below two scans."""
         self.window()
         least = round(2 * (self.skip + 1) * _REVOLUTION, 1)
         if self.timeout < least:
@@ -71,5 +71,5 @@ class DriverConfig:
             raise ParameterError('timeout', limit, self.timeout)
 
     def window(self) -> ScanWindow:
-        """Return the beams that are asked for."""
+        """Return the requested beams."""
         return scan_window(self.angle_min, self.angle_max, self.cluster, self.skip)

@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 _NS_PER_MS = 1e6
 _CALIBRATION_MS = 0.9 * WINDOW_MS  # how long the latency is refined
-_LATENCY_LIMIT_MS = 1_000.0  # a longer latency is one of scans that waited
-_ACAUSAL_MS = 1.0  # by which a scan may seem to arrive before it was measured
-_MOST_REFUSED = 5  # stamps in a row that do not fit, after which the clocks are aligned anew
+_LATENCY_LIMIT_MS = 1_000.0  # if the latency is longer, the scans waited
+_ACAUSAL_MS = 1.0  # a scan may seem to arrive this much before it was measured
+_MOST_REFUSED = 5  # refused stamps in a row, after which the clocks are aligned again
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +46,9 @@ class ScanTime:
     revolution
         Time of one revolution [s], as measured.
     revolutions
-        Revolutions since the scan before; 0 when there was none.
+        Revolutions since the former scan; 0 without one.
     late
-        How much later it arrived than scans do at least [s].
+        How much later it arrived than the earliest scans do [s].
     """
 
     step_zero_ns: int
@@ -67,13 +67,13 @@ class DeviceClock:
     measured_ms
         Time from step 0 to the last measured beam [ms]: no scan can arrive earlier.
     replies
-        Answers of time mode, taken just before the stream; none if the lidar refuses it. Scans
-        are then taken to arrive one revolution after step 0.
+        Answers of time mode just before the stream; none if the lidar refuses it. Then scans are
+        assumed to arrive one revolution after step 0.
 
     Raises
     ------
     ClockError
-        If the answers took so long, or so unequally long, that they do not tell the time.
+        If the answers took too long, or their delays scatter too much, to find the offset.
     """
 
     def __init__(
@@ -95,21 +95,21 @@ class DeviceClock:
 
     @property
     def settled(self) -> bool:
-        """Whether a scan could be dated already."""
+        """Whether a scan has been dated."""
         return self._dated_ms is not None
 
     @property
     def drift_ppm(self) -> float:
-        """By how much the device's clock is faster than the host's [parts per million]."""
+        """Rate of the device's clock against the host's, less 1 [parts per million]."""
         return -self._arrivals.line.slope * 1e6
 
     @property
     def jitter(self) -> float:
-        """Mean lateness of the scans [s], without those that waited long."""
+        """Mean lateness of the scans [s], without those that waited."""
         return self._arrivals.line.scatter * 1e-3
 
     def scan_time(self, device_ms: int, arrival_ns: int) -> ScanTime | None:
-        """Return when a scan was taken; None if its stamp cannot be believed, or not yet.
+        """Return when a scan was taken; None if its stamp is not, or not yet, believed.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class DeviceClock:
         Raises
         ------
         ClockError
-            If the lidar's clock has to be aligned anew.
+            If the lidar's clock has to be aligned again.
         """
         arrived_ms = self._since_origin(arrival_ns)
         if self._arrivals.is_outdated(arrived_ms):
@@ -137,7 +137,7 @@ class DeviceClock:
         zeros_ms = self._revolutions.add(stamp_ms)
         self._add_arrival(zeros_ms, arrived_ms)
         if self._latency_ms > _LATENCY_LIMIT_MS:
-            return None  # it waited since before the stream was read; later ones will be timely
+            return None  # it waited since before the stream was read; later ones arrive in time
         self._refused, last_ms, self._dated_ms = 0, self._dated_ms, stamp_ms
         revolutions = (
             0 if last_ms is None else round((stamp_ms - last_ms) / self._revolutions.period_ms)
@@ -145,7 +145,7 @@ class DeviceClock:
         return self._result(float(zeros_ms[-1]), revolutions)
 
     def _since_origin(self, host_ns: int) -> float:
-        """Return a host time from the first one that was seen [ms], where floats are fine."""
+        """Return a host time relative to the first one [ms], where floats are precise enough."""
         if self._origin_ns is None:
             self._origin_ns = host_ns
         return (host_ns - self._origin_ns) / _NS_PER_MS
@@ -156,7 +156,7 @@ class DeviceClock:
         return unwrapped(device_ms, self._replies.last_ms) if self._replies else device_ms
 
     def _is_acausal(self, stamp_ms: int, arrived_ms: float) -> bool:
-        """Tell whether a stamp says that the scan arrived before it was measured."""
+        """Return whether by its stamp the scan arrived before it was measured."""
         if len(self._arrivals):
             offset_ms = self._arrivals.line.value - self._latency_ms
         elif self._replies:
@@ -179,17 +179,17 @@ class DeviceClock:
     def _add_arrival(self, zeros_ms: NDArray[np.float64], arrived_ms: float) -> None:
         if self._arrivals.is_early(float(zeros_ms[-1]), arrived_ms):
             if self.synchronised and self._replies is None:
-                raise ClockError('scans arrive earlier than they did: those before were late')
+                raise ClockError('scans arrive earlier than before: the former ones were late')
             self._arrivals.clear()
         self._arrivals.add(zeros_ms, arrived_ms)
         self._calibrate(zeros_ms)
 
     def _calibrate(self, zeros_ms: NDArray[np.float64]) -> None:
-        """Refine the latency as long as the answers of time mode are near.
+        """Refine the latency while the answers of time mode are recent.
 
-        The lidar answers once in a revolution, so that the answers' cut off fractions are found as
-        those of the scans are. If it did not answer evenly the whole milliseconds do: the answers
-        that seem least delayed are then those of which least was cut off.
+        The lidar answers once in a revolution, so that the truncated fractions of the answers are
+        found as those of the scans are. If the answers are not even, whole milliseconds are used:
+        the answers that seem least delayed are then those with the smallest fractions.
         """
         if self._replies is None:
             return

@@ -13,8 +13,10 @@ from nodlidar_driver.scan_account import MISSED, ScanAccount, SETTLING
 from nodlidar_driver.state import LidarState, Link
 
 _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
-_RATE_SCANS = 10  # expected in the time that the rate is taken over: one more or less is no news
-_DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave what the estimate can follow
+_RATE_SCANS = (
+    10  # expected in the time over which the rate is taken: one more or less does not matter
+)
+_DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave the range of the estimate
 _LATE_WARNING = 0.01  # s; a scan that is later waited for the host or in the line
 _MEAN_LATE_WARNING = 0.002  # s; scans that are later on average do so again and again
 _SILENCE, _SILENCE_PERIODS = 0.5, 2.5  # s and scans, whichever is longer, without any
@@ -169,7 +171,7 @@ def _link_warnings(link: Link, rate: float, expected: float) -> list[str]:
     if rate < _RATE_TOLERANCE * expected:
         warnings.append(f'{rate:.1f} scans/s instead of {expected:.1f}')
     if not link.is_synchronised:
-        warnings.append('no usable answer in time mode: stamps may be off by some 10 ms')
+        warnings.append('no usable answers in time mode: stamps may be off by some 10 ms')
     if abs(link.drift_ppm) > _DRIFT_WARNING_PPM:
         warnings.append(f'clock drift {link.drift_ppm:.0f} ppm')
     return warnings

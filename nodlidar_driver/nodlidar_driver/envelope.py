@@ -1,7 +1,7 @@
 """Estimates from one-sided noise: messages arrive late, never early.
 
-Delays are taken as exponential with an unknown scale, the usual model of a queueing path: the
-information is in the least delayed messages, not in the mean.
+Delays are assumed to be exponential with an unknown scale, the usual model of a queueing path:
+the information is in the least delayed messages, not in the mean.
 """
 
 from dataclasses import dataclass
@@ -9,16 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-DRIFT_LIMIT = 500e-6  # steepest slope that is looked for; quartz is ten times better
+DRIFT_LIMIT = 500e-6  # steepest slope considered; quartz is ten times better
 _DRIFT_EXPECTED = 50e-6  # half of all quartzes are within this of each other
-_RESOLUTION_MS = 0.02  # mean delays below this are not told apart
+_RESOLUTION_MS = 0.02  # mean delays below this are not distinguished
 _COARSE = np.linspace(-DRIFT_LIMIT, DRIFT_LIMIT, 41, dtype=np.float64)
 _FINE = np.linspace(-25e-6, 25e-6, 51, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line under a cloud of points: its value at the place that was asked for, its slope."""
+    """A line below noisy points: its value at one x, and its slope."""
 
     value: float
     slope: float
@@ -26,7 +26,7 @@ class Line:
 
 
 def lower_line(x: NDArray[np.float64], y: NDArray[np.float64], at: float) -> Line:
-    """Return the line that points with one-sided (exponential) noise lie above.
+    """Return the line above which points with one-sided (exponential) noise lie.
 
     For a given slope the likelihood depends only on the mean height of the points above the
     lowest one. The slope is the posterior mean within DRIFT_LIMIT under a Cauchy prior, so that
@@ -37,7 +37,7 @@ def lower_line(x: NDArray[np.float64], y: NDArray[np.float64], at: float) -> Lin
     x, y
         Points, shape (n,), n >= 1, in one unit.
     at
-        The x at which the line's value is wanted.
+        The x of the line's value.
     """
     along = x - at
     slope = _mean_slope(along, y, _COARSE)
@@ -48,10 +48,10 @@ def lower_line(x: NDArray[np.float64], y: NDArray[np.float64], at: float) -> Lin
 
 
 def least(values: NDArray[np.float64]) -> float:
-    """Return where exponential noise begins, given values with it, shape (n,), n >= 1.
+    """Return the lower bound of values with exponential noise, shape (n,), n >= 1.
 
-    That is the least value less what the least of n delays is expected to be (the unbiased
-    estimate of least variance).
+    That is the least value less the expected least of n delays (the unbiased estimate of minimum
+    variance).
     """
     lowest = float(values.min())
     return lowest - (float(values.mean()) - lowest) / max(len(values) - 1, 1)

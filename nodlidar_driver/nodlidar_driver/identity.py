@@ -1,11 +1,11 @@
-"""What a lidar says about itself: the answers to VV, PP and II."""
+"""What a lidar reports about itself: the answers to VV, PP and II."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from nodlidar_common.errors import DeviceError
 
-_DIGITS = 9  # more has no number that a lidar tells
+_DIGITS = 9  # no number of a lidar has more
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Capabilities:
     first_step, last_step
         Steps that are measured.
     front_step
-        Step that looks along the x axis.
+        Step along the x axis.
     speed
         Nominal speed [rpm].
     """
@@ -55,18 +55,18 @@ class Capabilities:
 
     @property
     def range_min(self) -> float:
-        """Least range that is measured [m]."""
+        """Shortest measurable range [m]."""
         return self.range_min_mm * 1e-3
 
     @property
     def range_max(self) -> float:
-        """Greatest range that is measured [m]."""
+        """Longest measurable range [m]."""
         return self.range_max_mm * 1e-3
 
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """What is used of the answer to II: the motor's speed, and how the lidar feels."""
+    """The answer to II, as far as it is used: speed of the motor and health."""
 
     speed: str
     health: str
@@ -84,7 +84,7 @@ def version(information: Mapping[str, str]) -> Version:
 
 
 def capabilities(information: Mapping[str, str]) -> Capabilities:
-    """Return the answer to PP; raises DeviceError if a key is missing or no positive number."""
+    """Return the answer to PP; raises DeviceError if a key is missing or not a positive number."""
     return Capabilities(
         model=_value(information, 'MODL'),
         range_min_mm=_number(information, 'DMIN'),
@@ -107,7 +107,7 @@ def state(information: Mapping[str, str]) -> State:
 
 def _value(information: Mapping[str, str], key: str) -> str:
     if key not in information:
-        raise DeviceError(f'the lidar does not tell its {key}, only {", ".join(information)}')
+        raise DeviceError(f'the lidar does not report its {key}, only {", ".join(information)}')
     return information[key]
 
 

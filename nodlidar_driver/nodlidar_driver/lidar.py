@@ -4,16 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from nodlidar_common.errors import PortError
+from nodlidar_common.serial_port import SerialPort
 from nodlidar_driver.device_clock import DeviceClock, ScanTime
 from nodlidar_driver.scan import ranges, ScanWindow, STEPS_PER_REVOLUTION
 from nodlidar_driver.scan_account import ScanAccount, SETTLING, TIMESTAMP
 from nodlidar_driver.scip_client import RawScan, ScipClient
-from nodlidar_driver.scip_port import SerialPort
 from nodlidar_driver.time_mode import enough_replies
 import numpy as np
 from numpy.typing import NDArray
 
-_SLACK = 0.05  # of a revolution, by which its end is not known
+_SLACK = 0.05  # uncertainty of the end of a revolution, as a share
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class Scan:
     Attributes
     ----------
     stamp_ns
-        Host time of the first beam [ns]; of a cluster, its centre.
+        Host time of the first beam [ns], or of the centre of the first cluster.
     revolution
         Time of one revolution [s], as measured.
     ranges
@@ -31,7 +31,7 @@ class Scan:
     arrival_ns
         Host time at which the last byte was read [ns].
     late
-        How much later than usual that was [s].
+        How much later than usual it arrived [s].
     """
 
     stamp_ns: int
@@ -49,9 +49,9 @@ class Lidar:
     port
         An open serial port, as pyserial's.
     window
-        The beams that are wanted.
+        The requested beams.
     clock
-        Returns the host time [ns], by a clock that nobody sets.
+        Returns the host time [ns] by a steady clock.
     timeout
         How long the lidar may be silent [s].
     account
@@ -138,7 +138,7 @@ class Lidar:
             self.client.stop()
             is_confirmed = True
         except PortError:
-            self._last = None  # a lidar that is gone is not known to have gone on
+            self._last = None  # an unplugged lidar may not have sent any more
             raise
         finally:
             self._account.end(self._due_until(self._clock() if is_confirmed else asked_ns))
@@ -159,7 +159,7 @@ class Lidar:
         )
 
     def _due_until(self, stop_ns: int) -> int | None:
-        """Return how many scans were sent since the last one, until a stop at a time [ns].
+        """Return how many scans were due since the last one, until a stop at a time [ns].
 
         The revolution at whose end the lidar stops is not sent.
         """

@@ -1,4 +1,4 @@
-"""When the lidar passes step 0, on its own clock and finer than its whole milliseconds."""
+"""Instants of step 0 on the lidar's clock, finer than its whole milliseconds."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ from nodlidar_driver.stamp_check import IRREGULAR_MS, SPEED_RANGE
 import numpy as np
 from numpy.typing import NDArray
 
-_SCANS = 300  # scans that the fit remembers
-_WANDER_MS = 0.05  # what the motor may deviate from an even revolution and still fit
+_SCANS = 300  # scans in the fit
+_WANDER_MS = 0.05  # deviation of the motor from an even revolution that still fits
 _TRIAL_PERIODS = np.linspace(-1.0, 1.0, 65)[:, None]
 
 
@@ -23,21 +23,20 @@ class EvenTimes:
 def fit_truncated(
     revolutions: NDArray[np.int64], stamps: NDArray[np.int64], tolerance: float
 ) -> EvenTimes | None:
-    """Fit evenly spaced instants to stamps of which the fraction was cut off.
+    """Fit evenly spaced instants to truncated stamps.
 
-    Each stamp s says that its instant lies in [s, s + 1). The lines that satisfy all of them make
-    a polygon in the plane of time and period; its centre is returned: the posterior mean under a
-    flat prior.
+    The instant of each stamp s is in [s, s + 1). The lines that satisfy all stamps form a polygon
+    in the plane of time and period. Its centre is returned: the posterior mean under a flat prior.
 
     Parameters
     ----------
     revolutions
-        Which of the instants each stamp belongs to, shape (n,), n >= 2, ascending to 0.
+        Number k of the instant of each stamp, shape (n,), n >= 2, ascending to 0.
     stamps
-        The truncated instants, shape (n,), counted from the newest one.
+        The truncated instants, shape (n,), relative to the newest one.
     tolerance
-        By how much an instant may miss its interval, at either end; at least 0.02, as the trial
-        periods would miss a polygon that is narrower.
+        By how much an instant may be outside of its interval, at either end; at least 0.02, since
+        the trial periods would miss a narrower polygon.
 
     Returns
     -------
@@ -58,17 +57,17 @@ def fit_truncated(
 
 
 def even_times(stamps: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """Return evenly spaced instants for stamps of which the fraction was cut off.
+    """Return evenly spaced instants for truncated stamps.
 
-    Like :func:`fit_truncated`, with the period known. If the stamps are not even, they are
-    returned as they are.
+    Like :func:`fit_truncated`, but with a known period. Stamps that are not even are returned
+    unchanged.
 
     Parameters
     ----------
     stamps
         The truncated instants, shape (n,), n >= 1.
     period
-        Spacing of the instants, of which some may be left out.
+        Spacing of the instants; some instants may be missing.
     """
     revolutions = np.rint((stamps - stamps[0]) / period)
     phases = stamps - period * revolutions
@@ -81,10 +80,10 @@ def even_times(stamps: NDArray[np.float64], period: float) -> NDArray[np.float64
 class RevolutionTimes:
     """Times of step 0 from the stamps of a stream of scans.
 
-    The device cuts the time of step 0 down to a whole millisecond, but the revolutions are even:
-    a line through the last scans tells the fraction, to 0.1 ms or better as soon as the stamps
-    have swept a millisecond. A revolution that takes exactly a whole number of milliseconds never
-    sweeps it; the middle of the millisecond is returned then.
+    The device truncates the time of step 0 to whole milliseconds, but the revolutions are even: a
+    line through the last scans gives the fraction, to 0.1 ms or better as soon as the fractions
+    have covered a millisecond. If a revolution takes exactly a whole number of milliseconds, they
+    never do; then the middle of the millisecond is returned.
 
     Parameters
     ----------
@@ -104,12 +103,12 @@ class RevolutionTimes:
         self._stamps: deque[int] = deque(maxlen=_SCANS)
 
     def add(self, stamp_ms: int) -> NDArray[np.float64]:
-        """Take the next scan's stamp (without wraps, ascending).
+        """Add the next scan's stamp (without wraps, ascending).
 
         Returns
         -------
         NDArray
-            Step 0's times [ms] of as many of the last scans as one line explains, this one last,
+            Times of step 0 [ms] of as many of the last scans as fit one line, this one last,
             shape (n,), n >= 1.
         """
         revolutions = self._revolutions_to(stamp_ms)
@@ -141,7 +140,7 @@ class RevolutionTimes:
         self._stamps.clear()
 
     def _fit(self) -> NDArray[np.float64]:
-        """Fit as many of the scans as one line explains; times from the newest stamp [ms]."""
+        """Fit a line to as many scans as possible; return times after the newest stamp [ms]."""
         while True:
             revolutions = np.array(self._revolutions) - self._revolutions[-1]
             stamps = np.array(self._stamps) - self._stamps[-1]

@@ -1,4 +1,4 @@
-"""Which beams a scan has, where they point, and how far they reached."""
+"""The beams of a scan: steps, azimuths and ranges."""
 
 from dataclasses import dataclass
 import math
@@ -13,7 +13,7 @@ FRONT_STEP = 384
 _INCREMENT = 2.0 * math.pi / STEPS_PER_REVOLUTION
 _REVOLUTIONS = 0.05, 0.2  # s
 
-_CODES = 20  # values below are no ranges [mm] but reasons why there is none
+_CODES = 20  # values below are not ranges [mm] but error codes
 _NOTHING_IN_RANGE = (0, 6)
 
 
@@ -21,19 +21,18 @@ _NOTHING_IN_RANGE = (0, 6)
 class ScanWindow:
     """The beams of a scan.
 
-    With a cluster of c steps one value stands for c neighbouring beams: the least of their
-    ranges. Which of them it was is not sent, so it is given the angle and the instant of the
-    group's centre, which is off by (c - 1) / 2 steps at most and by nothing on average (at the
-    first step's, it would be late by that much on average).
+    With a cluster of c steps one value stands for c neighbouring beams: the shortest of their
+    ranges. The lidar does not send which of them it was, so the value has the angle and the
+    instant of the group's centre. That is off by at most (c - 1) / 2 steps, and by 0 on average.
 
     Attributes
     ----------
     first_step, last_step
         Steps, both included, a whole number of clusters.
     cluster
-        Steps that share one value.
+        Number of steps that share one value.
     skip
-        Scans left out after each one that is sent.
+        Scans left out after each sent one.
     """
 
     first_step: int
@@ -43,7 +42,7 @@ class ScanWindow:
 
     @property
     def count(self) -> int:
-        """Values in a scan."""
+        """Number of values in a scan."""
         return (self.last_step - self.first_step + 1) // self.cluster
 
     @property
@@ -67,7 +66,7 @@ class ScanWindow:
         return self.first_step + (self.cluster - 1) / 2.0
 
     def check_measured_by(self, lidar: Capabilities) -> None:
-        """Raise DeviceError if a lidar does not measure these beams, or numbers them otherwise."""
+        """Raise DeviceError if a lidar does not measure these beams or has another layout."""
         layout = (lidar.steps_per_revolution, lidar.front_step)
         if layout != (STEPS_PER_REVOLUTION, FRONT_STEP):
             raise DeviceError(
@@ -76,16 +75,16 @@ class ScanWindow:
                 f'{layout[1]}'
             )
         if not _REVOLUTIONS[0] <= lidar.revolution <= _REVOLUTIONS[1]:
-            raise DeviceError(f'a lidar of some 600 rpm is supported, not of {lidar.speed} rpm')
+            raise DeviceError(f'a lidar of about 600 rpm is supported, not of {lidar.speed} rpm')
         if not lidar.first_step <= self.first_step <= self.last_step <= lidar.last_step:
             raise DeviceError(
                 f'this lidar measures steps {lidar.first_step} to {lidar.last_step}, but '
-                f'{self.first_step} to {self.last_step} are wanted'
+                f'{self.first_step} to {self.last_step} are requested'
             )
 
 
 def scan_window(angle_min: float, angle_max: float, cluster: int, skip: int) -> ScanWindow:
-    """Return the window whose steps are nearest to two azimuths [rad].
+    """Return the window of the steps nearest to two azimuths [rad].
 
     Steps that would make an incomplete cluster at the window's end are left out.
 
@@ -104,7 +103,7 @@ def scan_window(angle_min: float, angle_max: float, cluster: int, skip: int) -> 
 
 
 def ranges(codes: NDArray[np.int64], range_min_mm: int, range_max_mm: int) -> NDArray[np.float32]:
-    """Return the ranges [m] of what the lidar sent [mm], shape (n,), by REP 117.
+    """Convert the lidar's values [mm] to ranges [m] by REP 117, shape (n,).
 
     Too near is -inf, nothing in range (codes 0 and 6, or beyond range_max_mm) is +inf, and the
     other codes below 20 (weak, ambiguous or disturbed echoes) are NaN.

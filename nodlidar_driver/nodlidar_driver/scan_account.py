@@ -1,4 +1,4 @@
-"""What became of each scan that was due: it was published, or lost for one reason."""
+"""Accounts for each scan that was due: it was published, or lost for one reason."""
 
 from collections import Counter
 
@@ -13,10 +13,10 @@ REASONS = (MISSED, CHECKSUM, INCOMPLETE, RESYNC, VERIFYING, SETTLING, TIMESTAMP)
 
 
 class ScanAccount:
-    """Counts every scan once; ``due`` is always ``published`` plus all that is in ``lost``.
+    """Counts every scan once; ``due`` is always ``published`` plus the total of ``lost``.
 
-    How many scans were due is told by the lidar's own time, since damaged bytes do not tell how
-    many scans they were.
+    The number of scans that were due follows from the lidar's own time, since damaged bytes do not
+    show how many scans they were.
 
     Attributes
     ----------
@@ -24,14 +24,14 @@ class ScanAccount:
         Scans published.
     lost
         Scans lost, by reason: ``checksum``, ``incomplete``, ``resync`` (the beginning or end was
-        missing), ``verifying`` (the lidar stopped to verify an error), ``settling`` (the first of
-        a stream, not dated yet), ``timestamp`` (it had a time that cannot be), ``missed`` (nothing
+        missing), ``verifying`` (the lidar stopped to verify an error), ``settling`` (at the start
+        of a stream, not dated yet), ``timestamp`` (it had an impossible time), ``missed`` (nothing
         of it was received).
     """
 
     def __init__(self) -> None:
         self.published = 0
-        self.lost = Counter(dict.fromkeys(REASONS, 0))  # all keys, since other threads read it
+        self.lost = Counter(dict.fromkeys(REASONS, 0))
         self._reasons: list[str] = []
 
     @property
@@ -40,34 +40,34 @@ class ScanAccount:
         return self.published + self.lost.total()
 
     def drop(self, reason: str) -> None:
-        """Take note of something that was received and is no good scan."""
+        """Note received data that are not a good scan."""
         self._reasons.append(reason)
 
     def publish(self, due: int | None) -> None:
-        """Take note of a scan that is published.
+        """Count a scan that is published.
 
         Parameters
         ----------
         due
-            Scans that were due since the last published one, this one included, >= 1; None if
-            none was in this stream: then all that was received counts.
+            Scans that were due since the last published one, including this one, >= 1; None if
+            there was none in this stream: then all received data count.
         """
         self._lose(len(self._reasons) if due is None else due - 1)
         self.published += 1
 
     def end(self, due: int | None) -> None:
-        """Take note of the stream's end.
+        """Count the scans at the end of the stream.
 
         Parameters
         ----------
         due
-            Scans that were due since the last published one, >= 0; None if that is not known:
-            then all that was received counts.
+            Scans that were due since the last published one, >= 0; None if that is unknown: then
+            all received data count.
         """
         self._lose(len(self._reasons) if due is None else due)
 
     def _lose(self, count: int) -> None:
-        """Count scans by the reasons so far; one that fell to pieces gave more than one."""
+        """Count scans by the reasons so far; one damaged scan may have left several."""
         reasons = self._reasons[:count]
         self.lost.update(reasons)
         self.lost[MISSED] += count - len(reasons)

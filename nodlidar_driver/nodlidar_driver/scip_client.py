@@ -8,6 +8,7 @@ from nodlidar_common import scip
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard_process import ATTEMPTS as STOP_ATTEMPTS
 from nodlidar_common.scip import ScipError
+from nodlidar_common.serial_port import SerialPort
 from nodlidar_driver import identity
 from nodlidar_driver import scip_status as status_of
 from nodlidar_driver.scan import ScanWindow
@@ -20,7 +21,7 @@ from nodlidar_driver.scip_answer import (
     STOP,
     timer,
 )
-from nodlidar_driver.scip_port import READ_TIMEOUT, ScipPort, SerialPort
+from nodlidar_driver.scip_port import READ_TIMEOUT, ScipPort
 from nodlidar_driver.time_mode import TimeReply
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +29,9 @@ from numpy.typing import NDArray
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
 _WAY_BACK = {status_of.SCIP_1_1_ERROR: 'SCIP2.0', status_of.NOT_IN_THIS_STATE: 'TM2'}
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
-_ANSWER_TIMEOUT = 0.5  # s; an answer takes a revolution
-_MESSAGES_BEFORE_ANSWER = 5  # of what the lidar did before: scans, or an answer to half a command
-_LONGEST_ANSWER = 8192  # bytes in which its confirmation is looked for
+_ANSWER_TIMEOUT = 0.5  # s; an answer takes one revolution
+_MESSAGES_BEFORE_ANSWER = 5  # earlier scans, or an answer to half a command
+_LONGEST_ANSWER = 8192  # bytes that are searched for the confirmation
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +54,7 @@ class RawScan:
 
 
 class ScipClient:
-    """Speaks SCIP 2.0 over an open serial port; no thread, no wait but for the port.
+    """Speaks SCIP 2.0 over an open serial port; without a thread of its own.
 
     Parameters
     ----------
@@ -64,9 +65,10 @@ class ScipClient:
     timeout
         How long the lidar may be silent [s].
     keep_going
-        False ends any wait for the lidar with a StoppedError, but that for the answer to QT.
+        Returns False to end any wait for the lidar with a StoppedError, except for the answer to
+        QT.
     drop
-        Called with the reason whenever something of the stream is no good scan.
+        Called with the reason for each part of the stream that is not a good scan.
     """
 
     def __init__(
@@ -85,12 +87,12 @@ class ScipClient:
     def start_session(self) -> None:
         """Bring the lidar from any state to SCIP 2.0, idle, laser off.
 
-        A lidar that streams answers with scans, one in SCIP 1.1 with E, one in time mode with 0E.
+        A streaming lidar answers with scans, a lidar in SCIP 1.1 with E, one in time mode with 0E.
 
         Raises
         ------
         DeviceError
-            If it does not get there.
+            If the lidar does not get there.
         """
         self._port.discard()
         trouble = DeviceError('the device does not answer as a SCIP 2.0 lidar does')
@@ -105,19 +107,19 @@ class ScipClient:
         raise trouble
 
     def version(self) -> identity.Version:
-        """Ask for make, firmware and serial number."""
+        """Request vendor, firmware and serial number."""
         return identity.version(self._information('VV'))
 
     def capabilities(self) -> identity.Capabilities:
-        """Ask for ranges, steps and speed."""
+        """Request ranges, steps and speed."""
         return identity.capabilities(self._information('PP'))
 
     def state(self) -> identity.State:
-        """Ask for speed and health; this ends a stream."""
+        """Request speed and health; this ends a stream."""
         return identity.state(self._information('II'))
 
     def time_replies(self, enough: Callable[[Sequence[TimeReply]], bool]) -> list[TimeReply]:
-        """Read the lidar's timer in time mode, until `enough` says so.
+        """Read the lidar's timer in time mode until `enough` returns True.
 
         Returns
         -------
@@ -136,7 +138,7 @@ class ScipClient:
         return replies
 
     def start_scanning(self, window: ScanWindow) -> None:
-        """Turn the laser on and let scans of a window stream."""
+        """Turn the laser on and start the stream of scans."""
         self._command('BM', status_of.LASER_WAS_ON)
         self._command(
             f'MD{window.first_step:04d}{window.last_step:04d}{window.cluster:02d}{window.skip:d}00'
@@ -144,16 +146,16 @@ class ScipClient:
         self._window = window
 
     def read_scan(self) -> RawScan:
-        """Return the next good scan of the stream, waiting for it; bad ones are counted.
+        """Wait for the next good scan of the stream and return it; bad ones are counted.
 
         Raises
         ------
         DeviceError
-            If the lidar falls silent, reports a fault, or sends something else than scans.
+            If the lidar falls silent, reports a fault, or sends other data than scans.
         PortError
             If the port fails.
         """
-        assert self._window is not None, 'start_scanning comes first'
+        assert self._window is not None, 'call start_scanning first'
         while True:
             message = self._port.receive(message_length(self._window))
             scan = self._scan(message, self._port.arrival_ns, self._window)
@@ -162,7 +164,7 @@ class ScipClient:
                 return scan
 
     def stop(self) -> None:
-        """Stop streaming and turn the laser off, asking until that is confirmed.
+        """Stop streaming and turn the laser off; repeat the request until it is confirmed.
 
         Raises
         ------
@@ -171,7 +173,7 @@ class ScipClient:
         PortError
             If the port fails.
         """
-        self._port.discard()  # what comes from now on may be the answer, however late
+        self._port.discard()  # later bytes may be the answer, however late
         received = b''
         for _ in range(STOP_ATTEMPTS):
             self._port.write(STOP.request)
@@ -183,7 +185,7 @@ class ScipClient:
         raise DeviceError('the lidar did not confirm that its laser is off')
 
     def _quit(self) -> str:
-        """Ask to stop; return the answer's status, empty if other messages hid it."""
+        """Request a stop; return the status of the answer, empty if there is none."""
         self._port.write(STOP.request)
         for _ in range(_MESSAGES_BEFORE_ANSWER):
             status = quit_status(self._port.receive(timeout=_ANSWER_TIMEOUT))
@@ -203,7 +205,7 @@ class ScipClient:
         return lines
 
     def _ask(self, command: str) -> tuple[str, list[bytes]]:
-        """Send a command; return status and data lines. ScipError if something else answers."""
+        """Send a command; return status and data lines; ScipError if the echo differs."""
         self._port.send(command)
         echo, *lines = self._port.receive(timeout=_ANSWER_TIMEOUT).split(b'\n')
         if echo != command.encode('ascii') or not lines:
@@ -212,7 +214,7 @@ class ScipClient:
         return status_in(lines[0]), lines[1:]
 
     def _scan(self, message: bytes, arrival_ns: int, window: ScanWindow) -> RawScan | None:
-        """Return the scan that a message ends with, or None, counting what is wrong."""
+        """Return the scan at the end of a message, or None; errors are counted."""
         headers = list(_SCAN_HEADER.finditer(message))
         if len(headers) != 1 or headers[0].start() > 0:
             self._drop(RESYNC)
@@ -238,10 +240,10 @@ class ScipClient:
         return RawScan(timer(lines[0]), codes, arrival_ns)
 
     def _check_stopped(self, command: str, status: str) -> None:
-        """Raise DeviceError if the hardware failed; count what the stream can go on after."""
+        """Raise DeviceError if the hardware failed; count errors that do not end the stream."""
         if status_of.is_fault(status):
             raise refused(command, status)
         if status_of.is_verifying(status):
             self._drop(VERIFYING)
         elif status != status_of.RESUMED:
-            self._drop(CHECKSUM)  # no scan has such a status: corrupted in spite of its sum
+            self._drop(CHECKSUM)  # no scan has such a status: corrupt despite its sum

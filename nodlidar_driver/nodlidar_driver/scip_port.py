@@ -1,37 +1,20 @@
-"""A serial port as SCIP sees it: messages out, messages up to their empty line in."""
+"""A serial port for SCIP: sends commands, receives messages up to their empty line."""
 
 from collections.abc import Callable
 import math
-from typing import Protocol
 
 from nodlidar_common.errors import DeviceError, StoppedError
-from nodlidar_common.serial_port import port_errors
+from nodlidar_common.serial_port import port_errors, SerialPort
 
 READ_TIMEOUT = 0.14
-"""Longest wait of one read [s]: more than a revolution, so that after it nothing is coming."""
+"""Longest wait of one read [s]: longer than a revolution, so that nothing comes after it."""
 
 _END = b'\n\n'
-_PATIENCE = 65_536  # bytes without a use, after which the sender is taken for no lidar
+_MOST_USELESS = 65_536  # bytes in a row that are not SCIP: the sender is not a lidar
 
 
 class SilenceError(DeviceError):
-    """A lidar that does not send anything."""
-
-
-class SerialPort(Protocol):
-    """What is used of pyserial's ``Serial``."""
-
-    timeout: float | None
-
-    @property
-    def in_waiting(self) -> int:
-        """Bytes that can be read at once."""
-
-    def read(self, size: int = 1, /) -> bytes:
-        """Return that many bytes, or fewer after the timeout."""
-
-    def write(self, data: bytes, /) -> int | None:
-        """Send bytes."""
+    """A lidar that sends nothing."""
 
 
 class ScipPort:
@@ -46,7 +29,7 @@ class ScipPort:
     timeout
         How long the lidar may be silent [s].
     keep_going
-        Asked before every read of a message: False ends the wait with a StoppedError.
+        Called before every read of a message: False ends the wait with a StoppedError.
 
     Attributes
     ----------
@@ -81,26 +64,26 @@ class ScipPort:
             self._port.write(data)
 
     def receive(self, expected: int = 1, timeout: float = math.inf) -> bytes:
-        """Return the next message without its empty line, waiting for it.
+        """Wait for the next message and return it without its empty line.
 
         Parameters
         ----------
         expected
-            Length of the message [bytes], empty line included, as far as it is known: bytes are
-            waited for together and not one by one.
+            Length of the message [bytes], empty line included, if known: then its bytes are read
+            together and not one by one.
         timeout
-            How long nothing may come [s], if that is less than usual.
+            How long the lidar may be silent [s], if shorter than the port's timeout.
 
         Raises
         ------
         SilenceError
-            If nothing comes for the timeout.
+            If nothing comes within the timeout.
         DeviceError
-            If a lot comes that nobody could use.
+            If much data comes that is not SCIP.
         PortError
             If the port fails.
         StoppedError
-            If `keep_going` says so.
+            If `keep_going` returns False.
         """
         while (end := self._buffer.find(_END)) < 0:
             self._fill(expected - len(self._buffer), min(timeout, self._timeout))
@@ -109,11 +92,11 @@ class ScipPort:
         return message
 
     def useful(self) -> None:
-        """Tell that the last message was of use, so that the sender speaks SCIP."""
+        """Note that the last message was valid, so that the sender is a lidar."""
         self._useless = 0
 
     def discard(self) -> None:
-        """Forget what has arrived."""
+        """Drop the received bytes."""
         self._buffer.clear()
         with port_errors():
             for _ in range(4):
@@ -124,20 +107,22 @@ class ScipPort:
         return self._read(1)
 
     def _fill(self, wanted: int, timeout: float) -> None:
-        if self._useless > _PATIENCE:
-            raise DeviceError(f'received {self._useless} bytes that are no SCIP 2.0; a lidar?')
+        if self._useless > _MOST_USELESS:
+            raise DeviceError(
+                f'received {self._useless} bytes that are not SCIP 2.0; is it a lidar?'
+            )
         data = self._wait(wanted, timeout)
         self._buffer += data
         self._useless += len(data)
 
     def _wait(self, wanted: int, timeout: float) -> bytes:
-        """Return the next bytes; many short reads, so that a stop is soon noticed."""
+        """Return the next bytes, by short reads, so that a stop is noticed soon."""
         for _ in range(math.ceil(timeout / READ_TIMEOUT)):
             if not self._keep_going():
                 raise StoppedError('stopped waiting for the lidar')
             if data := self._read(wanted):
                 return data
-        raise SilenceError(f'the lidar did not send anything for {timeout} s')
+        raise SilenceError(f'the lidar sent nothing for {timeout} s')
 
     def _read(self, wanted: int) -> bytes:
         with port_errors():

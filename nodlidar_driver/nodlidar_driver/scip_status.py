@@ -1,4 +1,4 @@
-"""What the lidar's two-character status codes mean (SCIP 2.0 specification, C-42-03320B)."""
+"""Meaning of the lidar's two-character status codes (SCIP 2.0 specification, C-42-03320B)."""
 
 OK = '00'
 LASER_WAS_ON = '02'
@@ -36,23 +36,23 @@ _BY_COMMAND = {
 
 
 def meaning(command: str, status: str) -> str:
-    """Return what a status means as the answer to a command, in words."""
+    """Return the meaning of a status as the answer to a command."""
     if command.startswith('MD'):
         if is_verifying(status):
             return 'measurement stopped to verify an error'
         if is_fault(status):
-            return 'measurement stopped: hardware trouble (laser, motor or electronics)'
+            return 'measurement stopped: hardware fault (laser, motor or electronics)'
     specific = _BY_COMMAND.get(command[:2], {})
     return specific.get(status) or _ANY_COMMAND.get(status, 'unknown status')
 
 
 def is_verifying(status: str) -> bool:
-    """Tell whether a scan's status says that the lidar stopped to verify an error."""
+    """Return whether the status of a scan means that the lidar stopped to verify an error."""
     return _is_number(status) and 21 <= int(status) <= 49
 
 
 def is_fault(status: str) -> bool:
-    """Tell whether a scan's status says that the hardware failed."""
+    """Return whether the status of a scan means that the hardware failed."""
     return _is_number(status) and 50 <= int(status) <= 97
 
 

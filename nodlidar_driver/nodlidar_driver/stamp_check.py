@@ -1,32 +1,31 @@
-"""Which of the lidar's time stamps to believe: those that go on with an even revolution."""
+"""Decides which of the lidar's time stamps to believe: those that continue even revolutions."""
 
 from collections import deque
 
-IRREGULAR_MS = 1.5  # a revolution this much longer or shorter is a motor that changed its speed
-SPEED_RANGE = 0.12  # by how much a motor's speed can be set (command CR)
-_WANDER = 1e-3  # by which the motor's speed may change while scans are missing
-_MOST_MS = 10.0  # however many are
+IRREGULAR_MS = 1.5  # if a revolution deviates by more, the motor changed its speed
+SPEED_RANGE = 0.12  # share by which the motor's speed can be changed (command CR)
+_WANDER = 1e-3  # share by which the motor's speed may change while scans are missing
+_MOST_MS = 10.0  # however many scans are missing
 
 
 class StampCheck:
     """Believes stamps that continue the revolutions, and others as soon as they agree.
 
-    One wrong stamp, with a right sum, is refused, the first of a stream too, and does not spoil
-    those that follow. A motor that changes its speed costs one or two scans.
+    A wrong stamp with a correct sum is refused, even the first of a stream, and does not affect
+    later ones. A change of the motor's speed costs one or two scans.
 
     Parameters
     ----------
     nominal_ms
         Nominal time of one revolution [ms].
     hint_ms
-        When a revolution may have begun before the first stamp [ms]: if that agrees with it, the
-        first one is believed at once.
+        Probable start of a revolution before the first stamp [ms]: if the first stamp agrees with
+        it, it is believed at once.
 
     Attributes
     ----------
     broken
-        Whether the stamps last believed are such that no motor explains them by those before:
-        the timer was set.
+        Whether no speed of the motor explains the last believed stamps: the timer was set.
     """
 
     def __init__(self, nominal_ms: float, hint_ms: int | None = None) -> None:
@@ -37,19 +36,19 @@ class StampCheck:
         self._doubted: deque[int] = deque(maxlen=3)
 
     def believe(self, stamp_ms: int, period_ms: float) -> list[int]:
-        """Take the next scan's stamp (without wraps).
+        """Check the next scan's stamp (without wraps).
 
         Parameters
         ----------
         stamp_ms
             The stamp [ms].
         period_ms
-            Time of one revolution as measured so far, or the nominal one [ms].
+            Measured time of one revolution, or else the nominal one [ms].
 
         Returns
         -------
         list of int
-            Stamps that are believed now, ascending, this one last; empty if it is doubted.
+            Stamps that are now believed, ascending, this one last; empty if it is in doubt.
         """
         last = self._believed
         if last is not None and _continues(last, stamp_ms, period_ms):
@@ -88,7 +87,7 @@ class StampCheck:
 
 
 def _continues(stamp_ms: int, later_ms: int, period_ms: float) -> bool:
-    """Tell whether a stamp is a whole number of revolutions after another."""
+    """Return whether a stamp is a whole number of revolutions after another."""
     revolutions = round((later_ms - stamp_ms) / period_ms)
     tolerance_ms = min(IRREGULAR_MS + _WANDER * (revolutions - 1) * period_ms, _MOST_MS)
     return revolutions > 0 and abs(later_ms - stamp_ms - revolutions * period_ms) <= tolerance_ms

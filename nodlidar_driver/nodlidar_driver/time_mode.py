@@ -1,4 +1,4 @@
-"""What the answers of time mode tell about the lidar's clock."""
+"""Offset of the lidar's clock from the answers of time mode."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 _NS_PER_MS = 1e6
 _FEWEST_REPLIES, _MOST_REPLIES = 5, 24  # one comes in each revolution
-_SHARP_MS = 0.15  # mean delay per reply at which more of them would tell nothing new
-_LEAST_SHARP_MS = 0.5  # and at which they tell too little
+_SHARP_MS = 0.15  # mean delay per reply at which further replies add nothing
+_LEAST_SHARP_MS = 0.5  # mean delay per reply above which the clock remains unknown
 _MOST_REVOLUTIONS = 1.5  # an answer comes at the end of a revolution, within one
-# A reply that seems earlier than all others by more [ms] has a wrong time, and one that is later
-# by so many medians more waited for the host.
+# A reply that seems earlier than all others by more than this [ms] has a wrong time; one that is
+# later by this many medians waited for the host.
 _ALONE_MS, _LATE_MEDIANS = 5.0, 6.0
 
 
 class ClockError(DeviceError):
-    """The lidar's clock is not what it was taken for; the clocks have to be aligned anew."""
+    """The estimate of the lidar's clock is wrong; the clocks have to be aligned again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class TimeReply:
     device_ms
         The device's timer [ms, 24 bits].
     asked_ns, arrival_ns
-        Host time at which it was asked for, and at which the answer was read [ns].
+        Host time of the request, and of reading the answer [ns].
     """
 
     device_ms: int
@@ -43,7 +43,7 @@ class TimeReply:
 
 
 class Replies:
-    """Answers of time mode, without those that had a wrong time or waited.
+    """Answers of time mode, without those of a wrong time or that waited.
 
     Parameters
     ----------
@@ -55,8 +55,8 @@ class Replies:
     Attributes
     ----------
     times_ms, arrivals_ms
-        The device's timer without wraps [ms], and when it was told [ms] from the first answer's
-        arrival on, shape (n,), n >= 1.
+        The device's timer without wraps [ms], and the arrival of the answers [ms] after that of
+        the first one, shape (n,), n >= 1.
     """
 
     def __init__(self, replies: Sequence[TimeReply], revolution_ms: float) -> None:
@@ -73,24 +73,24 @@ class Replies:
 
     @property
     def last_ms(self) -> int:
-        """The timer's value in the last answer [ms]."""
+        """Value of the timer in the last answer [ms]."""
         return int(self.times_ms[-1])
 
     @property
     def offset_ms(self) -> float:
-        """By how much host time is ahead of the device's at least [ms]."""
+        """Host time less the device's time, for the least delay [ms]."""
         return least(self.delays())
 
     def times(self, revolutions: RevolutionTimes | None = None) -> NDArray[np.float64]:
-        """Return when the answers were given on the device's clock, finer than whole ms.
+        """Return the times of the answers on the device's clock, finer than whole ms.
 
         Parameters
         ----------
         revolutions
-            What may know the revolution better than the answers do.
+            A better estimate of the revolution than that of the answers.
         """
         times = even_times(self.times_ms, (revolutions or self._revolutions).period_ms)
-        if times is self.times_ms:  # not even: the motor's speed is another by now
+        if times is self.times_ms:  # not even: the motor's speed has changed
             times = even_times(self.times_ms, self._revolutions.period_ms)
         return times
 
@@ -99,9 +99,9 @@ class Replies:
         return self.arrivals_ms - self.times()
 
     def scatter_ms(self) -> float:
-        """Return by how much answers are late on average [ms], as their median tells it."""
+        """Return the mean lateness of the answers [ms], estimated from the median."""
         delays = self.delays()
-        return float(np.median(delays) - delays.min()) / math.log(2.0)  # as of exponential ones
+        return float(np.median(delays) - delays.min()) / math.log(2.0)  # for exponential delays
 
     def _keep_good_ones(self) -> None:
         delays = self.arrivals_ms - self.times_ms
@@ -114,7 +114,7 @@ class Replies:
 
 
 def enough_replies(replies: Sequence[TimeReply], revolution_ms: float) -> bool:
-    """Tell whether time mode has been asked often enough, judged by the scatter of the delays."""
+    """Return whether there are enough replies, judged by the scatter of their delays."""
     if not _FEWEST_REPLIES <= len(replies) < _MOST_REPLIES:
         return len(replies) >= _MOST_REPLIES
     known = Replies(replies, revolution_ms)
@@ -122,17 +122,17 @@ def enough_replies(replies: Sequence[TimeReply], revolution_ms: float) -> bool:
 
 
 def check_answers(replies: Sequence[TimeReply], revolution_ms: float) -> None:
-    """Raise ClockError if the line, or the host, delays even the fastest answers."""
+    """Raise ClockError if the line or the host delays even the fastest answers."""
     if not replies:
         return
     fastest_ms = min(reply.arrival_ns - reply.asked_ns for reply in replies) / _NS_PER_MS
     if fastest_ms > _MOST_REVOLUTIONS * revolution_ms:
         raise ClockError(
             f'answers take {fastest_ms:.0f} ms or more instead of {revolution_ms:.0f} ms: '
-            'the line is slow, so that scans cannot be dated'
+            'the line is too slow to date scans'
         )
     scatter_ms = Replies(replies, revolution_ms).scatter_ms()
     if scatter_ms > _LEAST_SHARP_MS * len(replies):
         raise ClockError(
-            f'answers are late by {scatter_ms:.0f} ms on average, so that scans cannot be dated'
+            f'answers are late by {scatter_ms:.0f} ms on average: too much to date scans'
         )

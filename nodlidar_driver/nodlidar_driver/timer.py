@@ -6,12 +6,12 @@ _WRAP_MS = 1 << TIMER_BITS
 
 
 def unwrapped(device_ms: int, near_ms: int) -> int:
-    """Return the timer's value without wraps [ms]: of those it may be, the nearest to another.
+    """Return the timer's value without wraps [ms]: the possible value nearest to another one.
 
     Parameters
     ----------
     device_ms
-        What the device sent [ms], 0 <= device_ms < 2**24.
+        Value that the device sent [ms], 0 <= device_ms < 2**24.
     near_ms
         An earlier or later value without wraps [ms].
     """

@@ -7,7 +7,6 @@ late reply is an answer to them whatever was asked since.
 """
 
 from collections.abc import Callable
-from typing import Protocol
 
 from dynamixel_sdk import (
     COMM_RX_CORRUPT,
@@ -18,7 +17,7 @@ from dynamixel_sdk import (
     PacketHandler,
     PortHandler,
 )
-from nodlidar_common.serial_port import port_errors
+from nodlidar_common.serial_port import port_errors, SerialPort
 from nodlidar_servo.replies import (
     CorruptReplyError,
     NoAnswerError,
@@ -44,21 +43,6 @@ _LONGEST_FILLER = 0.005  # s
 _ID, _LENGTH, _STATUS, _DATA = 2, 3, 4, 5  # places in a packet
 
 
-class ByteStream(Protocol):
-    """The part of a pyserial port that is used here."""
-
-    timeout: float | None
-
-    def read(self, size: int) -> bytes:
-        """Return up to size bytes, fewer only when the timeout has passed."""
-
-    def write(self, data: bytes) -> int | None:
-        """Send the data and return its length."""
-
-    def reset_input_buffer(self) -> None:
-        """Drop what has arrived."""
-
-
 class OpenPort(PortHandler):
     """The SDK's port handler on an open port: its reads block, its errors are PortErrors.
 
@@ -66,7 +50,7 @@ class OpenPort(PortHandler):
     needs no clock; and when so much came since the last request that it is no answer.
     """
 
-    def __init__(self, stream: ByteStream, clock: Callable[[], int]) -> None:
+    def __init__(self, stream: SerialPort, clock: Callable[[], int]) -> None:
         super().__init__('')
         self.ser = stream
         self.is_open = True
@@ -130,7 +114,7 @@ class DynamixelBus:
     """
 
     def __init__(
-        self, stream: ByteStream, servo_id: int, baud_rate: int, clock: Callable[[], int]
+        self, stream: SerialPort, servo_id: int, baud_rate: int, clock: Callable[[], int]
     ) -> None:
         self._port = OpenPort(stream, clock)
         self._id = servo_id

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import struct
 
 from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.serial_port import SerialPort
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamixel_bus import ByteStream, DynamixelBus
+from nodlidar_servo.dynamixel_bus import DynamixelBus
 from nodlidar_servo.models import load_share, MODELS, Register
 from nodlidar_servo.positions import PositionCheck
 from nodlidar_servo.replies import (
@@ -62,7 +63,7 @@ class Servo:
         without torque until it is set up again.
     """
 
-    def __init__(self, stream: ByteStream, config: ServoConfig, clock: Callable[[], int]) -> None:
+    def __init__(self, stream: SerialPort, config: ServoConfig, clock: Callable[[], int]) -> None:
         self._bus = DynamixelBus(stream, config.servo_id, config.baud_rate, clock)
         self._config = config
         self._scale = config.scale

@@ -11,7 +11,7 @@ from sensor_msgs.msg import LaserScan, TimeReference
 
 
 def scan_template(window: ScanWindow, frame_id: str, lidar: Capabilities) -> LaserScan:
-    """Return a scan with all that stays the same from scan to scan."""
+    """Return a scan with the fields that all scans share."""
     message = LaserScan(
         angle_min=window.angle_min,
         angle_max=window.angle_max,
@@ -30,7 +30,7 @@ def fill_scan(
     revolution: float,
     ranges: NDArray[np.float32],
 ) -> None:
-    """Fill in what differs: the first beam's time [ns], one revolution's [s], the ranges [m]."""
+    """Fill in the time of the first beam [ns], the time of a revolution [s], the ranges [m]."""
     message.header.stamp = time_message(stamp_ns)
     message.time_increment = revolution / STEPS_PER_REVOLUTION * window.cluster
     message.scan_time = revolution * (window.skip + 1)
@@ -38,7 +38,7 @@ def fill_scan(
 
 
 def arrival_message(message: LaserScan, arrival_ns: int) -> TimeReference:
-    """Return when a scan's last byte was read [ns], referring to the scan by its stamp."""
+    """Return the message that a scan's last byte was read at a time [ns]."""
     arrival = TimeReference(time_ref=message.header.stamp, source='last byte')
     arrival.header.stamp = time_message(arrival_ns)
     arrival.header.frame_id = message.header.frame_id

@@ -1,4 +1,4 @@
-"""The lidar's lifecycle node: keeps it connected and publishes its scans."""
+"""The lifecycle node of the lidar: publishes its scans."""
 
 import sys
 
@@ -19,7 +19,7 @@ from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import LaserScan, TimeReference
 
-_DEPTH = 100  # scans kept for a reliable subscriber that stands still for some seconds
+_DEPTH = 100  # scans kept for a reliable subscriber that pauses for some seconds
 
 
 class DriverNode(DeviceNode):
@@ -47,7 +47,7 @@ class DriverNode(DeviceNode):
         self._diagnosis = Diagnosis(self._window, self._account)
 
     def connect(self) -> None:
-        """Open the port and bring the lidar to streaming."""
+        """Open the port and start the stream."""
         config = self.config
         self._lidar = Lidar(
             self.thread.open_port(READ_TIMEOUT, STOP),
