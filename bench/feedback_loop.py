@@ -5,7 +5,6 @@ the true motion. Coverage is counted alike for all modes.
 """
 
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.nod_controller import NodController
@@ -61,16 +60,13 @@ def rounds(mode: str, n_s: int, lateness: float) -> list[float]:
         rig.run(rig.loop.cycle, int(times_ns[-1]) + DELAY_NS)
         controller.add_scan(URG, begin_ns)
         pitch = rig.motion.position(times_ns)
-        controller.saw(Scan(begin_ns, URG, _NO_RANGES), BEAMS, pitch, rig.clock())
+        controller.add_beams(begin_ns, BEAMS, pitch, rig.clock())
         assert controller.command is not None
         nod, start_ns = controller.command
         rig.commands.accept(nod, rig.clock(), start_ns)
         if revolution >= SETTLED:
             seen = seen or ChosenSweeps(config.task, nod, config.timing_error, 1)
-            seen.saw(times_ns, BEAMS.azimuth, pitch)
+            seen.add_beams(times_ns, BEAMS.azimuth, pitch)
             taken[seen.rounds] = seen.round_time
     # The first round began during one of the controller's.
     return [time for number, time in taken.items() if number > 1]
-
-
-_NO_RANGES = np.zeros(0, dtype=np.float32)

@@ -132,14 +132,15 @@ def _message_and_coverage() -> dict[str, Action]:
     log = simulated_log(simulated)
     pipeline = Pipeline(PipelineConfig())
     scan = log.scans[10]
-    points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch).clouds[0]
-    beams = pipeline.beams(scan.geometry)
+    assembled = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)
+    [points] = assembled.clouds
     monitor, scans = SceneMonitor(AssemblerConfig()), iter(range(10**9))
 
     def cover() -> None:
         k = next(scans)
         later = replace(scan, stamp_ns=START_NS + k * NS_PER_S // 10)
-        monitor.add_scan(later, beams, simulated.true_pitch[k % len(log.scans)])
+        pitch = simulated.true_pitch[k % len(log.scans)]
+        monitor.cover(replace(assembled, scan=later, pitch=pitch))
 
     for _ in range(100):  # that the window is full
         cover()

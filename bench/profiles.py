@@ -111,7 +111,7 @@ def _compute(log: SensorLog, config: AssemblerConfig) -> None:
         assembled = pipeline.add_scan(scan, *samples_for(scan, log, pipeline))
         for cloud in assembled.clouds:
             cloud_message(cloud, config.frame_id)
-        monitor.add_scan(scan, assembled.beams, assembled.pitch)
+        monitor.cover(assembled)
         if config.coverage_window > 0.0 and k % SCANS_PER_S == 0:
             monitor.covered()
 

@@ -100,7 +100,7 @@ def test_a_lidar_of_other_steps_is_warned_of(log, steps, told, capfd):
         running.feed(SensorLog(scans, log.sample_ns, log.sample_pitch))
         running.spin_until(lambda: running.out[NodCommand] and running.out[PointCloud2])
     lines = capfd.readouterr().err.splitlines()
-    found = [line for line in lines if 'angle_increment of the scan tells' in line]
+    found = [line for line in lines if 'angle_increment of the scan implies' in line]
     assert len(found) == len(told)
     assert all('1440' in line for line in found)
 

@@ -36,7 +36,7 @@ class Servo:
         begin_ns = BEGIN_NS + number * 100_000_000
         self._lidar.add(begin_ns, 0.1)
         times = begin_ns + np.rint(np.arange(682) * T_S * NS_PER_S).astype(np.int64)
-        self.sweeps.saw(times, AZIMUTH, self._pitch(times))
+        self.sweeps.add_beams(times, AZIMUTH, self._pitch(times))
         now_ns = int(times[-1]) + round(self._notice * NS_PER_S)
         if self._chosen and self.sweeps.choose(now_ns, self._lidar, URG):
             self.nods.append((self.sweeps.start_ns, self.sweeps.nod))

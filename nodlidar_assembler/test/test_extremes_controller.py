@@ -51,10 +51,11 @@ def nods(config, ranges, revolutions=8):
         found.append(controller.command[0])
         pitch = found[-1].pitch(now_ns + at.offset_ns)
         scan = Scan(now_ns, geometry, np.full(beams, ranges, np.float32))
-        monitor.add_scan(scan, at, pitch)
         placed = place(at, scan.ranges, pitch)
-        monitor.follow(Assembled(scan, at, pitch, placed, None, []))
-        controller.saw(scan, at, pitch, now_ns + S // 10)
+        assembled = Assembled(scan, at, pitch, placed, None, [])
+        monitor.cover(assembled)
+        monitor.follow(assembled)
+        controller.add_beams(now_ns, at, pitch, now_ns + S // 10)
         controller.change(monitor.shape(), now_ns + S // 10)
     return found, monitor
 

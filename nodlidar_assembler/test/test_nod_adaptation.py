@@ -6,7 +6,8 @@ from time import perf_counter
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.control.nod_adaptation import BAND, choices, MARGIN, NodAdaptation
+from nodlidar_assembler.control.nod_adaptation import BAND, candidates, MARGIN, NodAdaptation
+from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits, PitchLimitsConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.timing_error import under_error
@@ -26,7 +27,7 @@ STEPS = st.sampled_from([1024, 1440, 400, 1])
 
 @given(st.integers(1, 300_000), st.integers(1, 300_000), STEPS)
 def test_all_choices_are_coprime_slow_enough_and_about_the_planned_n_s(planned, fewest, n_l):
-    found = choices(planned, fewest, n_l)
+    found = candidates(planned, fewest, n_l)
     assert (np.gcd(found, n_l) == 1).all()
     assert found.min() >= fewest
     # Of 48 numbers in a row one is coprime with any of these N_L.
@@ -37,8 +38,13 @@ def test_all_choices_are_coprime_slow_enough_and_about_the_planned_n_s(planned, 
 
 
 def adaptation(config=WIDE, planned=4001, fastest=6.0, n_l=1024):
-    task = Task(steps_per_revolution=n_l)
-    return NodAdaptation(PitchLimits(config), task, planned, fastest, 150.0, ERROR)
+    nod = NodConfig(
+        samples_per_sweep=planned,
+        steps_per_revolution=n_l,
+        max_nod_speed=fastest,
+        timing_error=ERROR,
+    )
+    return NodAdaptation(PitchLimits(config), nod)
 
 
 def approach(adapting, ranges, start_ns=START_NS, beam_period=BEAM):
@@ -148,18 +154,18 @@ def test_a_choice_hardly_delays_a_command():
 
 
 @pytest.mark.parametrize(
-    ('key', 'arguments'),
+    ('key', 'value'),
     [
-        ('samples_per_sweep', (0, 3.0, 150.0, ERROR)),
-        ('fastest', (4001, 0.0, 150.0, ERROR)),
-        ('fastest', (4001, math.nan, 150.0, ERROR)),
-        ('acceleration', (4001, 3.0, 0.0, ERROR)),
-        ('timing_error', (4001, 3.0, 150.0, -0.001)),
+        ('samples_per_sweep', 0),
+        ('max_nod_speed', 0.0),
+        ('max_nod_speed', math.nan),
+        ('max_nod_acceleration', 0.0),
+        ('timing_error', -0.001),
     ],
 )
-def test_what_makes_no_nod_is_named(key, arguments):
+def test_what_makes_no_nod_is_named(key, value):
     with pytest.raises(ParameterError, match=f"'{key}'"):
-        NodAdaptation(PitchLimits(WIDE), Task(), *arguments)
+        NodAdaptation(PitchLimits(WIDE), NodConfig(**{key: value}))
 
 
 @pytest.mark.parametrize('distance', [0.5, 2.0, 4.0, 9.0])

@@ -6,7 +6,6 @@ import itertools
 import math
 
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.nod_controller import NodController
@@ -29,8 +28,8 @@ def run(controller, scans, first=0, since_ns=BEGIN_NS, beams=BEAMS):
         begin_ns = since_ns + number * PERIOD_NS
         controller.add_scan(geometry, begin_ns)
         nod, _ = controller.command
-        scan = Scan(begin_ns, geometry, np.zeros(0, dtype=np.float32))
-        controller.saw(scan, beams, nod.pitch(begin_ns + beams.offset_ns), begin_ns + LATER_NS)
+        pitch = nod.pitch(begin_ns + beams.offset_ns)
+        controller.add_beams(begin_ns, beams, pitch, begin_ns + LATER_NS)
         commands.append(controller.command)
     return commands
 

@@ -26,7 +26,7 @@ GEOMETRY = ScanGeometry(682, (44 - 384) * math.tau / 1024, math.tau / 1024, BEAM
 BEAMS = Beams(GEOMETRY, REFERENCE_MOUNT)
 
 
-def told(duration, start_ns=START_NS, **changes):
+def scans_of_a_wall(duration, start_ns=START_NS, **changes):
     nod = NodTrajectory(-0.4, 0.4, 4001 * BEAM, 4001, START_NS)
     recording = simulate(replace(load_scene('wall'), **changes), nod, duration, start_ns=start_ns)
     return [
@@ -46,16 +46,20 @@ def odometry_of(x, until_ns):
     return Odometry(time_ns, Poses(position, np.tile(turned_left, (len(time_ns), 1))))
 
 
+def assembled(scan, beams, pitch, odometry=None):
+    return Assembled(scan, beams, pitch, place(beams, scan.ranges, pitch), odometry, [])
+
+
 def add(monitor, scan, pitch, odometry=None):
-    monitor.add_scan(scan, BEAMS, pitch)
-    placed = place(BEAMS, scan.ranges, pitch)
-    monitor.follow(Assembled(scan, BEAMS, pitch, placed, odometry, []))
+    added = assembled(scan, BEAMS, pitch, odometry)
+    monitor.cover(added)
+    monitor.follow(added)
 
 
 def test_a_wall_gives_the_limits_of_its_median_range():
     monitor = SceneMonitor(AssemblerConfig())
     assert monitor.shape() is None
-    for scan, pitch in told(3.0):
+    for scan, pitch in scans_of_a_wall(3.0):
         add(monitor, scan, pitch)
         shape = monitor.shape()
     expected = limits_at(PitchLimitsConfig(), 2.0 / math.cos(math.radians(15.0)))
@@ -78,14 +82,14 @@ def lags(odometry_ns, x=lambda t: SPEED * t, known=lambda t: True):
     odometry is known up to odometry_ns from the scan's first beam, at the times at which it is.
     """
     monitor, found = SceneMonitor(AssemblerConfig(limits_rate=20.0)), []
-    for scan, pitch in told(3.8, **DRIVE):
+    for scan, pitch in scans_of_a_wall(3.8, **DRIVE):
         odometry = None
         if odometry_ns is not None and known((scan.stamp_ns - START_NS) / 1e9):
             odometry = odometry_of(x, scan.stamp_ns + odometry_ns)
         add(monitor, scan, pitch, odometry)
-        made_for = 0.92 / math.tan(monitor.shape().pitch_max)
+        followed = 0.92 / math.tan(monitor.shape().pitch_max)
         now = (scan.stamp_ns + DELAY_NS - START_NS) / 1e9
-        found.append((made_for * math.cos(math.radians(15.0)) - (WALL - SPEED * now)) / SPEED)
+        found.append((followed * math.cos(math.radians(15.0)) - (WALL - SPEED * now)) / SPEED)
     return np.array(found[15:])
 
 
@@ -115,7 +119,7 @@ def test_the_way_without_odometry_is_not_counted_when_it_comes_back():
 
 def test_when_time_goes_back_everything_starts_anew():
     monitor = SceneMonitor(AssemblerConfig())
-    for scan, pitch in told(3.0) + told(1.0):
+    for scan, pitch in scans_of_a_wall(3.0) + scans_of_a_wall(1.0):
         add(monitor, scan, pitch)
         assert monitor.shape() is not None
     assert monitor.covered().beams == 10 * 681
@@ -124,7 +128,7 @@ def test_when_time_goes_back_everything_starts_anew():
 def test_a_scan_that_comes_twice_or_too_late_changes_no_limits():
     """They neither start anew nor go back in time."""
     monitor, once = (SceneMonitor(AssemblerConfig()) for _ in range(2))
-    scans = told(2.0)
+    scans = scans_of_a_wall(2.0)
     for scan, pitch in scans:
         add(once, scan, pitch)
     for before, (scan, pitch) in zip([scans[0], *scans], scans, strict=False):
@@ -136,7 +140,7 @@ def test_a_scan_that_comes_twice_or_too_late_changes_no_limits():
 
 def test_limits_that_set_out_anew_leave_what_was_covered():
     monitor = SceneMonitor(AssemblerConfig())
-    for scan, pitch in told(2.0):
+    for scan, pitch in scans_of_a_wall(2.0):
         add(monitor, scan, pitch)
     before = monitor.shape()
     monitor.restart_limits()
@@ -146,7 +150,7 @@ def test_limits_that_set_out_anew_leave_what_was_covered():
 
 def test_without_a_window_coverage_is_not_kept_and_limits_are_the_same():
     kept, unkept = (SceneMonitor(AssemblerConfig(coverage_window=w)) for w in (10.0, 0.0))
-    for scan, pitch in told(1.0):
+    for scan, pitch in scans_of_a_wall(1.0):
         for monitor in (kept, unkept):
             add(monitor, scan, pitch)
         assert unkept.shape() == kept.shape()
@@ -156,7 +160,7 @@ def test_without_a_window_coverage_is_not_kept_and_limits_are_the_same():
 
 def test_a_scan_that_begins_just_before_the_last_ones_end_is_kept():
     monitor = SceneMonitor(AssemblerConfig())
-    [(scan, pitch)] = told(0.1)
+    [(scan, pitch)] = scans_of_a_wall(0.1)
     add(monitor, scan, pitch)
     closely = replace(scan, stamp_ns=scan.stamp_ns + BEAMS.duration_ns - 1000)
     add(monitor, closely, pitch)
@@ -165,7 +169,7 @@ def test_a_scan_that_begins_just_before_the_last_ones_end_is_kept():
 
 def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
     """N_s counts steps, however few of them are beams."""
-    [(scan, pitch)] = told(0.1)
+    [(scan, pitch)] = scans_of_a_wall(0.1)
     shapes = []
     for thinning in (1, 2):
         geometry = replace(
@@ -177,7 +181,7 @@ def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
         thinned = Scan(scan.stamp_ns, geometry, scan.ranges[::thinning])
         # At 0.5 rad/s the span takes more than the planned N_s.
         monitor = SceneMonitor(AssemblerConfig(max_nod_speed=0.5))
-        monitor.add_scan(thinned, Beams(geometry, REFERENCE_MOUNT), pitch[::thinning])
+        monitor.cover(assembled(thinned, Beams(geometry, REFERENCE_MOUNT), pitch[::thinning]))
         shapes.append(monitor.shape())
     assert shapes[0].samples_per_sweep > BAND * 4001
     assert shapes[1].samples_per_sweep == shapes[0].samples_per_sweep

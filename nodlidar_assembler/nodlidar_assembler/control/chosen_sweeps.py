@@ -1,7 +1,7 @@
-"""The nod commanded sweep by sweep: each of a duration that hits what is unseen, or by a schedule.
+"""The nod, sweep by sweep: each of a duration that hits unseen cells, or by a schedule.
 
-A sweep is chosen shortly before it begins, while the one before it is under way: late enough to
-know where nearly all beams went, early enough for the command to reach the servo.
+A sweep is chosen shortly before it begins, during the one before it: late enough to know where
+nearly all beams went, early enough for the command to reach the servo.
 """
 
 from collections import deque
@@ -22,27 +22,27 @@ from numpy.typing import NDArray
 LEAST_NOTICE = 0.04
 # It is made so many scans before the turn at most, for as many scans are between two occasions.
 MOST_SCANS = 1.5
-# What is unseen after this time [s] cannot be reached: everything counts as unseen again.
+# Cells unseen after this time [s] are out of reach: the next round begins.
 LONGEST_ROUND = 60.0
-# Sweeps that are remembered: scans come seconds late at most.
+# Sweeps that are remembered: scans are seconds late at most.
 MOST_COMMANDED = 64
 
 
 class ChosenSweeps:
-    """Chooses sweep after sweep; when all cells were seen, the next round begins.
+    """Chooses one sweep after the other; when all cells are seen, the next round begins.
 
     Parameters
     ----------
     task
-        Region, lidar and cells; the nod goes from limit to limit of it. Rows are made even.
+        Limits of the nod, lidar and cells; rows are evened out.
     planned
-        The nod to set out from; durations stay near to its.
+        The nod to begin with; durations stay near its own.
     timing_error
         Standard deviation of the turns' instants [s].
     fewest_samples
         The N_s of the highest speed.
     schedule
-        Sweeps to take in turn instead of choosing them, the first one up.
+        Sweeps to use in turn instead of choosing them, the first one up.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class ChosenSweeps:
         self._feedback = Feedback(even_rows(task), n_s, timing_error, fewest_samples)
         self._task = task
         self._schedule, self._next = schedule, 0
-        # The sweeps that the beams to come may belong to, and the instants [ns] they count from.
+        # Sweeps that later beams may belong to, with the instants [ns] at which they begin.
         self._commanded = deque([(planned.reference_time_ns, planned)], maxlen=MOST_COMMANDED)
         self.rounds, self.round_time = 0, math.nan
         self._round_ns: int | None = None
@@ -78,31 +78,31 @@ class ChosenSweeps:
         return self._commanded[-1][0]
 
     def nod_at(self, time_ns: int) -> NodTrajectory:
-        """Return the nod that counts at an instant [ns]: that chosen last may begin later."""
+        """Return the nod at an instant [ns]: the one chosen last may begin later."""
         begun = (nod for start_ns, nod in reversed(self._commanded) if start_ns <= time_ns)
         return next(begun, self.nod)
 
     def shift(self, step_ns: int) -> None:
-        """Take all sweeps so far to be later by a step [ns]: the clock was set by it."""
+        """Continue as before after the clock was set by a step [ns]."""
         for k, (start_ns, nod) in enumerate(self._commanded):
             self._commanded[k] = start_ns + step_ns, nod.shifted(step_ns)
         if self._round_ns is not None:
             self._round_ns += step_ns
 
-    def saw(
+    def add_beams(
         self,
         times_ns: NDArray[np.int64],
         azimuth: NDArray[np.float64],
         pitch: NDArray[np.float64],
     ) -> None:
-        """Mark what the beams of a scan hit and, if sweeps are chosen, how the servo moved.
+        """Mark the cells that beams hit; without a schedule, also note how the servo lags.
 
         Parameters
         ----------
         times_ns
-            Instants of all beams [ns], whether they measured something or not.
+            Instants of all beams of a scan [ns], with or without a measurement, shape (n,).
         azimuth, pitch
-            Where they went [rad].
+            Their directions [rad], shape (n,).
         """
         end_ns = int(times_ns[-1])
         while len(self._commanded) > 1 and self._commanded[1][0] <= times_ns[0]:
@@ -121,9 +121,9 @@ class ChosenSweeps:
             self._round_ns = end_ns
 
     def _measure(self, times_ns: NDArray[np.int64], pitch: NDArray[np.float64]) -> None:
-        """Note how late the servo was against the sweeps that the beams belong to.
+        """Note the lag of the servo in the sweeps that the beams belong to.
 
-        The estimate of a pitch may come so late that others were chosen meanwhile.
+        The pitch may be estimated so late that other sweeps were chosen meanwhile.
         """
         sweeps, duration = np.empty_like(pitch), np.empty_like(pitch)
         for number, (start_ns, nod) in enumerate(self._commanded):
@@ -142,12 +142,12 @@ class ChosenSweeps:
         now_ns
             The present time [ns].
         lidar, geometry
-            Its clock, and where its scans begin.
+            Its revolutions, and the geometry of its scans.
 
         Raises
         ------
         ParameterError
-            If there is no schedule, and the lidar turns to the right: the cells are passed to the
+            If there is no schedule and the lidar turns to the right: cells must be passed to the
             left.
         """
         if geometry.angle_increment < 0.0 and self._schedule is None:
@@ -178,14 +178,14 @@ class ChosenSweeps:
         if self._schedule is None:
             return self._feedback.next_duration(turn, going_up, under_way)
         sweeps = self._schedule.sweeps
-        if going_up != (self._next % 2 == 0):  # it was too late to choose one of them
+        if going_up != (self._next % 2 == 0):  # one was missed: it was too late
             self._next += 1
         duration = sweeps[self._next % len(sweeps)]
         self._next += 1
         return float(duration)
 
     def _sample(self, time_ns: int, lidar: Revolutions, geometry: ScanGeometry) -> float:
-        """Return the sample of an instant [ns]: its remainder by N_L is the lidar's step."""
+        """Return the sample at an instant [ns]; modulo N_L it is the lidar's step."""
         steps = self._task.steps_per_revolution
         first = int(self._task.step_at(geometry.angle_min))
         return first + (time_ns - lidar.begin_ns) * steps / (lidar.period * NS_PER_S)

@@ -1,14 +1,14 @@
-"""What the scans show: the pitch limits to take, and what was covered."""
+"""What the scans show: pitch limits for the range ahead, and observed coverage."""
 
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
-from nodlidar_assembler.clouds.geometry import Beams, MountConfig, revolution_time
-from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.clouds.geometry import MountConfig, revolution_time
+from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape
-from nodlidar_assembler.control.nod_controller import NodConfig
+from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.pitch_limits import (
     PitchLimits,
     PitchLimitsConfig,
@@ -21,7 +21,7 @@ from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
 
-# The least span of adapted limits [rad]; less only where the configured limits are less apart.
+# Least span of adapted limits [rad], unless the configured limits are closer.
 LEAST_SPAN = 0.2
 AHEAD = np.array([[1.0, 0.0, 0.0]])
 
@@ -89,13 +89,7 @@ class _Place:
 
 
 class SceneMonitor:
-    """Keeps up, scan by scan, what the nod is chosen from; starts anew when time goes back.
-
-    Parameters
-    ----------
-    config
-        Of the assembler.
-    """
+    """Keeps limits and coverage up to date, scan by scan; restarts when time goes back."""
 
     def __init__(self, config: SceneMonitorConfig) -> None:
         self._config = config
@@ -114,7 +108,7 @@ class SceneMonitor:
         self._last_ns = 0
 
     def restart_limits(self) -> None:
-        """Let the limits set out from the configured ones; what was covered stays."""
+        """Restart the limits from the configured ones; coverage stays."""
         config = self._config
         span = config.pitch_max - config.pitch_min
         self._limits = PitchLimits(
@@ -128,46 +122,40 @@ class SceneMonitor:
                 rate=config.limits_rate,
             )
         )
-        self._adaptation = NodAdaptation(
-            self._limits,
-            config.task,
-            config.samples_per_sweep,
-            config.max_nod_speed,
-            config.max_nod_acceleration,
-            config.timing_error,
-        )
+        self._adaptation = NodAdaptation(self._limits, config)
         self._now: _Place | None = None
 
-    def add_scan(self, scan: Scan, beams: Beams, pitch: NDArray[np.float64]) -> None:
-        """Add a scan, and the pitch of its beams [rad], to what was covered."""
+    def cover(self, assembled: Assembled) -> None:
+        """Add a scan to the observed coverage."""
+        scan, beams = assembled.scan, assembled.beams
         if self._last_ns - scan.stamp_ns > TIME_JUMP_NS:
             self.restart()
         if self._coverage is not None:
-            # Scans may come twice or out of order, and estimated stamps be a little too early.
+            # Scans may arrive twice or out of order, and estimated stamps be slightly early.
             times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
-            self._coverage.add(times_ns, beams.azimuth, pitch)
+            self._coverage.add(times_ns, beams.azimuth, assembled.pitch)
         self._last_ns = max(scan.stamp_ns + beams.duration_ns, self._last_ns)
-        # Not the time between beams, which are fewer than steps where the lidar thins them.
+        # Not the time between beams: a lidar that thins them has fewer beams than steps.
         self._beam_period = revolution_time(beams.geometry) / self._config.steps_per_revolution
 
     def follow(self, assembled: Assembled) -> None:
-        """Let the limits follow a scan that was added.
+        """Update the limits by a scan that was covered.
 
-        With odometry, up to its newest sample, they are for where the robot is by then.
+        With odometry, they are for the position of the robot at its newest sample.
         """
         odometry = assembled.odometry
         xyz = assembled.placed.xyz.T.copy()
         xyz[:, 2] += self._config.sensor_height - self._optical_height
         ranges = ranges_that_count(self._limits.config, xyz)
         if odometry is None:
-            self._now = None  # the way from there is in what is seen on it
+            self._now = None  # the scans on the way contain the motion
         else:
             middle_ns = assembled.scan.stamp_ns + assembled.beams.duration_ns // 2
             ranges = ranges - self._move(_place(odometry, middle_ns), odometry)
         self._limits.update(self._last_ns, ranges)
 
     def covered(self) -> Covered:
-        """Return what the window of time up to the last scan has covered.
+        """Return the observed coverage of the window of time up to the last scan.
 
         Raises
         ------
@@ -175,17 +163,17 @@ class SceneMonitor:
             If coverage_window is 0.
         """
         if self._coverage is None:
-            raise ParameterError('coverage_window', 'above 0 s to tell of coverage', 0.0)
+            raise ParameterError('coverage_window', 'above 0 s for observed coverage', 0.0)
         return self._coverage.covered()
 
     def shape(self) -> NodShape | None:
-        """Return the nod to take at the end of the last scan; None before the first one."""
+        """Return the nod for the end of the last scan; None before the first one."""
         if self._beam_period <= 0.0:
             return None
         return self._adaptation.shape(self._last_ns, self._beam_period)
 
     def _move(self, then: _Place, odometry: Odometry) -> float:
-        """Tell the limits of the newest place; return how far ahead of another it is [m]."""
+        """Move the limits to the newest place; return how far ahead of another it is [m]."""
         now = _place(odometry, int(odometry.time_ns[-1]))
         ahead = rotated(odometry.poses.orientation[-1:], AHEAD)[0]
         self._limits.moved(self._forward(self._now or now, now, ahead))
@@ -193,7 +181,7 @@ class SceneMonitor:
         return self._forward(then, now, ahead)
 
     def _forward(self, before: _Place, after: _Place, ahead: NDArray[np.float64]) -> float:
-        """Return the way from place to place along a direction [m]; 0 where odometry jumps."""
+        """Return the motion between places along a direction [m]; 0 if odometry jumps."""
         way = after.position - before.position
         longest = self._config.max_robot_speed * (after.time_ns - before.time_ns) / NS_PER_S
         return float(ahead @ way) if np.linalg.norm(way) <= longest else 0.0

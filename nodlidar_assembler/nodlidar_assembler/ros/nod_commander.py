@@ -1,19 +1,18 @@
-"""Publishes the nod command, for as long as scans come."""
+"""Publishes the nod command while scans arrive."""
 
 import math
 
-from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodShape
-from nodlidar_assembler.control.nod_controller import NodConfig, NodController
+from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.msg import NodCommand
-import numpy as np
-from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -25,18 +24,16 @@ class NodCommander:
     Parameters
     ----------
     node, config
-        The assembler, and its parameters as it was started.
-    frame_id
-        Frame in which the nod is commanded.
+        The assembler, and its parameters at start.
     survival
-        The shell around what is done periodically.
+        Catches errors of the timer.
     """
 
-    def __init__(self, node: Node, config: NodConfig, frame_id: str, survival: Survival) -> None:
-        self._node, self._config, self._frame_id = node, config, frame_id
+    def __init__(self, node: Node, config: AssemblerConfig, survival: Survival) -> None:
+        self._node, self._config = node, config
         self._configured = NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep)
         self._controller = NodController(config)
-        self._last_scan_ns = 0  # by the steady clock, as the timer: a clock may be set
+        self._last_scan_ns = 0  # steady clock, like the timer
         self._warn_if_samples_repeat()
         self._commands = node.create_publisher(
             NodCommand,
@@ -48,11 +45,11 @@ class NodCommander:
 
     @property
     def round_time(self) -> float:
-        """How long it took to see all cells the last time [s]; NaN if that is not known."""
+        """Duration of the last complete round [s]; see NodController."""
         return self._controller.round_time
 
     def follow_lidar(self, scan: Scan) -> None:
-        """Keep the nod tied to the lidar's revolutions; its first command goes out at once."""
+        """Keep the nod phase-locked to the lidar; publish the first command at once."""
         first = self._controller.command is None
         self._last_scan_ns = steady_ns()
         try:
@@ -65,26 +62,18 @@ class NodCommander:
                 self._publish()
 
     def clock_was_set(self, step_ns: int) -> None:
-        """Go on with the nod by a clock that was set by a step [ns]; the servo is told at once."""
+        """Continue the nod after the clock was set by a step [ns]; publish it at once."""
         self._controller.shift(step_ns)
         self._publish()
 
-    def adapt(
-        self, shape: NodShape | None, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
-    ) -> None:
-        """Command the nod that goes with the monitor, if it is another.
-
-        Parameters
-        ----------
-        shape
-            Limits and N_s to take; what is configured if there are none.
-        scan, beams, pitch
-            A scan, its beams and their pitch [rad], which tell what was seen.
-        """
+    def adapt(self, shape: NodShape | None, assembled: Assembled) -> None:
+        """Apply a shape, or the configured one, and the coverage of a scan to the nod."""
         now_ns = self._now_ns()
         changed = self._controller.change(shape or self._configured, now_ns)
         try:
-            chosen = self._controller.saw(scan, beams, pitch, now_ns)
+            chosen = self._controller.add_beams(
+                assembled.scan.stamp_ns, assembled.beams, assembled.pitch, now_ns
+            )
         except ParameterError as error:
             self._error(f'no sweep chosen: {error}')
             chosen = False
@@ -92,12 +81,12 @@ class NodCommander:
             self._publish()
 
     def _publish(self) -> None:
-        """Publish the command while scans come: without them the servo shall let go."""
+        """Publish the command while scans arrive: without them the servo must let go."""
         command = self._controller.command
         silent = steady_ns() - self._last_scan_ns > self._config.scan_timeout * NS_PER_S
         if command is not None and not silent:
             nod, start_ns = command
-            message = nod_to_message(nod, self._now_ns(), self._frame_id, start_ns)
+            message = nod_to_message(nod, self._now_ns(), self._config.frame_id, start_ns)
             self._commands.publish(message)
 
     def _warn_if_samples_repeat(self) -> None:
@@ -109,13 +98,16 @@ class NodCommander:
             )
 
     def _warn_of_other_steps(self, geometry: ScanGeometry) -> None:
-        """Warn if N_L is not that of a lidar, which may thin its beams: N_s would be another."""
-        steps, told = self._config.steps_per_revolution, math.tau / abs(geometry.angle_increment)
-        thinned = max(round(steps / told), 1)
-        if abs(steps / (thinned * told) - 1.0) > 0.01:
+        """Warn if N_L is not that of the lidar, which may thin its beams."""
+        steps, implied = (
+            self._config.steps_per_revolution,
+            math.tau / abs(geometry.angle_increment),
+        )
+        thinned = max(round(steps / implied), 1)
+        if abs(steps / (thinned * implied) - 1.0) > 0.01:
             self._node.get_logger().warning(
-                f'steps_per_revolution = {steps}, but angle_increment of the scan tells {told:.0f}'
-                ': the nod is not coprime with this lidar'
+                f'steps_per_revolution = {steps}, but angle_increment of the scan implies '
+                f'{implied:.0f}: the nod is not coprime with this lidar'
             )
 
     def _error(self, text: str) -> None:

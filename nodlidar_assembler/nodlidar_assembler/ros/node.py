@@ -41,7 +41,7 @@ class Assembler(Node):
         self._host_clock = HostClock(self, self._clock_was_set)
         self._nod = None
         if self.config.command_nod:
-            self._nod = NodCommander(self, self.config, self.config.frame_id, self.survival)
+            self._nod = NodCommander(self, self.config, self.survival)
         self._scene_monitor = SceneMonitor(self.config)
         self._clouds = self.create_publisher(
             PointCloud2,
@@ -139,15 +139,14 @@ class Assembler(Node):
         return self._frames.frame(cloud)
 
     def _adapt(self, assembled: Assembled) -> None:
-        """Choose the nod by what was covered and what is around."""
-        scan, beams, pitch = assembled.scan, assembled.beams, assembled.pitch
-        self._scene_monitor.add_scan(scan, beams, pitch)
+        """Choose the nod by the coverage and the range ahead."""
+        self._scene_monitor.cover(assembled)
         shape = None
         if self.config.adapt_limits:
             self._scene_monitor.follow(assembled)
             shape = self._scene_monitor.shape()
         if self._nod is not None:
-            self._nod.adapt(shape, scan, beams, pitch)
+            self._nod.adapt(shape, assembled)
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
         if config.adapt_limits and not self.config.adapt_limits:
