@@ -18,7 +18,7 @@ from nodlidar_sim.devices.rx24f import Rx24fEmulator
 from nodlidar_sim.devices.rx24f_table import TORQUE_ENABLE
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.urg_requests import Stream
-from nodlidar_sim.devices.urg_scan import Turn
+from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.effects import imperfect
 from nodlidar_sim.world.scene import load_scene
@@ -159,7 +159,7 @@ class Rig:
     def _wire(self, device: Device, look: Callable[[int], None]) -> WatchedDevice:
         return WatchedDevice(device, int(self._rng.integers(2**31)), look)
 
-    def _scan_sent(self, turn: Turn) -> None:
+    def _scan_sent(self, turn: Revolution) -> None:
         self.truth.add_scan(turn, self.lidar.sensor.stream is not self._unheard)
         if self.timer_error:
             turn.timer = (turn.timer + self.timer_error) % 2**24

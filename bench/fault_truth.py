@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from nodlidar_sim.devices.urg_scan import FIRST_STEP, LAST_STEP, MIN_RANGE_MM, Turn
+from nodlidar_sim.devices.urg_scan import FIRST_STEP, LAST_STEP, MIN_RANGE_MM, Revolution
 from nodlidar_sim.world.motion import Array, Motion, Times
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
@@ -68,12 +68,12 @@ class Truth:
         self.torque, self.laser = Changes(), Changes()
         self._shaft = shaft
 
-    def add_scan(self, turn: Turn, heard: bool) -> None:
+    def add_scan(self, revolution: Revolution, heard: bool) -> None:
         """Record a revolution that is sent."""
-        codes = turn.codes[FIRST_STEP : LAST_STEP + 1].copy()
+        codes = revolution.codes[FIRST_STEP : LAST_STEP + 1].copy()
         codes[codes < MIN_RANGE_MM] = 0
-        pitch = self._shaft.position(turn.times_ns)
-        self.scans.append(TrueScan(turn.times_ns, codes, pitch, heard))
+        pitch = self._shaft.position(revolution.times_ns)
+        self.scans.append(TrueScan(revolution.times_ns, codes, pitch, heard))
 
 
 class FaultyServo(ServoMotion):

@@ -7,7 +7,7 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_sim.world.motion import triangle_motion, TURN_ACCELERATION
+from nodlidar_sim.world.motion import REVERSAL_ACCELERATION, triangle_motion
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
@@ -55,7 +55,7 @@ def _near_and_between(beams: NDArray[np.int64], repeats: NDArray[np.int64]) -> t
 
 
 def counts_by_height(
-    samples_per_sweep: int, turn_error: float, acceleration: float = TURN_ACCELERATION
+    samples_per_sweep: int, turn_error: float, acceleration: float = REVERSAL_ACCELERATION
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return how many beams fall in each part of the span in N_s revolutions, and repeats of them.
 

@@ -1,1 +1,1 @@
-"""The nodding lidar simulated, down to the bytes of its two devices, without ROS."""
+"""Simulates the nodding lidar, down to the bytes of its two devices."""

@@ -1,4 +1,4 @@
-"""Writes a recording of the fast mode as the bag that the devices and the base would leave."""
+"""Writes a simulated recording as a bag, as the nodes would have recorded it."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,9 +17,9 @@ TYPES: dict[str, Any] = dict(STORE.types)
 SCAN, JOINT_STATE = 'sensor_msgs/msg/LaserScan', 'sensor_msgs/msg/JointState'
 TF = 'tf2_msgs/msg/TFMessage'
 TOPICS = {'/scan': SCAN, '/joint_states': JOINT_STATE, '/tf': TF, '/tf_static': TF}
-LATENESS_NS = 5_000_000  # of a message after what it tells
+LATENESS_NS = 5_000_000  # from the end of a measurement to its message
 
-# When it was recorded [ns], its topic, and itself.
+# End of the measurement [ns], topic, message.
 Entry = tuple[int, str, Any]
 
 
@@ -33,9 +33,9 @@ def write_bag(
     simulated
         The recording.
     path
-        Of a folder that does not exist yet.
+        Folder to create.
     storage
-        Kind of its file.
+        Format of its file.
     """
     with Writer(path, version=9, storage_plugin=storage) as writer:
         connections = {
@@ -48,7 +48,7 @@ def write_bag(
 
 
 def messages(simulated: Recording) -> Iterator[Entry]:
-    """Yield the messages, topic after topic, with the times at which what they tell was over."""
+    """Yield the messages, topic by topic, with the ends of their measurements."""
     mount = simulated.world.scene.mount
     start_ns = int(simulated.scan_stamp_ns[0])
     yield start_ns, '/tf_static', _transform(start_ns, 'base_link', 'nodlidar_base_link', mount)

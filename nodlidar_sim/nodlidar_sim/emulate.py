@@ -1,4 +1,4 @@
-"""Run the emulated devices alone, on pseudo-terminals that drivers open like serial ports."""
+"""Runs the emulated devices on pseudo-terminals, which drivers open like serial ports."""
 
 import argparse
 from collections.abc import Sequence
@@ -22,14 +22,14 @@ from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
 
-_GRACE = 2.0  # for drivers that end with the program, to leave the devices safe [s]
-_LONGEST = 3600.0  # [s]
-_LATENCY = 255.0  # of an FTDI adapter [ms]
-_BAUD_1M = 1  # the register's value for 1 Mbit/s, which the servo of the sensor is set to
+_GRACE = 2.0  # for drivers that stop at the same time, to make the devices safe [s]
+_LONGEST_TIMEOUT = 3600.0  # of a cmd_vel [s]
+_LONGEST_LATENCY = 255.0  # of an FTDI adapter [ms]
+_BAUD_1M = 1  # value of the register for 1 Mbit/s
 
 
 def without_ros_args(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments without those between ``--ros-args`` and ``--``, which launch adds."""
+    """Return the arguments without those of ROS, which launch adds after ``--ros-args``."""
     kept, ros = [], False
     for argument in arguments:
         if argument == '--ros-args':
@@ -42,40 +42,44 @@ def without_ros_args(arguments: Sequence[str]) -> list[str]:
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """Return the options; exits with a line and status 2 if they make no sense."""
+    """Return the options; exits with one line and status 2 if they are not allowed."""
     description = 'Emulate the lidar and the servo of a nodding lidar on pseudo-terminals.'
     parser = LineParser('emulate', description)
-    parser.add_argument('--lidar-link', type=Path, help='where to link the lidar; none without it')
-    parser.add_argument('--servo-link', type=Path, help='where to link the servo; none without it')
+    for device in ('lidar', 'servo'):
+        text = f'path of the link to the {device} [default: no {device}]'
+        parser.add_argument(f'--{device}-link', type=Path, help=text)
     parser.add_argument(
-        '--scene', default='room', help=f'{", ".join(scene_names())} or the path of a YAML file'
+        '--scene',
+        default='room',
+        help=f'{", ".join(scene_names())} or the path of a YAML file [default: room]',
     )
     parser.add_argument(
-        '--route', help=f"in place of the scene's: {', '.join(route_names())} or a YAML file"
+        '--route',
+        help=f'{", ".join(route_names())} or the path of a YAML file [default: that of the scene]',
     )
     parser.add_argument(
         '--base', choices=['route', 'odometry', 'cmd_vel'], default='route',
-        help='route: drives it and tells nobody (default); odometry: also publishes, as a node, '
-        'odom and its transform; cmd_vel: drives as that topic says, and publishes',
+        help='route: follow the route without publishing odometry; odometry: also publish odom '
+        'and its transform, as a node; cmd_vel: follow that topic and publish [default: route]',
     )  # fmt: skip
     parser.add_argument(
         '--cmd-vel-timeout', type=float, default=0.5, metavar='S',
-        help='how long a cmd_vel holds [s] (default 0.5)',
+        help='time for which a cmd_vel is valid [s] [default: 0.5]',
     )  # fmt: skip
-    parser.add_argument('--seed', type=int, default=0, help='of all that is random (default 0)')
+    parser.add_argument('--seed', type=int, default=0, help='of all random effects [default: 0]')
     parser.add_argument(
         '--latency-timer', type=float, default=0.0, metavar='MS',
-        help="of the servo's USB adapter [ms]; 16 gives 62 Hz (default 0: none)",
+        help="of the servo's USB adapter [ms]; 16 limits the servo to 62 Hz [default: 0]",
     )  # fmt: skip
     parser.add_argument('--scip11', action='store_true', help='the lidar powers up in SCIP 1.1')
     options = parser.parse_args(without_ros_args(arguments))
     if options.lidar_link is None and options.servo_link is None:
-        parser.error('nothing to emulate: give --lidar-link, --servo-link or both')
-    if not 0.0 < options.cmd_vel_timeout <= _LONGEST:
-        allowed = f'above 0 and at most {_LONGEST:g} s'
+        parser.error('no device to emulate: set --lidar-link, --servo-link or both')
+    if not 0.0 < options.cmd_vel_timeout <= _LONGEST_TIMEOUT:
+        allowed = f'above 0 and at most {_LONGEST_TIMEOUT:g} s'
         parser.error(f'--cmd-vel-timeout must be {allowed}, but is {options.cmd_vel_timeout}')
-    if not 0.0 <= options.latency_timer <= _LATENCY:
-        allowed = f'from 0 to {_LATENCY:g} ms'
+    if not 0.0 <= options.latency_timer <= _LONGEST_LATENCY:
+        allowed = f'from 0 to {_LONGEST_LATENCY:g} ms'
         parser.error(f'--latency-timer must be {allowed}, but is {options.latency_timer}')
     if options.seed < 0:
         parser.error(f'--seed must be at least 0, but is {options.seed}')
@@ -95,17 +99,17 @@ def make_devices(
     Parameters
     ----------
     scene
-        What the lidar sees, what moves and what goes wrong.
+        Surfaces, motion and effects.
     start_ns
-        Host time at which both are switched on and all that moves leaves its start [ns].
+        Host time of power-up, when base and objects leave their start [ns].
     seed
-        Of what goes wrong and of the phase of the lidar's rotation.
+        Of the effects and of the phase of the lidar's rotation.
     latency_timer
         Of the servo's USB adapter [s].
     scip11
         Whether the lidar powers up in SCIP 1.1.
     base
-        Where the base is, if not on the scene's route.
+        Motion of the base; by default the scene's route.
     """
     motion = ServoMotion(jitter=scene.effects.servo_jitter, seed=seed)
     world = World(scene, motion, base, start_ns)
@@ -121,7 +125,7 @@ def make_devices(
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the devices that have a link until SIGINT or SIGTERM; return the exit status."""
+    """Run the devices with a link until SIGINT or SIGTERM; return the exit status."""
     scene = load_scene(options.scene, options.route or None)
     start_ns = time.time_ns()
     base = make_base(options, scene, start_ns)
@@ -143,7 +147,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def make_base(options: argparse.Namespace, scene: Scene, start_ns: int) -> Base:
-    """Return the base that the options ask for."""
+    """Return the base selected by the options."""
     if options.base == 'cmd_vel':
         return CommandedBase(scene.base_start, start_ns, options.cmd_vel_timeout)
     return scene.route(start_ns)
@@ -152,8 +156,8 @@ def make_base(options: argparse.Namespace, scene: Scene, start_ns: int) -> Base:
 def run_node(
     base: Base, odometer: Odometer, uncertainty: OdometryUncertainty, terminals: PseudoTerminals
 ) -> int:
-    """Run the base's node until a signal, and the devices until their hosts have ended, too."""
-    # Imported here: without odometry, the devices are emulated where there is no ROS.
+    """Run the base's node until a signal, then the devices until their hosts have closed them."""
+    # Imported here, so that the devices can be emulated without ROS.
     from nodlidar_common.ros.node import run as run_until_signal
     from nodlidar_sim.ros.base_node import BaseNode
 
@@ -162,7 +166,7 @@ def run_node(
         lambda: BaseNode(odometer, uncertainty, terminals.clock, terminals.running, commanded),
         sys.argv,
     )
-    if not terminals.running():  # by an early signal, or an error that is raised with their exit
+    if not terminals.running():  # stopped by an early signal, or an error that their exit raises
         return 0
     terminals.stop(_GRACE)
     terminals.wait()

@@ -1,4 +1,4 @@
-"""The fast mode: a whole recording as arrays, without devices, ROS or a clock to wait for."""
+"""The fast mode: simulates a recording as arrays, without devices, ROS or waiting."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-_SCANS_AT_ONCE = 24  # so that the arrays of one ray cast stay in the cache
+_SCANS_AT_ONCE = 24  # the arrays of one ray cast then fit the cache
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """What the devices told, and the truth.
+    """The measurements of the devices, and the truth.
 
     Attributes
     ----------
@@ -33,19 +33,19 @@ class Recording:
     azimuth
         Angle of each beam in the scan plane [rad], shape (b,).
     scan_stamp_ns
-        When the first measured beam of each scan was sent [ns], shape (s,).
+        Time of the first measured beam of each scan [ns], shape (s,).
     ranges
-        As the lidar told them [m], shape (s, b); inf too far, -inf too near, NaN dropped out.
+        As measured [m], shape (s, b); inf too far, -inf too near, NaN dropped out.
     joint_stamp_ns, joint_position, joint_velocity
-        Time [ns], pitch [rad] and speed [rad/s] as the servo told them, shape (j,).
+        Time [ns], pitch [rad] and speed [rad/s] as measured by the servo, shape (j,).
     odometry_stamp_ns, odometry_pose
         Time [ns], shape (o,), and x [m], y [m], yaw [rad] of base_link in odom, shape (o, 3).
     true_time_ns, true_pitch, true_range
-        When each beam was sent [ns], its pitch [rad] and range [m], shape (s, b).
+        Time [ns], pitch [rad] and range [m] of each beam, shape (s, b).
     true_pose
         x [m], y [m], yaw [rad] of base_link in odom at the odometry's times, shape (o, 3).
     world
-        Where all that came from; knows the distance of points to the surfaces.
+        The simulated world, which also computes the distance of points from the surfaces.
     """
 
     sensor: SensorModel
@@ -73,33 +73,33 @@ def simulate(
     start_ns: int = 0,
     sensor: SensorModel | None = None,
 ) -> Recording:
-    """Record a nodding lidar in a scene; the same arguments give the same recording.
+    """Simulate a nodding lidar in a scene; equal arguments return equal recordings.
 
     Parameters
     ----------
     scene
         From nodlidar_sim.world.scene.load_scene.
     nod
-        The commanded trajectory, which the servo follows as triangle_motion says.
+        The commanded trajectory; the servo follows it as in `triangle_motion`.
     duration
-        Of the recording [s]; a scan that does not end within it is left out.
+        Of the recording [s]; it contains the scans that end within it.
     seed
-        Of everything that goes wrong.
+        Of all effects.
     start_ns
-        When the first scan is at step 0 and all that moves at its start [ns].
+        Time of step 0 of the first scan, when base and objects leave their start [ns].
     sensor
         The devices; a URG-04LX-UG01 on an RX-24F by default.
 
     Raises
     ------
     ParameterError
-        If the duration is too short for a scan, or the nod's sweeps for its reversals.
+        If the duration is too short for a scan, or a sweep of the nod for its reversals.
     """
     sensor = SensorModel() if sensor is None else sensor
     effects = scene.effects
     scans = math.floor(duration * effects.clock_rate / sensor.scan_time + 1e-9)
     if scans < 1:
-        raise ParameterError('duration', f'at least a scan of {sensor.scan_time} s', duration)
+        raise ParameterError('duration', f'at least {sensor.scan_time} s, one scan', duration)
     end_ns = start_ns + math.ceil((duration + 2.0 / sensor.joint_rate) * NS_PER_S)
     range_seed, turn_seed, odometry_seed = np.random.SeedSequence(seed).generate_state(3)
     motion = triangle_motion(
@@ -109,9 +109,9 @@ def simulate(
     beams_ns = sensor.beam_times_ns(start_ns, scans, effects.clock_rate)
     joints_ns = _ticks(start_ns, duration, sensor.joint_rate)
     samples_ns = _ticks(start_ns, duration, sensor.odometry_rate)
-    true_pose = told_pose = Odometer(world.base, Effects(), start_ns).poses(samples_ns)
-    if effects.spoil_odometry:
-        told_pose = Odometer(world.base, effects, start_ns, int(odometry_seed)).poses(samples_ns)
+    true_pose = pose = Odometer(world.base, Effects(), start_ns).poses(samples_ns)
+    if effects.affect_odometry:
+        pose = Odometer(world.base, effects, start_ns, int(odometry_seed)).poses(samples_ns)
     true_range = _true_ranges(world, beams_ns, sensor.azimuth)
     faults = range_faults(effects, int(range_seed))
     return Recording(
@@ -123,7 +123,7 @@ def simulate(
         joint_position=_rounded(motion.position(joints_ns), sensor.joint_tick),
         joint_velocity=_rounded(motion.velocity(joints_ns), sensor.speed_tick),
         odometry_stamp_ns=samples_ns,
-        odometry_pose=told_pose,
+        odometry_pose=pose,
         true_time_ns=beams_ns,
         true_pitch=motion.position(beams_ns),
         true_range=true_range,
@@ -133,12 +133,12 @@ def simulate(
 
 
 def _ticks(start_ns: int, duration: float, rate: float) -> Times:
-    """Return instants [ns] at a rate [Hz] that begin at the start and enclose the duration [s]."""
+    """Return instants [ns] at a rate [Hz], from the start to the end of a duration [s] or past."""
     return instants(start_ns, np.arange(math.ceil(duration * rate) + 1) / rate)
 
 
 def _true_ranges(world: World, beams_ns: Times, azimuth: Array) -> Array:
-    """Return the range of every beam, shape (s, b), from a few scans at a time."""
+    """Return the range of every beam, shape (s, b), computed a few scans at a time."""
     ranges = np.empty(beams_ns.shape)
     for first in range(0, len(beams_ns), _SCANS_AT_ONCE):
         times = beams_ns[first : first + _SCANS_AT_ONCE]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.pose import Pose
 from nodlidar_sim.world import raycast
-from nodlidar_sim.world.base import to_child, turn
+from nodlidar_sim.world.base import rotate, to_child
 from nodlidar_sim.world.bundles import bundled, Bundles, RAYS
 from nodlidar_sim.world.motion import triangle_motion
 from nodlidar_sim.world.moving import Mover
@@ -73,7 +73,7 @@ def ranges_with_all_in_view(world, times, azimuth):
     found = [shape.intersect(origins.T, directions.T) for shape in world.scene.objects['it']]
     for mover in world.scene.movers.values():
         poses = mover.plan.route(mover.start, S).poses(times)
-        own = to_child(origins, poses).T, turn(directions, -poses[:, 2]).T
+        own = to_child(origins, poses).T, rotate(directions, -poses[:, 2]).T
         found += [shape.intersect(*own) for shape in mover.shapes]
     return np.min(found, axis=0)
 

@@ -139,7 +139,7 @@ def test_scip_1_1(start, tmp_path):
     ('arguments', 'message'),
     [
         (['--lidar-link', 'l', '--scene', 'nowhere'], 'corner, corridor, crossing, room, wall'),
-        ([], 'nothing to emulate'),
+        ([], 'no device to emulate'),
         (['--lidar-link', 'l', '--route', 'nowhere'], 'approach, figure_of_eight, turn'),
         (['--lidar-link', 'l', '--base', 'fly'], '--base'),
         (['--lidar-link', 'l', '--cmd-vel-timeout', '0'], 'at most 3600 s, but is 0.0'),

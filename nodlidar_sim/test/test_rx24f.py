@@ -289,13 +289,13 @@ def test_speed_0_is_126_rpm_at_12_volts(bus):
     assert speed == pytest.approx(126 * 2 * math.pi / 60)
 
 
-def test_the_mounting_turns_and_shifts_the_pitch():
-    bus = Bus(zero_tick=600, invert=True)
-    assert bus.read(36, 2) == 600
-    bus.write_word(30, 500)
+def test_an_inverted_servo_pitches_down_with_rising_ticks():
+    bus = Bus(invert=True)
+    assert bus.read(36, 2) == 512
+    bus.write_word(30, 412)
     bus.wait(1)
     assert bus.pitch() == pytest.approx(100 * TICK)
-    assert bus.read(36, 2) == 500
+    assert bus.read(36, 2) == 412
 
 
 @given(st.integers(0, 1023))

@@ -209,7 +209,7 @@ def test_another_lidar_can_be_simulated():
 
 @pytest.mark.parametrize('duration', [0.0, 0.09, -1.0])
 def test_a_recording_too_short_for_a_scan_is_refused(duration):
-    with pytest.raises(ParameterError, match=r"'duration' must be at least a scan of 0\.1 s"):
+    with pytest.raises(ParameterError, match=r"'duration' must be at least 0\.1 s, one scan"):
         record(load_scene('wall'), duration)
 
 

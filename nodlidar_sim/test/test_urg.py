@@ -90,8 +90,8 @@ def test_commands_are_answered_at_the_end_of_the_rotation(sent_at, phase):
     host.wait_until(sent_at)
     assert host.status(b'QT') == '00'
     period, first = 100.0, 100.0 * (1 - phase)
-    turns_over = max(0, int(np.floor((sent_at - first) / period)) + 1)
-    expected = first + turns_over * period + 1000 * len('QT\n00P\n\n') / (2137 / 2.3e-3)
+    revolutions_over = max(0, int(np.floor((sent_at - first) / period)) + 1)
+    expected = first + revolutions_over * period + 1000 * len('QT\n00P\n\n') / (2137 / 2.3e-3)
     assert host.elapsed_ms() == pytest.approx(expected, abs=1e-3)
 
 
@@ -197,7 +197,7 @@ def test_each_beam_is_measured_at_its_own_instant():
 
 @pytest.mark.parametrize('rate', [1.0, 1.0003, 0.9995])
 def test_stamps_follow_the_sensors_own_clock(rate):
-    """Device time of the k-th turn is (k + 1 - phase) turns after the start, whatever the host."""
+    """Device time of revolution k is (k + 1 - phase) revolutions after the start."""
     host = Host(clock_rate=rate, timer=123.4, rotation_phase=0.4)
     host.ask(b'MD0044004400000')
     for k in range(200):
@@ -424,9 +424,9 @@ def test_a_mute_device_says_nothing():
 def test_each_scan_that_is_sent_is_told_of_before():
     host, told = Host(millimetre_per_step), []
 
-    def note_and_spoil(turn):
-        told.append((turn.times_ns[0], turn.codes[44]))
-        turn.timer += 30 * (len(told) == 2)
+    def note_and_spoil(revolution):
+        told.append((revolution.times_ns[0], revolution.codes[44]))
+        revolution.timer += 30 * (len(told) == 2)
 
     host.urg.on_scan = note_and_spoil
     host.ask(b'MD0044072501003')

@@ -1,12 +1,12 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common import scip
-from nodlidar_sim.devices.urg_scan import clustered, range_codes, ScanRequest, Turn
+from nodlidar_sim.devices.urg_scan import clustered, range_codes, Revolution, ScanRequest
 import numpy as np
 import pytest
 
-TURN_NS = 100_000_000
-STEP_NS = TURN_NS / 1024
+REVOLUTION_NS = 100_000_000
+STEP_NS = REVOLUTION_NS / 1024
 
 
 class Recorder:
@@ -44,26 +44,26 @@ def test_clusters_are_the_least_valid_range_of_each_group(codes, size):
 
 
 def test_every_beam_is_measured_at_its_own_instant():
-    measure, turn = Recorder(), Turn(1000, 1000 + TURN_NS, 0)
-    turn.measure(measure)
+    measure, revolution = Recorder(), Revolution(1000, 1000 + REVOLUTION_NS, 0)
+    revolution.measure(measure)
     steps = np.arange(44, 726)
     assert measure.times_ns.tolist() == [1000 + round(k * STEP_NS) for k in steps.tolist()]
-    assert turn.last_beam_ns == measure.times_ns[-1]
+    assert revolution.last_beam_ns == measure.times_ns[-1]
     np.testing.assert_allclose(measure.azimuth, (steps - 384) * 2 * np.pi / 1024, atol=1e-15)
     assert measure.azimuth[0] == pytest.approx(-2.08621, abs=1e-5)
     assert measure.azimuth[-1] == pytest.approx(2.09235, abs=1e-5)
 
 
 def test_steps_outside_the_measured_range_are_not_measurable():
-    turn = Turn(0, TURN_NS, 0)
-    turn.measure(Recorder())
-    assert set(turn.codes[:44]) == set(turn.codes[726:]) == {19}
-    assert set(turn.codes[44:726]) == {1000}
-    assert len(turn.codes) == 769
+    revolution = Revolution(0, REVOLUTION_NS, 0)
+    revolution.measure(Recorder())
+    assert set(revolution.codes[:44]) == set(revolution.codes[726:]) == {19}
+    assert set(revolution.codes[44:726]) == {1000}
+    assert len(revolution.codes) == 769
 
 
 def test_short_values_are_clipped():
-    turn = Turn(0, TURN_NS, 0)
-    turn.codes[100:103] = [4094, 4095, 5600]
-    data = scip.join_blocks(ScanRequest(100, 102, 1, 2).lines(turn)[1:])
+    revolution = Revolution(0, REVOLUTION_NS, 0)
+    revolution.codes[100:103] = [4094, 4095, 5600]
+    data = scip.join_blocks(ScanRequest(100, 102, 1, 2).lines(revolution)[1:])
     assert scip.decode(data, 2).tolist() == [4094, 4095, 4095]

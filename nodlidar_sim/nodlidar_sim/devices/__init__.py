@@ -1,1 +1,1 @@
-"""The emulated lidar and servo, at byte level, in virtual time."""
+"""The emulated lidar and servo, at byte level and in virtual time."""

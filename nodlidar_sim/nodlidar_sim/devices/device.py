@@ -1,7 +1,7 @@
-"""What an emulated serial device is: bytes in, bytes out, at given times.
+"""The interface of an emulated serial device: bytes in, bytes out, at given times.
 
-A device has no clock, no thread and no file of its own. Host time [ns] comes with every call and
-never goes backwards; `receive` and `transmit` first bring the device up to that time.
+A device has no clock, no thread and no file. Each call passes the host time [ns], which never
+decreases; `receive` and `transmit` first advance the device to that time.
 """
 
 from typing import Protocol, runtime_checkable
@@ -14,17 +14,17 @@ class Device(Protocol):
         """Take bytes that the host sent at host time `now_ns`."""
 
     def transmit(self, now_ns: int) -> bytes:
-        """Return, once, the bytes that have reached the host by `now_ns`."""
+        """Remove and return the bytes that have reached the host by `now_ns`."""
 
     def next_event_ns(self) -> int | None:
-        """Return when `transmit` should next be called, or None if nothing is coming up.
+        """Return when to call `transmit` next [ns], None if no event is pending.
 
-        After ``transmit(now_ns)`` it is later than `now_ns`.
+        After ``transmit(now_ns)``, that is later than `now_ns`.
         """
 
 
 @runtime_checkable
-class HearsBitRate(Protocol):
-    """A device that is told the bit rate of its host's port [bit/s], None where it is unknown."""
+class ChecksBitRate(Protocol):
+    """A device that checks the bit rate of its host's port [bit/s], None if unknown."""
 
     host_bit_rate: int | None

@@ -1,6 +1,6 @@
 """Packets of Dynamixel Protocol 1.0, as a servo reads and writes them.
 
-FF FF ID LENGTH INSTRUCTION parameters CHECKSUM, where LENGTH counts what follows it. A status
+FF FF ID LENGTH INSTRUCTION parameters CHECKSUM, where LENGTH counts the bytes after it. A status
 packet has the error bits in place of the instruction.
 """
 
@@ -21,7 +21,7 @@ class Instruction:
     Attributes
     ----------
     servo_id, code, parameters
-        As sent; the parameters are empty in an unsound packet.
+        As sent; the parameters are empty if the checksum is wrong.
     sound
         Whether the checksum is right.
     """
@@ -33,7 +33,7 @@ class Instruction:
 
 
 def checksum(body: bytes) -> int:
-    """Return the checksum of what lies between header and checksum."""
+    """Return the checksum of the bytes between header and checksum."""
     return ~sum(body) & 0xFF
 
 
@@ -44,16 +44,16 @@ def status_packet(servo_id: int, errors: int, data: bytes = b'') -> bytes:
 
 
 class InstructionReader:
-    """Finds instruction packets in a stream of bytes, whatever else there is in it."""
+    """Finds instruction packets in a stream that may contain other bytes."""
 
     def __init__(self) -> None:
         self._buffer = b''
         self._last_ns = 0
 
     def feed(self, data: bytes, now_ns: int) -> Iterator[tuple[Instruction, int]]:
-        """Yield each packet that the data complete, and how many of the data it took to do so.
+        """Yield each packet that the data complete, with the number of bytes of data used so far.
 
-        A packet that pauses for more than 100 ms is given up, as the servo does.
+        As by the servo, a packet is dropped after a pause of more than 100 ms.
         """
         if now_ns - self._last_ns > _GAP_NS:
             self._buffer = b''
@@ -73,7 +73,7 @@ class InstructionReader:
         return _parse(packet)
 
     def _find_header(self) -> None:
-        """Drop bytes until the buffer is the beginning of a possible packet."""
+        """Drop bytes until the buffer may be the beginning of a packet."""
         while self._buffer and not _may_begin(self._buffer):
             after = self._buffer.find(_HEADER, 1)
             keep_one = self._buffer.endswith(b'\xff') and len(self._buffer) > 1
@@ -81,7 +81,7 @@ class InstructionReader:
 
 
 def _may_begin(data: bytes) -> bool:
-    """Tell whether data begin like a packet: header, ID below FF, length of at least 2."""
+    """Return whether data begin like a packet: header, ID below FF, length of at least 2."""
     return (
         _HEADER.startswith(data[:2])
         and (len(data) < 3 or data[2] != 0xFF)

@@ -1,25 +1,25 @@
-"""A device with bad wiring, for tests of what hosts make of it."""
+"""A device with bad wiring, for tests of its hosts."""
 
 from nodlidar_sim.devices.device import Device
 from nodlidar_sim.devices.faulty_line import FaultyLine
 
 
 class FaultyDevice(FaultyLine):
-    """A device behind a bad connection: as a line, it is the one from the device to the host.
+    """A device behind a bad connection; the inherited line is the one from device to host.
 
     Parameters
     ----------
     device
-        The sound device.
+        The emulated device.
     seed
         Of the choice of bytes.
 
     Attributes
     ----------
     to_device
-        The line from the host to the device.
+        The line from host to device.
     stalled_until_ns
-        Before this time nothing passes, in either direction; the device hears it all then.
+        Until this time no byte passes in either direction; then the device receives all [ns].
     """
 
     def __init__(self, device: Device, seed: int = 0) -> None:
@@ -30,19 +30,19 @@ class FaultyDevice(FaultyLine):
         self._device = device
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Pass on the host's bytes."""
+        """Pass bytes of the host to the device, with the line's faults."""
         self._held += data
         self._pass_on(now_ns)
 
     def transmit(self, now_ns: int) -> bytes:
-        """Return what is left of the device's bytes."""
+        """Return bytes of the device, with the line's faults."""
         if now_ns < self.stalled_until_ns:
             return b''
         self._pass_on(now_ns)
         return self.carry(self._device.transmit(now_ns), now_ns)
 
     def next_event_ns(self) -> int | None:
-        """Return when bytes next come out, or the device's next event."""
+        """Return when bytes are next due, or the device's next event [ns]."""
         if self._held:
             return self.stalled_until_ns
         events = (
@@ -56,6 +56,6 @@ class FaultyDevice(FaultyLine):
         if now_ns < self.stalled_until_ns:
             return
         held, self._held = self._held, b''
-        heard = self.to_device.carry(held, now_ns)
-        if heard:
-            self._device.receive(heard, now_ns)
+        received = self.to_device.carry(held, now_ns)
+        if received:
+            self._device.receive(received, now_ns)

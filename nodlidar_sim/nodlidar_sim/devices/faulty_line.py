@@ -1,4 +1,4 @@
-"""One direction of a bad connection: bytes are changed, lost, inserted, late or all gone."""
+"""One direction of a bad connection, which changes, loses, inserts, delays or drops bytes."""
 
 from collections import deque
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 class FaultyLine:
-    """Carries bytes one way.
+    """Carries bytes in one direction.
 
     Parameters
     ----------
@@ -20,13 +20,13 @@ class FaultyLine:
     drop_rate
         Share of the bytes that are lost.
     insert_rate
-        Share of the bytes that another one, of any value, comes before.
+        Share of the bytes before which a random byte is inserted.
     mute
-        Nothing at all gets through.
+        Whether all bytes are lost.
     delay_ns, jitter_ns
-        How much later than usual bytes come at least, and how much later still at most [ns].
+        Constant delay, and the greatest random delay added to it [ns].
     first_hit_ns
-        When bytes were first hit by any of that [ns]; None if they never were.
+        When a fault first affected bytes [ns]; None if none has.
     """
 
     def __init__(self, seed: int | list[int] = 0) -> None:
@@ -35,14 +35,14 @@ class FaultyLine:
         self.mend()
 
     def mend(self) -> None:
-        """Be sound from now on; what is late still comes when it was to come."""
+        """Remove all faults; delayed bytes keep their delay."""
         self.corrupt_rate = self.drop_rate = self.insert_rate = 0.0
         self.mute = False
         self.delay_ns = self.jitter_ns = 0
         self.first_hit_ns: int | None = None
 
     def carry(self, data: bytes, now_ns: int) -> bytes:
-        """Take bytes at a time [ns] and return those that come out by then."""
+        """Accept bytes at a time [ns], and remove and return those due by then."""
         if data:
             damaged = self._damaged(data)
             due_ns = now_ns + self._delay_ns()
@@ -55,7 +55,7 @@ class FaultyLine:
         return due
 
     def next_event_ns(self) -> int | None:
-        """Return when [ns] the next bytes that are late come out, None if none are."""
+        """Return when the next delayed bytes are due [ns], None if none are delayed."""
         return self._late[0][0] if self._late else None
 
     def _delay_ns(self) -> int:

@@ -1,4 +1,4 @@
-"""A Dynamixel RX-24F at byte level: Protocol 1.0, its control table, and the motor behind it."""
+"""A Dynamixel RX-24F at byte level: Protocol 1.0, its control table and its motor."""
 
 import math
 
@@ -35,24 +35,24 @@ class Rx24fEmulator:
     Parameters
     ----------
     motion
-        Where the shaft is; the servo gives it its goals.
+        Motion of the shaft, which follows the servo's goals.
     servo_id, baud, return_delay
-        What the registers of these names hold: bit rate is 2 Mbit/s / (baud + 1), the delay
-        counts 2 us. A servo from the factory has 1, 34 and 250.
+        Initial values of these registers. The bit rate is 2 Mbit/s / (baud + 1), the unit of the
+        delay 2 us. The factory settings are 1, 34 and 250.
     latency_timer
-        Of the USB adapter, which hands replies over at multiples of it [s]; 0 for at once.
-    zero_tick, invert
-        How the servo is mounted: the tick at pitch 0, and whether rising ticks turn down.
+        Of the USB adapter, which delivers replies at multiples of it [s]; 0 for at once.
+    invert
+        Whether rising ticks pitch down.
 
     Attributes
     ----------
     motor
-        What the servo drives; tests make it fail there.
+        The motor; tests inject faults there.
     table
         The registers.
     host_bit_rate
-        What the host's port is set to, where that can be known; another rate than the servo's is
-        answered by silence.
+        Bit rate of the host's port [bit/s], None if unknown. The servo ignores other rates than
+        its own.
     """
 
     def __init__(
@@ -63,17 +63,16 @@ class Rx24fEmulator:
         baud: int = BAUD.default,
         return_delay: int = RETURN_DELAY.default,
         latency_timer: float = 0.0,
-        zero_tick: int = 512,
         invert: bool = False,
     ) -> None:
         self.table = ControlTable()
         self.table[ID], self.table[BAUD] = servo_id, baud
         self.table[RETURN_DELAY] = return_delay
-        self.motor = Rx24fMotor(motion, self.table, zero_tick, invert)
+        self.motor = Rx24fMotor(motion, self.table, invert)
         self.host_bit_rate: int | None = None
         self._reader = InstructionReader()
         self._wire = Wire(self.bit_rate / BITS_PER_BYTE, _PIECE, round(latency_timer * 1e9))
-        self._heard_ns = 0
+        self._received_ns = 0
         self._registered: bytes | None = None
 
     @property
@@ -82,30 +81,30 @@ class Rx24fEmulator:
         return _FASTEST_BIT_RATE / (self.table[BAUD] + 1)
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Take bytes from the host, each as long on the wire as the bit rate says."""
-        if not self._hears():
+        """Take bytes from the host, which take time on the wire as of the bit rate."""
+        if not self._bit_rates_match():
             return
-        start_ns = max(now_ns, self._heard_ns)
+        start_ns = max(now_ns, self._received_ns)
         for instruction, taken in self._reader.feed(data, now_ns):
-            self._obey(instruction, start_ns + self._wire.duration_ns(taken))
-        self._heard_ns = start_ns + self._wire.duration_ns(len(data))
+            self._handle(instruction, start_ns + self._wire.duration_ns(taken))
+        self._received_ns = start_ns + self._wire.duration_ns(len(data))
         self._wire.bytes_per_second = self.bit_rate / BITS_PER_BYTE
 
     def transmit(self, now_ns: int) -> bytes:
-        """Return the bytes that have reached the host by now [ns]."""
+        """Remove and return the bytes that have reached the host by a time [ns]."""
         return self._wire.take(now_ns)
 
     def next_event_ns(self) -> int | None:
-        """Return when the next reply reaches the host, or None if none is on its way."""
+        """Return when the next reply reaches the host [ns], None if none is on its way."""
         return self._wire.next_event_ns()
 
-    def _hears(self) -> bool:
+    def _bit_rates_match(self) -> bool:
         if self.host_bit_rate is None:
             return True
         return math.isclose(self.host_bit_rate, self.bit_rate, rel_tol=_BIT_RATE_TOLERANCE)
 
-    def _obey(self, instruction: Instruction, at_ns: int) -> None:
-        """Do what a packet says at the time at which it was complete, and answer it."""
+    def _handle(self, instruction: Instruction, at_ns: int) -> None:
+        """Execute a packet at the time at which it was complete, and answer it."""
         own_id, answered = self.table[ID], self._answers(instruction)
         answer_ns = at_ns + self.table[RETURN_DELAY] * _DELAY_UNIT_NS
         if instruction.servo_id not in (own_id, BROADCAST):
@@ -118,9 +117,9 @@ class Rx24fEmulator:
             self._wire.send(status_packet(own_id, errors, data), answer_ns)
 
     def _answers(self, instruction: Instruction) -> bool:
-        """Tell whether an instruction is answered: by the return level, and a ping always.
+        """Return whether an instruction is answered: by the return level; a ping always is.
 
-        Of broadcasts only pings are answered (ROBOTIS, RX-28 and RX-64 manuals, section 4-4).
+        Of broadcasts, only pings are answered (ROBOTIS, RX-28 and RX-64 manuals, section 4-4).
         """
         least = {PING: 0, READ: 1}.get(instruction.code, 2) if instruction.sound else 2
         if instruction.servo_id == BROADCAST:
@@ -128,7 +127,7 @@ class Rx24fEmulator:
         return self.table[RETURN_LEVEL] >= least
 
     def _execute(self, instruction: Instruction, at_ns: int) -> tuple[Errors, bytes]:
-        """Return the errors and the data of the answer to a sound packet."""
+        """Execute a packet with the right checksum; return errors and data of the answer."""
         code, parameters = instruction.code, instruction.parameters
         if code == READ and len(parameters) == 2:
             return self._read(parameters[0], parameters[1], at_ns)
@@ -169,7 +168,7 @@ class Rx24fEmulator:
         return self._write(registered)
 
     def _sync_write(self, parameters: bytes) -> Errors:
-        """Write this servo's part of: address, size, then ID and data for each servo."""
+        """Write this servo's part of: address, size, then ID and data of each servo."""
         if len(parameters) < 2:
             return Errors.INSTRUCTION
         step = parameters[1] + 1

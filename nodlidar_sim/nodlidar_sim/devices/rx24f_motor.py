@@ -1,4 +1,4 @@
-"""The motor of an RX-24F: what the registers make it do, and what it tells through them."""
+"""The motor of an RX-24F, controlled and reported by the registers."""
 
 import math
 
@@ -34,58 +34,56 @@ _LAST_TICK = 1023
 _VALUE_BITS = 0x3FF
 _CLOCKWISE = 0x400
 _SPEED_PER_VOLT = 126.0 * 2.0 * math.pi / 60.0 / 12.0
-_WITHOUT_END = 1e6  # rad: a goal that a wheel does not reach
+_WITHOUT_END = 1e6  # goal that is never reached in wheel mode [rad]
+_ZERO_TICK = 512  # at pitch 0
 _TURN = 2.0 * math.pi
 
 
 class Rx24fMotor:
-    """Drives the motion as the table says.
+    """Drives the motion by the registers.
 
     Parameters
     ----------
     motion
-        Pitch of the shaft; clockwise is falling ticks.
+        Pitch of the shaft; falling ticks are clockwise.
     table
         The registers.
-    zero_tick, invert
-        The tick at pitch 0, and whether rising ticks turn down.
+    invert
+        Whether rising ticks pitch down.
 
     Attributes
     ----------
     voltage, temperature
-        Supply [V] and motor [deg C].
+        Of the supply [V] and of the motor [deg C].
     load
-        Torque that holds the load, in units of the greatest one; above the torque limit the
-        motor is overloaded.
+        Torque of the load, in units of the greatest torque; above the torque limit the motor is
+        overloaded.
     """
 
-    def __init__(
-        self, motion: ServoMotion, table: ControlTable, zero_tick: int, invert: bool
-    ) -> None:
+    def __init__(self, motion: ServoMotion, table: ControlTable, invert: bool) -> None:
         self.voltage = 12.0
         self.temperature = 35.0
         self.load = 0.0
         self._motion = motion
         self._table = table
-        self._zero_tick = zero_tick
         self._sign = -1.0 if invert else 1.0
         self._target: tuple[float, float] | None = None
         table[GOAL] = self._position(0)
 
     def reset(self, now_ns: int) -> None:
-        """Set every register to its default; the goal is where the shaft is."""
+        """Set every register to its default, and the goal to the position of the shaft."""
         self._table.reset()
         self._table[GOAL] = self._position(now_ns)
 
     def written(self, address: int, size: int) -> None:
-        """Note that the host wrote registers: a goal turns the torque on."""
+        """Switch the torque on if the host wrote the goal."""
         if address < GOAL.address + GOAL.size and GOAL.address < address + size:
             self._table[TORQUE_ENABLE] = 1
 
     def update(self, now_ns: int, refusal: Errors) -> Errors:
-        """Drive by the registers from now [ns] on, and return all that is wrong.
+        """Apply the registers at a time [ns]; return the errors of the motor and of the request.
 
-        What is wrong with a request counts, too: SHUTDOWN may name it.
+        SHUTDOWN may also name errors of a request.
         """
         errors = refusal | self._alarms()
         if errors & self._table[SHUTDOWN]:
@@ -100,7 +98,7 @@ class Rx24fMotor:
         return errors
 
     def measure(self, now_ns: int) -> None:
-        """Bring the registers that tell the state up to date."""
+        """Update the registers that report the state."""
         speed = self._sign * float(self._motion.velocity(np.array([now_ns]))[0])
         self._table[POSITION] = self._position(now_ns)
         self._table[SPEED] = _with_direction(speed / SPEED_UNIT)
@@ -121,7 +119,7 @@ class Rx24fMotor:
         return errors
 
     def _wanted(self) -> tuple[float, float] | None:
-        """Return the pitch [rad] to go to and the speed [rad/s]; None for no drive."""
+        """Return the goal [rad] and the speed [rad/s]; None without torque."""
         table = self._table
         if not table[TORQUE_ENABLE] or not table[TORQUE_LIMIT] or not table[MAX_TORQUE]:
             return None
@@ -135,12 +133,12 @@ class Rx24fMotor:
         return self._sign * direction * _WITHOUT_END, min(speed, fastest)
 
     def _pitch(self, tick: int) -> float:
-        return self._sign * (tick - self._zero_tick) * TICK
+        return self._sign * (tick - _ZERO_TICK) * TICK
 
     def _position(self, now_ns: int) -> int:
-        """Return the nearest tick; in wheel mode that within the turn, as far as ticks go."""
+        """Return the nearest tick, limited to their range; in wheel mode modulo a full turn."""
         pitch = float(self._motion.position(np.array([now_ns]))[0])
-        ticks = self._sign * pitch / TICK + self._zero_tick
+        ticks = self._sign * pitch / TICK + _ZERO_TICK
         if self._table.wheel_mode:
             ticks %= _TURN / TICK
         return min(max(round(ticks), 0), _LAST_TICK)

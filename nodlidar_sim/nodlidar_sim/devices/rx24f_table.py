@@ -23,14 +23,14 @@ class Errors(IntFlag):
 
 @dataclass(frozen=True, slots=True)
 class Register:
-    """A place in the table; its least significant byte comes first.
+    """A register of the table, least significant byte first.
 
     Attributes
     ----------
     address, size, default
-        First byte, bytes, and value after a reset.
+        First byte, number of bytes, and value after a reset.
     low, high
-        What may be written; nothing if high is None.
+        Allowed values; the register is read-only if high is None.
     """
 
     address: int
@@ -77,7 +77,7 @@ REGISTERS = tuple(value for value in list(globals().values()) if isinstance(valu
 
 
 class ControlTable:
-    """The bytes of the table; written by the host under its rules, by the servo freely."""
+    """The bytes of the table; the rules for writing apply to the host, not to the servo."""
 
     def __init__(self) -> None:
         self._bytes = bytearray(SIZE)
@@ -93,7 +93,7 @@ class ControlTable:
 
     @property
     def wheel_mode(self) -> bool:
-        """Whether the servo turns without end: both angle limits are 0."""
+        """Whether the servo turns endlessly: both angle limits are 0."""
         return self[CW_LIMIT] == self[CCW_LIMIT] == 0
 
     def reset(self) -> None:
@@ -102,19 +102,19 @@ class ControlTable:
             self[register] = register.default
 
     def read(self, address: int, size: int) -> bytes | None:
-        """Return bytes of the table, or None if they are not all in it."""
+        """Return bytes of the table, None if some are outside."""
         if size < 1 or address + size > SIZE:
             return None
         return bytes(self._bytes[address : address + size])
 
     def errors_of(self, address: int, data: bytes) -> Errors:
-        """Return what is wrong with a write of the host; nothing is written."""
+        """Return the errors that a write of the host would cause."""
         trial = ControlTable()
         trial._bytes[:] = self._bytes
         return trial.write(address, data)
 
     def write(self, address: int, data: bytes) -> Errors:
-        """Write bytes if all of them may be written, and return what is wrong if not."""
+        """Write bytes if all of them are allowed, else return the errors."""
         if self._forbidden(address, len(data)):
             return Errors.RANGE
         before = bytes(self._bytes)
@@ -125,7 +125,7 @@ class ControlTable:
         return errors
 
     def _forbidden(self, address: int, size: int) -> bool:
-        """Tell whether a write touches what is locked, read-only or no register."""
+        """Return whether a write includes a locked or read-only byte, or one outside registers."""
         if size < 1 or (self[LOCK] and (address < EEPROM_END or address == LOCK.address)):
             return True
         return not set(range(address, address + size)) <= _WRITABLE
@@ -152,5 +152,5 @@ _WRITABLE = {
 
 
 def _touched(address: int, size: int) -> list[Register]:
-    """Return the registers of which a write changes at least one byte."""
+    """Return the registers of which a write includes at least one byte."""
     return [r for r in REGISTERS if r.address < address + size and address < r.address + r.size]

@@ -1,7 +1,7 @@
 """A Hokuyo URG-04LX-UG01 on USB at byte level: SCIP 2.0, paced by its own rotation.
 
-As in a recording of a real sensor, a command is answered at the end of the turn in which it
-arrived, and a scan is sent at the end of the turn that measured it.
+As in a recording of a real sensor, a command is answered at the end of the revolution in which it
+arrived, and a scan is sent at the end of the revolution that measured it.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ import re
 
 from nodlidar_sim.devices.urg_clock import UrgClock
 from nodlidar_sim.devices.urg_requests import MAX_LINE
-from nodlidar_sim.devices.urg_scan import Turn
+from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.devices.urg_sensor import UrgSensor
 from nodlidar_sim.devices.wire import Wire
 from nodlidar_sim.world.effects import Measure
@@ -26,8 +26,8 @@ class UrgEmulator:
     Parameters
     ----------
     measure
-        Returns the ranges [m] of beams at given times [ns] and azimuths [rad]: inf beyond the
-        greatest range, NaN for a lost beam. Called once a turn, when the last beam has been sent.
+        Returns the ranges [m] of beams at given times [ns] and azimuths [rad]: inf without a
+        surface, NaN for a lost beam. Called once a revolution, at the time of its last beam.
     start_ns
         Host time of power-up [ns].
     clock_rate
@@ -35,7 +35,7 @@ class UrgEmulator:
     timer
         Reading of its timer at power-up [ms].
     rotation_phase
-        Fraction of a turn that is over at power-up, in [0, 1).
+        Fraction of a revolution that is over at power-up, in [0, 1).
     scip11
         Power up in SCIP 1.1, as a classic URG-04LX does.
 
@@ -44,9 +44,9 @@ class UrgEmulator:
     sensor
         Its state; tests inject faults there.
     lost_commands
-        Commands that arrived while eight others were waiting for the end of the turn.
+        Commands that arrived while eight others were waiting for the end of the revolution.
     on_scan
-        Called with each turn of a stream just before it is sent; may record or change it.
+        Called with each revolution of a stream just before it is sent; may record or change it.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class UrgEmulator:
         scip11: bool = False,
     ) -> None:
         self.lost_commands = 0
-        self.on_scan: Callable[[Turn], None] = lambda turn: None
+        self.on_scan: Callable[[Revolution], None] = lambda revolution: None
         self._measure = measure
         self._clock = UrgClock(start_ns, clock_rate, timer, rotation_phase)
         self.sensor = UrgSensor(self._clock, scip11)
@@ -80,48 +80,48 @@ class UrgEmulator:
                 self.lost_commands += 1
 
     def transmit(self, now_ns: int) -> bytes:
-        """Return the bytes that have reached the host by now [ns]."""
+        """Remove and return the bytes that have reached the host by a time [ns]."""
         self._advance(now_ns)
         return self._wire.take(now_ns)
 
     def next_event_ns(self) -> int | None:
-        """Return when bytes arrive, beams are measured or a turn ends next [ns], None if never."""
+        """Return when bytes next arrive, beams are measured or a revolution ends [ns], or None."""
         events = [self._wire.next_event_ns()]
         if self._busy():
-            events.append(self._clock.turn.end_ns)
+            events.append(self._clock.revolution.end_ns)
         if self._measuring():
-            events.append(self._clock.turn.last_beam_ns)
+            events.append(self._clock.revolution.last_beam_ns)
         return min((event for event in events if event is not None), default=None)
 
     def _advance(self, now_ns: int) -> None:
         while self._busy():
-            turn = self._clock.turn
-            if self._measuring() and turn.last_beam_ns <= now_ns:
-                turn.measure(self._measure)
-            if turn.end_ns > now_ns:
+            revolution = self._clock.revolution
+            if self._measuring() and revolution.last_beam_ns <= now_ns:
+                revolution.measure(self._measure)
+            if revolution.end_ns > now_ns:
                 return
-            self._finish_turn()
+            self._finish_revolution()
         self._clock.skip_to(now_ns)
 
     def _busy(self) -> bool:
-        """Return whether anything is sent at the end of this turn."""
+        """Return whether anything is sent at the end of this revolution."""
         return bool(self._pending) or self.sensor.stream is not None
 
     def _measuring(self) -> bool:
-        """Return whether this turn's beams will be sent and are not measured yet."""
+        """Return whether this revolution's beams will be sent and are not measured yet."""
         asked = any(line.startswith((b'GD', b'GS')) for line in self._pending)
         wanted = asked or self.sensor.measures()
-        return wanted and self.sensor.laser and not self._clock.turn.measured
+        return wanted and self.sensor.laser and not self._clock.revolution.measured
 
-    def _finish_turn(self) -> None:
-        turn, stream = self._clock.turn, self.sensor.stream
+    def _finish_revolution(self) -> None:
+        revolution, stream = self._clock.revolution, self.sensor.stream
         types = [line[:2] for line in self._pending]
         for i, line in enumerate(self._pending):
-            answer = self.sensor.execute(line, turn, repeated=types[i] in types[:i])
-            self._wire.send(answer, turn.end_ns)
+            answer = self.sensor.execute(line, revolution, repeated=types[i] in types[:i])
+            self._wire.send(answer, revolution.end_ns)
         self._pending.clear()
         if stream is not None and self.sensor.stream is stream:
             if self.sensor.measures():
-                self.on_scan(turn)
-            self._wire.send(self.sensor.scan_message(turn), turn.end_ns)
-        self._clock.next_turn()
+                self.on_scan(revolution)
+            self._wire.send(self.sensor.scan_message(revolution), revolution.end_ns)
+        self._clock.next_revolution()

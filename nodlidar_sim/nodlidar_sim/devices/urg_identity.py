@@ -7,7 +7,7 @@ from nodlidar_sim.devices.urg_scan import (
     LAST_STEP,
     MAX_RANGE_MM,
     MIN_RANGE_MM,
-    STEPS_PER_TURN,
+    STEPS_PER_REVOLUTION,
 )
 
 MODEL = 'URG-04LX-UG01(Simple-URG)(Hokuyo Automatic Co.,Ltd.)'
@@ -32,7 +32,7 @@ def parameter_lines() -> list[bytes]:
         MODL=MODEL,
         DMIN=MIN_RANGE_MM,
         DMAX=MAX_RANGE_MM,
-        ARES=STEPS_PER_TURN,
+        ARES=STEPS_PER_REVOLUTION,
         AMIN=FIRST_STEP,
         AMAX=LAST_STEP,
         AFRT=FRONT_STEP,

@@ -22,7 +22,7 @@ from nodlidar_sim.devices.urg_requests import (
     size_status,
     Stream,
 )
-from nodlidar_sim.devices.urg_scan import Turn
+from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.devices.urg_settings import UrgSettings
 
 _OPEN_IN_FIRMWARE_UPDATE = (b'VV', b'II', b'RS')
@@ -67,10 +67,10 @@ class UrgSensor:
         """Answer the next command with an error status."""
         self._error = status
 
-    def execute(self, line: bytes, turn: Turn, repeated: bool = False) -> bytes:
-        """Execute a command at the end of a turn and return the answer.
+    def execute(self, line: bytes, revolution: Revolution, repeated: bool = False) -> bytes:
+        """Execute a command at the end of a revolution and return the answer.
 
-        Of several commands of one type within a turn, only the first is executed (section 8).
+        Of commands of one type within a revolution, only the first is executed (section 8).
         """
         if not self._scip2:
             return self._answer_in_scip11(line)
@@ -78,7 +78,7 @@ class UrgSensor:
             return message(line, b'0B')
         before = self.stream
         try:
-            lines = self._answer(line, turn)
+            lines = self._answer(line, revolution)
         except CommandError as error:
             return message(line, error.status)
         if self.stream is before:
@@ -86,11 +86,11 @@ class UrgSensor:
         return message(line, b'00', lines)
 
     def measures(self) -> bool:
-        """Return whether the stream will send the current turn."""
+        """Return whether the stream will send the current revolution."""
         return self.stream is not None and self.stream.wait == 0
 
-    def scan_message(self, turn: Turn) -> bytes:
-        """Return the stream's message at the end of a turn, empty if it skips this turn."""
+    def scan_message(self, revolution: Revolution) -> bytes:
+        """Return the stream's message at the end of a revolution, empty if it skips this one."""
         stream = self.stream
         if stream is None:
             return b''
@@ -105,7 +105,7 @@ class UrgSensor:
         stream.advance()
         if stream.remaining == 0:
             self._stop()  # section 8.1
-        return message(stream.echo(), b'99', stream.request.lines(turn))
+        return message(stream.echo(), b'99', stream.request.lines(revolution))
 
     def _stop(self) -> None:
         self.laser, self.stream = False, None
@@ -117,7 +117,7 @@ class UrgSensor:
         status = b'0' if self._scip2 or lines else b'E'
         return b'\n'.join([line, status, *lines]) + b'\n\n'
 
-    def _answer(self, line: bytes, turn: Turn) -> list[bytes]:
+    def _answer(self, line: bytes, revolution: Revolution) -> list[bytes]:
         """Execute a command and return the lines of the answer; raises CommandError."""
         error, self._error = self._error, None
         if error:
@@ -134,17 +134,17 @@ class UrgSensor:
         size, action = _COMMANDS[letters]
         if len(parameters) != size:
             raise CommandError(size_status(len(parameters), size))
-        return action(self, line, parameters, turn)
+        return action(self, line, parameters, revolution)
 
     # The commands (section 8): each returns the lines of its answer or raises CommandError.
 
-    def _version(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _version(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         return version_lines()
 
-    def _parameters(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _parameters(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         return parameter_lines()
 
-    def _status(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _status(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         malfunction = self.faults.malfunction
         status = f'Malfunction {malfunction}' if malfunction else 'Sensor works well.'
         if self.firmware_update:
@@ -154,11 +154,11 @@ class UrgSensor:
             self.stream is not None,
             self._clock.speed,
             f'{self.settings.bit_rate}[bps]',
-            self._clock.timer(turn.end_ns),
+            self._clock.timer(revolution.end_ns),
             status,
         )
 
-    def _laser_on(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _laser_on(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         if self.faults.malfunction:
             raise CommandError(b'01')
         if self.laser:
@@ -166,25 +166,27 @@ class UrgSensor:
         self.laser = True
         return []
 
-    def _quit(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _quit(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         self._stop()
         return []
 
-    def _reset(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _reset(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         self.settings.reset()
-        return self._partial_reset(line, parameters, turn)
+        return self._partial_reset(line, parameters, revolution)
 
-    def _partial_reset(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
-        self._clock.reset_timer(turn.end_ns)
+    def _partial_reset(
+        self, line: bytes, parameters: bytes, revolution: Revolution
+    ) -> list[bytes]:
+        self._clock.reset_timer(revolution.end_ns)
         self.firmware_update = self.settings.high_sensitivity = False
         self.faults.clear()
-        return self._quit(line, parameters, turn)
+        return self._quit(line, parameters, revolution)
 
-    def _time(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _time(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         if parameters == b'1':
             if not self._time_mode:
                 raise CommandError(b'04')
-            return [scip.add_sum(scip.encode([self._clock.timer(turn.end_ns)], 4))]
+            return [scip.add_sum(scip.encode([self._clock.timer(revolution.end_ns)], 4))]
         if parameters not in (b'0', b'2'):
             raise CommandError(b'01')
         enter = parameters == b'0'
@@ -194,7 +196,7 @@ class UrgSensor:
         self._stop()
         return []
 
-    def _stream_scans(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _stream_scans(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         request = scan_request(line, parameters)
         interval = number(parameters[10:11], b'06')
         count = number(parameters[11:13], b'07')
@@ -203,23 +205,23 @@ class UrgSensor:
         self.stream = Stream(request, line[:13], line[15:], interval, count or None)
         return []
 
-    def _one_scan(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _one_scan(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         request = scan_request(line, parameters)
         self._check_sound()
         if not self.laser:
             raise CommandError(b'10')
-        return request.lines(turn)
+        return request.lines(revolution)
 
     def _check_sound(self) -> None:
         if self.faults.malfunction:
             raise CommandError(b'%02d' % self.faults.malfunction)
 
-    def _set(self, line: bytes, parameters: bytes, turn: Turn) -> list[bytes]:
+    def _set(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         self.settings.set(line[:2], parameters)
         return []
 
 
-_Action = Callable[[UrgSensor, bytes, bytes, Turn], list[bytes]]
+_Action = Callable[[UrgSensor, bytes, bytes, Revolution], list[bytes]]
 
 _COMMANDS: dict[bytes, tuple[int, _Action]] = {  # number of parameter characters, action
     b'VV': (0, UrgSensor._version),

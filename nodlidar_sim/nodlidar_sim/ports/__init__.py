@@ -1,1 +1,1 @@
-"""Ways to reach the devices: by call, or by pseudo-terminal."""
+"""Ports of the devices: in virtual time, or on pseudo-terminals."""

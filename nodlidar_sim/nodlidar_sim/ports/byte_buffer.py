@@ -1,16 +1,16 @@
-"""The bytes that a serial port keeps for a host that has not read them yet."""
+"""The bytes that a serial port keeps until its host reads them."""
 
 BUFFER_BYTES = 65536
-"""Bytes kept for a host that does not read; about what a tty holds."""
+"""Limit of the bytes kept; about the size of a tty's buffer."""
 
 
 class BoundedBuffer:
-    """Bytes waiting for the host; when it is full the oldest go, and are counted.
+    """Bytes that wait for the host; when it is full, the oldest are dropped.
 
     Attributes
     ----------
     dropped
-        Bytes lost since the start.
+        Number of bytes dropped.
     """
 
     def __init__(self, limit: int = BUFFER_BYTES) -> None:
@@ -22,14 +22,14 @@ class BoundedBuffer:
         return len(self._data)
 
     def append(self, data: bytes) -> None:
-        """Add bytes at the end."""
+        """Append bytes."""
         self._data += data
         excess = max(0, len(self._data) - self._limit)
         self.dropped += excess
         del self._data[:excess]
 
     def peek(self, size: int) -> bytes:
-        """Return up to `size` of the oldest bytes, which stay."""
+        """Return up to `size` of the oldest bytes without removing them."""
         return bytes(self._data[:size])
 
     def discard(self, size: int) -> None:

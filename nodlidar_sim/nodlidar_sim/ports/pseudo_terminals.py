@@ -1,4 +1,4 @@
-"""Emulated devices on pseudo-terminals, which drivers open like any serial port."""
+"""Emulated devices on pseudo-terminals, which drivers open like serial ports."""
 
 from collections.abc import Iterable, Mapping
 import contextlib
@@ -12,13 +12,13 @@ from types import TracebackType
 from nodlidar_sim.devices.device import Device
 from nodlidar_sim.ports.terminal import Terminal
 
-_LAST_LOOKS = 0.005  # how often a thread that is to end looks whether hosts are gone [s]
+_STOPPING_PERIOD = 0.005  # at which a stopping thread checks whether hosts are gone [s]
 
 
 class HostClock:
-    """The wall clock [ns] as it was at the start, carried on by the monotonic clock.
+    """The wall clock [ns] at construction, advanced by the monotonic clock.
 
-    Emulated devices never see the wall clock being set.
+    So setting the wall clock does not affect the devices.
     """
 
     def __init__(self) -> None:
@@ -30,20 +30,20 @@ class HostClock:
 
 
 class PseudoTerminals:
-    """Runs devices on pseudo-terminals, in one thread, for as long as its context lasts.
+    """Runs devices on pseudo-terminals, in one thread, within its context.
 
     Parameters
     ----------
     devices
         The devices by name.
     links
-        Paths of symbolic links to make to the terminals, by device name; a link that is there is
-        replaced, its folder is made; in the end links and folders that were made are gone.
+        Paths of symbolic links to the terminals, by device name. Existing links are replaced and
+        missing folders created; on exit, links and created folders are removed.
 
     Raises
     ------
     PortError
-        On entry, if something else than a link is at a link's path.
+        On entry, if a link's path exists and is no link.
     """
 
     def __init__(
@@ -87,25 +87,25 @@ class PseudoTerminals:
             raise self._error
 
     def __getitem__(self, name: str) -> str:
-        """Return the path at which a driver opens a device: its link, or the terminal itself."""
+        """Return the path at which a driver opens a device: its link, or its terminal."""
         return self._terminals[name].path
 
     def dropped(self, name: str) -> int:
-        """Return how many bytes were lost because the host did not read them."""
+        """Return the number of bytes dropped because the host did not read them."""
         return self._terminals[name].buffer.dropped
 
     def in_use(self, name: str) -> bool:
-        """Tell whether a host has a device open."""
+        """Return whether a host has a device open."""
         return self._terminals[name].in_use
 
     def close_device(self, name: str) -> None:
-        """Pull a device's cable: its terminal hangs up, its link goes."""
+        """Unplug a device: its terminal hangs up, its link is removed."""
         with self._lock:
             self._terminals[name].close()
         self._wake_up()
 
     def reopen(self, name: str, device: Device | None = None) -> None:
-        """Plug a device in again, the same one or another one."""
+        """Plug in a device again, or another one in its place."""
         with self._lock:
             terminal = self._terminals[name]
             terminal.device = device or terminal.device
@@ -113,20 +113,20 @@ class PseudoTerminals:
         self._wake_up()
 
     def stop(self, grace: float = 0.0) -> None:
-        """Ask the thread to end; may be called from a signal handler.
+        """Ask the thread to stop; may be called from a signal handler.
 
-        It goes on for as long as a host has a device open, but no longer than a grace [s]: drivers
-        that end at the same time can then still leave their devices safe.
+        It continues while a host has a device open, but no longer than a grace period [s], so that
+        drivers that stop at the same time can make their devices safe.
         """
         self._stop_by = time.monotonic() + grace
         self._wake_up()
 
     def running(self) -> bool:
-        """Tell whether the thread has not ended."""
+        """Return whether the thread is running."""
         return self._thread.is_alive()
 
     def wait(self) -> None:
-        """Wait until the thread ends: after `stop`, or by an error, which the exit raises."""
+        """Wait until the thread ends: after `stop`, or after an error, which the exit raises."""
         self._thread.join()
 
     def _wake_up(self) -> None:
@@ -136,7 +136,7 @@ class PseudoTerminals:
         for terminal in self._terminals.values():
             terminal.close()
         for folder in self._new_folders:
-            with contextlib.suppress(OSError):  # others have put something into it
+            with contextlib.suppress(OSError):  # not empty: others use it
                 folder.rmdir()
         self._epoll.close()
         os.close(self._wake)
@@ -157,21 +157,21 @@ class PseudoTerminals:
         return not in_use or time.monotonic() >= self._stop_by
 
     def _pump(self) -> float | None:
-        """Serve every device and return how long [s] none needs to be served again."""
+        """Serve every device; return the time until one must be served again [s], or None."""
         with self._lock:
             events = [terminal.pump(self.clock()) for terminal in self._terminals.values()]
         due = min((event for event in events if event is not None), default=None)
         if self._stop_by < float('inf'):
-            return _LAST_LOOKS
+            return _STOPPING_PERIOD
         return None if due is None else max(0.0, (due - self.clock()) / 1e9)
 
     def _wait_for_event(self, timeout: float | None) -> None:
-        """Wait for a host or for the timeout, which select takes in us (and epoll only in ms)."""
+        """Wait for a host or for the timeout, which select resolves to 1 us and epoll to 1 ms."""
         select.select([self._epoll], [], [], timeout)
         self._epoll.poll(0)
 
 
 def missing_folders(links: Iterable[Path]) -> list[Path]:
-    """Return the folders that links need and that are not there yet, the innermost first."""
+    """Return the missing folders of links, innermost first."""
     folders = {folder for link in links for folder in link.parents if not os.path.exists(folder)}
     return sorted(folders, key=lambda folder: len(folder.parts), reverse=True)

@@ -8,11 +8,12 @@ import termios
 import tty
 
 from nodlidar_common.errors import PortError
-from nodlidar_sim.devices.device import Device, HearsBitRate
+from nodlidar_sim.devices.device import ChecksBitRate, Device
 from nodlidar_sim.ports.byte_buffer import BoundedBuffer
 
 _CHUNK = 4096
-_READ = select.EPOLLIN | select.EPOLLET  # edges: a terminal that no host has open is always ready
+# Edge-triggered, since a terminal that no host has open is always ready.
+_READ = select.EPOLLIN | select.EPOLLET
 
 _BIT_RATES = {
     getattr(termios, name): int(name[1:]) for name in dir(termios) if re.fullmatch(r'B\d+', name)
@@ -20,12 +21,12 @@ _BIT_RATES = {
 
 
 class Terminal:
-    """A device behind a pseudo-terminal; what it sends while no host has it open is lost.
+    """A device on a pseudo-terminal; bytes that it sends while no host has it open are lost.
 
     Attributes
     ----------
     buffer
-        Bytes that the terminal has no room for yet.
+        Bytes for which the terminal has no room yet.
     """
 
     def __init__(self, device: Device, link: Path | None, epoll: select.epoll) -> None:
@@ -40,7 +41,7 @@ class Terminal:
 
     @property
     def path(self) -> str:
-        """Where a driver opens the device."""
+        """Path at which a driver opens the device."""
         return self._target if self._link is None else str(self._link)
 
     @property
@@ -49,7 +50,7 @@ class Terminal:
         return self._master is not None and not self._hangup.poll(0)
 
     def open(self) -> None:
-        """Make the terminal and its link; raises PortError if the link's path is taken."""
+        """Create the terminal and its link; raises PortError if the link's path is taken."""
         self._master, host_side = os.openpty()
         self._target = os.ttyname(host_side)
         tty.setraw(host_side)
@@ -58,10 +59,10 @@ class Terminal:
         self._epoll.register(self._master, _READ)
         self._hangup.register(self._master, 0)
         if self._link is not None:
-            make_link(self._link, self._target)
+            create_link(self._link, self._target)
 
     def close(self) -> None:
-        """Hang up and remove the link; does nothing when it is closed."""
+        """Hang up and remove the link, unless closed already."""
         if self._master is None:
             return
         if self._link is not None and _points_to(self._link, self._target):
@@ -72,10 +73,10 @@ class Terminal:
         self.buffer.clear()
 
     def pump(self, now_ns: int) -> int | None:
-        """Carry bytes both ways and return when the device's next event is."""
+        """Transfer bytes in both directions; return the time of the device's next event [ns]."""
         received = self._read()
         if received:
-            self._tell_bit_rate()
+            self._set_host_bit_rate()
             self.device.receive(received, now_ns)
         self.buffer.append(self.device.transmit(now_ns))
         if len(self.buffer):
@@ -89,12 +90,12 @@ class Terminal:
         try:
             while data := os.read(self._master, _CHUNK):
                 received += data
-        except OSError:  # nothing more to read, or no host has the terminal open
+        except OSError:  # no more bytes, or no host has the terminal open
             pass
         return received
 
-    def _tell_bit_rate(self) -> None:
-        if isinstance(self.device, HearsBitRate) and self._master is not None:
+    def _set_host_bit_rate(self) -> None:
+        if isinstance(self.device, ChecksBitRate) and self._master is not None:
             speed = termios.tcgetattr(self._master)[5]
             self.device.host_bit_rate = _BIT_RATES.get(speed)
 
@@ -108,7 +109,7 @@ class Terminal:
         self._full = full
 
     def _fill(self, master: int) -> bool:
-        """Write what the terminal has room for and tell whether it is full."""
+        """Write as many bytes as the terminal has room for; return whether it is full."""
         try:
             while len(self.buffer):
                 self.buffer.discard(os.write(master, self.buffer.peek(_CHUNK)))
@@ -117,13 +118,13 @@ class Terminal:
         return False
 
 
-def make_link(link: Path, target: str) -> None:
-    """Make a symbolic link, in place of an old one in one step.
+def create_link(link: Path, target: str) -> None:
+    """Create a symbolic link, or replace one atomically.
 
     Raises
     ------
     PortError
-        If something else is at its path, or its folder cannot be written.
+        If its path exists and is no link, or its folder is not writable.
     """
     if link.exists() and not link.is_symlink():
         raise PortError(f"'{link}' exists and is no symbolic link: it is not replaced")

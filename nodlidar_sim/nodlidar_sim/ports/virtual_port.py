@@ -1,4 +1,4 @@
-"""Serial ports in virtual time: emulated devices without threads, files or waiting."""
+"""Serial ports in virtual time, without threads, files or waiting."""
 
 import errno
 
@@ -9,7 +9,7 @@ from serial import SerialException
 
 
 class VirtualClock:
-    """A clock that moves when a virtual port waits; call it for host time [ns]."""
+    """A clock that virtual ports advance instead of waiting; call it for the host time [ns]."""
 
     def __init__(self, now_ns: int = 0) -> None:
         self.now_ns = now_ns
@@ -19,14 +19,14 @@ class VirtualClock:
         return self.now_ns
 
     def advance_to(self, time_ns: int) -> None:
-        """Move on to a time [ns]; one that has passed changes nothing."""
+        """Advance to a time [ns]; a past time has no effect."""
         self.now_ns = max(self.now_ns, time_ns)
 
 
 class VirtualPort:
-    """A device's port in virtual time, with the calls of pyserial's ``Serial`` that drivers make.
+    """A device's port in virtual time, with the part of pyserial's ``Serial`` that drivers use.
 
-    Waiting advances the clock from event to event of this device. Devices that share a clock
+    Waiting advances the clock from event to event of this device. Devices that share the clock
     catch up when their own port is used.
     """
 
@@ -40,9 +40,9 @@ class VirtualPort:
 
     @property
     def timeout(self) -> float | None:
-        """Longest wait of one read [s]; 0 does not wait, None waits for ever.
+        """Longest wait of one read [s]; 0 does not wait, None waits without limit.
 
-        Setting it configures a real port anew, which fails when that is unplugged.
+        Setting it fails on an unplugged port, since a real port is then configured again.
         """
         return self._timeout
 
@@ -54,7 +54,7 @@ class VirtualPort:
 
     @property
     def dropped(self) -> int:
-        """Bytes lost because the host did not read them."""
+        """Number of bytes dropped because the host did not read them."""
         return self._buffer.dropped
 
     @property
@@ -74,7 +74,7 @@ class VirtualPort:
         serial.SerialException
             If the port is closed or unplugged.
         PortError
-            If the wait is endless and the device has nothing coming up.
+            If the wait is unlimited and the device has no event pending.
         """
         self._check_usable()
         deadline = None if self._timeout is None else self._clock() + round(self._timeout * 1e9)
@@ -93,33 +93,33 @@ class VirtualPort:
         return len(data)
 
     def flush(self) -> None:
-        """Do nothing: what is written has been sent."""
+        """Do nothing: written bytes have been sent."""
 
     def reset_input_buffer(self) -> None:
-        """Forget the bytes that have arrived."""
+        """Discard the bytes that have arrived."""
         self._check_usable()
         self._collect()
         self._buffer.clear()
 
     def close(self) -> None:
-        """Close the port; what the device sends from now on is lost."""
+        """Close the port; the device's further bytes are lost."""
         self.is_open = False
         self._buffer.clear()
 
     def unplug(self) -> None:
-        """Pull the cable: from now on every call fails as it does on a real port."""
+        """Unplug the cable: from now on, every call fails as on a real port."""
         self._unplugged = True
         self._buffer.clear()
 
     def _collect(self) -> None:
-        """Take over what the device has sent by now."""
+        """Read the bytes that the device has sent by now."""
         self._buffer.append(self._device.transmit(self._clock()))
 
     def _wait(self, deadline: int | None) -> bool:
-        """Advance to the next event; False, at the deadline, if there is none before it."""
+        """Advance to the next event, or to the deadline [ns] and return False."""
         event = self._device.next_event_ns()
         if event is None and deadline is None:
-            raise PortError('read would wait for ever: the device has nothing to send')
+            raise PortError('read would wait for ever: the device has no event pending')
         if event is None or (deadline is not None and event > deadline):
             self._clock.advance_to(deadline if deadline is not None else self._clock())
             return False

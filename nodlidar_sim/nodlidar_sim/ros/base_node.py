@@ -1,4 +1,4 @@
-"""The node of the simulated base: odometry out, commands in."""
+"""The node of the simulated base: publishes odometry, receives velocity commands."""
 
 from collections.abc import Callable
 import math
@@ -24,26 +24,26 @@ from tf2_ros import TransformBroadcaster
 Array = NDArray[np.float64]
 
 ODOM, BASE = 'odom', 'base_link'
-PERIOD = 0.02  # s, between two samples of the odometry
-# Variance of what wheels do not measure: height, roll and pitch [m², rad² or per s²].
+PERIOD = 0.02  # of the odometry [s]
+# Variance of quantities that wheels do not measure: height, roll and pitch [m², rad², per s²].
 UNKNOWN = 1e6
 
 
 class BaseNode(Node):
-    """Publishes what an odometer says, as `odom` and as the transform from odom to base_link.
+    """Publishes odometry, as `odom` and as the transform from odom to base_link.
 
     Parameters
     ----------
     odometer
-        Asked every PERIOD for the pose at that instant.
+        Samples the pose every PERIOD.
     uncertainty
-        Told of its motion, and asked for what the covariances of the messages are to be.
+        Computes the covariances of the messages from the motion.
     clock
-        The host time [ns] of the simulation.
+        Returns the host time of the simulation [ns].
     is_running
-        Whether the simulation goes on; without it the node has failed.
+        Returns whether the simulation is running; if not, the node has failed.
     commanded
-        The base that `cmd_vel` drives, if it is to.
+        The base driven by `cmd_vel`; without it, the topic is not subscribed.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class BaseNode(Node):
             Odometry, 'odom', 50, qos_overriding_options=overridable
         )
         self._broadcaster = TransformBroadcaster(self)
-        self._tell_start(odometer.start_ns)
+        self._publish_start(odometer.start_ns)
         if commanded is not None:
             self._commanded = commanded
             self.create_subscription(
@@ -73,8 +73,8 @@ class BaseNode(Node):
             )
         create_steady_timer(self, PERIOD, self.sample)
 
-    def _tell_start(self, start_ns: int) -> None:
-        """Publish when all that moves left its start, for those who know the scene."""
+    def _publish_start(self, start_ns: int) -> None:
+        """Publish when base and objects left their start; the scene then implies their poses."""
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._start = self.create_publisher(TimeReference, '~/start', latched)
         message = TimeReference(source='simulation')
@@ -82,7 +82,7 @@ class BaseNode(Node):
         self._start.publish(message)
 
     def sample(self) -> None:
-        """Publish the odometry of this instant."""
+        """Publish the odometry at the current instant."""
         self.failed = not self._is_running()
         now_ns = self._host_time()
         if now_ns <= self._last_ns:
@@ -107,7 +107,7 @@ class BaseNode(Node):
 
 
 def odometry_message(stamp_ns: int, pose: Array, velocity: Array) -> Odometry:
-    """Return the message of a pose x, y, yaw in odom and a velocity of base_link in its frame."""
+    """Return the message of a pose x, y, yaw in odom, and a velocity in the frame of base_link."""
     message = Odometry(child_frame_id=BASE)
     message.header.frame_id, message.header.stamp = ODOM, time_message(stamp_ns)
     x, y, yaw = map(float, pose)
@@ -119,14 +119,14 @@ def odometry_message(stamp_ns: int, pose: Array, velocity: Array) -> Odometry:
 
 
 def covariance(planar: Array) -> list[float]:
-    """Return that of x, y, z and turns about them, (36,), from that of x, y and yaw, (3, 3)."""
+    """Return the covariance of x, y, z, roll, pitch, yaw (36,) from that of x, y, yaw (3, 3)."""
     whole = UNKNOWN * np.eye(6)
     whole[np.ix_([0, 1, 5], [0, 1, 5])] = planar
     return [float(value) for value in whole.ravel()]
 
 
 def transform_of(message: Odometry) -> TransformStamped:
-    """Return the transform that an odometry message tells."""
+    """Return the transform of an odometry message."""
     transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
     place = message.pose.pose
     transform.transform.translation.x = place.position.x

@@ -1,1 +1,1 @@
-"""What the beams meet and how it moves: scenes, shapes, rays, routes, motions, effects."""
+"""The simulated world: scenes, shapes, rays, routes, motions, effects."""

@@ -1,6 +1,6 @@
-"""The plane that a base moves in: poses and motions x [m], y [m], yaw [rad], as rows (n, 3).
+"""Poses and motions of a base in the plane: x [m], y [m], yaw [rad], as rows (n, 3).
 
-A single row (1, 3) goes with any number of others. Yaws are added up and never wrapped.
+A single row (1, 3) broadcasts to any number. Yaws are summed and never wrapped.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def turn(vectors: Array, yaw: Array) -> Array:
-    """Return vectors (n, 3) turned about z by angles [rad] of shape (n,) or (1,)."""
+def rotate(vectors: Array, yaw: Array) -> Array:
+    """Return vectors (n, 3) rotated about z by angles [rad] of shape (n,) or (1,)."""
     cosine, sine = np.cos(yaw), np.sin(yaw)
     x, y, z = vectors.T
     return np.asarray(np.stack([cosine * x - sine * y, sine * x + cosine * y, z + 0.0 * yaw]).T)
@@ -21,54 +21,54 @@ def turn(vectors: Array, yaw: Array) -> Array:
 
 def to_parent(points: Array, poses: Array) -> Array:
     """Return points (n, 3) in the parent frame of poses."""
-    return turn(points, poses[:, 2]) + _offset(poses)
+    return rotate(points, poses[:, 2]) + _offset(poses)
 
 
 def to_child(points: Array, poses: Array) -> Array:
     """Return points (n, 3) of the parent frame in the frames of poses."""
-    return turn(points - _offset(poses), -poses[:, 2])
+    return rotate(points - _offset(poses), -poses[:, 2])
 
 
 def to_space(pose: Array) -> Pose:
-    """Return one pose (3,) of the plane as a pose in space."""
+    """Return a pose (3,) in the plane as a pose in space."""
     x, y, yaw = pose
     return Pose.from_xyzrpy((x, y, 0.0, 0.0, 0.0, yaw))
 
 
 def compose(poses: Array, children: Array) -> Array:
-    """Return poses that are given in the frames of other poses in the parent frame of those."""
-    return turn(children, poses[:, 2]) + poses
+    """Return child poses in the parent frame of `poses`, in whose frames they are given."""
+    return rotate(children, poses[:, 2]) + poses
 
 
 def relative(poses: Array, others: Array) -> Array:
     """Return other poses in the frames of poses: compose(poses, relative(poses, b)) is b."""
-    return turn(others - poses, -poses[:, 2])
+    return rotate(others - poses, -poses[:, 2])
 
 
 def advance(poses: Array, motions: Array) -> Array:
-    """Return the poses that constant twists lead to from poses: the exponential map of SE(2).
+    """Return poses after motions with constant twists: the exponential map of SE(2).
 
-    Motions are the way ahead [m], the way to the left [m] and the turn q [rad], shape (n, 3). The
-    way bends into an arc whose chord is shorter by sinc(q/2) and lies along the mean heading.
+    A motion is the distance ahead [m], the distance to the left [m] and the turn q [rad], shape
+    (n, 3). The path is an arc; its chord is shorter by sinc(q/2) and has the mean heading.
     """
     ahead, left, q = motions.T
     shorter = np.sinc(q / (2.0 * np.pi))
     chord = np.stack([ahead * shorter, left * shorter, q]).T
-    return poses + turn(chord, poses[:, 2] + q / 2.0)
+    return poses + rotate(chord, poses[:, 2] + q / 2.0)
 
 
 def displacement(motions: Array) -> Array:
-    """Return the poses that motions lead to from 0, as `advance` does; shape (n, 3)."""
+    """Return the poses after motions from the origin, as in `advance`; shape (n, 3)."""
     return advance(np.zeros((1, 3)), motions)
 
 
 def motion_of(displacements: Array) -> Array:
-    """Return the motion of a constant twist that leads to a pose: the logarithm of SE(2).
+    """Return the motion with constant twist to a pose: the logarithm of SE(2); shape (n, 3).
 
-    The turn is the shortest one, from -pi to pi, whatever the yaw; shape (n, 3) as `displacement`.
+    The turn is the shortest one, from -pi to pi, for any yaw.
     """
     q = np.remainder(displacements[:, 2] + np.pi, 2.0 * np.pi) - np.pi
-    straight = turn(displacements, -q / 2.0)
+    straight = rotate(displacements, -q / 2.0)
     ahead, left, _ = straight.T / np.sinc(q / (2.0 * np.pi))
     return np.stack([ahead, left, q], axis=1)
 

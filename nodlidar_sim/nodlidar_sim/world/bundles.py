@@ -1,4 +1,4 @@
-"""Rays in bundles, so that what none of them can meet is found out once for all."""
+"""Bundles of rays, so that solids out of view of a whole bundle are excluded at once."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _Kind = TypeVar('_Kind', bound=np.generic)
 
 RAYS = 31  # in a bundle: 682 beams are 22 of them
 MIDDLE = RAYS // 2
-_SLACK = 1e-6  # of the cosines, far above their rounding
+_SLACK = 1e-6  # of the cosines, far above their rounding errors
 
 
 def bundled(values: NDArray[_Kind]) -> NDArray[_Kind]:
-    """Return values (..., n) in bundles, shape (..., b, RAYS); the last one fills up the rest."""
+    """Return values (..., n) in bundles, shape (..., b, RAYS), padded with the last value."""
     missing = -values.shape[-1] % RAYS
     if missing:
         last = np.repeat(values[..., -1:], missing, axis=-1)
@@ -27,10 +27,10 @@ def bundled(values: NDArray[_Kind]) -> NDArray[_Kind]:
 
 
 class Bundles:
-    """Rays in bundles of those that follow each other, as the beams of a lidar do.
+    """Bundles of consecutive rays, such as the beams of a lidar.
 
-    All rays of a bundle begin in a ball and point into a cone about the one in the middle,
-    whatever rays they are: if they differ much, there is just more in view of them.
+    All rays of a bundle begin in a ball and point into a cone about the middle ray. Any rays are
+    allowed: the more they differ, the more is in view of their bundle.
 
     Parameters
     ----------
@@ -61,13 +61,12 @@ class Bundles:
         return starts.reshape(3, -1), ways.reshape(3, -1)
 
     def in_view(self, centers: Array, radii: Array) -> NDArray[np.bool_]:
-        """Return which balls [m] a ray of which bundles could meet.
+        """Return which balls [m] a ray of each bundle could hit.
 
         Parameters
         ----------
         centers, radii
-            Shape (3, s, 1) and (s, 1); or (3, b) and (b,) for a ball that each bundle has for
-            itself.
+            Shape (3, s, 1) and (s, 1); or (3, b) and (b,) for one ball per bundle.
 
         Returns
         -------
@@ -75,12 +74,13 @@ class Bundles:
 
         Notes
         -----
-        A ray that begins within rho of a point o and meets a ball of radius r has a parallel one
-        from o that meets a ball of radius R = r + rho; that one's direction is at most
-        asin(R / |m|) from m, the way from o to the ball's centre. The cone of half-angle h about
-        the axis a has such directions if the angle from a to m is at most h + asin(R / |m|), which
-        is a.m >= cos h sqrt(m.m - R^2) - R sin h. Where h is beyond a right angle, 1 in the place
-        of sin h lets more through, and all where the angles would add up to more than pi.
+        If a ray that begins within rho of a point o hits a ball of radius r, the parallel ray from
+        o hits the concentric ball of radius R = r + rho. With m the vector from o to the centre,
+        the direction of that ray is at most asin(R / |m|) from m. The cone of half-angle h about
+        the axis a contains such directions if the angle from a to m is at most
+        h + asin(R / |m|), that is a.m >= cos h sqrt(m.m - R^2) - R sin h. For h beyond a right
+        angle, 1 in place of sin h is conservative; it includes all where the sum of the angles
+        would exceed pi.
         """
         x, y, z = self._center
         ways = centers[0] - x, centers[1] - y, centers[2] - z

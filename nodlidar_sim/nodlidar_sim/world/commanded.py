@@ -1,4 +1,4 @@
-"""A base that is told where to drive while it drives."""
+"""A base driven by velocity commands."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-MEMORY_NS = NS_PER_S  # how long ago its pose is still known: longer than a turn of the lidar
+MEMORY_NS = NS_PER_S  # for which past poses are kept: longer than a revolution of the lidar
 
 
 class CommandedBase:
-    """Drives with the velocity of the last command, and stops when none follows it in time.
+    """Drives at the velocity of the last command, and stops after its timeout.
 
-    Commands may come from another thread than the one that asks for poses.
+    Commands and requests for poses may come from different threads.
 
     Parameters
     ----------
     start
-        x [m], y [m], yaw [rad] where it stands at first.
+        Initial x [m], y [m], yaw [rad].
     start_ns
-        When that is [ns].
+        Initial time [ns].
     timeout
-        How long a command holds [s].
+        For which a command is valid [s].
     """
 
     def __init__(self, start: Sequence[float], start_ns: int, timeout: float) -> None:
@@ -37,7 +37,7 @@ class CommandedBase:
         self._route = Plan().route(start, start_ns)
 
     def drive(self, velocity: Velocity, now_ns: int) -> None:
-        """Drive at a forward speed [m/s] and a turn rate [rad/s] from now [ns] on.
+        """Drive at a forward speed [m/s] and a turn rate [rad/s] from a time [ns] on.
 
         Raises
         ------
@@ -51,15 +51,15 @@ class CommandedBase:
         self._route = _joined(self._route, plan.route(pose, now_ns))
 
     def poses(self, times_ns: Times) -> Array:
-        """Return x, y, yaw at each time [ns], (n, 3) or (1, 3); as if no command came after it.
+        """Return x, y, yaw at each time [ns], shape (n, 3) or (1, 3), without further commands.
 
-        Poses are known from MEMORY_NS before the last command on.
+        Times earlier than MEMORY_NS before the last command are not supported.
         """
         return self._route.poses(times_ns)
 
 
 def _joined(route: Route, rest: Route) -> Route:
-    """Return a route that goes over into another one, without what has long been driven."""
+    """Return a route continued by another one, without pieces older than MEMORY_NS."""
     ends_ns = np.append(route.starts_ns[1:], rest.starts_ns[0])
     kept = (route.starts_ns < rest.starts_ns[0]) & (ends_ns > rest.starts_ns[0] - MEMORY_NS)
     return Route(

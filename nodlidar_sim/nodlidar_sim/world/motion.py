@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-TURN_ACCELERATION = 200.0  # of an unloaded RX-24F [rad/s2]
-SINCE_EVER_NS = -(2**62)  # before any stamp, and yet no difference of times overflows
+REVERSAL_ACCELERATION = 200.0  # of an unloaded RX-24F [rad/s2]
+SINCE_EVER_NS = -(2**62)  # earlier than any stamp; differences do not overflow
 
 
 class Motion(Protocol):
-    """Where a joint is at any instant that its history covers."""
+    """The motion of a joint, at instants covered by its history."""
 
     def position(self, times_ns: Times) -> Array:
         """Return the angle [rad] at each time [ns]."""
@@ -69,15 +69,15 @@ class PiecewiseMotion:
 def blended_motion(knots_ns: Times, knots: Array, acceleration: float) -> PiecewiseMotion:
     """Join straight lines through knots (time [ns], angle [rad]) by parabolas.
 
-    The speed changes at a constant acceleration over an interval that the knot's time halves. Such
-    a parabola begins on the one line and ends on the other, so the motion stays on the lines
-    outside it, and cuts the corner inside: it never passes a knot that is an extreme. It goes from
-    the first knot to the last and rests before and after.
+    At a knot, the speed changes with constant acceleration over an interval centred on the knot's
+    time. The parabola begins on one line and ends on the other, so outside it the motion is on the
+    lines, and inside it cuts the corner: it never passes a knot that is an extreme. The motion
+    goes from the first knot to the last, and rests before and after.
 
     Raises
     ------
     ParameterError
-        If a line is too short for the parabolas at its ends.
+        If a line is too short for the parabolas at both ends.
     """
     durations = np.diff(knots_ns) / NS_PER_S
     speeds = np.concatenate([[0.0], np.diff(knots) / durations, [0.0]])
@@ -85,7 +85,7 @@ def blended_motion(knots_ns: Times, knots: Array, acceleration: float) -> Piecew
     half_blends = np.abs(changes) / acceleration / 2.0
     room = durations - half_blends[:-1] - half_blends[1:]
     if not (durations > 0.0).all() or room.min() < 0.0:
-        limit = f'long enough to turn around at {acceleration} rad/s2'
+        limit = f'long enough to reverse at {acceleration} rad/s2'
         raise ParameterError('sweep_duration', limit, float(durations.min()))
     half_ns = np.ceil(half_blends * NS_PER_S).astype(np.int64)
     half = half_ns / NS_PER_S
@@ -101,15 +101,15 @@ def triangle_motion(
     nod: NodTrajectory,
     start_ns: int,
     end_ns: int,
-    acceleration: float = TURN_ACCELERATION,
+    acceleration: float = REVERSAL_ACCELERATION,
     jitter: float = 0.0,
     seed: int = 0,
 ) -> PiecewiseMotion:
-    """Return a servo's best following of a nod, from start_ns to end_ns at least.
+    """Return the motion of an ideal servo on a nod, from start_ns to end_ns at least.
 
-    The legs lie on the commanded trajectory, phase and all. The reversals are parabolas centred
-    on the commanded instants, so that each leg's rows stay where the scan pattern has them and the
-    limits are never overshot; instead the pitch falls short of them by speed**2 / (2 acceleration)
+    The legs coincide with the commanded trajectory, including its phase. The reversals are
+    parabolas centred on the commanded instants. So each leg keeps the rows of the scan pattern,
+    and the limits are never exceeded; the pitch falls short of them by speed**2 / (2 acceleration)
     (0.025 rad at pi rad/s and 200 rad/s2).
 
     Parameters
@@ -117,28 +117,28 @@ def triangle_motion(
     nod
         The commanded trajectory.
     start_ns, end_ns
-        First and last instant [ns] at which the motion is asked for.
+        First and last instant at which the motion is required [ns].
     acceleration
         Of the reversals [rad/s2].
     jitter
-        Standard deviation [s] of the instants of the reversals about the commanded ones: white,
-        as left over by a phase lock, so it does not add up.
+        Standard deviation of the reversal instants [s]: white noise, as a phase lock leaves it, so
+        it does not accumulate.
     seed
         Of the jitter.
 
     Raises
     ------
     ParameterError
-        If a sweep is too short to turn around in.
+        If a sweep is too short for its reversals.
     """
     first = math.floor(float(nod.sweeps(start_ns))) - 1
     last = math.ceil(float(nod.sweeps(end_ns))) + 1
-    turns = np.arange(first, last + 1)
-    knots_ns = np.array([nod.reversal_time_ns(int(turn)) for turn in turns])
+    reversals = np.arange(first, last + 1)
+    knots_ns = np.array([nod.reversal_time_ns(int(reversal)) for reversal in reversals])
     if jitter > 0.0:
         errors = np.random.default_rng(seed).normal(0.0, jitter, len(knots_ns))
         knots_ns = knots_ns + np.rint(errors * NS_PER_S).astype(np.int64)
-    knots = np.where(turns % 2 == 0, nod.pitch_min, nod.pitch_max)
+    knots = np.where(reversals % 2 == 0, nod.pitch_min, nod.pitch_max)
     return blended_motion(knots_ns, knots, acceleration)
 
 

@@ -1,11 +1,11 @@
-"""What wheel odometry makes of a base's motion."""
+"""Odometry from the wheels of a base, with its errors."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_sim.world.base import displacement, motion_of, relative, turn
+from nodlidar_sim.world.base import displacement, motion_of, relative, rotate
 from nodlidar_sim.world.effects import Effects
 import numpy as np
 from numpy.typing import NDArray
@@ -18,41 +18,40 @@ _SIDES = np.array([-0.5, 0.5]) * WHEEL_DISTANCE
 
 
 class Base(Protocol):
-    """Where a base is at any instant."""
+    """The pose of a base at any instant."""
 
     def poses(self, times_ns: Times) -> Array:
-        """Return x [m], y [m], yaw [rad] at each time [ns], (n, 3), or (1, 3) if it stands."""
+        """Return x [m], y [m], yaw [rad] at each time [ns], (n, 3); (1, 3) if it never moves."""
 
 
 class Odometer:
-    """Follows a base by the ways of its two wheels; from 0, where the base is at the start.
+    """Estimates the pose of a base from its two wheels; the origin is the pose at the start.
 
-    Between two samples, each wheel counts its way wrong by a share that is constant (wheels of
-    unknown size: the estimate drifts in range and in heading), and counts more than its way by
-    a share that is new each time (it slips); the heading also drifts at a constant rate, driving
-    or not. Without such effects its poses are exact.
+    Each wheel miscounts its distance by a constant share (wheels of unknown size: position and
+    heading drift), and overcounts by a share that is random in each sample (slip). The heading
+    also drifts at a constant rate, at rest as well. Without effects, the poses are exact.
 
     Parameters
     ----------
     base
-        The true motion; in a sample it turns by less than half a turn.
+        The true motion; between samples it turns by less than half a revolution.
     effects
         Their odometry_error, wheel_slip and heading_drift.
     start_ns
-        When it begins [ns].
+        Start of the estimate [ns].
     seed
         Of the errors.
 
     Attributes
     ----------
     start_ns
-        As given.
+        The parameter.
     """
 
     def __init__(self, base: Base, effects: Effects, start_ns: int, seed: int = 0) -> None:
         self.start_ns = start_ns
         self._base = base
-        self._exact = not effects.spoil_odometry
+        self._exact = not effects.affect_odometry
         self._origin: Array = base.poses(np.array([start_ns], dtype=np.int64))
         self._last = self._origin
         self._last_ns = start_ns
@@ -67,7 +66,7 @@ class Odometer:
     def poses(self, times_ns: Times) -> Array:
         """Return x [m], y [m], yaw [rad] of base_link in odom, shape (n, 3).
 
-        It samples at the times [ns], which are those that follow the ones of the last call.
+        Each call samples at times [ns] later than those of the calls before.
         """
         poses = np.broadcast_to(self._base.poses(times_ns), (len(times_ns), 3))
         if self._exact:
@@ -80,7 +79,7 @@ class Odometer:
         return estimates
 
     def _counted_motion(self, steps: Array, elapsed: Array) -> Array:
-        """Return motions (n, 3) as the wheels count them, in samples of a length [s]."""
+        """Return motions (n, 3) as the wheels count them, in samples of given durations [s]."""
         wheels = (steps[:, :1] + steps[:, 2:] * _SIDES) * self._counted
         if self._slip > 0.0:
             wheels = wheels * (1.0 + np.abs(self._rng.normal(0.0, self._slip, wheels.shape)))
@@ -89,6 +88,6 @@ class Odometer:
 
 
 def _add_up(start: Array, displacements: Array) -> Array:
-    """Return the poses (n, 3) that displacements lead to, one after the other, from a start."""
+    """Return the poses (n, 3) after each of successive displacements from a start."""
     yaws = start[0, 2] + np.cumsum(displacements[:, 2]) - displacements[:, 2]
-    return np.asarray(start + np.cumsum(turn(displacements, yaws), axis=0))
+    return np.asarray(start + np.cumsum(rotate(displacements, yaws), axis=0))

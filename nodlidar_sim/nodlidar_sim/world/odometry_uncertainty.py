@@ -1,4 +1,4 @@
-"""How far wheel odometry may be off, by what its wheels are known to do wrong."""
+"""The uncertainty of wheel odometry, from the known errors of its wheels."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Way ahead and turn of a base, by the ways of its left and its right wheel.
+# Distance ahead and turn of a base, from the distances of its left and its right wheel.
 _BY_WHEELS = np.array([[0.5, 0.5], [-1.0 / WHEEL_DISTANCE, 1.0 / WHEEL_DISTANCE]])
 _WHEELS = np.linalg.inv(_BY_WHEELS)
-# Of a half-normal |N(0, 1)|: the square of its mean.
+# Square of the mean of |N(0, 1)|.
 _MEAN_SQUARED = 2.0 / math.pi
 
 
 class OdometryUncertainty:
-    """Adds up, to the first order, how the errors of an Odometer move its pose.
+    """Propagates the errors of an Odometer to its pose, to first order.
 
-    It tells the mean square E[e eᵀ] of the error e against the truth. That is its covariance but
-    for the slip, which makes wheels count too much only: its mean counts as well.
+    The result is the mean square E[e eᵀ] of the error e. This equals the covariance except for the
+    slip, whose mean is not 0, since wheels only overcount: the mean is included.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class OdometryUncertainty:
         self._scatter = np.zeros((3, 3))
 
     def add(self, yaw: float, motion: Array, elapsed: float) -> None:
-        """Add a sample: heading before [rad], ways ahead and left and turn (3,), and time [s]."""
+        """Add a sample: heading before [rad]; motion ahead, left and turn (3,); duration [s]."""
         ahead, _, turn = motion
         heading = yaw + turn / 2.0
         x, y = math.cos(heading), math.sin(heading)
@@ -52,11 +52,11 @@ class OdometryUncertainty:
 
     @property
     def of_pose(self) -> Array:
-        """Of x [m], y [m], yaw [rad] in odom, shape (3, 3)."""
+        """Mean square error of x [m], y [m], yaw [rad] in odom, shape (3, 3)."""
         return np.asarray(self._to_steady @ self._steady @ self._to_steady.T + self._scatter)
 
     def of_velocity(self, velocity: Array) -> Array:
-        """Of a speed ahead [m/s] and to the left, and of a turn rate [rad/s], shape (3, 3)."""
+        """Return that of the speeds ahead and left [m/s] and the turn rate [rad/s], (3, 3)."""
         wheels = _wheels(velocity)
         shares = self._steady[:2, :2] + self._random * np.eye(2)
         of_motion = _BY_WHEELS @ (shares * np.outer(wheels, wheels)) @ _BY_WHEELS.T
@@ -67,5 +67,5 @@ class OdometryUncertainty:
 
 
 def _wheels(motion: Array) -> Array:
-    """Return what the left and the right wheel do in a motion (3,), shape (2,)."""
+    """Return the motion of the left and the right wheel (2,) in a motion of the base (3,)."""
     return np.asarray(_WHEELS @ motion[[0, 2]])

@@ -1,4 +1,4 @@
-"""Many rays against many surfaces."""
+"""Casts many rays at many surfaces."""
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
@@ -17,9 +17,9 @@ class Surfaces:
     Parameters
     ----------
     planes
-        Surfaces without an end, which any ray may meet.
+        Infinite surfaces, tested with every ray.
     solids
-        Surfaces that lie within a sphere: only bundles of rays that have it in view are tried.
+        Surfaces with a bounding sphere, tested only with bundles of rays that have it in view.
     """
 
     def __init__(self, planes: Iterable[Plane], solids: Iterable[Solid]) -> None:
@@ -29,7 +29,7 @@ class Surfaces:
         self._radii = np.array([[solid.bounding_radius] for solid in self._solids])
 
     def distances(self, origins: Array, directions: Array) -> Array:
-        """Return how far each ray gets.
+        """Return the range of each ray.
 
         Parameters
         ----------
@@ -38,7 +38,7 @@ class Surfaces:
 
         Returns
         -------
-        Distance to the first surface [m], shape (n,); inf for a ray that meets none.
+        Distance to the first surface [m], shape (n,); inf for a ray that hits none.
         """
         starts, ways = _rows(origins), _rows(directions)
         nearest = np.full(len(origins), np.inf)
@@ -51,7 +51,7 @@ class Surfaces:
     def surface_distance(self, points: Array) -> Array:
         """Return the exact distance [m] from points (m, 3) to the nearest surface, inf if none.
 
-        It is unsigned: a point within a box is as far from its faces as it would have to move.
+        The distance is unsigned, also for a point inside a box.
         """
         rows = _rows(points)
         nearest = np.full(len(points), np.inf)
@@ -61,7 +61,7 @@ class Surfaces:
 
     @cached_property
     def upright_ball(self) -> tuple[float, float]:
-        """Height and radius [m] of a ball around the z axis that holds all; inf with planes."""
+        """Height and radius [m] of a ball, centred on the z axis, around all; inf with planes."""
         if self._planes:
             return 0.0, np.inf
         centers, radii = self._centers[..., 0], self._radii[:, 0]

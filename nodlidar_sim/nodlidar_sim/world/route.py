@@ -1,4 +1,4 @@
-"""Routes: how a base drives, or a person walks, in closed form at any instant."""
+"""Routes of the base and of people, in closed form at any instant."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STANDING: Velocity = (0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A part of a route: for a duration [s], a velocity (forward speed m/s, turn rate rad/s).
+    """A part of a route with constant velocity (forward speed m/s, turn rate rad/s).
 
     Raises
     ------
@@ -43,17 +43,17 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A route that has yet to begin, anywhere, at any time.
+    """A route without start pose and start time.
 
     Attributes
     ----------
     velocity
-        After the legs, for ever [m/s, rad/s]; without legs, all along.
+        After the legs, without end [m/s, rad/s].
     legs
-        What is driven first.
+        Driven first.
     repeat
-        Drive the legs again and again, each time from where they ended; needs legs and leaves no
-        time for a velocity.
+        Repeat the legs without end, each time from where they ended; requires legs, and excludes a
+        velocity.
 
     Raises
     ------
@@ -73,7 +73,7 @@ class Plan:
 
     @property
     def drives(self) -> bool:
-        """Whether it leads anywhere, or turns."""
+        """Whether it ever moves or turns."""
         return any(velocity != STANDING for velocity in self._velocities)
 
     @property
@@ -93,19 +93,19 @@ class Plan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Route:
-    """Pieces of a constant twist in the plane; before the first one it stands.
+    """Pieces of constant twist in the plane, at rest before the first.
 
     Attributes
     ----------
     starts_ns
-        When each piece begins [ns], ascending, shape (k,).
+        Begin of each piece [ns], ascending, shape (k,).
     starts
-        x [m], y [m], yaw [rad] where it begins, shape (k, 3).
+        x [m], y [m], yaw [rad] at the begin of each piece, shape (k, 3).
     twists
-        Speed ahead and to the left [m/s] and turn rate [rad/s] on it, shape (k, 3).
+        Speed ahead and to the left [m/s] and turn rate [rad/s] of each piece, shape (k, 3).
     repeat
-        Begin again with the first piece when and where the last one would begin, which else has
-        no end.
+        Start again with the first piece when and where the last one would begin. Otherwise the
+        last one has no end.
     """
 
     starts_ns: Times
@@ -122,16 +122,16 @@ class Route:
 
     @property
     def stands(self) -> bool:
-        """Whether it never leaves its start."""
+        """Whether it never moves."""
         return not self.twists.any()
 
     @property
     def top_speed(self) -> float:
-        """The greatest speed on it [m/s]."""
+        """The greatest speed [m/s]."""
         return float(np.hypot(*self.twists[:, :2].T).max())
 
     def poses(self, times_ns: Times) -> Array:
-        """Return x, y, yaw at each time [ns], shape (n, 3), or (1, 3) if it stands for ever."""
+        """Return x, y, yaw at each time [ns], shape (n, 3); (1, 3) if it never moves."""
         if self.stands:
             return self.starts[:1]
         elapsed_ns = np.maximum(np.asarray(times_ns, dtype=np.int64) - self.starts_ns[0], 0)
@@ -145,9 +145,9 @@ class Route:
         return advance(starts, (_each(self.twists, piece).T * elapsed).T)
 
     def _starts_of(self, laps: Times, piece: NDArray[np.intp]) -> Array:
-        """Return where pieces begin in laps: as far along the twist of one lap as there are laps.
+        """Return the starts of pieces in laps, that many times the motion of one lap away.
 
-        They are few for many times, so each is computed once.
+        Each is computed once, since they are few for many times.
         """
         found, which = np.unique(laps * len(self.starts) + piece, return_inverse=True)
         laps, piece = np.divmod(found, len(self.starts))
@@ -158,5 +158,5 @@ class Route:
 
 
 def _each(rows: Array, numbers: NDArray[np.intp]) -> Array:
-    """Return rows[numbers], with its columns together in memory, as the arithmetic takes them."""
+    """Return rows[numbers] with contiguous columns, for faster arithmetic."""
     return np.asarray(rows.T.take(numbers, axis=1).T)

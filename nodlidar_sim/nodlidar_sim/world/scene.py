@@ -1,4 +1,4 @@
-"""Scenes: what surrounds the sensor, how it is mounted, how its base moves and what goes wrong."""
+"""Scenes: objects, the sensor's mount, the motion of the base, and effects."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ _LONGEST_LEG = 86_400.0  # s
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A scene, ready for rays.
+    """A scene.
 
     Attributes
     ----------
     name
         Of the file, without its suffix.
     objects
-        The shapes of every named object that stands still, in the world.
+        The shapes in the world of every object at rest, by name.
     surfaces
-        All of them, for rays and distances.
+        All of these shapes.
     mount
         nodlidar_base_link in base_link.
     optical_offset
-        z_off: the optical centre above the nod axis, in the nodding frame [m].
+        z_off: height of the optical centre above the nod axis, in the nodding frame [m].
     base_start, base_velocity
-        x [m], y [m], yaw [rad] of base_link in the world at first, and its forward speed [m/s] and
-        turn rate [rad/s], which are constant but for the legs.
+        Initial x [m], y [m], yaw [rad] of base_link in the world; its forward speed [m/s] and turn
+        rate [rad/s] after the legs.
     effects
-        What goes wrong.
+        Error sources.
     base_legs, base_repeat
-        What the base drives first, and whether again and again: see nodlidar_sim.world.route.Plan.
+        Legs that the base drives first, and whether it repeats them: see route.Plan.
     movers
-        Every named object that moves.
+        Every moving object, by name.
     """
 
     name: str
@@ -68,11 +68,11 @@ class Scene:
 
     @property
     def moves(self) -> bool:
-        """Whether anything ever moves: the base, or an object."""
+        """Whether the base or an object ever moves."""
         return self.drives or bool(self.movers)
 
     def route(self, start_ns: int) -> Route:
-        """Return the motion of the base when it leaves the start at start_ns."""
+        """Return the route of the base, for a start at a time [ns]."""
         return self._base_plan.route(self.base_start, start_ns)
 
     @property
@@ -81,24 +81,24 @@ class Scene:
 
 
 def scene_names() -> list[str]:
-    """Return the names of the scenes that come with this package."""
+    """Return the names of the package's scenes."""
     return _shipped('scenes')
 
 
 def route_names() -> list[str]:
-    """Return the names of the routes that come with this package."""
+    """Return the names of the package's routes."""
     return _shipped('routes')
 
 
 def load_scene(name_or_path: str | Path, route: str | Path | None = None) -> Scene:
-    """Load a scene that comes with this package, by name, or any other, by the path of its YAML.
+    """Load a scene of the package by name, or another one by the path of its YAML file.
 
-    A route, by name or path as well, takes the place of what the scene says of its base.
+    A route, also by name or path, replaces the scene's `base`.
 
     Raises
     ------
     SceneError
-        If there is no such scene or route, or it is not as the README says.
+        If the scene or route does not exist, or is not as specified in the README.
     YamlError
         If its file cannot be read, or is no YAML.
     """
@@ -108,7 +108,7 @@ def load_scene(name_or_path: str | Path, route: str | Path | None = None) -> Sce
 
 
 def parse_scene(text: str, name: str) -> Scene:
-    """Return the scene of a YAML text; raises as load_scene does."""
+    """Return the scene of a YAML text; raises as `load_scene`."""
     root = _parse(text, name)
     return _scene(root, root.section('base', {}))
 
@@ -119,7 +119,7 @@ def _shipped(kind: str) -> list[str]:
 
 
 def _load(name_or_path: str | Path, kind: str) -> Section:
-    """Return the content of a shipped or other file of a kind: 'scene' or 'route'."""
+    """Return the content of a file of a kind, 'scene' or 'route', by name or path."""
     names = _shipped(f'{kind}s')
     if str(name_or_path) in names:
         shipped = resources.files('nodlidar_sim').joinpath(f'{kind}s') / f'{name_or_path}{_SUFFIX}'
@@ -136,7 +136,7 @@ def _parse(text: str, name: str) -> Section:
 
 
 def _scene(root: Section, base: Section) -> Scene:
-    """Return the scene of a file, with the base of another one perhaps."""
+    """Return the scene of a file, with a base that may be of another file."""
     section = root.section('objects')
     found = {name: _object(section.section(name)) for name in section.names()}
     objects = {name: thing for name, thing in found.items() if not isinstance(thing, Mover)}
@@ -162,7 +162,7 @@ def _scene(root: Section, base: Section) -> Scene:
 
 
 def _plan(section: Section) -> Plan:
-    """Return what the keys `velocity`, `legs` and `repeat` of a section say."""
+    """Return the plan of the keys `velocity`, `legs` and `repeat`."""
     legs = tuple(_leg(entry) for entry in section.sections('legs', []))
     with section.locating():
         return Plan(_velocity(section, STANDING), legs, section.truth('repeat', False))
@@ -190,7 +190,7 @@ def _effects(section: Section) -> Effects:
 
 
 def _object(section: Section) -> tuple[Shape, ...] | Mover:
-    """Return the shapes of an object in the world, or one that moves from its pose."""
+    """Return the shapes of an object in the world, or a moving object."""
     x, y, z, roll, pitch, yaw = section.vector('pose', _POSE, (0.0,) * 6)
     if not section.has('motion'):
         return _shapes(section, Pose.from_xyzrpy((x, y, z, roll, pitch, yaw)))

@@ -1,4 +1,4 @@
-"""Reads YAML strictly: what is missing, unknown or of a wrong kind is an error that says where."""
+"""Reads YAML strictly: a key that is missing, unknown or of a wrong type raises an error."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from nodlidar_common.errors import ParameterError
 
 _REQUIRED: Any = object()
 MOST = 1000.0
-"""No length [m], speed [m/s], angle [rad] or other number of a scene is beyond this."""
+"""Limit of every length [m], speed [m/s], angle [rad] and other number of a scene."""
 
 
 class SceneError(ParameterError):
-    """A scene that cannot be used: names the file, the key in it, what it allows and its value."""
+    """An invalid scene; names the file, the key, the limit and the value."""
 
 
 class Section:
-    """A mapping of a YAML file; every read checks the kind of what it gives.
+    """A mapping in a YAML file; every read checks the type of the value.
 
     Parameters
     ----------
     content
-        What the file has at this place.
+        Of the file, at this place.
     file, path
-        Where that is, for the errors.
+        The place, for errors.
 
     Raises
     ------
     SceneError
-        If it is no mapping; and from every method, if a value is not as it says.
+        If the content is no mapping. Every method raises it for a value of a wrong type.
     """
 
     def __init__(self, content: object, file: str, path: str = '') -> None:
@@ -46,7 +46,7 @@ class Section:
         return self._file.rpartition('.')[0]
 
     def number(self, key: str, default: float = _REQUIRED, most: float = MOST) -> float:
-        """Return a number that is not beyond a limit."""
+        """Return a number of at most a given magnitude."""
         value = self._get(key, default)
         if not _is_number(value, most):
             raise self.error(key, f'a number from -{most:g} to {most:g}', value)
@@ -59,15 +59,8 @@ class Section:
             raise self.error(key, 'true or false', value)
         return value
 
-    def text(self, key: str) -> str:
-        """Return a text."""
-        value = self._get(key, _REQUIRED)
-        if not isinstance(value, str):
-            raise self.error(key, 'a text', value)
-        return value
-
     def vector(self, key: str, names: str, default: tuple[float, ...] = _REQUIRED) -> list[float]:
-        """Return a list of numbers none of which is beyond MOST, as many as there are names."""
+        """Return a list of as many numbers as names, of magnitudes up to MOST."""
         value = self._get(key, default)
         count = len(names.split())
         is_list = isinstance(value, (list, tuple)) and len(value) == count
@@ -81,7 +74,7 @@ class Section:
         return Section(self._get(key, default), self._file, self._join(key))
 
     def sections(self, key: str, default: list[object] = _REQUIRED) -> list[Section]:
-        """Return a list of mappings; one that is given has at least one."""
+        """Return a list of mappings, which has at least one unless it is the default."""
         value = self._get(key, default)
         if value is not default and (not isinstance(value, list) or not value):
             raise self.error(key, 'a list with at least one entry', value)
@@ -91,24 +84,24 @@ class Section:
         ]
 
     def has(self, key: str) -> bool:
-        """Tell whether the file has a key here, which then counts as known."""
+        """Return whether a key exists, and mark it as known."""
         self._read.add(key)
         return key in self._content
 
     def names(self) -> list[str]:
-        """Return the keys that the file has here, all of which then count as known."""
+        """Return all keys, and mark them as known."""
         self._read.update(self._content)
         return list(self._content)
 
     def close(self) -> None:
-        """Refuse the keys that nothing has asked for."""
+        """Raise SceneError for a key that has not been read or marked as known."""
         for key in self._content:
             if key not in self._read:
                 raise self.error(key, 'one of ' + ', '.join(sorted(self._read)), key)
 
     @contextmanager
     def locating(self) -> Iterator[None]:
-        """Give a ParameterError raised inside this place in the file."""
+        """Add the place in the file to a ParameterError raised inside."""
         try:
             yield
         except SceneError:
@@ -117,7 +110,7 @@ class Section:
             raise self.error(error.key, error.limit, error.value) from error
 
     def error(self, key: str | None, limit: str, value: object) -> SceneError:
-        """Return the error for a key of this section, or for the section as a whole."""
+        """Return the error for a key of this section, or for the whole section."""
         path = self._join(key)
         return SceneError(f'{self._file}: {path}' if path else self._file, limit, value)
 

@@ -1,4 +1,4 @@
-"""What a lidar and a servo make of time, angles and ranges."""
+"""The specifications of lidar and servo in the fast mode: timing and resolution."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import check, parameter
-from nodlidar_sim.world.motion import TURN_ACCELERATION
+from nodlidar_sim.world.motion import REVERSAL_ACCELERATION
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,12 +19,12 @@ Times = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class SensorModel:
-    """The two devices: a Hokuyo URG-04LX-UG01 on a Dynamixel RX-24F, unless told otherwise."""
+    """The two devices; by default a Hokuyo URG-04LX-UG01 on a Dynamixel RX-24F."""
 
     steps: int = parameter(1024, 'Steps of a revolution', minimum=1)
     first_step: int = parameter(44, 'First step that is measured', minimum=0)
     last_step: int = parameter(725, 'Last step that is measured', minimum=0)
-    front_step: int = parameter(384, 'Step that looks ahead', minimum=0)
+    front_step: int = parameter(384, 'Step straight ahead', minimum=0)
     scan_time: float = parameter(0.1, 'Time of a revolution', unit='s', minimum=1e-3)
     range_min: float = parameter(0.02, 'Least range', unit='m', minimum=0.0)
     range_max: float = parameter(5.6, 'Greatest range', unit='m', minimum=0.0)
@@ -37,7 +37,7 @@ class SensorModel:
         0.111 * math.tau / 60.0, 'Step of the speed', unit='rad/s', minimum=1e-9
     )
     acceleration: float = parameter(
-        TURN_ACCELERATION, 'Of the reversals', unit='rad/s2', minimum=1e-3
+        REVERSAL_ACCELERATION, 'Of the reversals', unit='rad/s2', minimum=1e-3
     )
     odometry_rate: float = parameter(50.0, 'Odometry samples in a second', unit='Hz', minimum=1.0)
 
@@ -63,13 +63,13 @@ class SensorModel:
         return self.scan_time / self.steps
 
     def beam_times_ns(self, start_ns: int, scans: int, clock_rate: float) -> Times:
-        """Return when beams are sent, shape (scans, b), with the first step 0 at start_ns."""
+        """Return the times of beams [ns], shape (scans, b), with the first step 0 at start_ns."""
         samples = np.arange(scans)[:, None] * self.steps + self._measured
         return instants(start_ns, samples * (self.time_increment / clock_rate))
 
     def rounded_ranges(self, ranges: Array) -> Array:
-        """Return ranges [m] as the lidar tells them; -inf too near, inf too far (REP 117)."""
-        per_metre = 1.0 / self.resolution  # a quotient of whole numbers is 5.6, a product is not
+        """Return ranges [m] as the lidar reports them; -inf too near, inf too far (REP 117)."""
+        per_metre = 1.0 / self.resolution  # 5600 / 1000 is exactly 5.6, 5600 * 1e-3 is not
         rounded = np.asarray(np.rint(ranges * per_metre) / per_metre)
         rounded[rounded < self.range_min] = -np.inf
         rounded[rounded > self.range_max] = np.inf

@@ -1,4 +1,4 @@
-"""The motion of a servo that is given goals while it moves."""
+"""The motion of a servo that receives goals while it moves."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.world.motion import (
     Array,
     PiecewiseMotion,
+    REVERSAL_ACCELERATION,
     SINCE_EVER_NS,
     Times,
-    TURN_ACCELERATION,
 )
 import numpy as np
 
@@ -28,22 +28,22 @@ class Piece:
 def trapezoid(
     distance: float, velocity: float, speed_limit: float, acceleration: float
 ) -> list[Piece]:
-    """Return the quickest way to come to rest at a distance, from a velocity, within limits.
+    """Return the fastest motion to rest at a distance, from an initial velocity, within limits.
 
     Parameters
     ----------
     distance
         From here to the goal [rad], signed.
     velocity
-        At the start [rad/s]; above the speed limit, it is reduced first.
+        Initial velocity [rad/s]; reduced first if above the speed limit.
     speed_limit, acceleration
         Positive bounds [rad/s, rad/s2].
 
     Notes
     -----
-    The direction of travel is the side of the goal on which full braking would end. With it as the
-    positive one, the peak speed without a limit follows from v0^2 + 2 a s1 = vp^2 = 2 a s2 with
-    s1 + s2 = s.
+    Full braking ends on one side of the goal; the motion is in the direction from there to the
+    goal. With this direction positive, the peak speed without a limit follows from
+    v0^2 + 2 a s1 = vp^2 = 2 a s2 and s1 + s2 = s.
     """
     braking_distance = velocity * abs(velocity) / (2.0 * acceleration)
     side = math.copysign(1.0, distance - braking_distance)
@@ -62,33 +62,33 @@ def trapezoid(
 
 
 class ServoMotion:
-    """Where a servo's shaft is, was and, if no other goal comes, will be.
+    """The past motion of a servo's shaft, and the future one without further goals.
 
     Parameters
     ----------
     position
-        Angle [rad] at which it has rested since ever.
+        Initial angle, at rest [rad].
     acceleration
         Of every change of speed [rad/s2].
     jitter
-        A servo that is told to turn around does so late by |N(0, jitter)| [s]; 0 for never.
+        Reversals are late by |N(0, jitter)| [s].
     seed
         Of the jitter.
     history
-        How long [s] the past is kept; asking for older times raises ParameterError.
+        For which the past is kept [s]; earlier times raise ParameterError.
     """
 
     def __init__(
         self,
         position: float = 0.0,
-        acceleration: float = TURN_ACCELERATION,
+        acceleration: float = REVERSAL_ACCELERATION,
         jitter: float = 0.0,
         seed: int = 0,
         history: float = 5.0,
     ) -> None:
         self.acceleration = acceleration
         self._history_ns = round(history * NS_PER_S)
-        self._delay = _TurnDelay(jitter, seed) if jitter > 0.0 else None
+        self._delay = _ReversalDelay(jitter, seed) if jitter > 0.0 else None
         self._pieces = PiecewiseMotion(
             np.array([SINCE_EVER_NS]), np.array([position]), np.zeros(1), np.zeros(1)
         )
@@ -102,12 +102,12 @@ class ServoMotion:
         return self._pieces.velocity(times_ns)
 
     def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
-        """Go to an angle [rad] from now on, at a speed [rad/s] and there come to rest.
+        """Move to an angle [rad] and rest there, from a time [ns] on, at a limited speed [rad/s].
 
         Raises
         ------
         ParameterError
-            If the goal is not finite, the speed is not positive or the time [ns] is forgotten.
+            If the goal is not finite, the speed limit not positive, or the time too long ago.
         """
         if not math.isfinite(goal):
             raise ParameterError('goal', 'finite', goal)
@@ -122,7 +122,7 @@ class ServoMotion:
         self._follow(start_ns, profile, goal)
 
     def brake(self, now_ns: int) -> None:
-        """Come to rest from now [ns] on, and stay there: as a geared servo without torque."""
+        """Brake to rest from a time [ns] on, as a geared servo without torque."""
         position, velocity = self._state(now_ns)
         stop = Piece(
             abs(velocity) / self.acceleration, -math.copysign(self.acceleration, velocity)
@@ -134,7 +134,7 @@ class ServoMotion:
         return float(self.position(now)[0]), float(self.velocity(now)[0])
 
     def _follow(self, start_ns: int, profile: list[Piece], goal: float) -> None:
-        """Replace what was to come after start_ns by a profile that ends at rest at a goal."""
+        """Replace the motion after start_ns by a profile that ends at rest at a goal."""
         position, velocity = self._state(start_ns)
         rows = []
         for piece in profile:
@@ -147,22 +147,22 @@ class ServoMotion:
         self._pieces = _spliced(self._pieces, starts_ns, np.array(rows), self._history_ns)
 
 
-class _TurnDelay:
-    """Makes a servo late at every change of direction, once, however often it is told."""
+class _ReversalDelay:
+    """Delays each reversal of a servo, once for any number of goals in the new direction."""
 
     def __init__(self, deviation: float, seed: int) -> None:
         self._deviation = deviation
         self._rng = np.random.default_rng(seed)
-        self._turning_to = 0.0
+        self._direction = 0.0
         self._ready_ns = 0
 
     def apply(self, now_ns: int, distance: float, velocity: float) -> int:
-        """Return when [ns] a goal at a distance [rad] begins to count, at a velocity [rad/s]."""
+        """Return when [ns] a goal at a distance [rad] takes effect, at a velocity [rad/s]."""
         if distance * velocity >= 0.0:
-            self._turning_to = 0.0
+            self._direction = 0.0
             return now_ns
-        if self._turning_to != math.copysign(1.0, distance):
-            self._turning_to = math.copysign(1.0, distance)
+        if self._direction != math.copysign(1.0, distance):
+            self._direction = math.copysign(1.0, distance)
             late = abs(self._rng.normal(0.0, self._deviation))
             self._ready_ns = now_ns + round(late * NS_PER_S)
         return max(now_ns, self._ready_ns)
@@ -171,7 +171,7 @@ class _TurnDelay:
 def _spliced(
     past: PiecewiseMotion, starts_ns: Times, rows: Array, history_ns: int
 ) -> PiecewiseMotion:
-    """Return the past up to starts_ns[0], as far back as the history goes, then the rows."""
+    """Return the past of the history's length up to starts_ns[0], followed by the rows."""
     begin, end = np.searchsorted(past.starts_ns, [starts_ns[0] - history_ns, starts_ns[0]])
     kept = slice(max(0, begin - 1), end)
     positions, velocities, accelerations = rows.T

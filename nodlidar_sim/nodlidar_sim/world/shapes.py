@@ -1,9 +1,9 @@
-"""Surfaces that beams meet: planes, and the hulls of spheres, boxes and cylinders.
+"""Surfaces that beams hit: planes, and the hulls of spheres, boxes and cylinders.
 
-Every shape is a surface without thickness, seen from both sides, so a ray that starts inside a box
-meets its far wall. A shape tells where a ray first meets it and how far a point is from it.
+Every shape is a surface without thickness that is hit from both sides: a ray that starts inside a
+box hits its far wall. A shape computes where a ray first hits it and its distance from a point.
 
-Points and directions come as rows x, y, z, of the shape (3, n): NumPy works fastest along rows.
+Points and directions are rows x, y, z of shape (3, n), since NumPy is fastest along rows.
 """
 
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SMALLEST = 1e-6  # m; squares of it are still far from the end of the numbers
+SMALLEST = 1e-6  # least size [m]; its square is far above rounding errors
 
 
 class Shape(Protocol):
-    """What every surface can tell."""
+    """A surface."""
 
     def intersect(self, origins: Array, directions: Array) -> Array:
         """Return the distance [m] from each origin along each unit direction, inf for none.
@@ -31,11 +31,11 @@ class Shape(Protocol):
         """
 
     def distance(self, points: Array) -> Array:
-        """Return how far each point (3, m) is from the surface [m], shape (m,), never negative."""
+        """Return the distance of points (3, m) from the surface [m], shape (m,); not negative."""
 
 
 class Solid(Shape, Protocol):
-    """A surface that lies within a sphere, which tells quickly that a ray misses it."""
+    """A surface with a bounding sphere, which excludes most rays quickly."""
 
     @property
     def center(self) -> Array:
@@ -48,7 +48,7 @@ class Solid(Shape, Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plane:
-    """An endless plane through a point [m], across a normal of any length."""
+    """An infinite plane through a point [m], with a normal of any length."""
 
     point: Array
     normal: Array
@@ -119,7 +119,7 @@ class Box:
         return float(np.linalg.norm(self.size)) / 2.0
 
     def intersect(self, origins: Array, directions: Array) -> Array:
-        """See Shape; a ray that runs within a face does not meet it."""
+        """See Shape; a ray within the plane of a face does not hit it."""
         half = self.size[:, None] / 2.0
         enter, leave = _within_slab(*_local_ray(self.pose, origins, directions), half)
         return _first_hit(enter.max(axis=0), leave.min(axis=0))
@@ -132,7 +132,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cylinder:
-    """A closed cylinder, centred on its pose, along the z axis of its pose."""
+    """A closed cylinder, centred on its pose, along the pose's z axis."""
 
     pose: Pose
     radius: float
@@ -153,7 +153,7 @@ class Cylinder:
         return math.hypot(self.radius, self.length / 2.0)
 
     def intersect(self, origins: Array, directions: Array) -> Array:
-        """See Shape; a ray that runs within an end does not meet it."""
+        """See Shape; a ray within the plane of an end does not hit it."""
         offset, along = _local_ray(self.pose, origins, directions)
         enter, leave = _within_circle(offset[:2], along[:2], self.radius)
         enter_ends, leave_ends = _within_slab(offset[2], along[2], self.length / 2.0)
@@ -192,8 +192,7 @@ def _within_slab(offset: Array, along: Array, half: Array | float) -> tuple[Arra
 def _within_circle(offset: Array, along: Array, radius: float) -> tuple[Array, Array]:
     """Return where rays enter and leave a circle or sphere around 0; NaN if they miss it.
 
-    A ray that does not move in the circle's plane (along the axis of a cylinder) is in it, or out
-    of it, for ever.
+    A ray normal to the circle's plane (along the axis of a cylinder) is always inside or outside.
     """
     speed = _dot(along, along)
     towards = -_dot(offset, along)
@@ -209,13 +208,13 @@ def _within_circle(offset: Array, along: Array, radius: float) -> tuple[Array, A
 
 
 def _first_hit(enter: Array, leave: Array) -> Array:
-    """Return where a ray first meets a hull that it enters and leaves; inf if it never does."""
+    """Return where rays first hit a hull that they enter and leave; inf if they miss it."""
     first = np.where(enter > 0.0, enter, leave)
     return np.where((enter <= leave) & (leave > 0.0), first, np.inf)
 
 
 def _hull_distance(beyond: Array) -> Array:
-    """Return the distance to a hull from how far (k, m) a point is beyond each pair of faces."""
+    """Return the distance from a hull, by the distances (k, m) beyond each pair of its faces."""
     outside = _length(np.maximum(beyond, 0.0))
     inside = np.minimum(beyond.max(axis=0), 0.0)
     return np.asarray(np.abs(outside + inside))

@@ -1,8 +1,8 @@
-"""What the lidar sees: every beam at its own instant, with the pitch and base pose it then has."""
+"""The ranges of beams, each at its own instant, with the pitch and base pose at that instant."""
 
 from __future__ import annotations
 
-from nodlidar_sim.world.base import to_parent, to_space, turn
+from nodlidar_sim.world.base import rotate, to_parent, to_space
 from nodlidar_sim.world.motion import Motion
 from nodlidar_sim.world.odometry import Base
 from nodlidar_sim.world.scene import Scene
@@ -25,7 +25,7 @@ class World:
     base
         Pose of base_link in the world at any instant; by default the scene's route from start_ns.
     start_ns
-        When what moves in the scene leaves its start [ns].
+        When moving objects leave their start [ns].
     """
 
     def __init__(
@@ -37,14 +37,14 @@ class World:
         self._moving = [mover.moving(start_ns) for mover in scene.movers.values()]
 
     def ranges(self, times_ns: Times, azimuth: Array) -> Array:
-        """Return the true range [m] of beams, inf where there is nothing.
+        """Return the true range of beams [m], shape (n,), inf without a surface.
 
         Parameters
         ----------
         times_ns
-            When each beam is sent [ns], shape (n,).
+            Time of each beam [ns], shape (n,).
         azimuth
-            Its angle in the scan plane [rad], shape (n,).
+            Angle of each beam in the scan plane [rad], shape (n,).
         """
         rays = self.rays(times_ns, azimuth)
         nearest = self.scene.surfaces.distances(*rays)
@@ -55,8 +55,8 @@ class World:
     def rays(self, times_ns: Times, azimuth: Array) -> tuple[Array, Array]:
         """Return the origin and the direction of each beam in the world, shape (n, 3) each.
 
-        The optical centre lies z_off above the nod axis, in the nodding frame, so both follow from
-        turning (0, 0, z_off) and (cos azimuth, sin azimuth, 0) up by the pitch.
+        The optical centre is z_off above the nod axis in the nodding frame. So origin and
+        direction are (0, 0, z_off) and (cos azimuth, sin azimuth, 0), rotated up by the pitch.
         """
         pitch = self.motion.position(times_ns)
         up, level = np.sin(pitch), np.cos(pitch)
@@ -65,30 +65,30 @@ class World:
         origins = np.stack([-arm * up, zero, arm * level]).T
         directions = np.stack([ahead * level, np.sin(azimuth), ahead * up]).T
         mount, poses = self.scene.mount, self.base.poses(times_ns)
-        if len(poses) == 1:  # it stands: the mount is at one place
+        if len(poses) == 1:  # the base does not move
             mount = to_space(poses[0]) @ mount
             return mount.to_parent(origins), mount.directions_to_parent(directions)
         return (
             to_parent(mount.to_parent(origins), poses),
-            turn(mount.directions_to_parent(directions), poses[:, 2]),
+            rotate(mount.directions_to_parent(directions), poses[:, 2]),
         )
 
     def surface_distance(self, points: Array, times_ns: Times) -> Array:
-        """Return how far points in nodlidar_base_link are from the nearest surface [m].
+        """Return the distance of points in nodlidar_base_link from the nearest surface [m].
 
         Parameters
         ----------
         points
-            Shape (m, 3), each in the frame as it is at its time.
+            Shape (m, 3), each in the frame at its time.
         times_ns
-            When the frame is meant [ns], shape (m,) or (1,).
+            Time of each point [ns], shape (m,) or (1,).
         """
         in_base = self.scene.mount.to_parent(points)
         in_world = to_parent(in_base, self.base.poses(times_ns))
         return self.surface_distance_in_world(in_world, times_ns)
 
     def surface_distance_in_world(self, points: Array, times_ns: Times) -> Array:
-        """Return the same for points in the world: to where surfaces are at the points' times."""
+        """Return the same for points in the world, from the surfaces at the points' times."""
         nearest = self.scene.surfaces.surface_distance(points)
         for moving in self._moving:
             np.minimum(nearest, moving.surface_distance(points, times_ns), out=nearest)
