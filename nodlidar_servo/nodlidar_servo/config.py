@@ -1,4 +1,4 @@
-"""What the user can set; each field is a parameter of the node."""
+"""The servo's parameters."""
 
 from dataclasses import dataclass
 
@@ -88,7 +88,7 @@ class ServoConfig:
     autostart: bool = parameter(False, 'Configure and activate the node at start')
 
     def check_together(self) -> None:
-        """Check what involves several fields; raises ParameterError."""
+        """Check the pitch limits against each other and the servo; raises ParameterError."""
         if self.pitch_upper_limit <= self.pitch_lower_limit:
             limit = f'above pitch_lower_limit = {self.pitch_lower_limit} rad'
             raise ParameterError('pitch_upper_limit', limit, self.pitch_upper_limit)
@@ -100,5 +100,5 @@ class ServoConfig:
 
     @property
     def scale(self) -> PitchScale:
-        """Ticks to pitch and back, as the servo is mounted."""
+        """Conversion between ticks and pitch, for the mounted servo."""
         return PitchScale(MODELS[self.model], self.zero_tick, self.invert)

@@ -1,4 +1,4 @@
-"""What the node reports about the servo, and what of it is out of order."""
+"""What the node reports about the servo."""
 
 from collections import Counter
 from collections.abc import Sequence

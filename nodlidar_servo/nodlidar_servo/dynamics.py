@@ -26,14 +26,14 @@ def arrival_speed(
 
         v * duration = distance + (v - w)^2 / 2a + (v - u)^2 / 2a,
 
-    whose lower root is taken. A servo that is faster already (u > v) is taken to have v at once:
+    whose lower root is returned. If the servo is already faster (u > v), it has v at once:
 
         v * duration = distance + (v - w)^2 / 2a.
 
     Parameters
     ----------
     distance, duration
-        What remains [rad], positive, and the time for it [s].
+        Remaining distance [rad], positive, and the time for it [s].
     velocity
         Present velocity u towards the goal [rad/s].
     acceleration
@@ -57,12 +57,12 @@ def arrival_speed(
 
 
 def check_nod(nod: NodTrajectory, lower: float, upper: float, dynamics: Dynamics) -> None:
-    """Check that a mount (pitch limits [rad]) and a servo can do a nod.
+    """Check that a mount (pitch limits [rad]) and a servo can follow a nod.
 
     Raises
     ------
     ParameterError
-        Naming the part of the command that is out of its limit.
+        Naming the field of the command that is out of its limit.
     """
     for key in ('pitch_min', 'pitch_max'):
         if not lower <= getattr(nod, key) <= upper:
@@ -79,7 +79,7 @@ def check_nod(nod: NodTrajectory, lower: float, upper: float, dynamics: Dynamics
 
 
 def cruising_speed(nod: NodTrajectory, acceleration: float) -> float:
-    """Return the speed [rad/s] that makes a leg from rest to rest; infinite if none does."""
+    """Return the speed [rad/s] of a leg from rest to rest; infinite if none is high enough."""
     return arrival_speed(nod.span, nod.sweep_duration, 0.0, acceleration)
 
 

@@ -1,9 +1,9 @@
-"""Reads and writes of one Dynamixel bus, through the Dynamixel SDK on a port that is open.
+"""Reads and writes on one Dynamixel bus, through the Dynamixel SDK on an open port.
 
-The SDK's packet handler builds and parses the packets. Its port handler is replaced: that one
+The SDK's packet handler builds and parses the packets. Its port handler is replaced, since it
 opens the port unlocked and polls it at full speed while it waits. Its read calls are not used: on
-a reply without data they raise IndexError, on a short one they take the checksum for data, and a
-late reply is an answer to them whatever was asked since.
+a reply without data they raise IndexError, on a short one they take the checksum for data, and
+they accept a late reply as the answer to a later request.
 """
 
 from collections.abc import Callable
@@ -33,11 +33,11 @@ PROTOCOL = 1.0
 OVERHEAD = 6
 """Bytes of a packet besides its parameters."""
 
-_MOST_AT_ONCE = 1024  # bytes; a bus on which more comes before an answer has none to give
+_MOST_AT_ONCE = 1024  # bytes; if more come before an answer, there is none
 _MISSED_TO_DRAIN = 5
 
-# A motor that lost a byte takes what follows for the rest of a packet, of which a sync write's
-# instruction, taken for the length, makes the longest. These bytes end it; they begin no other.
+# A motor that lost a byte takes the following bytes for the rest of that packet. It is longest if
+# the instruction of a sync write is taken for the length. These bytes end it and start no other.
 _FILLER = bytes(140)
 _LONGEST_FILLER = 0.005  # s
 _ID, _LENGTH, _STATUS, _DATA = 2, 3, 4, 5  # places in a packet
@@ -46,8 +46,8 @@ _ID, _LENGTH, _STATUS, _DATA = 2, 3, 4, 5  # places in a packet
 class OpenPort(PortHandler):
     """The SDK's port handler on an open port: its reads block, its errors are PortErrors.
 
-    A read comes back short only when the port's timeout has passed, so that a packet timeout
-    needs no clock; and when so much came since the last request that it is no answer.
+    A read is short only after the port's timeout, so that a packet timeout needs no clock, or
+    after so many bytes since the last request that there is no answer.
     """
 
     def __init__(self, stream: SerialPort, clock: Callable[[], int]) -> None:
@@ -60,25 +60,25 @@ class OpenPort(PortHandler):
         self._left = 0
 
     def wait_for(self, seconds: float) -> None:
-        """Have each read end after a time without the bytes that it waits for [s]."""
+        """Set the longest time that a read waits for its bytes [s]."""
         if seconds != self.ser.timeout:
             with port_errors():
                 self.ser.timeout = seconds
 
     def clearPort(self) -> None:  # noqa: N802
-        """Drop what has arrived."""
+        """Drop the received bytes."""
         with port_errors():
             self.ser.reset_input_buffer()
 
     def writePort(self, packet: list[int]) -> int | None:  # noqa: N802
-        """Send a packet and keep the time just before."""
+        """Send a packet and store the time just before."""
         self._left = _MOST_AT_ONCE
         self.sent_ns = self._clock()
         with port_errors():
             return self.ser.write(bytes(packet))
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
-        """Return `length` bytes, or fewer if the timeout passes, and keep the time just after."""
+        """Return `length` bytes, or fewer after the timeout; store the time just after."""
         with port_errors():
             data = self.ser.read(max(min(length, self._left), 0))
         self.received_ns = self._clock()
@@ -86,29 +86,29 @@ class OpenPort(PortHandler):
         return data
 
     def drain(self) -> None:
-        """Drop what comes until nothing does for the longest time that a reply may take."""
+        """Drop all bytes until none come for the longest time that a reply may take."""
         self.wait_for(LONGEST)
         self._left = _MOST_AT_ONCE
         while self._left and self.readPort(self._left):
             pass
 
     def isPacketTimeout(self) -> bool:  # noqa: N802
-        """Tell that time is up: the SDK asks only after a short read."""
+        """Return True: the SDK calls this only after a short read."""
         return True
 
 
 class DynamixelBus:
     """Requests to the motor with one ID on an open port.
 
-    Every method raises ReplyError (one of its kinds) if the motor does not answer as it should,
-    and PortError if the port goes away.
+    Every method raises a kind of ReplyError if the motor does not answer properly, and PortError
+    if the port fails.
 
     Parameters
     ----------
     stream
         Open port.
     servo_id, baud_rate
-        The motor's ID, and the rate of its bus [bit/s].
+        ID of the motor, and bit rate of the bus [bit/s].
     clock
         Returns the host time [ns].
     """
@@ -130,11 +130,11 @@ class DynamixelBus:
         Parameters
         ----------
         address, length
-            The first register, and how many bytes are wanted.
+            Address of the first register, and number of bytes.
         spare
-            Up to so many more may be read. Each request after one without answer asks for another
-            length, so that a reply that comes late is not taken for that of a later request. When
-            every length was asked for in vain nothing more is: the motor has to be connected anew.
+            Up to this many more bytes may be read. Each request after one without an answer has
+            another length, so that a late reply is not taken for that of a later request. When
+            no length is left, no further request is sent: the motor has to be connected again.
         """
         if spare and self._missed > spare:
             self._port.drain()
@@ -148,12 +148,12 @@ class DynamixelBus:
         return Reply(data[:length], size, status, self._port.sent_ns, self._port.received_ns)
 
     def write(self, address: int, data: bytes) -> None:
-        """Write registers and wait until the motor confirms."""
+        """Write registers and wait for the motor's confirmation."""
         packet = self._request(INST_WRITE, [address, *data], 0)
         self._check_accepted(packet[_STATUS])
 
     def post(self, address: int, data: bytes) -> None:
-        """Write registers without confirmation (a sync write, which has no reply to wait for)."""
+        """Write registers without confirmation (a sync write, which has no reply)."""
         block = [self._id, *data]
         try:
             result = self._packets.syncWriteTxOnly(
@@ -164,7 +164,7 @@ class DynamixelBus:
         self._check(result)
 
     def _request(self, instruction: int, parameters: list[int], size: int) -> list[int]:
-        """Return the packet that answers a request with so much data, or with none."""
+        """Send a request; return the answer, which has `size` bytes of data or none."""
         if self._missed >= _MISSED_TO_DRAIN or (self._missed and instruction == INST_WRITE):
             self._port.drain()  # all confirmations of writes are alike
         total = len(parameters) + OVERHEAD + size + OVERHEAD

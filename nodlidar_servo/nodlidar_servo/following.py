@@ -1,4 +1,4 @@
-"""Whether the servo goes where it is told to, and what is done if it does not."""
+"""Checks whether the servo follows its commands."""
 
 import math
 
@@ -7,23 +7,23 @@ from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.tracking import Drive, Measured
 
 RETRY = 1.5
-"""Time [s] for which the torque stays off before the servo is tried again."""
+"""Time [s] for which the torque stays off before the next attempt."""
 
 _STEP = 0.005  # s, of the model
-_LONGEST = 10.0  # s; a servo that was told nothing for so long is at its goal
-_DELAY = 0.02  # s, by which a servo may be late: an adapter, a host
-_SHARE = 1.0 / 6.0  # of the span: a servo that is blocked in mid-span is beyond it mostly
+_LONGEST = 10.0  # s; after this time without a command the servo is at its goal
+_DELAY = 0.02  # s, lateness of the servo that is allowed: adapter, host
+_SHARE = 1.0 / 6.0  # of the span: a servo blocked in mid-span is mostly farther away
 _LEAST = 0.016  # rad, three ticks
-_FADING = 0.98  # of the highest speed by each cycle, since what it led to takes time
-_OTHER_SPEED = 0.1  # share by which the speed of another nod differs; less is tuning
-_GIVING = 0.1  # of its speed, by which the model comes back to the servo: errors do not add up
-_WITHIN = 0.25  # s, within the limit after which a servo follows; less is passing by
+_FADING = 0.98  # of the highest speed by each cycle, since its effect lasts
+_OTHER_SPEED = 0.1  # share by which the speed of another nod differs; tuning is less
+_APPROACH = 0.1  # of its speed, by which the model approaches the servo: errors do not add up
+_WITHIN = 0.25  # s within the limit after which a servo follows and is not just passing
 _STANDING = 0.05  # s
-_DOUBTED = 0.02  # rad; a servo that stands still while the model goes so far is not believed
+_DOUBTED = 0.02  # rad that the model moves while a servo that is believed stands still
 
 
 class ModelMotor:
-    """Where a servo with a given acceleration [rad/s^2] is, that does as it is told.
+    """Model of a servo with a given acceleration [rad/s^2] that follows its commands.
 
     Attributes
     ----------
@@ -37,21 +37,21 @@ class ModelMotor:
         self._time_ns = time_ns
         self._goal, self._speed = pitch, 0.0
 
-    def tell(self, drive: Drive) -> None:
-        """Go to another goal or at another speed from now on."""
+    def command(self, drive: Drive) -> None:
+        """Set goal and speed."""
         self._goal, self._speed = drive.goal, drive.speed
 
     def advance(self, time_ns: int) -> None:
-        """Go on until a time [ns]."""
+        """Advance to a time [ns]."""
         remaining = min((time_ns - self._time_ns) / NS_PER_S, _LONGEST)
         self._time_ns = time_ns
         while remaining > 0.0:
             self._step(min(remaining, _STEP))
             remaining -= _STEP
 
-    def give_way(self, pitch: float, duration: float) -> None:
-        """Come nearer to a pitch [rad] in so much time [s]."""
-        most = _GIVING * abs(self.velocity) * duration
+    def approach(self, pitch: float, duration: float) -> None:
+        """Move slowly towards a pitch [rad], for a duration [s]."""
+        most = _APPROACH * abs(self.velocity) * duration
         self.pitch += min(max(pitch - self.pitch, -most), most)
 
     def _step(self, duration: float) -> None:
@@ -64,23 +64,23 @@ class ModelMotor:
 
 
 class Following:
-    """Compares a servo with a model of it, and faults it if it stays away for long.
+    """Compares a servo with a model of it; a servo that stays away from the model is at fault.
 
-    A servo that faults loses its torque. It is tried again every RETRY; the fault lasts until it
-    has moved as told.
+    A servo at fault loses its torque. Every RETRY there is another attempt; the fault ends when
+    the servo has moved as commanded.
 
     Parameters
     ----------
     config
-        Says how far the servo may be from the model, and for how long farther.
+        Has the largest distance between servo and model, and how long it may be exceeded.
 
     Attributes
     ----------
     fault
-        What is wrong, in words; empty if nothing is.
+        The fault in words; empty without one.
     believed
-        Whether the measured positions are: not while the servo stands still where it is told to
-        move, which may be its encoder only.
+        Whether the measured positions are believed: not while the servo stands still although it
+        is commanded to move, since its encoder may be frozen.
     """
 
     def __init__(self, config: ServoConfig) -> None:
@@ -100,18 +100,18 @@ class Following:
         self._range = math.inf, -math.inf
 
     def may_drive(self, now_ns: int) -> bool:
-        """Tell whether the servo may have torque at a steady time [ns]."""
+        """Return whether the servo may have torque at a steady time [ns]."""
         return not self.fault or now_ns >= self._retry_ns
 
     def rest(self) -> None:
-        """Take note that the servo is told nothing: wherever it is, that is no fault."""
+        """Note that the servo has no command: no position is a fault."""
         self._model = self._off_since_ns = None
 
     def drive(self, now_ns: int, drive: Drive, nod: NodTrajectory, sample: Measured) -> None:
-        """Take note of what the servo is told at a steady time [ns], for which nod."""
+        """Note the command to the servo at a steady time [ns], and the nod that it follows."""
         if self._model is None:
             self._last_off_ns, self._range = now_ns, (sample.pitch, sample.pitch)
-        # What adds up under one nod may be too much for another: that begins anew.
+        # An error within the limit of one nod may exceed that of another: restart the model.
         if self._model is None or self._nod is None or _is_another(nod, self._nod):
             self._model = ModelMotor(
                 self._config.acceleration, now_ns, sample.pitch, sample.velocity
@@ -122,14 +122,14 @@ class Following:
         limit = max(min(self._config.following_error, _SHARE * nod.span), _LEAST)
         self._allowed = limit + _DELAY * self._fastest
         self._model.advance(now_ns)
-        self._model.tell(drive)
+        self._model.command(drive)
 
     def measured(self, now_ns: int, pitch: float) -> None:
-        """Compare a pitch [rad] that was measured at a steady time [ns] with the model."""
+        """Compare a pitch [rad], measured at a steady time [ns], with the model."""
         model_pitch = math.nan
         if self._model is not None:
             self._model.advance(now_ns)
-            self._model.give_way(pitch, min((now_ns - self._measured_ns) / NS_PER_S, _WITHIN))
+            self._model.approach(pitch, min((now_ns - self._measured_ns) / NS_PER_S, _WITHIN))
             model_pitch = self._model.pitch
         self._measured_ns = now_ns
         if not abs(pitch - self._moved_to) < _LEAST / 2.0:
@@ -157,10 +157,10 @@ class Following:
         self._last_off_ns = now_ns
         stands = now_ns - self._moved_ns > _STANDING * NS_PER_S
         if now_ns - self._off_since_ns > self._config.following_error_time * NS_PER_S:
-            how = 'stands still' if stands else 'moves otherwise'
+            how = 'stands still' if stands else 'moves differently'
             self.fault = self.fault or (
-                f'the servo does not follow: it {how}, {abs(error):.2f} rad from where it is told '
-                f'to be; torque off, trying again every {RETRY:g} s'
+                f'the servo does not follow: it {how}, {abs(error):.2f} rad from the commanded '
+                f'pitch; torque off, trying again every {RETRY:g} s'
             )
             self._retry_ns = now_ns + round(RETRY * NS_PER_S)
             self.rest()

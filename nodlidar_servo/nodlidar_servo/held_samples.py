@@ -1,4 +1,4 @@
-"""Samples that are kept back until it is sure that they may be believed."""
+"""Holds samples back while they are in doubt."""
 
 from collections.abc import Callable
 
@@ -6,14 +6,14 @@ from nodlidar_servo.sample import Sample
 
 
 class HeldSamples:
-    """Keeps samples back while they are in doubt, and lets them go if that is soon over.
+    """Holds samples back while they are in doubt, and releases them if the doubt ends soon.
 
     Parameters
     ----------
     longest_ns
-        For how long a doubt may last [ns]; after that all that was kept back is wrong.
+        Longest doubt [ns]; after it, all samples that are held back are withheld for good.
     on_withheld
-        Called with how many are never let go.
+        Called with the number of samples that are withheld.
     """
 
     def __init__(self, longest_ns: int, on_withheld: Callable[[int], None]) -> None:
@@ -22,7 +22,7 @@ class HeldSamples:
         self._is_over = False
 
     def add(self, sample: Sample, is_believed: bool) -> list[Sample]:
-        """Take the next sample; return those that are believed now, in the order of their time."""
+        """Add the next sample; return those that are now believed, in the order of their times."""
         self._held.append(sample)
         if is_believed:
             self._is_over = False

@@ -1,4 +1,4 @@
-"""The latency timer of USB serial adapters: how long they keep a reply before they pass it on."""
+"""The latency timer of USB serial adapters: how long they hold a reply back."""
 
 from pathlib import Path
 
@@ -10,22 +10,22 @@ UDEV_RULE = 'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{la
 
 
 def reduce_latency(port: serial.Serial, tty_class: Path = TTY_CLASS) -> str:
-    """Ask a port's adapter for its shortest latency; return a warning, empty if all is well.
+    """Set a port's adapter to its shortest latency; return a warning, empty on success.
 
-    The low-latency flag of the port needs no rights beyond the port's own, the file in sysfs does.
-    A port without a latency timer (no FTDI adapter, a pseudo-terminal) is left alone.
+    Setting the low-latency flag needs access to the port only, writing the file in sysfs more.
+    A port without a latency timer (no FTDI adapter, a pseudo-terminal) is left unchanged.
 
     Parameters
     ----------
     port
         The open port.
     tty_class
-        Where the system describes its serial ports.
+        Folder in which the system describes its serial ports.
 
     Raises
     ------
     PortError
-        If the adapter goes away meanwhile.
+        If the adapter is unplugged meanwhile.
     """
     timer = tty_class / Path(str(port.port)).resolve().name / 'device' / 'latency_timer'
     if not timer.exists() or _read(timer) <= 1:
@@ -38,8 +38,8 @@ def reduce_latency(port: serial.Serial, tty_class: Path = TTY_CLASS) -> str:
         if _read(timer) <= 1:
             return ''
     return (
-        f"the adapter of '{port.port}' keeps replies for up to {_read(timer)} ms and could not be"
-        f' told otherwise; for the full rate of joint states add this udev rule: {UDEV_RULE}'
+        f"the adapter of '{port.port}' holds replies back for up to {_read(timer)} ms, and this"
+        f' could not be changed; for the full rate of joint states add this udev rule: {UDEV_RULE}'
     )
 
 

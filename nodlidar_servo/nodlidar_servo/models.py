@@ -1,7 +1,7 @@
-"""The servo models that are known, and the units of their registers.
+"""The supported servo models, and the units of their registers.
 
-All rows speak Protocol 1.0 and share one control table (ROBOTIS e-manual, RX-24F); what differs
-is the number of ticks, the speed unit and the speed.
+All models use Protocol 1.0 and share one control table (ROBOTIS e-manual, RX-24F). They differ in
+the number of ticks, the speed unit and the speed.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ CLOCKWISE_BIT = 0x400
 
 
 class Register(IntEnum):
-    """First addresses of the control table; the ones up to TORQUE_ENABLE are EEPROM."""
+    """First addresses of the control table; those below TORQUE_ENABLE are EEPROM."""
 
     MODEL = 0
     RETURN_DELAY = 5
@@ -32,9 +32,9 @@ class ServoModel:
     Attributes
     ----------
     name, number
-        Its name, and what its model number register holds.
+        Name, and content of the model number register.
     ticks
-        Positions; the last one is ticks - 1.
+        Number of positions; the last one is ticks - 1.
     tick_angle
         One tick [rad].
     speed_unit
@@ -52,13 +52,13 @@ class ServoModel:
 
     @property
     def fastest(self) -> float:
-        """Highest speed that can be commanded [rad/s]: the register may end below the motor's."""
+        """Highest speed that can be commanded [rad/s]; the register may limit the motor's."""
         return min(self.max_speed, VALUE_BITS * self.speed_unit)
 
     def speed_counts(self, speed: float) -> int:
         """Return the moving-speed register for a speed [rad/s].
 
-        Never 0, which means 'as fast as it can', and never above the register's 1023.
+        Never 0, which means 'as fast as possible', and at most 1023, the end of the register.
         """
         return min(max(round(speed / self.speed_unit), 1), VALUE_BITS)
 
@@ -94,7 +94,7 @@ MODELS = {
 
 @dataclass(frozen=True, slots=True)
 class PitchScale:
-    """Ticks to pitch and back, for a servo as it is mounted.
+    """Conversion between ticks and pitch, for a mounted servo.
 
     Attributes
     ----------

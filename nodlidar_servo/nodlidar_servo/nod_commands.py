@@ -1,4 +1,4 @@
-"""Which nod command counts: accepted ones, for as long as commands keep coming."""
+"""The nod command in effect: the latest accepted one, while commands keep coming."""
 
 from dataclasses import dataclass, replace
 import math

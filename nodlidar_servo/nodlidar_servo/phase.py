@@ -1,8 +1,8 @@
-"""How late the servo is against the nod, and by how much the nod is led for it.
+"""Lateness of the servo against the nod, and the lead that compensates it.
 
-A servo reverses late: the command waits for the adapter to hand over a reply, then the motor takes
-its time. A leg that begins late and ends on time is late in the middle; led by that, it begins as
-late as it ends early, and its phase is the commanded one.
+A servo reverses late: the command waits for a reply in the adapter, then the motor takes its time.
+A leg that begins late and ends on time is late in the middle. Led by this lateness, it begins as
+late as it ends early, and its phase is as commanded.
 """
 
 from collections import deque
@@ -13,18 +13,18 @@ from nodlidar_common.nod import NodTrajectory, NS_PER_S
 import numpy as np
 
 MIDDLE = 0.25
-"""The phase is measured in this part of the leg on either side of its middle, where the servo is
-neither speeding up nor braking."""
+"""The phase is measured in this share of the leg on either side of its middle, where the servo
+neither accelerates nor brakes."""
 
 LOCKED = 0.02
-"""A servo that is later or earlier than this [s] is on its way to the nod: no phase to correct."""
+"""A servo that is later or earlier than this [s] is on its way to the nod and has no phase."""
 
 LONGEST_LEAD = 0.02
 """The nod is led by up to this time [s]."""
 
-_GAIN = 0.02  # weight of a sample: errors are led out in about 50, which are 4 legs at 62 Hz
-_SETTLED = 50  # samples in phase after which the lateness is that of the servo
-_SMOOTHING = 0.05  # weight of a sample in the error that is told
+_GAIN = 0.02  # weight of a sample: errors decay in about 50 samples, 4 legs at 62 Hz
+_SETTLED = 50  # samples in phase, after which the servo causes the lateness
+_SMOOTHING = 0.05  # weight of a sample in the reported error
 _DRIFT_SAMPLES, _FEWEST_DRIFT_SAMPLES = 1000, 100  # half a minute; 3 s
 _DRIFT_EVERY = 10  # samples: the fit takes longer than the rest of a cycle
 
@@ -39,17 +39,17 @@ class Pitched(Protocol):
 
 
 def lateness(nod: NodTrajectory, sample: Pitched, cruise: float) -> float | None:
-    """Return how late the servo is [s], None where the leg does not tell: outside of its middle.
+    """Return how late the servo is [s]; None outside of the middle of the leg.
 
     Parameters
     ----------
     nod
-        What is commanded.
+        The commanded nod.
     sample
-        What is measured.
+        The measurement.
     cruise
-        Speed in mid-leg [rad/s] of a servo that is in phase: somewhat above the nod's, since it
-        has to come from rest and back to it.
+        Speed in mid-leg [rad/s] of a servo that is in phase: above the nod's, since it starts
+        from rest and ends at rest.
     """
     sweeps = float(nod.sweeps(sample.stamp_ns))
     leg = math.floor(sweeps)
@@ -94,16 +94,16 @@ class PhaseDrift:
 
 
 class PhaseLead:
-    """Leads the nod by as much as the servo is late on average.
+    """Leads the nod by the average lateness of the servo.
 
     Attributes
     ----------
     error
-        Lateness [s], its mean over about two legs; NaN while the servo is not on the nod.
+        Mean lateness over about two legs [s]; NaN while the servo is not on the nod.
     lead_ns
-        How much earlier than commanded the servo is to be [ns].
+        Time by which the nod is led [ns].
     drift
-        How the lateness changes while the servo is on the nod.
+        Change of the lateness while the servo is on the nod.
     """
 
     def __init__(self) -> None:
@@ -114,7 +114,7 @@ class PhaseLead:
         self._in_phase = 0
 
     def add(self, nod: NodTrajectory, sample: Pitched, cruise: float) -> None:
-        """Take a measurement of a servo that follows a nod; parameters as of :func:`lateness`."""
+        """Add a measurement; parameters as in :func:`lateness`."""
         late = lateness(nod, sample, cruise)
         if late is None:
             return

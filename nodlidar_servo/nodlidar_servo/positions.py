@@ -1,28 +1,28 @@
-"""Which positions a servo can have: those of its model that it can have come to."""
+"""Refuses positions that the servo cannot have reached."""
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.models import ServoModel
 from nodlidar_servo.replies import PositionError
 
 _SLACK_TICKS = 2
-_STRONGER = 1.5  # than its load lets it be
-_FASTER = 1.2  # than its model: a higher supply, a load that pulls
+_STRONGER = 1.5  # times the configured acceleration
+_FASTER = 1.2  # times the speed of the model: a higher supply, a pulling load
 
 
 class PositionCheck:
     """Refuses positions that the servo cannot have.
 
-    From one position to the next a servo goes on as it went, or slower, but for what an
-    acceleration changes in the meantime, half as much again as it is to reach, and some ticks.
-    The more time has passed the more is within reach, so that after a jump that lasts (another
-    zero, a shaft that somebody turned) positions are accepted again within some 0.1 s.
+    From one position to the next a servo keeps its velocity or slows down, apart from what 1.5
+    times the configured acceleration can change in this time, and some ticks. The range grows with
+    time, so that after a lasting jump (the shaft was turned by hand) positions are accepted again
+    within about 0.1 s.
 
     Parameters
     ----------
     model
         The servo's model.
     acceleration
-        That it reaches with its load [rad/s^2].
+        Acceleration that it reaches with its load [rad/s^2].
     """
 
     def __init__(self, model: ServoModel, acceleration: float) -> None:
@@ -31,7 +31,7 @@ class PositionCheck:
         self._last: tuple[int, float] | None = None
         self._velocity = 0.0
 
-    def check(self, time_ns: int, tick: int) -> None:
+    def accept(self, time_ns: int, tick: int) -> None:
         """Accept a position at a time [ns].
 
         Raises
@@ -41,7 +41,7 @@ class PositionCheck:
         """
         if not 0 <= tick < self._model.ticks:
             raise PositionError(
-                f'the servo tells position {tick}, but has 0..{self._model.ticks - 1}'
+                f'the servo reports position {tick}, but has 0..{self._model.ticks - 1}'
             )
         angle = tick * self._model.tick_angle
         if self._last is not None and time_ns > self._last[0]:
@@ -57,6 +57,6 @@ class PositionCheck:
         expected = self._velocity * elapsed
         if not min(expected, 0.0) - slack <= way <= max(expected, 0.0) + slack:
             raise PositionError(
-                f'the servo tells a position {way:.2f} rad from that of {elapsed * 1e3:.0f} ms'
-                ' before, where it cannot be'
+                f'the servo reports a position {way:.2f} rad from that of'
+                f' {elapsed * 1e3:.0f} ms before, which it cannot have reached'
             )

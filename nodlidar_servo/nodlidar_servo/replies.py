@@ -1,4 +1,4 @@
-"""What a motor answers: a reply, and the kinds of failure, each with a name for counting."""
+"""Replies of a motor, and the kinds of failure, each with a name for counting."""
 
 from dataclasses import dataclass
 
@@ -14,35 +14,35 @@ STATUS_BITS = {
     0x40: 'instruction',
 }
 REFUSALS = 0x02 | 0x08 | 0x10 | 0x40
-"""The status bits of a request that was not carried out; the others are the motor's state."""
+"""The status bits of a refused request; the others are the motor's state."""
 
 
 class ReplyError(DeviceError):
-    """A request that was not answered as it should be; `reason` is a short name for counting."""
+    """A request without a proper answer; `reason` is a short name for counting."""
 
     reason = 'failed'
 
 
 class NoAnswerError(ReplyError):
-    """Nothing came back in time."""
+    """No reply came in time."""
 
     reason = 'no answer'
 
 
 class CorruptReplyError(ReplyError):
-    """What came back was incomplete, or its checksum or length was wrong."""
+    """The reply was incomplete, or its checksum or length was wrong."""
 
     reason = 'corrupt reply'
 
 
 class LateReplyError(ReplyError):
-    """The reply took longer than usual: nobody can tell when the motor measured."""
+    """The reply took longer than usual, so that the time of the measurement is unknown."""
 
     reason = 'late reply'
 
 
 class PositionError(ReplyError):
-    """The position is none that the servo can have."""
+    """The servo cannot have the reported position."""
 
     reason = 'impossible position'
 
@@ -55,19 +55,19 @@ class RefusedError(ReplyError):
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What a read brought, when, and in what state the motor says it is.
+    """Result of a read, its times, and the state of the motor.
 
     Attributes
     ----------
     data
-        The registers' bytes that were wanted.
+        The requested bytes.
     size
-        How many came, see :meth:`.DynamixelBus.read`.
+        Number of bytes in the reply, see :meth:`.DynamixelBus.read`.
     status
         The status bits of the motor, see :func:`status_names`; 0 if all is well.
     sent_ns, received_ns
-        Host times just before the request was handed to the port and just after the last byte
-        of the reply was read [ns].
+        Host times just before the request was sent and just after the last byte of the reply was
+        read [ns].
     """
 
     data: bytes
@@ -78,5 +78,5 @@ class Reply:
 
 
 def status_names(status: int) -> str:
-    """Return the names of all status bits that are set, separated by commas."""
+    """Return the names of all set status bits, separated by commas."""
     return ', '.join(name for bit, name in STATUS_BITS.items() if status & bit)

@@ -1,4 +1,4 @@
-"""How long a reply is waited for."""
+"""How long to wait for a reply."""
 
 from collections import deque
 import math
@@ -7,23 +7,23 @@ LONGEST = 0.05
 """Longest wait for a reply [s]: a latency timer of 16 ms three times over."""
 
 MARGIN = 0.003
-"""A reply that takes longer than all of late by this time [s] does not come any more."""
+"""A reply that takes this much longer [s] than all recent ones is lost."""
 
 _REMEMBERED, _FEWEST = 50, 5
-_MISSED = 5  # replies in a row without which what is usual may have changed
-_STEP = 0.001  # s; a port is configured anew for another timeout
+_MISSED = 5  # missed replies in a row, after which the usual time may have changed
+_STEP = 0.001  # s; every change of the timeout configures the port again
 
 
 class ReplyTimeout:
-    """Learns how long replies take: what exceeds that by some ms is a reply that was lost.
+    """Learns how long replies take: a reply that takes some ms longer is lost.
 
-    With an adapter that passes on at once a lost reply then costs one sample, and those of a
-    latency timer of 16 ms are still waited for.
+    So a lost reply costs one sample with an adapter without delay, while replies through a latency
+    timer of 16 ms still arrive in time.
 
     Parameters
     ----------
     baud_rate
-        Of the bus [bit/s].
+        Bit rate of the bus [bit/s].
     """
 
     def __init__(self, baud_rate: int) -> None:
@@ -31,7 +31,7 @@ class ReplyTimeout:
         self._excesses: deque[float] = deque(maxlen=_REMEMBERED)
 
     def add(self, size: int, duration_ns: int) -> None:
-        """Take note of how long [ns] request and reply, of so many bytes, took."""
+        """Add the duration [ns] of a request and its reply, of `size` bytes together."""
         self._excesses.append(duration_ns - size * self._byte_ns)
 
     def seconds(self, size: int, missed: int) -> float:
@@ -42,7 +42,7 @@ class ReplyTimeout:
         size
             Bytes of the request and its reply.
         missed
-            How many replies in a row did not come.
+            Number of missed replies in a row.
         """
         if missed >= _MISSED or len(self._excesses) < _FEWEST:
             return LONGEST

@@ -1,4 +1,4 @@
-"""One measurement of the servo."""
+"""A measurement of the servo."""
 
 from dataclasses import dataclass
 

@@ -176,7 +176,7 @@ class Servo:
         position, speed, load, voltage, temperature = _PRESENT.unpack(reply.data)
         self.shut_down |= reply.status & self.limits.shutdown
         stamp_ns = self._stamp(reply)
-        self._positions.check(stamp_ns, position)
+        self._positions.accept(stamp_ns, position)
         return Sample(
             stamp_ns=stamp_ns,
             pitch=self._scale.pitch(position),
@@ -191,7 +191,7 @@ class Servo:
         return self._bus.read(Register.PRESENT, _PRESENT.size, _SPARE)
 
     def _stamp(self, reply: Reply) -> int:
-        if not self._usual.covers(self._excess_ns(reply)):
+        if not self._usual.add(self._excess_ns(reply)):
             raise LateReplyError('the reply of the servo came too late to tell when it measured')
         return sample_time_ns(reply.sent_ns, reply.received_ns, self._wire(reply))
 

@@ -13,21 +13,21 @@ from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.tracking import Progress
 
-_DOUBT = 0.05  # s; or two cycles, for how long at most a sample is in doubt
+_DOUBT = 0.05  # s; longest doubt about a sample, or two cycles if longer
 
 LOST_AFTER = 0.5
-"""A servo that has not been measured for this time [s], nor in FEWEST_FAILURES, is lost."""
+"""A servo is lost after this time [s] and FEWEST_FAILURES without a measurement."""
 
 FEWEST_FAILURES = 5
 
-_LATEST_STEERING = 0.25  # s; a servo of which nothing newer is known keeps its goal
+_LATEST_STEERING = 0.25  # s; without a newer sample the servo keeps its goal
 
 
 class Schedule:
-    """Absolute deadlines at a fixed period, so that delays do not add up.
+    """Absolute deadlines at a fixed period, so that delays do not accumulate.
 
-    A deadline that has passed by less than a period is due at once; whole periods that have passed
-    are skipped. It begins anew if the clock goes back.
+    A deadline that passed less than a period ago is due at once; whole periods that have passed
+    are skipped. The schedule restarts if the clock goes back.
     """
 
     def __init__(self, rate: float) -> None:
@@ -72,17 +72,17 @@ class ServoLoop:
     servo
         The connected servo.
     commands
-        Where the nod command comes from.
+        The nod commands.
     following
-        What tells whether the servo follows it.
+        Checks whether the servo follows.
     rate
         Cycles per second [Hz].
     figures
-        Where the cycles are counted.
+        Counts the cycles.
     clock, sleep
-        Return the host time [ns] and block for a time [ns].
+        Return the host time [ns]; block for a time [ns].
     steady
-        Returns the time of a steady clock [ns], by which cycles and commands come; `clock` by
+        Returns the time of a steady clock [ns], which times cycles and commands; `clock` by
         default.
 
     Attributes
@@ -118,18 +118,18 @@ class ServoLoop:
         self._heard()
 
     def cycle(self) -> list[Sample]:
-        """Wait for the next cycle, measure, once more if that fails early, and steer.
+        """Wait for the next cycle, measure, again if that fails early, and steer.
 
         Returns
         -------
         list of Sample
-            What is known since the last cycle, in the order of time: none if measuring failed, or
-            what was measured is not believed yet.
+            New samples in the order of time: none if measuring failed, or the sample is not
+            believed yet.
 
         Raises
         ------
         DeviceError
-            If the port went away, or the servo has not answered for LOST_AFTER.
+            If the port fails, or the servo has not answered for LOST_AFTER.
         """
         deadline_ns, skipped = self._schedule.advance(self._steady())
         self._figures.missed_cycles += skipped
@@ -144,7 +144,7 @@ class ServoLoop:
         return self._held.add(self._sample, self._following.believed)
 
     def _may_repeat(self, deadline_ns: int) -> bool:
-        """Tell if the first reply that failed, or a late one, may be asked for again."""
+        """Return whether there is time to repeat the first request that failed, or a late one."""
         return self._failures <= 1 and self._steady() - deadline_ns < self._schedule.period_ns
 
     def _steer_at_reversal(self, deadline_ns: int) -> None:
@@ -159,7 +159,7 @@ class ServoLoop:
             self._attempt(self._steer)
 
     def _wait_until(self, time_ns: int) -> None:
-        """Block until a steady time [ns]: for a period at most, in which the next cycle is due."""
+        """Block until a steady time [ns], for at most a period."""
         self._sleep(min(max(time_ns - self._steady(), 0), self._schedule.period_ns))
 
     def _measure(self) -> None:
@@ -190,11 +190,11 @@ class ServoLoop:
         self.progress = None if tracker is None else tracker.progress()
 
     def _age(self) -> float:
-        """Return how old the latest sample is [s]."""
+        """Return the age of the latest sample [s]."""
         return (self._steady() - self._measured_ns) / NS_PER_S
 
     def _attempt(self, step: Callable[[], None]) -> bool:
-        """Do a step and tell if it worked; raise a failure only if it has been so for long."""
+        """Do a step; return whether it succeeded. Raise a failure only if it lasts."""
         try:
             step()
         except ReplyError as error:

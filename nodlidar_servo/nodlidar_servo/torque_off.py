@@ -1,4 +1,4 @@
-"""What makes a servo let go when its node is killed: a request and the bytes that confirm it."""
+"""The request that switches the torque off when the node is killed, and its confirmation."""
 
 import re
 
@@ -9,7 +9,7 @@ from nodlidar_servo.replies import REFUSALS
 
 
 def torque_off(servo_id: int) -> StopRequest:
-    """Return what makes a servo let go."""
+    """Return the request that switches the torque off."""
     request = write_packet(servo_id, Register.TORQUE_ENABLE, bytes([False]))
     return StopRequest('servo', request, write_confirmation(servo_id))
 
@@ -20,7 +20,7 @@ def write_packet(servo_id: int, address: int, data: bytes) -> bytes:
 
 
 def write_confirmation(servo_id: int) -> bytes:
-    """Return the regular expression of the replies that confirm a write, whatever is reported."""
+    """Return the regular expression of the replies that confirm a write, with any alarm."""
     replies = (bytes([servo_id, 2, status]) for status in range(256) if not status & REFUSALS)
     return b'|'.join(re.escape(_packet(body)) for body in replies)
 

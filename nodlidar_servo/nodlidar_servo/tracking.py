@@ -1,4 +1,4 @@
-"""Which goal and speed keep a servo on a nod trajectory.
+"""The goal and the speed that keep a servo on a nod trajectory.
 
 The servo drives to a goal at a commanded speed, with a limited acceleration at both ends. Each leg
 of the nod is one such drive from limit to limit. Every cycle computes the speed again from the
@@ -15,24 +15,23 @@ from nodlidar_servo.dynamics import arrival_speed, cruising_speed, Dynamics
 from nodlidar_servo.phase import PhaseLead
 
 HOLD = 0.02
-"""A speed is kept from this time [s] before braking on: the quotient of what remains of distance
+"""The speed is kept from this time [s] before braking on: the quotient of the remaining distance
 and time is then mostly the encoder's quantisation."""
 
 CATCH_UP = 2.0
-"""Highest speed in terms of the nod's: enough for any leg that can be done from rest to rest, and
-no wild moves on the way to the trajectory. From outside of the limits it is in terms of what a
-sweep's time asks for, if that is more."""
+"""Highest speed as a multiple of the nod's: enough for any leg that is possible from rest to rest,
+and no wild moves on the way to the trajectory. From outside of the limits it is a multiple of the
+speed that returns within a sweep, if that is higher."""
 
 RETUNING = 0.005
-"""A commanded reversal is not taken back if the nod is tuned and it is due up to this time
-[s] later."""
+"""A commanded reversal is not taken back if tuning the nod delays it by up to this time [s]."""
 
 _ROUNDING_NS = 1000  # the instant of a reversal, rounded to ns, belongs to the new leg
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What to tell the servo: goal [rad], speed [rad/s], and whether that is too slow."""
+    """Command to the servo: goal [rad], speed [rad/s], and whether that is too slow."""
 
     goal: float
     speed: float
@@ -48,7 +47,7 @@ class Progress:
     nod
         The nod that is followed.
     drive
-        What the servo was commanded last.
+        Last command to the servo.
     phase_error
         Mean lateness of the servo [s]; NaN while it is not on the nod.
     lead_ns
@@ -76,7 +75,7 @@ class Measured(Protocol):
 
 
 def predicted_pitch(sample: Measured, nod: NodTrajectory, now_ns: int) -> float:
-    """Return where the servo is now [rad]: it goes on as it was, but does not leave the nod."""
+    """Return the pitch [rad] at a time [ns], by constant velocity within the limits."""
     pitch = sample.pitch + sample.velocity * (now_ns - sample.stamp_ns) / NS_PER_S
     lower, upper = min(sample.pitch, nod.pitch_min), max(sample.pitch, nod.pitch_max)
     return min(max(pitch, lower), upper)
@@ -85,19 +84,19 @@ def predicted_pitch(sample: Measured, nod: NodTrajectory, now_ns: int) -> float:
 class NodTracker:
     """Follows a nod trajectory, cycle by cycle.
 
-    Another nod may take over at any time, or the same one tuned to the lidar's clock. Each step
-    goes by a measurement, so that the servo is led on from where it is: by a drive to a limit of
-    the new nod, no faster than CATCH_UP allows. A servo outside of the new limits comes back to be
-    at a limit when the nod is.
+    The nod may be replaced at any time, by another one or by the same one tuned to the lidar's
+    clock. Each step starts from a measurement: it drives the servo from its position to a limit of
+    the new nod, no faster than CATCH_UP allows. A servo outside of the new limits returns so that
+    it is at a limit when the nod is.
 
     Attributes
     ----------
     nod
-        What is followed.
+        The nod that is followed.
     phase
-        How late the servo is, and by how much it is led for it.
+        Lateness of the servo and the lead that compensates it.
     drive
-        What the servo was told last.
+        Last command to the servo.
     """
 
     def __init__(self, nod: NodTrajectory, dynamics: Dynamics) -> None:
@@ -142,7 +141,7 @@ class NodTracker:
     def _come_back(
         self, nod: NodTrajectory, direction: float, distance: float, remaining: float, speed: float
     ) -> Drive:
-        """Drive back from outside: at the reversal through its limit at the nod's speed."""
+        """Return from outside: pass the limit at the reversal, with the nod's speed."""
         self._direction = direction
         needed = min(distance / remaining, nod.speed)
         if remaining > HOLD:

@@ -44,17 +44,17 @@ MS = 1_000_000
 @pytest.mark.parametrize(('timer_ns', 'longest_ns'), [(0, MS), (MS, 2 * MS), (16 * MS, 17 * MS)])
 def test_what_takes_a_frame_longer_than_the_adapter_needs_is_not_usual(timer_ns, longest_ns):
     usual = UsualExcess(timer_ns, 50)
-    assert usual.covers(0)
-    assert usual.covers(longest_ns)
-    assert not usual.covers(longest_ns + 1)
+    assert usual.add(0)
+    assert usual.add(longest_ns)
+    assert not usual.add(longest_ns + 1)
 
 
 def test_a_wait_that_grows_for_all_becomes_usual_when_the_shorter_ones_are_forgotten():
     usual = UsualExcess(0, 50)
-    assert all(usual.covers(200_000) for _ in range(100))
-    assert [usual.covers(6 * MS) for _ in range(60)] == 49 * [False] + 11 * [True]
+    assert all(usual.add(200_000) for _ in range(100))
+    assert [usual.add(6 * MS) for _ in range(60)] == 49 * [False] + 11 * [True]
 
 
 def test_no_wait_is_usual_that_is_longer_than_an_adapter_makes_it():
     usual = UsualExcess(0, 5)
-    assert not any(usual.covers(21 * MS) for _ in range(20))
+    assert not any(usual.add(21 * MS) for _ in range(20))
