@@ -82,7 +82,7 @@ def test_mount_span_and_rate_are_kept_whatever_happens(config, steps):
     before = limits.limits(now_ns)
     for pause_ns, forward, ranges in steps:
         now_ns += pause_ns
-        limits.moved(forward)
+        limits.add_motion(forward)
         limits.update(now_ns, np.array(ranges))
         after = limits.limits(now_ns)
         assert config.pitch_min <= after[0] < after[1] <= config.pitch_max
@@ -138,10 +138,10 @@ def test_forward_motion_predicts_the_range_between_scans_and_without_lag():
         exact.update(START_NS + k * SCAN_NS, np.full(100, 4.0 - 0.04 * k))
         exact.limits(START_NS + k * SCAN_NS)
         assert exact.range == pytest.approx(4.0 - 0.04 * k)
-        exact.moved(0.02)
+        exact.add_motion(0.02)
         exact.limits(START_NS + k * SCAN_NS + SCAN_NS // 2)
         assert exact.range == pytest.approx(4.0 - 0.04 * k - 0.02)
-        exact.moved(0.02)
+        exact.add_motion(0.02)
 
 
 def test_a_range_that_has_not_been_seen_for_a_window_is_no_longer_predicted():
@@ -149,17 +149,17 @@ def test_a_range_that_has_not_been_seen_for_a_window_is_no_longer_predicted():
     limits.update(START_NS, np.full(100, 2.0))
     for k in range(100):
         limits.limits(START_NS + k * SCAN_NS)
-        limits.moved(0.05)
+        limits.add_motion(0.05)
     assert limits.range == pytest.approx(2.0 - 16 * 0.05)
 
 
 def test_driving_back_and_through_a_wall_stays_finite():
     limits = PitchLimits(CONFIG)
     limits.update(START_NS, np.full(100, 1.0))
-    limits.moved(3.0)
+    limits.add_motion(3.0)
     limits.limits(START_NS)
     assert limits.range == 0.0
-    limits.moved(-4.0)
+    limits.add_motion(-4.0)
     limits.limits(START_NS)
     assert limits.range == 2.0
 
@@ -205,7 +205,7 @@ def test_time_does_not_go_back_and_motion_is_finite():
     with pytest.raises(ParameterError, match="'time_ns'"):
         limits.limits(START_NS - 1)
     with pytest.raises(ParameterError, match="'forward'"):
-        limits.moved(math.nan)
+        limits.add_motion(math.nan)
 
 
 def drive(scenes, *, speed=0.0, start_x=0.0):
@@ -223,7 +223,7 @@ def drive(scenes, *, speed=0.0, start_x=0.0):
         )
         recording = simulate(there, nod, 0.1, start_ns=now_ns)
         limits.update(now_ns + SCAN_NS, ranges_that_count(CONFIG, seen(recording)))
-        limits.moved(speed * 0.1)
+        limits.add_motion(speed * 0.1)
         rows.append((speed * (k + 1) * 0.1, *limits.limits(now_ns + SCAN_NS)))
     return np.array(rows)
 

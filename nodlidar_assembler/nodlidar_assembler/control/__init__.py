@@ -1,1 +1,1 @@
-"""Which nod to command: tied to the lidar, by what is around and what was not seen yet. No ROS."""
+"""The nod to command: phase lock, limits by the range ahead, sweeps for unseen cells. No ROS."""

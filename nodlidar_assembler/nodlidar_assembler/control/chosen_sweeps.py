@@ -18,9 +18,9 @@ from nodlidar_planner.sweeps.schedule import even_rows, Schedule
 import numpy as np
 from numpy.typing import NDArray
 
-# A choice needs this time [s]: to be made, to travel, and to come before the servo turns.
+# A choice needs this time [s]: to be computed, and to reach the servo before the reversal.
 LEAST_NOTICE = 0.04
-# It is made so many scans before the turn at most, for as many scans are between two occasions.
+# It is made at most so many scans before the reversal: each scan is an occasion to choose.
 MOST_SCANS = 1.5
 # Cells unseen after this time [s] are out of reach: the next round begins.
 LONGEST_ROUND = 60.0
@@ -38,16 +38,16 @@ class ChosenSweeps:
     planned
         The nod to begin with; durations stay near its own.
     timing_error
-        Standard deviation of the turns' instants [s].
+        Standard deviation of the instants of the reversals [s].
     fewest_samples
-        The N_s of the highest speed.
+        N_s at the highest speed of the servo.
     schedule
         Sweeps to use in turn instead of choosing them, the first one up.
 
     Attributes
     ----------
     rounds, round_time
-        How many rounds are complete, and how long the last one took [s]; NaN before the first.
+        Number of complete rounds, and duration of the last one [s]; NaN before the first.
     """
 
     def __init__(
@@ -113,10 +113,10 @@ class ChosenSweeps:
             self._round_ns = end_ns
         self._feedback.saw_beams(azimuth, pitch)
         complete = not self._feedback.unseen.any()
-        taken = (end_ns - self._round_ns) / NS_PER_S
+        duration = (end_ns - self._round_ns) / NS_PER_S
         if complete:
-            self.rounds, self.round_time = self.rounds + 1, taken
-        if complete or taken > LONGEST_ROUND:
+            self.rounds, self.round_time = self.rounds + 1, duration
+        if complete or duration > LONGEST_ROUND:
             self._feedback.forget()
             self._round_ns = end_ns
 
@@ -154,29 +154,29 @@ class ChosenSweeps:
             limit = "positive for nod_mode 'feedback'"
             raise ParameterError('angle_increment', limit, geometry.angle_increment)
         leg = math.floor(float(self.nod.sweeps(now_ns)))
-        begin_ns, turn_ns = self.nod.reversal_time_ns(leg), self.nod.reversal_time_ns(leg + 1)
-        notice = (turn_ns - now_ns) / NS_PER_S
+        begin_ns, reversal_ns = self.nod.reversal_time_ns(leg), self.nod.reversal_time_ns(leg + 1)
+        notice = (reversal_ns - now_ns) / NS_PER_S
         longest = LEAST_NOTICE + MOST_SCANS * lidar.period
         if self.start_ns > now_ns or not LEAST_NOTICE < notice <= longest:
             return False
         going_up = leg % 2 == 1
         beam_period = lidar.period / self._task.steps_per_revolution
-        begin, turn = (self._sample(t, lidar, geometry) for t in (begin_ns, turn_ns))
-        duration = self._duration(turn, going_up, under_way=(begin, turn - begin))
+        begin, reversal = (self._sample(t, lidar, geometry) for t in (begin_ns, reversal_ns))
+        duration = self._duration(reversal, going_up, under_way=(begin, reversal - begin))
         sweep = duration * beam_period
         chosen = replace(
             self.nod,
             sweep_duration=sweep,
             samples_per_sweep=round(duration),
-            reference_time_ns=turn_ns - (0 if going_up else round(sweep * NS_PER_S)),
+            reference_time_ns=reversal_ns - (0 if going_up else round(sweep * NS_PER_S)),
         )
-        self._commanded.append((turn_ns, chosen))
+        self._commanded.append((reversal_ns, chosen))
         return True
 
-    def _duration(self, turn: float, going_up: bool, under_way: tuple[float, float]) -> float:
+    def _duration(self, reversal: float, going_up: bool, under_way: tuple[float, float]) -> float:
         """Return the duration of the next sweep, in samples; see Feedback.next_duration."""
         if self._schedule is None:
-            return self._feedback.next_duration(turn, going_up, under_way)
+            return self._feedback.next_duration(reversal, going_up, under_way)
         sweeps = self._schedule.sweeps
         if going_up != (self._next % 2 == 0):  # one was missed: it was too late
             self._next += 1

@@ -1,8 +1,8 @@
-"""The nod tied to the lidar's revolutions: sample n has the phase n + 1/2, for as long as it runs.
+"""The nod phase-locked to the lidar's revolutions: sample n always has the phase n + 1/2.
 
-The samples are counted from the first scan: sample n is beam n mod N_L, counted from the first one
-of a scan, of revolution n // N_L. With the half-sample phase, gcd(N_s, N_L) = 1 and N_L even the
-samples of N_s revolutions fall on all cells of the finest grid exactly once (docs/model.md, "The
+Samples are counted from the first scan: sample n is step n mod N_L, counted from a scan's first
+beam, of revolution n // N_L. With the half-sample phase, gcd(N_s, N_L) = 1 and N_L even, the
+samples of N_s revolutions hit every cell of the finest grid exactly once (docs/model.md, "The
 pattern").
 """
 
@@ -22,7 +22,7 @@ class NodShape:
     Raises
     ------
     ParameterError
-        If they make no nod.
+        If they are not those of a nod.
     """
 
     pitch_min: float
@@ -34,14 +34,14 @@ class NodShape:
 
 
 class NodClock:
-    """Gives the nod command that is tied to the lidar by all scans so far.
+    """Keeps the nod command phase-locked to the lidar, by all scans so far.
 
     Parameters
     ----------
     shape
-        Of the nod.
+        Shape of the nod.
     steps_per_revolution
-        N_L, dark steps counted.
+        N_L, dark steps included.
     """
 
     def __init__(self, shape: NodShape, steps_per_revolution: int) -> None:
@@ -55,20 +55,20 @@ class NodClock:
     def add_scan(self, geometry: ScanGeometry, stamp_ns: int) -> None:
         """Add a scan; the command follows its clock.
 
-        After a restart of the lidar the nod goes on where it is, at the nearest sample that the
-        new phase of the revolutions allows.
+        After a restart of the lidar the nod continues from its present pitch, at the nearest
+        sample that the new phase of the revolutions allows.
 
         Parameters
         ----------
         geometry
-            Of the scan; its rate of rotation is believed until stamps tell a better one.
+            Geometry of the scan; its rate of rotation is used until stamps give a better one.
         stamp_ns
             Instant of the scan's first beam [ns].
 
         Raises
         ------
         ParameterError
-            If the scan does not tell its beam period.
+            If the scan does not state its beam period.
         """
         nominal = revolution_time(geometry)
         if nominal <= 0.0:
@@ -80,17 +80,17 @@ class NodClock:
         self.nod = self._trajectory()
 
     def shift(self, step_ns: int) -> None:
-        """Go on as before although the clock was set by a step [ns]."""
+        """Continue as before after the clock was set by a step [ns]."""
         self.revolutions.shift(step_ns)
         if self.nod is not None:
             self.nod = self.nod.shifted(step_ns)
 
     def change(self, shape: NodShape, now_ns: int, present: NodTrajectory | None = None) -> None:
-        """Change limits or N_s; the nod goes on from the pitch and the direction that it has now.
+        """Change limits or N_s; the nod continues from its present pitch and direction.
 
-        The present nod is the one that was commanded last, unless another is given.
-        A nod that is outside of its new limits is given the time to come back to them: it turns at
-        that limit when the servo, at the nod's speed, is there, after a sweep at most.
+        The present nod is the one commanded last, unless `present` is given. A nod outside its
+        new limits gets the time to return: it reverses at the limit when the servo, at the nod's
+        speed, reaches it, after a sweep at most.
         """
         self.shape = shape
         if self.nod is not None:
@@ -98,7 +98,7 @@ class NodClock:
             self.nod = self._trajectory()
 
     def _trajectory(self) -> NodTrajectory:
-        """Return the nod, with the last start of a way up before the newest scan as reference."""
+        """Return the nod; its reference is the last start of an upward sweep before this scan."""
         lidar, n_s = self.revolutions, self.shape.samples_per_sweep
         beam_period = lidar.period / self._steps
         sample = (lidar.count - self._first_revolution) * self._steps
@@ -112,18 +112,18 @@ class NodClock:
         )
 
     def _continue(self, nod: NodTrajectory, time_ns: int) -> None:
-        """Count samples such that at a time the nod is where it was, as near as scans let."""
+        """Count samples so that the nod keeps its pitch at an instant, as nearly as possible."""
         lidar, n_s = self.revolutions, self.shape.samples_per_sweep
         since = (time_ns - lidar.begin_ns) / NS_PER_S / lidar.period * self._steps
         begun = _place(nod, time_ns, self.shape) - since
-        done = revolutions_to(round(begun - 0.5), n_s, self._steps)
-        self._first_revolution = lidar.count - done
+        elapsed = revolutions_to(round(begun - 0.5), n_s, self._steps)
+        self._first_revolution = lidar.count - elapsed
 
 
 def revolutions_to(place: int, samples_per_sweep: int, steps_per_revolution: int) -> int:
-    """Return after how many revolutions the nod begins one at, or next to, a place.
+    """Return the number of revolutions after which one begins at, or next to, a place of the nod.
 
-    Revolution r begins at place r N_L mod 2 N_s; that takes on all multiples of gcd(N_L, 2 N_s).
+    Revolution r begins at place r N_L mod 2 N_s, a multiple of gcd(N_L, 2 N_s).
 
     Parameters
     ----------
@@ -140,9 +140,9 @@ def revolutions_to(place: int, samples_per_sweep: int, steps_per_revolution: int
 
 
 def _place(nod: NodTrajectory, time_ns: int, shape: NodShape) -> float:
-    """Return how many samples of a shape past its lower limit a nod is, by pitch and direction.
+    """Return how many samples past a shape's lower limit a nod is, by pitch and direction.
 
-    As far as a nod is outside of a limit, a sweep at most, so far it has to go to that limit.
+    A nod outside a limit moves toward it, from at most one sweep away.
     """
     height = (float(nod.pitch(time_ns)) - shape.pitch_min) / (shape.pitch_max - shape.pitch_min)
     height = min(max(height, -1.0), 2.0)

@@ -1,13 +1,13 @@
-"""Limits of the nod that keep a band of heights covered, however far away what is seen is.
+"""Limits of the nod that keep a band of heights covered at any range.
 
-With fixed limits the height that is seen, r tan(phi), shrinks as the robot nears a wall. Here the
-limits follow the median range r of what was seen lately:
+With fixed limits the height that the beams reach, r tan(phi), shrinks as the robot nears a wall.
+Here the limits follow the recent median range r:
 
     phi_max = atan((z_top - z_sensor) / r),    phi_min = atan((z_bottom - z_sensor) / r).
 
-Each scan has one vote, its median, in the median of a time window: what covers less than half of
-the view, or is there for less than half of the window, changes nothing. What the robot itself
-moves is taken off every vote at once, so the window does not lag behind a robot that drives.
+Each scan has one vote, its median, in the median of a time window: an object that covers less than
+half of the view, or stays for less than half of the window, changes nothing. The motion of the
+robot is subtracted from every vote at once, so that the window does not lag on a moving robot.
 """
 
 from collections import deque
@@ -25,20 +25,20 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class PitchLimitsConfig:
-    """See each field's description.
+    """The band of heights, the mount's limits, and how the limits follow the range.
 
     Raises
     ------
     ParameterError
-        For a value out of its range, or values that do not go with each other.
+        For a value out of its range, or values that contradict each other.
     """
 
     z_top: float = parameter(
-        2.0, 'Upper end of the band of heights to be seen, above the floor', unit='m',
+        2.0, 'Upper end of the band of heights to cover, above the floor', unit='m',
         minimum=-100.0, maximum=100.0,
     )  # fmt: skip
     z_bottom: float = parameter(
-        0.1, 'Lower end of the band; above 0, or the floor counts as something in the way',
+        0.1, 'Lower end of the band; above 0, or the floor counts as an obstacle',
         unit='m', minimum=-100.0, maximum=100.0,
     )  # fmt: skip
     z_sensor: float = parameter(
@@ -46,13 +46,13 @@ class PitchLimitsConfig:
         minimum=-100.0, maximum=100.0,
     )  # fmt: skip
     pitch_min: float = parameter(
-        -0.6136, 'Lower limit of what the mount allows', unit='rad', minimum=-1.6, maximum=1.6
+        -0.6136, 'Lower limit of the mount', unit='rad', minimum=-1.6, maximum=1.6
     )
     pitch_max: float = parameter(
-        0.6136, 'Upper limit of what the mount allows', unit='rad', minimum=-1.6, maximum=1.6
+        0.6136, 'Upper limit of the mount', unit='rad', minimum=-1.6, maximum=1.6
     )
     least_span: float = parameter(
-        0.2, 'Least distance between the limits, however far away everything is', unit='rad',
+        0.2, 'Least distance between the limits, at any range', unit='rad',
         minimum=1e-6, maximum=3.2,
     )  # fmt: skip
     rate: float = parameter(
@@ -67,7 +67,7 @@ class PitchLimitsConfig:
         minimum=0.0, maximum=0.5,
     )  # fmt: skip
     sector: float = parameter(
-        0.5236, 'What is seen to this side and that of straight ahead counts', unit='rad',
+        0.5236, 'Points up to this azimuth to either side count', unit='rad',
         minimum=0.01, maximum=math.pi,
     )  # fmt: skip
     least_points: int = parameter(
@@ -78,7 +78,7 @@ class PitchLimitsConfig:
         check(self)
 
     def check_together(self) -> None:
-        """Raise ParameterError for values that do not go with each other."""
+        """Raise ParameterError for values that contradict each other."""
         if self.z_top <= self.z_bottom:
             raise ParameterError('z_top', f'above z_bottom = {self.z_bottom} m', self.z_top)
         if self.pitch_max <= self.pitch_min:
@@ -90,9 +90,9 @@ class PitchLimitsConfig:
 
 
 def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]:
-    """Return the pitch limits [rad] that see the whole band at a horizontal distance [m].
+    """Return the pitch limits [rad] that cover the whole band at a horizontal distance [m].
 
-    They are within the mount's, and at least the least span apart.
+    They are within those of the mount, and at least the least span apart.
     """
     ends = config.z_bottom - config.z_sensor, config.z_top - config.z_sensor
     low, high = (
@@ -109,15 +109,15 @@ def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]
 def ranges_that_count(config: PitchLimitsConfig, points: Floats) -> Floats:
     """Return the horizontal distances [m] of the points in the sector and in the band, shape (m,).
 
-    What lies below the band or above it, as floor and ceiling, does not bound the view. Without
-    this, limits that see the floor would shorten the range, and so see yet more of the floor.
+    Points below or above the band, as of floor and ceiling, do not bound the view. Otherwise
+    limits that include the floor would shorten the range, and so include yet more of the floor.
 
     Parameters
     ----------
     config
         The band and the sector.
     points
-        x forward and y to the left of the sensor, height above the floor [m], shape (n, 3). Points
+        x forward and y to the left of the sensor, height above the floor [m], shape (n, 3). Those
         that are not finite do not count.
     """
     x, y, height = points[np.isfinite(points).all(axis=1)].T
@@ -127,9 +127,9 @@ def ranges_that_count(config: PitchLimitsConfig, points: Floats) -> Floats:
 
 
 class PitchLimits:
-    """Follows the median range; see the module.
+    """Limits that follow the median range; see the module.
 
-    Until the first range, the limits are the mount's. When nothing is seen any more, they stay.
+    Before the first range they are the mount's. Without points they stay.
     """
 
     def __init__(self, config: PitchLimitsConfig) -> None:
@@ -143,12 +143,12 @@ class PitchLimits:
 
     @property
     def range(self) -> float | None:
-        """Median range at the last call of limits [m]; None if nothing has been seen yet."""
+        """Median range at the last call of limits [m]; None before the first scan with a vote."""
         return self._range
 
     @property
     def followed(self) -> float | None:
-        """Range that the limits are made for [m]: `range`, but for the hysteresis."""
+        """Range that the limits follow [m]: `range`, but for the hysteresis."""
         return self._followed
 
     def update(self, time_ns: int, ranges: Floats) -> None:
@@ -159,8 +159,8 @@ class PitchLimits:
         time_ns
             When it was taken [ns].
         ranges
-            Horizontal distances [m] that count (see ranges_that_count), shape (n,). What is not
-            finite and positive is passed over.
+            Horizontal distances [m] that count (see ranges_that_count), shape (n,); those that
+            are not finite and positive are ignored.
 
         Raises
         ------
@@ -173,8 +173,8 @@ class PitchLimits:
         if len(seen) >= self.config.least_points:
             self._votes.append((time_ns, float(np.median(seen)) + self._moved))
 
-    def moved(self, forward: float) -> None:
-        """Tell that the robot has moved forward since the last call [m]; backward is negative.
+    def add_motion(self, forward: float) -> None:
+        """Add a motion of the robot [m]; backward is negative.
 
         Raises
         ------
@@ -188,7 +188,7 @@ class PitchLimits:
     def limits(self, time_ns: int) -> tuple[float, float]:
         """Return the lower and the upper limit [rad] at an instant [ns].
 
-        From one call to the next a limit changes by no more than the rate allows.
+        From call to call a limit changes no faster than the rate.
 
         Raises
         ------
@@ -199,18 +199,18 @@ class PitchLimits:
         if time_ns < last_ns:
             raise ParameterError('time_ns', f'at least {last_ns} ns', time_ns)
         self._time_ns = time_ns
-        self._take_median(time_ns)
+        self._follow_median(time_ns)
         if self._followed is not None:
             step = self.config.rate * (time_ns - last_ns) / NS_PER_S
             low, high = limits_at(self.config, self._followed)
-            # Both limits at one rate: on the way the span is never below that of both ends.
+            # Both limits at one rate: the span is never below that of start and target.
             self._limits = (
                 _toward(self._limits[0], low, step),
                 _toward(self._limits[1], high, step),
             )
         return self._limits
 
-    def _take_median(self, time_ns: int) -> None:
+    def _follow_median(self, time_ns: int) -> None:
         """Follow the median of the votes in the window, if it differs enough from the last one."""
         oldest_ns = time_ns - round(self.config.window * NS_PER_S)
         while self._votes and self._votes[0][0] < oldest_ns:
@@ -225,5 +225,5 @@ class PitchLimits:
 
 
 def _toward(value: float, target: float, step: float) -> float:
-    """Return the target, or what comes nearest to it in one step."""
+    """Return the target, or the value nearest to it within one step."""
     return min(max(target, value - step), value + step)

@@ -7,37 +7,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 WINDOW = 300
-"""Scans that the line is fitted to: half a minute at 10 Hz, where 0.3 ms of jitter become 0.04."""
+"""Scans in the fit: half a minute at 10 Hz, which reduces a jitter of 0.3 ms to 0.04 ms."""
 
 FEWEST = 20
 """Scans from which on the scatter of stamps is known."""
 
-_GATE_NS = 5_000_000  # a stamp that is off by more tells nothing, or that the lidar started anew
+_GATE_NS = 5_000_000  # a stamp farther off the line is a stray, or the lidar restarted
 _STRAYS_TO_RESTART = 5
 _SAME_RATE = 0.1  # share that the nominal period may differ by from that of the line
 _NO_STAMPS = np.empty((0, 2), dtype=np.int64)  # count, stamp [ns]
 _NOMINAL_WEIGHT = 25.0
 """Weight of the nominal period against the stamps: their scatter (0.5 ms) over the error of that
-period (0.1 ms), squared. What the first few stamps say of the period is mostly their jitter."""
+period (0.1 ms), squared. The first few stamps show mostly their jitter, not the period."""
 
 
 class Revolutions:
     """A line through the last stamps: revolution k began at `value + k * period`.
 
-    Revolutions are counted in integers and lines are fitted to differences of integer nanoseconds
-    from the newest stamp, so that nothing adds up over hours. Missing scans are counted in.
-    A stamp that is off the line, or comes with another nominal period, is left out; when one after
-    the other is (the lidar was switched off and on), counting goes on from there on a new line.
+    Revolutions are counted in integers, and the line is fitted to differences of integer
+    nanoseconds from the newest stamp: no error accumulates over hours. Missing scans are counted.
+    A stamp off the line, or with another nominal period, is left out. After several in a row (the
+    lidar was switched off and on) counting continues from there on a new line.
 
     Attributes
     ----------
     count
         The revolution of the newest stamp, counted from 0 at the first one.
     restarts
-        How many times a new line was begun. What the count has to do with the time before is
-        unknown then: the lidar began anew with another phase.
+        Number of new lines. The count is then unrelated to that on the line before: the lidar
+        restarted with another phase.
     scatter
-        Of the stamps about the line, root mean square [s]; infinite before FEWEST of them.
+        Root mean square of the stamps about the line [s]; infinite before FEWEST of them.
     """
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Revolutions:
         return self._begin_ns
 
     def shift(self, step_ns: int) -> None:
-        """Take all stamps so far to be later by a step [ns]: the clock was set by it."""
+        """Continue as before after the clock was set by a step [ns]."""
         self._stamps[:, 1] += step_ns
         self._begin_ns += step_ns
 
@@ -72,8 +72,7 @@ class Revolutions:
         stamp_ns
             Instant of the scan's first beam [ns].
         nominal
-            Time of a revolution [s], positive, as it is known without the stamps; counts when a
-            line begins.
+            Time of a revolution [s], positive, known without the stamps; used when a line begins.
 
         Returns
         -------
@@ -84,13 +83,13 @@ class Revolutions:
             self._begin(stamp_ns, nominal)
             return True
         elapsed_ns = stamp_ns - self._begin_ns
-        turns = round(elapsed_ns / self._period_ns)
-        off_ns = abs(elapsed_ns - turns * self._period_ns)
+        revolutions = round(elapsed_ns / self._period_ns)
+        off_ns = abs(elapsed_ns - revolutions * self._period_ns)
         other_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) > _SAME_RATE
-        if turns < 1 or off_ns > _GATE_NS or other_rate:
+        if revolutions < 1 or off_ns > _GATE_NS or other_rate:
             return self._stray(stamp_ns, nominal)
         self._strays = 0
-        self.count += turns
+        self.count += revolutions
         self._remember(stamp_ns)
         self._fit()
         return True
@@ -116,14 +115,14 @@ class Revolutions:
 
     def _fit(self) -> None:
         """Fit the line by least squares, with the nominal period as one more observation."""
-        turns, since_ns = (self._stamps - self._stamps[-1]).T.astype(np.float64)
-        offsets = since_ns - self._nominal_ns * turns
-        middle, mean = turns.mean(), offsets.mean()
-        centred = turns - middle
+        revolutions, since_ns = (self._stamps - self._stamps[-1]).T.astype(np.float64)
+        offsets = since_ns - self._nominal_ns * revolutions
+        middle, mean = revolutions.mean(), offsets.mean()
+        centred = revolutions - middle
         spread = float(centred @ centred) + _NOMINAL_WEIGHT
         excess = float(centred @ (offsets - mean)) / spread
         self._period_ns = self._nominal_ns + excess
         self._begin_ns = int(self._stamps[-1, 1]) + round(mean - excess * middle)
-        if len(turns) >= FEWEST:
+        if len(revolutions) >= FEWEST:
             off = offsets - mean - excess * centred
             self.scatter = math.sqrt(float(off @ off) / len(off)) / NS_PER_S

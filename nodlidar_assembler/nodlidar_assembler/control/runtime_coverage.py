@@ -1,4 +1,4 @@
-"""What the beams of the last seconds have covered, kept up scan by scan."""
+"""Observed coverage: what the beams of the last seconds hit, updated scan by scan."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Times = NDArray[np.int64]
 
-# Cells of the finest grid that are kept, four bytes each.
+# Most cells of the finest grid, four bytes each.
 MAX_FINEST_CELLS = 2**26
 
 
 @dataclass(frozen=True, slots=True)
 class Covered:
-    """What a window of time has covered.
+    """Observed coverage of a window of time.
 
     Attributes
     ----------
@@ -29,15 +29,15 @@ class Covered:
     beams
         Beams in the region.
     seen
-        Share of the task's cells that a beam lies in.
+        Share of the task's cells that were hit.
     hole
-        Side [rad] of the largest square of whole cells that no beam lies in.
+        Side [rad] of the largest square of whole cells without a hit.
     repeats
-        Share of the beams that lie in a cell of the finest grid (azimuth step x rows of
-        span / N_s) with another beam in it, but for one beam in each.
+        Share of the beams in a cell of the finest grid (azimuth step x rows of span / N_s) that
+        an earlier beam has hit.
     least_repeats
-        Share of the beams that no nod could have kept from being repeats: more than there are
-        cells of the finest grid.
+        Share of the beams that are repeats with any nod: those in excess of the cells of the
+        finest grid.
     """
 
     until_ns: int | None
@@ -49,18 +49,18 @@ class Covered:
 
 
 class RuntimeCoverage:
-    """Cells that the beams of a sliding window lie in.
+    """Cells that the beams of a sliding window hit.
 
-    A scan costs its own beams and those that leave the window, whatever the window's length.
+    The cost of a scan is that of its beams and of those that leave the window, of any length.
 
     Parameters
     ----------
     task
         Region, lidar and cells.
     samples_per_sweep
-        N_s, which the finest grid has rows for.
+        N_s: rows of the finest grid.
     window
-        Its length [s].
+        Length of the window [s].
 
     Raises
     ------
@@ -78,8 +78,8 @@ class RuntimeCoverage:
         self._samples_per_sweep = samples_per_sweep
         self._window_ns = round(window * NS_PER_S)
         self._column_of_step = task.column_of_step()
-        self._cells = _Tally(task.cells)
-        self._finest = _Tally(task.steps_per_revolution * samples_per_sweep)
+        self._cells = _CellCounts(task.cells)
+        self._finest = _CellCounts(task.steps_per_revolution * samples_per_sweep)
         self._attainable = int((self._column_of_step >= 0).sum()) * samples_per_sweep
         # Times [ns], cells and finest cells of the beams in the window, shape (3, n) per scan.
         self._scans: deque[Integers] = deque()
@@ -87,21 +87,21 @@ class RuntimeCoverage:
         self._last_ns: int | None = None
 
     def add(self, times_ns: Times, azimuth: Floats, pitch: Floats) -> None:
-        """Add the beams of a scan, whether they measured something or not; drop what is too old.
+        """Add the beams of a scan, with or without a measurement; drop those that are too old.
 
-        Those outside the region do not count. The window ends with the last beam.
+        Beams outside the region do not count. The window ends with the last beam.
 
         Parameters
         ----------
         times_ns
             When each beam was sent [ns], ascending, shape (n,).
         azimuth, pitch
-            Where it went [rad], shape (n,).
+            Direction of each beam [rad], shape (n,).
 
         Raises
         ------
         ParameterError
-            If the shapes differ, or the times do not ascend from the scan before on.
+            If the shapes differ, or the times do not ascend, from scan to scan too.
         """
         if not times_ns.shape == azimuth.shape == pitch.shape:
             shapes = azimuth.shape, pitch.shape
@@ -118,7 +118,7 @@ class RuntimeCoverage:
         self._forget(self._last_ns - self._window_ns)
 
     def covered(self) -> Covered:
-        """Return what the window has covered by now."""
+        """Return the coverage of the window."""
         unseen = self._cells.counts.reshape(self.task.columns, self.task.rows) == 0
         hole = min(largest_square(unseen, self.task.full_circle) * self.task.cell, self._widest())
         beams = max(self._beams, 1)
@@ -170,8 +170,8 @@ class RuntimeCoverage:
             self._scans.popleft()
 
 
-class _Tally:
-    """Counts the beams in every cell, and the cells that have any."""
+class _CellCounts:
+    """Counts the beams in every cell, and the cells that are not empty."""
 
     def __init__(self, cells: int) -> None:
         self.counts = np.zeros(cells, dtype=np.int32)
@@ -194,14 +194,14 @@ def largest_square(free: NDArray[np.bool_], around: bool = False) -> int:
     Parameters
     ----------
     free
-        Which cells are, shape (columns, rows).
+        Whether each cell is free, shape (columns, rows).
     around
-        Whether the first column is next to the last one.
+        Whether the first column adjoins the last one.
     """
     most = min(free.shape)
     if around:
         free = np.concatenate([free, free[: most - 1]])
-    # How many taken cells there are before each corner: a square's number takes four of them.
+    # Number of taken cells before each corner: four of these give the number in a square.
     taken = np.zeros((free.shape[0] + 1, free.shape[1] + 1), dtype=np.int64)
     taken[1:, 1:] = np.cumsum(np.cumsum(~free, axis=0), axis=1)
     least = 0

@@ -1,32 +1,32 @@
-"""Watches the stamps and the rate of scans: which are wrong, and how many are missing."""
+"""Checks the stamps and the rate of scans, and counts missing scans."""
 
 from collections import deque
 
 from nodlidar_assembler.control.revolutions import FEWEST, Revolutions
 from nodlidar_common.nod import NS_PER_S
 
-# Stamps that scatter by more [s] do not tell a wrong one.
+# If stamps scatter by more [s], none can be recognised as wrong.
 _MOST_SCATTER = 1e-3
-# After a silence of so long [ns] the lidar may have begun anew.
+# After a silence of this length [ns] the lidar may have restarted.
 _SILENCE_NS = NS_PER_S
-# A stamp that goes back by more [ns] is of another time: no joint sample is remembered so long.
+# A stamp that goes back by more [ns] is of another time: no joint sample is kept this long.
 _OTHER_TIME_NS = 10 * NS_PER_S
-# As many scans of another rate in a row are needed until it is believed, but no more than before.
+# Scans of another rate in a row until it is accepted; no more than were accepted before.
 _FEWEST_TO_CHANGE, _MOST_TO_CHANGE = 5, FEWEST
 _SAME_RATE = 0.1  # share that the rate may differ by
-_REMEMBERED = 20  # scans, of which the fewest revolutions from one to the next are the usual ones
+_REMEMBERED = 20  # scans; the fewest revolutions between two of them are the usual ones
 
 
 class ScanWatch:
-    """Compares every scan with the revolutions of the lidar as the scans before told them.
+    """Compares every scan with the revolutions of the lidar, as known from the scans before.
 
-    A lidar that was disturbed or switched off and on is believed after a few scans, or at once
-    after a silence. Where stamps scatter by more than a millisecond, none of them is refused.
+    After a disturbance or a restart of the lidar, its scans are accepted again after a few, or at
+    once after a silence. If stamps scatter by more than a millisecond, none is refused.
 
     Attributes
     ----------
     missing
-        Revolutions without a scan, where the lidar usually sends one.
+        Revolutions without a scan that the lidar would usually send.
     """
 
     WRONG_TIME = 'stamp more than 5 ms off the revolutions of the lidar'
@@ -34,47 +34,47 @@ class ScanWatch:
 
     def __init__(self) -> None:
         self.missing = 0
-        self._begin(0.0)
+        self._restart(0.0)
 
-    def _begin(self, nominal: float) -> None:
+    def _restart(self, nominal: float) -> None:
         self._line, self._nominal = Revolutions(), nominal
         self._accepted = self._others = 0
         self._last_ns: int | None = None
-        self._turns: deque[int] = deque(maxlen=_REMEMBERED)
+        self._revolutions: deque[int] = deque(maxlen=_REMEMBERED)
 
     def shift(self, step_ns: int) -> None:
-        """Go on as before although the clock was set by a step [ns]."""
+        """Continue as before after the clock was set by a step [ns]."""
         self._line.shift(step_ns)
         if self._last_ns is not None:
             self._last_ns += step_ns
 
     def refuse(self, stamp_ns: int, nominal: float) -> str:
-        """Add a scan; return why it cannot be right, or nothing if it can.
+        """Add a scan; return why it must be wrong, or an empty text if it may be right.
 
         Parameters
         ----------
         stamp_ns
             Instant of its first beam [ns].
         nominal
-            Time of a revolution [s] as it tells; 0 if it does not.
+            Time of a revolution [s] that it states; 0 if it states none.
         """
         if nominal <= 0.0:
             return ''
         if self._last_ns is None:
-            self._begin(nominal)
-        elif not self._is_of_the_rate(nominal):
+            self._restart(nominal)
+        elif not self._has_same_rate(nominal):
             return self.WRONG_RATE
         return self._compare(stamp_ns, nominal)
 
-    def _is_of_the_rate(self, nominal: float) -> bool:
-        """Tell whether a scan turns as fast as those before; begin anew if enough do not."""
+    def _has_same_rate(self, nominal: float) -> bool:
+        """Return whether a scan has the rate of those before; restart after enough that do not."""
         if abs(nominal / self._nominal - 1.0) <= _SAME_RATE:
             self._others = 0
             return True
         self._others += 1
         if self._others < min(max(self._accepted, _FEWEST_TO_CHANGE), _MOST_TO_CHANGE):
             return False
-        self._begin(nominal)
+        self._restart(nominal)
         return True
 
     def _compare(self, stamp_ns: int, nominal: float) -> str:
@@ -84,7 +84,7 @@ class ScanWatch:
         is_on_line = self._line.add(stamp_ns, nominal)
         if not is_on_line and not -_OTHER_TIME_NS <= silence_ns <= _SILENCE_NS:
             self.missing += max(round(silence_ns / NS_PER_S / self._line.period) - 1, 0)
-            self._begin(nominal)
+            self._restart(nominal)
             self._line.add(stamp_ns, nominal)
         elif is_on_line and self._line.restarts == restarts:
             self._note_missing(self._line.count - before)
@@ -94,7 +94,7 @@ class ScanWatch:
         self._last_ns = stamp_ns
         return ''
 
-    def _note_missing(self, turns: int) -> None:
-        if turns > 0:
-            self._turns.append(turns)
-            self.missing += turns // min(self._turns) - 1
+    def _note_missing(self, revolutions: int) -> None:
+        if revolutions > 0:
+            self._revolutions.append(revolutions)
+            self.missing += revolutions // min(self._revolutions) - 1

@@ -176,7 +176,7 @@ class SceneMonitor:
         """Move the limits to the newest place; return how far ahead of another it is [m]."""
         now = _place(odometry, int(odometry.time_ns[-1]))
         ahead = rotated(odometry.poses.orientation[-1:], AHEAD)[0]
-        self._limits.moved(self._forward(self._now or now, now, ahead))
+        self._limits.add_motion(self._forward(self._now or now, now, ahead))
         self._now = now
         return self._forward(then, now, ahead)
 
