@@ -90,7 +90,7 @@ def drive(scene: Scene, start: float, end: float, compensate: bool, frames: int 
     limits, points, pitch = PitchLimits(CONFIG), [], []
     for now_ns, x, seen in sensor.scans(frames):
         limits.update(now_ns, ranges_that_count(CONFIG, seen))
-        limits.moved(speed * SCAN_TIME)
+        limits.add_motion(speed * SCAN_TIME)
         followed = limits.limits(now_ns)
         if compensate and limits.range:
             sensor.change(followed)
