@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
-from nodlidar_assembler.clouds.turns import TurnFinder
+from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.config import ServoConfig
@@ -97,7 +97,7 @@ class Rig:
 
     def reversals_ns(self) -> NDArray[np.int64]:
         """Return the instants of all reversals so far [ns], after SETTLING."""
-        finder = TurnFinder(0.02)
+        finder = ReversalFinder(0.02)
         times = np.arange(START_NS, self.clock(), NS_PER_S // 1000)
         found = map(finder.add, times.tolist(), self.motion.position(times).tolist())
         reversals = np.array([each for each in found if each is not None], dtype=np.int64)

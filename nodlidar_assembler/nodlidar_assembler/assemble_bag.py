@@ -1,6 +1,6 @@
-"""`ros2 run nodlidar_assembler assemble_bag`: makes the clouds of a recorded bag.
+"""`ros2 run nodlidar_assembler assemble_bag`: assembles the clouds of a recorded bag.
 
-They are those that the assembler node makes of the same messages, by the same parameters.
+The clouds are those that the assembler node publishes for the same messages and parameters.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Assemble a bag; return the exit status."""
 
     def work() -> None:
-        # Imported here: a package that is missing is told in a line.
+        # Imported here, so that `run` reports a missing package in one line.
         from nodlidar_assembler.bags.command import assemble
 
         assemble(argv, __doc__)

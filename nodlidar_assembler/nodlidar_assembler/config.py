@@ -1,4 +1,4 @@
-"""The parameters of the assembler node: the union of what its stages are told."""
+"""The parameters of the assembler node: the union of those of its stages."""
 
 from dataclasses import dataclass
 
@@ -10,4 +10,4 @@ from nodlidar_assembler.waiting import WaitingConfig
 
 @dataclass(frozen=True)
 class AssemblerConfig(SceneMonitorConfig, WaitingConfig, ScanInputConfig, JointInputConfig):
-    """All parameters; each stage takes its own part of them."""
+    """All parameters; each stage reads those of its own base class."""

@@ -6,6 +6,6 @@ from nodlidar_planner.plan_scan import command
 
 
 def main() -> int:
-    """Name the new command and run it."""
+    """Print the new name and run the command."""
     sys.stderr.write('plan_scan has moved: use `ros2 run nodlidar_planner plan_scan`\n')
     return command.main()

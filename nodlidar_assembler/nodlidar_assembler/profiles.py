@@ -1,4 +1,4 @@
-"""Profiles: how much accuracy is worth how much time, in one word (docs/tradeoffs.md)."""
+"""Profiles: named defaults that trade accuracy against computing time (docs/tradeoffs.md)."""
 
 from dataclasses import dataclass, fields
 from typing import Any
@@ -31,4 +31,6 @@ def governed() -> dict[str, dict[str, Any]]:
         field.name: {name: getattr(config, field.name) for name, config in PROFILES.items()}
         for field in fields(AssemblerConfig)
     }
-    return {name: of for name, of in values.items() if len(set(of.values())) > 1}
+    return {
+        key: by_profile for key, by_profile in values.items() if len({*by_profile.values()}) > 1
+    }

@@ -1,41 +1,41 @@
-"""Which publishers messages come from, and which of theirs were lost on the way."""
+"""The publishers of a topic, told apart by sequence numbers, and the messages lost on the way."""
 
 from collections import deque
 from itertools import pairwise
 
-# A number ahead by more is of another publisher, or of one that began anew.
+# A number ahead by more is of another publisher, or of one that restarted.
 MOST_LOST = 1000
 MOST_STREAMS = 8
-_REMEMBERED = 100  # messages, by which those who publish at present are told
+_RECENT = 100  # messages, whose publishers count as active
 
 
 class Publishers:
-    """Tells publishers of a topic apart by the numbers that each gives its messages.
+    """Distinguishes the publishers of a topic by the sequence numbers of their messages.
 
-    DDS passes on a number that every publisher counts up, but not whose it is: a message is of the
-    publisher whose last number is next below.
+    DDS passes on a number that each publisher counts up, but not the publisher. A message is
+    attributed to the publisher whose last number is the next lower one.
 
     Attributes
     ----------
     lost
-        Messages that were published, but never arrived.
+        Number of messages that were published but never arrived.
     """
 
     def __init__(self) -> None:
         self.lost = 0
         self._streams: deque[list[int]] = deque(maxlen=MOST_STREAMS)  # identity, last number
-        self._made = 0
-        self._telling: deque[int] = deque(maxlen=_REMEMBERED)
+        self._identities = 0
+        self._recent: deque[int] = deque(maxlen=_RECENT)
 
     @property
-    def telling(self) -> int:
-        """How many of them told of it in the last messages, by turns."""
-        changes = sum(one != other for one, other in pairwise(self._telling))
-        # One that began anew is another, but the former does not come back.
-        return len(set(self._telling)) if changes > 2 else 1
+    def active(self) -> int:
+        """Number of publishers that alternate in the last messages passed to `note`."""
+        changes = sum(one != other for one, other in pairwise(self._recent))
+        # A publisher that restarts gets a new identity, but its old one does not return.
+        return len(set(self._recent)) if changes > 2 else 1
 
     def add(self, number: int | None) -> int:
-        """Add a message's number, if there is one; return whose it is."""
+        """Add a message's sequence number; return its publisher's identity, 0 if unknown."""
         if number is None or not 0 < number < 2**63:
             return 0
         own = [stream for stream in self._streams if 0 < number - stream[1] <= MOST_LOST]
@@ -43,12 +43,12 @@ class Publishers:
             stream = max(own, key=lambda stream: stream[1])
             self.lost += number - stream[1] - 1
         else:
-            self._made += 1
-            stream = [self._made, number]
+            self._identities += 1
+            stream = [self._identities, number]
             self._streams.append(stream)
         stream[1] = number
         return stream[0]
 
     def note(self, identity: int) -> None:
-        """Note whose message told of what matters."""
-        self._telling.append(identity)
+        """Count a publisher as active: its message has the content that is in use."""
+        self._recent.append(identity)

@@ -1,4 +1,4 @@
-"""The road of a scan: bracketed by joint samples and odometry, assembled into points."""
+"""From scans to clouds: waits until joint samples and odometry bracket a scan, then assembles."""
 
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
@@ -9,7 +9,7 @@ from nodlidar_assembler.clouds.joint_history import JointHistory, JointSamples
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
-from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
+from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
 from nodlidar_assembler.waiting import WaitingConfig, WaitingLine
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
@@ -26,7 +26,7 @@ _Bracketed = tuple[Scan, JointSamples]
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a scan.
+    """A scan, assembled or dropped.
 
     Attributes
     ----------
@@ -35,9 +35,9 @@ class Outcome:
     assembled
         Its beams, points and clouds; None if it was dropped.
     dropped
-        Why it was dropped; empty if it was not.
+        Reason for the drop; empty if it was assembled.
     uncompensated
-        Why the motion of the base was not compensated although it was to be; else empty.
+        Reason why the configured compensation of the base's motion failed; else empty.
     """
 
     scan: Scan
@@ -47,25 +47,24 @@ class Outcome:
 
 
 class ScanAssembler:
-    """Takes scans, joint samples and odometry as they come; tells what becomes of each scan.
+    """Takes scans, joint samples and odometry as they arrive; yields an outcome per scan.
 
-    A scan waits until joint samples bracket its first to its last beam and then, where the motion
-    of the base is compensated, until odometry does: each time up to the deadline.
+    A scan waits until joint samples bracket it and then, if the motion of the base is compensated,
+    until odometry does, each time up to the deadline.
 
     Parameters
     ----------
     config
         Parameters of the assembler.
     mount
-        Pose, in the frame that odometry is of, of the frame that points are placed in; if it is
-        another.
+        Pose of nodlidar_base_link in the frame whose odometry is added; None if it is the same.
     pipeline
-        What makes points; by default as configured.
+        Assembles the points; by default as configured.
 
     Attributes
     ----------
     drops
-        Scans that were dropped, counted by reason.
+        Dropped scans, counted by reason.
     """
 
     def __init__(
@@ -82,27 +81,27 @@ class ScanAssembler:
         self._odometry = OdometryHistory(mount)
         self._for_joints: WaitingLine[Scan, JointSamples | str] = WaitingLine(deadline_ns)
         self._for_odometry: WaitingLine[_Bracketed, Odometry | str] = WaitingLine(deadline_ns)
-        self._given_up: deque[Outcome] = deque()
+        self._decided: deque[Outcome] = deque()
         self.drops: Counter[str] = Counter()
-        self._otherwise: Counter[str] = Counter()
+        self._deviations: Counter[str] = Counter()
 
     @property
     def remarks(self) -> dict[str, int]:
-        """How many scans were made otherwise than asked for, by what was done and the reason."""
+        """Scans assembled differently than configured, counted by difference and reason."""
         fallbacks = self._pipeline.estimator.fallbacks
         return {
-            **self._otherwise,
+            **self._deviations,
             **{f'slerp instead of trajectory: {reason}': n for reason, n in fallbacks.items()},
         }
 
-    # What comes in.
+    # Inputs.
 
     def add_scan(self, scan: Scan, now_ns: int) -> None:
-        """Let a scan wait from an instant [ns] on."""
+        """Add a scan that waits from an instant [ns] on."""
         self._for_joints.add(scan, now_ns)
 
     def add_joint_sample(self, time_ns: int, pitch: float) -> None:
-        """Add a joint sample [ns], [rad]; one that is older than the last begins another time."""
+        """Add a joint sample [ns], [rad]; one older than the last means that time went back."""
         newest_ns = self._joints.newest_ns
         if newest_ns is not None and newest_ns > time_ns:
             self._forget_joints(JOINT_WENT_BACK)
@@ -112,42 +111,42 @@ class ScanAssembler:
     def add_odometry(
         self, time_ns: int, position: Sequence[float], orientation: Sequence[float]
     ) -> None:
-        """Add a pose [ns], x y z [m], x y z w; one of long before begins another time."""
+        """Add a pose [ns], x y z [m], x y z w; if over a second older, time went back."""
         if (self._odometry.newest_ns or 0) - time_ns > TIME_JUMP_NS:
             self.odometry_went_back()
         self._odometry.add(time_ns, position, orientation)
 
     def odometry_went_back(self) -> None:
-        """Forget the odometry: that which comes is of another time."""
+        """Forget the odometry: time went back, and new samples are older."""
         self._forget_odometry(ODOMETRY_WENT_BACK)
 
     def restart(self, reason: str) -> None:
-        """Begin anew, dropping what waits for a reason: the clock was set."""
+        """Restart, as after the clock was set; waiting scans are dropped for the reason."""
         self._forget_odometry(reason)
         self._forget_joints(reason)
         self._pipeline.restart()
 
-    # What becomes of it.
+    # Outcomes.
 
     def ready(self, now_ns: int) -> Iterator[Outcome]:
-        """Yield what became of scans by an instant [ns], by the clock of `add_scan`."""
-        while self._given_up:
-            yield self._given_up.popleft()
-        for scan, samples in self._for_joints.leave(now_ns, self._samples_around):
+        """Yield the outcomes that are known at an instant [ns] of the clock of `add_scan`."""
+        while self._decided:
+            yield self._decided.popleft()
+        for scan, samples in self._for_joints.release(now_ns, self._samples_around):
             if isinstance(samples, str):
                 yield self._drop(scan, samples)
             elif self._compensates:
                 self._for_odometry.add((scan, samples), now_ns)
             else:
                 yield self._assemble(scan, samples)
-        for (scan, samples), odometry in self._for_odometry.leave(now_ns, self._odometry_around):
+        for (scan, samples), odometry in self._for_odometry.release(now_ns, self._odometry_around):
             if isinstance(odometry, str):
                 yield self._without_odometry(scan, samples, odometry)
             else:
                 yield self._assemble(scan, samples, odometry)
 
     def _samples_around(self, scan: Scan, overdue: bool) -> JointSamples | str | None:
-        """Return the joint samples that bracket a scan, why there are none, or None: wait."""
+        """Return the joint samples around a scan, the reason to drop it, or None to wait."""
         joints, margin_ns = self._joints, self._pipeline.estimator.margin_ns
         begin_ns, end_ns = self._span_ns(scan)
         last_ns = joints.after(end_ns + margin_ns)
@@ -164,7 +163,7 @@ class ScanAssembler:
         )
 
     def _odometry_around(self, waiting: _Bracketed, overdue: bool) -> Odometry | str | None:
-        """Return the odometry from a scan to the newest, why there is none, or None: wait."""
+        """Return the odometry from a scan on, the reason why there is none, or None to wait."""
         begin_ns, end_ns = self._span_ns(waiting[0])
         oldest_ns, newest_ns = self._odometry.oldest_ns, self._odometry.newest_ns
         if oldest_ns is None or newest_ns is None or newest_ns < end_ns:
@@ -190,13 +189,13 @@ class ScanAssembler:
         except OdometryError as error:
             return self._without_odometry(scan, samples, error.reason)
         if scan.geometry.time_increment == 0.0:
-            self._otherwise['all beams of one instant: time_increment is 0'] += 1
+            self._deviations['all beams of one instant: time_increment is 0'] += 1
         return Outcome(scan, assembled, uncompensated=uncompensated)
 
     def _without_odometry(self, scan: Scan, samples: JointSamples, reason: str) -> Outcome:
         if self._drops_uncompensated:
             return self._drop(scan, reason)
-        self._otherwise[f'uncompensated: {reason}'] += 1
+        self._deviations[f'uncompensated: {reason}'] += 1
         return self._assemble(scan, samples, uncompensated=reason)
 
     def _drop(self, scan: Scan, reason: str) -> Outcome:
@@ -209,9 +208,9 @@ class ScanAssembler:
 
     def _forget_joints(self, reason: str) -> None:
         self._joints.clear()
-        self._given_up += [self._drop(scan, reason) for scan in self._for_joints.clear()]
+        self._decided += [self._drop(scan, reason) for scan in self._for_joints.clear()]
 
     def _forget_odometry(self, reason: str) -> None:
         self._odometry.clear()
         for scan, samples in self._for_odometry.clear():
-            self._given_up.append(self._without_odometry(scan, samples, reason))
+            self._decided.append(self._without_odometry(scan, samples, reason))

@@ -1,15 +1,15 @@
-"""Tells when what should come again and again no longer does."""
+"""Detects when a periodic input stops."""
 
 from nodlidar_common.nod import NS_PER_S
 
-LEAST_SILENCE = 0.5  # s; less is the host's, not the sensor's
-_INTERVALS = 4.0  # as many are missing when it is silent
-_SHARE = 0.1  # of a new interval in the usual one
-_LONGEST = NS_PER_S  # of an interval [ns]: a silence is none
+LEAST_SILENCE = 0.5  # [s]; shorter pauses come from the host, not the sensor
+_INTERVALS = 4.0  # a pause of so many usual intervals is a silence
+_SHARE = 0.1  # weight of a new interval in the usual one
+_LONGEST = NS_PER_S  # longest interval that counts as usual [ns]
 
 
 class Silence:
-    """The time since the last message of an input against the usual time between them.
+    """Compares the time since an input's last message with the usual interval.
 
     All times are of the steady clock [ns].
     """
@@ -25,7 +25,7 @@ class Silence:
         self._last_ns = now_ns
 
     def seconds(self, now_ns: int) -> float:
-        """Return how long it has been silent [s]; 0 if that is usual or nothing ever came."""
+        """Return the time of silence [s]; 0 if it is usual or no message has come yet."""
         if self._last_ns is None:
             return 0.0
         silence = (now_ns - self._last_ns) / NS_PER_S

@@ -1,4 +1,4 @@
-"""Scans that wait, in the order in which they came, for what they need."""
+"""Scans that wait for joint samples and odometry, in the order of arrival."""
 
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -9,12 +9,11 @@ from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
+# The longest deadline of 10 s at a hundred scans per second.
 MOST_WAITING = 1000
-"""More do not wait: the longest deadline has a hundred scans a second do so."""
 
 Waiting = TypeVar('Waiting')
 Found = TypeVar('Found')
-
 
 EGO_MOTION_MODES = ('off', 'beam')
 WITHOUT_ODOMETRY = ('drop', 'uncompensated')
@@ -22,7 +21,7 @@ WITHOUT_ODOMETRY = ('drop', 'uncompensated')
 
 @dataclass(frozen=True)
 class WaitingConfig(PipelineConfig):
-    """Waiting for what brackets a scan, and ego-motion."""
+    """Waiting for joint samples and odometry, and ego-motion."""
 
     frame_id: str = parameter(
         'nodlidar_base_link',
@@ -65,7 +64,7 @@ class WaitingConfig(PipelineConfig):
 
 
 class WaitingLine(Generic[Waiting, Found]):
-    """Whatever waits leaves in the order in which it came.
+    """A queue with a deadline, released in the order of arrival.
 
     Parameters
     ----------
@@ -81,27 +80,27 @@ class WaitingLine(Generic[Waiting, Found]):
         return len(self._waiting)
 
     def add(self, waiting: Waiting, now_ns: int) -> None:
-        """Let something wait from an instant [ns] on."""
+        """Add an item that waits from an instant [ns] on."""
         self._waiting.append((now_ns, waiting))
 
-    def leave(
+    def release(
         self, now_ns: int, find: Callable[[Waiting, bool], Found | None]
     ) -> Iterator[tuple[Waiting, Found]]:
-        """Yield what leaves at an instant [ns], with what was found for it.
+        """Yield the items that wait no longer, with the result of `find` for each.
 
         Parameters
         ----------
         now_ns
-            The instant, by the clock of `add`.
+            Current time, by the clock of `add` [ns].
         find
-            Given what waits, and whether it is overdue: returns what was found for it, or None
-            if it is to wait on, which it may not if it is overdue.
+            Function of an item and whether it is overdue. Returns the result for the item, or
+            None if it must wait longer, which an overdue item cannot.
         """
         while self._waiting:
             is_full = len(self._waiting) > MOST_WAITING
-            # Taken out first: a scan that makes something fail must not do so again and again.
+            # Removed first, so that an item for which `find` raises does not block the queue.
             since_ns, waiting = first = self._waiting.popleft()
-            # A clock that was set back makes the wait negative; it must not become an endless one.
+            # The wait is negative after the clock was set back, and would not end in time.
             in_time = 0 <= now_ns - since_ns <= self._deadline_ns
             found = find(waiting, is_full or not in_time)
             if found is None:
@@ -110,7 +109,7 @@ class WaitingLine(Generic[Waiting, Found]):
             yield waiting, found
 
     def clear(self) -> list[Waiting]:
-        """Let all leave; return them."""
-        left = [waiting for _, waiting in self._waiting]
+        """Remove and return all items."""
+        removed = [waiting for _, waiting in self._waiting]
         self._waiting.clear()
-        return left
+        return removed

@@ -6,9 +6,9 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.joint_history import JointHistory, MOST_SAMPLES
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.points import POINT
-from nodlidar_assembler.clouds.sweeps import MOST_SCANS, MOST_TURNS, SweepGatherer
-from nodlidar_assembler.clouds.turns import MOST_SAMPLES as MOST_TURN_SAMPLES
-from nodlidar_assembler.clouds.turns import TurnFinder
+from nodlidar_assembler.clouds.reversals import MOST_SAMPLES as MOST_REVERSAL_SAMPLES
+from nodlidar_assembler.clouds.reversals import ReversalFinder
+from nodlidar_assembler.clouds.sweeps import MOST_REVERSALS, MOST_SCANS, SweepGatherer
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps, MOST_COMMANDED
 from nodlidar_assembler.control.revolutions import Revolutions, WINDOW
@@ -31,8 +31,8 @@ def test_a_day_of_reversals_without_points_is_not_kept_and_costs_no_pause():
     gatherer = SweepGatherer(30.0)
     gatherer.add_scan(points_at(BEGIN_NS))
     for k in range(221_184):  # of the reference nod
-        gatherer.add_turn(BEGIN_NS + k * 390_625_000)
-    assert len(gatherer._turns_ns) <= 160
+        gatherer.add_reversal(BEGIN_NS + k * 390_625_000)
+    assert len(gatherer._reversals_ns) <= 160
     begin = time.process_time()
     first = gatherer.add_scan(points_at(BEGIN_NS + 86_400 * S))
     assert time.process_time() - begin < 0.1
@@ -41,9 +41,9 @@ def test_a_day_of_reversals_without_points_is_not_kept_and_costs_no_pause():
 
 def test_reversals_at_one_instant_are_not_kept_for_ever():
     gatherer = SweepGatherer(30.0)
-    for _ in range(2 * MOST_TURNS):
-        gatherer.add_turn(BEGIN_NS)
-    assert len(gatherer._turns_ns) == MOST_TURNS
+    for _ in range(2 * MOST_REVERSALS):
+        gatherer.add_reversal(BEGIN_NS)
+    assert len(gatherer._reversals_ns) == MOST_REVERSALS
 
 
 def test_scans_of_one_instant_make_a_cloud_after_some_time():
@@ -54,21 +54,21 @@ def test_scans_of_one_instant_make_a_cloud_after_some_time():
 
 @pytest.mark.parametrize('apart_ns', [0, 1])
 def test_samples_of_nearly_one_instant_are_not_kept_for_ever(apart_ns):
-    joint, odometry, turns = JointHistory(), OdometryHistory(), TurnFinder(0.02)
+    joint, odometry, reversals = JointHistory(), OdometryHistory(), ReversalFinder(0.02)
     for k in range(2 * MOST_SAMPLES):
         joint.add(BEGIN_NS + k * apart_ns, 0.0)
         odometry.add(BEGIN_NS + k, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-        turns.add(BEGIN_NS + k, 0.0)
+        reversals.add(BEGIN_NS + k, 0.0)
     assert len(joint.between(0, 2 * BEGIN_NS).time_ns) == MOST_SAMPLES
     assert len(odometry.around(0, 2 * BEGIN_NS).time_ns) == MOST_SAMPLES
-    assert len(turns._samples) == MOST_TURN_SAMPLES
+    assert len(reversals._samples) == MOST_REVERSAL_SAMPLES
 
 
 def test_scans_that_wait_on_a_clock_that_stands_still_are_not_kept_for_ever():
     waiting = WaitingLine(300_000_000)
     for k in range(2 * MOST_WAITING):
         waiting.add(k, BEGIN_NS)
-        list(waiting.leave(BEGIN_NS, lambda k, overdue: overdue or None))
+        list(waiting.release(BEGIN_NS, lambda k, overdue: overdue or None))
     assert len(waiting) == MOST_WAITING
 
 

@@ -6,7 +6,7 @@ import pickle
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP, Pipeline, PipelineConfig, Scan
-from nodlidar_assembler.clouds.turns import TurnFinder
+from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
 import pytest
@@ -121,16 +121,16 @@ def test_a_pause_of_an_hour_ends_the_cloud():
     assert max(float(cloud.data['time'][-1]) for cloud in clouds) < 0.2
 
 
-def test_a_joint_at_rest_for_an_hour_is_not_remembered_and_its_next_turn_is_found():
+def test_a_joint_at_rest_for_an_hour_is_not_remembered_and_its_next_reversal_is_found():
     """It wavers by one encoder step, then nods by 1 rad/s and turns 0.4 s later."""
-    finder = TurnFinder(0.02)
+    finder = ReversalFinder(0.02)
     rest_ns, sample_ns = 3600 * S, 10_000_000
     for k in range(rest_ns // sample_ns):
         assert finder.add(TODAY_NS + k * sample_ns, 0.00511 * (k % 2)) is None
     assert len(pickle.dumps(finder)) < 1_000_000
-    turns = []
+    found = []
     for k in range(80):
         since = k * sample_ns / S
-        turns.append(finder.add(TODAY_NS + rest_ns + k * sample_ns, 0.4 - abs(since - 0.4)))
-    (turn_ns,) = [turn for turn in turns if turn is not None]
-    assert abs(turn_ns - (TODAY_NS + rest_ns + 400_000_000)) < 1_000_000
+        found.append(finder.add(TODAY_NS + rest_ns + k * sample_ns, 0.4 - abs(since - 0.4)))
+    (reversal_ns,) = [reversal for reversal in found if reversal is not None]
+    assert abs(reversal_ns - (TODAY_NS + rest_ns + 400_000_000)) < 1_000_000

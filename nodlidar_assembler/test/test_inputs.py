@@ -149,7 +149,7 @@ def test_it_is_told_which_joints_there_are_until_the_own_one_is_heard():
     joint = JointInput(AssemblerConfig(joint_name='nod'), Counter())
     assert joint.trouble == 'no joint state was heard'
     joint.samples(joint_state(name=['leg', 'arm']))
-    assert joint.trouble == "no joint state tells of 'nod', but of 'arm', 'leg'"
+    assert joint.trouble == "no joint state contains 'nod', only 'arm', 'leg'"
     joint.samples(joint_state())
     assert joint.trouble == ''
 

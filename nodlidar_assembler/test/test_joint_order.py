@@ -4,7 +4,7 @@ from itertools import pairwise
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.joint_order import JointOrder, TO_BELIEVE
+from nodlidar_assembler.clouds.joint_order import JointOrder, LEAST_TO_JUMP
 import pytest
 
 MS, S = 1_000_000, 1_000_000_000
@@ -24,10 +24,10 @@ def test_what_follows_is_passed_on_at_once():
 
 
 @pytest.mark.parametrize('wrong_ns', [0, EVEN[3], EVEN[9] - 1, EVEN[9] + 2 * S, 2**62])
-def test_a_single_sample_of_another_time_is_left_out(wrong_ns):
+def test_a_single_sample_of_another_time_is_rejected(wrong_ns):
     order, times_ns = passed([*EVEN[:10], wrong_ns, *EVEN[10:]])
     assert times_ns == EVEN
-    assert order.left_out == 1
+    assert order.rejected == 1
 
 
 @pytest.mark.parametrize('step_ns', [-3600 * S, -500 * MS, -100 * MS, 3600 * S])
@@ -35,7 +35,7 @@ def test_another_time_is_believed_with_the_third_sample_and_none_is_lost(step_ns
     later = [t + step_ns + 200 * MS for t in EVEN]
     order, times_ns = passed(EVEN + later)
     assert times_ns == EVEN + later
-    assert order.left_out == 0
+    assert order.rejected == 0
 
 
 def test_samples_seconds_apart_follow_each_other_where_gaps_may_be_so_long():
@@ -44,9 +44,9 @@ def test_samples_seconds_apart_follow_each_other_where_gaps_may_be_so_long():
 
 
 @given(st.lists(st.integers(0, 2**62), max_size=60))
-def test_whatever_comes_is_passed_on_or_left_out_once(times_ns):
+def test_whatever_comes_is_passed_on_or_rejected_once(times_ns):
     order, sure = passed(times_ns)
     order.restart()
-    assert len(sure) + order.left_out == len(times_ns)
+    assert len(sure) + order.rejected == len(times_ns)
     falls = sum(b < a for a, b in pairwise(sure))
-    assert falls <= len(times_ns) // TO_BELIEVE
+    assert falls <= len(times_ns) // LEAST_TO_JUMP

@@ -14,7 +14,7 @@ def heard(numbers):
 
 def test_nothing_is_lost_of_one_that_is_heard_from_somewhere_on():
     publishers = heard(range(500, 600))
-    assert (publishers.lost, publishers.telling) == (0, 1)
+    assert (publishers.lost, publishers.active) == (0, 1)
 
 
 @given(st.sets(st.integers(2, 300), max_size=100))
@@ -24,21 +24,21 @@ def test_every_missing_number_is_lost(missing):
 
 def test_one_that_begins_anew_is_neither_a_loss_nor_a_second_one():
     publishers = heard([*range(1, 200), *range(1, 40)])
-    assert (publishers.lost, publishers.telling) == (0, 1)
+    assert (publishers.lost, publishers.active) == (0, 1)
 
 
 def test_a_second_one_is_noticed_and_costs_no_losses_and_is_forgotten_when_it_ends():
     both = [n for k in range(50) for n in (5000 + k, 1 + k)]
     publishers = heard(both)
-    assert (publishers.lost, publishers.telling) == (0, 2)
+    assert (publishers.lost, publishers.active) == (0, 2)
     for number in range(5050, 5160):
         publishers.note(publishers.add(number))
-    assert publishers.telling == 1
+    assert publishers.active == 1
 
 
 def test_a_middleware_without_numbers_tells_nothing():
     publishers = heard([None, 2**64 - 1, 0] * 5)
-    assert (publishers.lost, publishers.telling) == (0, 1)
+    assert (publishers.lost, publishers.active) == (0, 1)
 
 
 @given(st.lists(st.integers(0, 2**64 - 1), max_size=300))

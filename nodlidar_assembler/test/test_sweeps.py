@@ -1,11 +1,11 @@
-"""Turn-arounds and the clouds that they separate, against the commanded triangle."""
+"""Reversals and the clouds that they separate, against the commanded triangle."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
-from nodlidar_assembler.clouds.turns import TurnFinder
 from nodlidar_common.nod import NodTrajectory
 import numpy as np
 
@@ -19,10 +19,10 @@ def nod(samples_per_sweep=4001):
     )
 
 
-def turns_of(times_ns, pitch, hysteresis=0.02):
-    finder = TurnFinder(hysteresis)
+def reversals_of(times_ns, pitch, hysteresis=0.02):
+    finder = ReversalFinder(hysteresis)
     found = (finder.add(int(t), float(p)) for t, p in zip(times_ns, pitch, strict=True))
-    return [turn for turn in found if turn is not None]
+    return [reversal for reversal in found if reversal is not None]
 
 
 def samples(rate, duration, phase=0.0, quantise=True):
@@ -33,26 +33,26 @@ def samples(rate, duration, phase=0.0, quantise=True):
 
 @settings(deadline=None)
 @given(st.sampled_from([40.0, 62.0, 100.0, 200.0]), st.floats(0.0, 1.0))
-def test_every_turn_is_found_once_within_two_milliseconds(rate, phase):
+def test_every_reversal_is_found_once_within_two_milliseconds(rate, phase):
     times_ns, pitch = samples(rate, 8, phase)
-    turns = np.array(turns_of(times_ns, pitch))
-    sweeps = nod().sweeps(turns)
+    reversals = np.array(reversals_of(times_ns, pitch))
+    sweeps = nod().sweeps(reversals)
     nearest = np.rint(sweeps)
-    assert nearest.tolist() == list(range(int(nearest[0]), int(nearest[0]) + len(turns)))
-    assert len(turns) >= 8 / nod().sweep_duration - 3
+    assert nearest.tolist() == list(range(int(nearest[0]), int(nearest[0]) + len(reversals)))
+    assert len(reversals) >= 8 / nod().sweep_duration - 3
     assert np.max(np.abs(sweeps - nearest)) * nod().sweep_duration < 2e-3
 
 
-def test_a_resting_nod_never_turns():
+def test_a_resting_nod_has_no_reversal():
     times_ns = START_NS + np.arange(1000) * 10_000_000
     wobble = TICK * (np.arange(1000) % 2)
-    assert turns_of(times_ns, wobble) == []
+    assert reversals_of(times_ns, wobble) == []
 
 
 def test_samples_out_of_order_are_left_out():
     times_ns, pitch = samples(100.0, 4)
     shuffled = np.insert(times_ns, 50, times_ns[20]), np.insert(pitch, 50, pitch[20])
-    assert turns_of(*shuffled) == turns_of(times_ns, pitch)
+    assert reversals_of(*shuffled) == reversals_of(times_ns, pitch)
 
 
 def scan_of(start_ns, beams=100, period_ns=1_000_000):
@@ -63,22 +63,24 @@ def scan_of(start_ns, beams=100, period_ns=1_000_000):
 
 
 @given(st.lists(st.integers(1, 999), unique=True, max_size=6), st.integers(0, 3))
-def test_clouds_are_cut_at_the_turns_even_inside_a_scan_and_lose_nothing(turns_ms, lateness):
-    """Ten scans of 100 points, 1 ms apart; turns become known some scans late."""
-    turns_ms = sorted(turns_ms)
+def test_clouds_are_cut_at_the_reversals_even_inside_a_scan_and_lose_nothing(
+    reversals_ms, lateness
+):
+    """Ten scans of 100 points, 1 ms apart; reversals become known some scans late."""
+    reversals_ms = sorted(reversals_ms)
     gatherer = SweepGatherer(max_duration=30.0)
     clouds = []
     for k in range(10 + lateness):
-        for turn in turns_ms:
-            if turn // 100 + lateness == k:
-                gatherer.add_turn(START_NS + turn * 1_000_000)
+        for reversal in reversals_ms:
+            if reversal // 100 + lateness == k:
+                gatherer.add_reversal(START_NS + reversal * 1_000_000)
         if k < 10:
             clouds += gatherer.add_scan(scan_of(START_NS + k * 100_000_000))
-    # One more scan, after the last turn, releases what is still held.
+    # One more scan, after the last reversal, releases what is still held.
     clouds += gatherer.add_scan(scan_of(START_NS + 1_000_000_000))
-    assert len(clouds) == len(turns_ms)
+    assert len(clouds) == len(reversals_ms)
     begin = 0
-    for cloud, end in zip(clouds, turns_ms, strict=True):
+    for cloud, end in zip(clouds, reversals_ms, strict=True):
         assert cloud.data['x'].tolist() == list(range(begin, end))
         assert cloud.time_ns[0] == START_NS + begin * 1_000_000
         np.testing.assert_allclose(cloud.data['time'], np.arange(end - begin) * 1e-3, atol=1e-6)
@@ -88,17 +90,17 @@ def test_clouds_are_cut_at_the_turns_even_inside_a_scan_and_lose_nothing(turns_m
 
 
 @given(st.lists(st.integers(1, 999), unique=True, max_size=9), st.integers(1, 4))
-def test_several_sweeps_make_one_cloud_and_nothing_is_lost(turns_ms, sweeps):
-    turns_ms = sorted(turns_ms)
+def test_several_sweeps_make_one_cloud_and_nothing_is_lost(reversals_ms, sweeps):
+    reversals_ms = sorted(reversals_ms)
     gatherer = SweepGatherer(max_duration=30.0, sweeps=sweeps)
-    for turn in turns_ms:
-        gatherer.add_turn(START_NS + turn * 1_000_000)
+    for reversal in reversals_ms:
+        gatherer.add_reversal(START_NS + reversal * 1_000_000)
     scans = [scan_of(START_NS + k * 100_000_000) for k in range(11)]
     clouds = [cloud for scan in scans for cloud in gatherer.add_scan(scan)]
-    ends = turns_ms[sweeps - 1 :: sweeps]
+    ends = reversals_ms[sweeps - 1 :: sweeps]
     assert [int(cloud.data['x'][-1]) + 1 for cloud in clouds] == ends
-    told = [x for cloud in clouds for x in cloud.data['x'].tolist()]
-    assert told == list(range(ends[-1] if ends else 0))
+    values = [x for cloud in clouds for x in cloud.data['x'].tolist()]
+    assert values == list(range(ends[-1] if ends else 0))
 
 
 def test_a_nod_that_stands_still_does_not_gather_without_end():
@@ -110,16 +112,16 @@ def test_a_nod_that_stands_still_does_not_gather_without_end():
     assert all(len(cloud.data) == 1000 for cloud in clouds)
 
 
-def test_turns_are_found_again_when_time_goes_back():
+def test_reversals_are_found_again_when_time_goes_back():
     times_ns, pitch = samples(100.0, 4)
-    once = turns_of(times_ns, pitch)
-    assert turns_of(np.tile(times_ns, 2), np.tile(pitch, 2)) == once * 2
+    once = reversals_of(times_ns, pitch)
+    assert reversals_of(np.tile(times_ns, 2), np.tile(pitch, 2)) == once * 2
 
 
 def test_when_time_goes_back_the_cloud_so_far_is_closed():
     gatherer = SweepGatherer(max_duration=30.0)
     assert gatherer.add_scan(scan_of(START_NS)) == []
-    gatherer.add_turn(START_NS + 150_000_000)
+    gatherer.add_reversal(START_NS + 150_000_000)
     (cloud,) = gatherer.add_scan(scan_of(START_NS - 10_000_000_000))
     assert cloud.time_ns[0] == START_NS
     assert len(cloud.data) == 100

@@ -1,1 +1,1 @@
-"""From scans and joint samples to clouds: pitch, pose and place of every beam. No ROS."""
+"""From scans and joint samples to clouds: pitch, pose and end point of every beam. No ROS."""

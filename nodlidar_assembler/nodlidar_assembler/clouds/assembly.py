@@ -1,4 +1,4 @@
-"""One scan and the pitch of its beams become points."""
+"""Points from a scan and the pitch and pose of its beams."""
 
 from dataclasses import dataclass
 
@@ -9,13 +9,13 @@ from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
 import numpy as np
 from numpy.typing import NDArray
 
-# Of finite ranges: a range_max may be infinite, but a point is not.
+# Largest range [m]: range_max may be infinite, but points are finite.
 _LARGEST = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points in the frame of the nod's base or in that of odometry; oldest first.
+    """Points in the base frame or in the frame of odometry; oldest first.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class Points:
     data
         Array of POINT or MOVED_POINT, shape (n,); ``time`` counts from the first point.
     origin
-        What the coordinates count from in the frame of odometry [m], see origins.
+        Origin of the coordinates in the frame of odometry [m], see `origins`.
     """
 
     time_ns: NDArray[np.int64]
@@ -32,17 +32,17 @@ class Points:
     origin: Origin = OF_ODOMETRY
 
     def counted_from(self, origin: Origin) -> 'Points':
-        """Return the same points with coordinates that count from another origin."""
+        """Return the same points in coordinates from another origin."""
         if origin == self.origin:
             return self
         data = self.data.copy()
-        for axis, was, now in zip('xyz', self.origin, origin, strict=True):
-            data[axis] += was - now
+        for axis, old, new in zip('xyz', self.origin, origin, strict=True):
+            data[axis] += old - new
         return Points(self.time_ns, data, origin)
 
 
 def valid_beams(beams: Beams, ranges: NDArray[np.float32]) -> NDArray[np.intp]:
-    """Return the indices of the beams that measured something (REP 117: neither inf nor NaN)."""
+    """Return the indices of the beams with a measurement (REP 117: neither inf nor NaN)."""
     geometry = beams.geometry
     farthest = min(geometry.range_max, _LARGEST)
     return np.flatnonzero((ranges >= geometry.range_min) & (ranges <= farthest))
@@ -50,14 +50,14 @@ def valid_beams(beams: Beams, ranges: NDArray[np.float32]) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """The beams of a scan that measured something, and where they ended.
+    """The beams of a scan with a measurement, and their end points.
 
     Attributes
     ----------
     beams
         Indices of the beams, shape (n,).
     xyz
-        Where they ended in nodlidar_base_link [m], shape (3, n).
+        End points in nodlidar_base_link [m], shape (3, n).
     """
 
     beams: NDArray[np.intp]
@@ -65,19 +65,19 @@ class Placed:
 
 
 def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64]) -> Placed:
-    """Return where a scan's beams ended in nodlidar_base_link.
+    """Return the end points of a scan's beams in nodlidar_base_link.
 
-    A beam ends at ``p = direction * r + mount.position`` in the nodding frame; the nod by phi
-    (positive up) about -y takes it to ``x = p_x cos(phi) - p_z sin(phi)``, ``y = p_y``,
-    ``z = p_x sin(phi) + p_z cos(phi)``. With the mount z_off above the axis that is the transform
+    A beam ends at ``p = direction * r + mount.position`` in the nodding frame. The nod turns it by
+    phi (positive up) about -y to ``x = p_x cos(phi) - p_z sin(phi)``, ``y = p_y``,
+    ``z = p_x sin(phi) + p_z cos(phi)``: with the mount z_off above the axis, this is the transform
     of docs/model.md, erratum 2 included.
 
     Parameters
     ----------
     beams
-        Geometry of the scan.
+        Beams of the scan in the nodding frame.
     ranges
-        As in the LaserScan, shape (n,).
+        Ranges as in the LaserScan [m], shape (n,).
     pitch
         Pitch of each beam [rad], shape (n,).
     """
@@ -99,35 +99,34 @@ def points_of(
     poses: Poses | None = None,
     moved_point: np.dtype[np.void] = MOVED_POINT,
 ) -> Points:
-    """Return the points of a scan whose beams were placed.
+    """Return the points of a scan, in nodlidar_base_link or, with `poses`, in that of odometry.
 
-    They are in nodlidar_base_link or, with its `poses`, in the frame of odometry, counted from an
-    origin near the first of them.
+    In the frame of odometry, coordinates count from an origin near the first pose.
 
     Parameters
     ----------
     placed, beams
-        Where the beams ended, and the geometry of the scan.
+        End points of the beams, and all beams of the scan.
     start_ns
         Instant of the first beam [ns].
     intensities
-        As in the LaserScan, one for each beam; if there are others, or none, the field is 0.
+        Intensities as in the LaserScan; the field is 0 unless there is one per beam.
     poses
-        Of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,).
+        Poses of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,).
     moved_point
-        What points in the frame of odometry are: MOVED_POINT, or POINT if they shall have times.
+        Type of points in the frame of odometry: MOVED_POINT, or POINT to keep their times.
 
     Raises
     ------
     OdometryError
-        If the poses are too far out to be told in millimetres.
+        If a pose is too far away to resolve millimetres.
     """
     valid, xyz = placed.beams, placed.xyz
     data = np.zeros(len(valid), dtype=POINT if poses is None else moved_point)
     origin = OF_ODOMETRY
     if poses is not None:
         origin = origin_near(poses.position[0].tolist())
-        xyz = poses.taken(valid).to_parent(xyz.T, origin).T
+        xyz = poses.take(valid).to_parent(xyz.T, origin).T
     data['x'], data['y'], data['z'] = xyz
     if intensities is not None and len(intensities) == beams.geometry.beams:
         data['intensity'] = intensities.take(valid)

@@ -1,4 +1,4 @@
-"""Where the robot was at the instant of each beam, from odometry."""
+"""The pose of the robot at the instant of each beam, from odometry."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from transforms3d.quaternions import mat2quat
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-_TOO_MUCH = (
+_OVER_LIMIT = (
     'odometry more than {} s apart',
     'odometry jumps: it moves faster than {} m/s',
     'odometry jumps: it turns faster than {} rad/s',
 )
-# A quaternion may be 1e-3 longer or shorter than 1, as one that was rounded or integrated is. The
-# rest is for lengths of 0.999 and 1.001, which are rounded.
+# Rounded or integrated quaternions may be 1e-3 longer or shorter than 1. The rest allows for the
+# rounding of lengths of exactly 0.999 and 1.001.
 LENGTH_TOLERANCE = 1e-3 + 1e-12
 
 
 class OdometryError(NodlidarError):
-    """Odometry from which the pose of a scan's beams cannot be told.
+    """Odometry does not determine the poses of a scan's beams.
 
     Attributes
     ----------
     reason
-        What is wrong, without the value: reasons are counted.
+        The message without the value; drops are counted by it.
     """
 
     def __init__(self, reason: str, value: object = None) -> None:
@@ -73,7 +73,7 @@ class Poses:
     Attributes
     ----------
     position
-        Of the origin [m], shape (n, 3).
+        Positions of the origin [m], shape (n, 3).
     orientation
         Unit quaternions x, y, z, w, shape (n, 4).
     """
@@ -82,19 +82,18 @@ class Poses:
     orientation: Array
 
     def __getitem__(self, chosen: slice | NDArray[np.intp]) -> Poses:
-        """Return some of the poses."""
         return Poses(self.position[chosen], self.orientation[chosen])
 
-    def taken(self, indices: NDArray[np.intp]) -> Poses:
-        """Return the poses at indices, laid out for `to_parent`: coordinate by coordinate."""
+    def take(self, indices: NDArray[np.intp]) -> Poses:
+        """Return the poses at indices, with each coordinate contiguous for `to_parent`."""
         return Poses(
             self.position.T.take(indices, axis=1).T, self.orientation.T.take(indices, axis=1).T
         )
 
     def to_parent(self, points: Array, origin: tuple[int, int, int] = (0, 0, 0)) -> Array:
-        """Return points (n, 3), each given in the frame at its own pose, in the parent frame.
+        """Return points (n, 3) [m], one in the frame of each pose, in the parent frame.
 
-        They count from an origin there [m].
+        Coordinates there count from an origin [m].
         """
         moved = rotated(self.orientation, points)
         moved += self.position - origin
@@ -110,8 +109,7 @@ class Odometry:
     time_ns
         Stamps [ns], strictly ascending, shape (n,).
     poses
-        The poses then; quaternions are normalised, and of q and -q taken the one nearer to the
-        sample before.
+        Poses at these times; quaternions are normalised, with the sign nearer to the one before.
 
     Raises
     ------
@@ -138,21 +136,21 @@ class Odometry:
         object.__setattr__(self, '_steps', Steps(self.time_ns, position, poses.orientation))
 
     def mounted(self, mount: Pose) -> Odometry:
-        """Return the odometry of a frame that is fixed in this one."""
+        """Return the odometry of a frame that is fixed to this one with a pose."""
         w, x, y, z = mat2quat(mount.rotation)
         turn = np.array([x, y, z, w])
         position = self.poses.to_parent(np.broadcast_to(mount.position, (len(self.time_ns), 3)))
         return Odometry(self.time_ns, Poses(position, _product(self.poses.orientation, turn)))
 
     def at(self, times_ns: Times, limits: OdometryConfig) -> Poses:
-        """Return the poses at instants [ns] between samples, shape (n,): never extrapolated.
+        """Return the poses at instants between samples, shape (n,); never extrapolated.
 
         Parameters
         ----------
         times_ns
             Instants [ns], ascending.
         limits
-            What the motion from the first to the last of them may be.
+            Limits of the motion between these instants.
 
         Raises
         ------
@@ -176,7 +174,7 @@ def _check(motion: Array, limits: OdometryConfig) -> None:
     """Raise OdometryError if a motion (duration, speed, turn rate) exceeds the limits."""
     allowed = limits.max_odometry_gap, limits.max_robot_speed, limits.max_robot_turn_rate
     most = motion.max(axis=1).tolist()
-    for value, limit, reason in zip(most, allowed, _TOO_MUCH, strict=True):
+    for value, limit, reason in zip(most, allowed, _OVER_LIMIT, strict=True):
         if value > limit:
             raise OdometryError(reason.format(limit), f'{value:.4g}')
 
@@ -194,7 +192,7 @@ def rotated(orientation: Array, vectors: Array) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Return the cross products of rows (3, n); np.cross is several times as slow."""
+    """Return the cross products of vectors (3, n); np.cross is several times slower."""
     (ax, ay, az), (bx, by, bz) = a, b
     result = np.empty_like(b)
     np.subtract(ay * bz, az * by, out=result[0])
@@ -224,7 +222,7 @@ def _normalized(orientation: Array) -> Array:
 
 
 def _continuous(orientation: Array) -> Array:
-    """Return the quaternions with signs such that neighbours are on one hemisphere."""
+    """Return the quaternions with signs such that neighbours are in one hemisphere."""
     flips = dots(orientation[1:], orientation[:-1]) < 0.0
     if not np.count_nonzero(flips):
         return orientation

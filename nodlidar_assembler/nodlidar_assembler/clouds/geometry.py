@@ -1,4 +1,4 @@
-"""Where the beams of a scan start and point, before the nod turns them."""
+"""Origin, direction and time of the beams of a scan in the nodding frame."""
 
 from dataclasses import dataclass, field
 import math
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 # The laser's pose in the nodding frame on the reference sensor: z_off above the nod axis.
 REFERENCE_MOUNT = Pose.from_xyzrpy((0.0, 0.0, 0.080, 0.0, 0.0, 0.0))
 
-# Least step between beams [rad]: a thousandth of that of the finest scanners.
+# Least step between beams [rad]: a thousandth of the finest scanners' step.
 _LEAST_STEP = 1e-6
-# A scan may go around this often; a message with more beams is not of one scan.
+# A message with beams of more revolutions is not one scan.
 _MOST_REVOLUTIONS = 2.0
-# Of one revolution [s]: beyond these no lidar turns.
+# Shortest and longest revolution of any lidar [s].
 _SHORTEST, _LONGEST = 5e-4, 20.0
 
 
@@ -45,23 +45,23 @@ class MountConfig:
 
 @dataclass(frozen=True, slots=True)
 class ScanGeometry:
-    """The part of a LaserScan that does not change from one scan to the next.
+    """The fields of a LaserScan that are equal for all scans of a lidar.
 
     Attributes
     ----------
     beams
-        Number of beams in a scan.
+        Number of beams.
     angle_min, angle_increment
         Azimuth of the first beam and step between beams [rad].
     time_increment
         Time between beams [s].
     range_min, range_max
-        Nearest and farthest range that is a measurement [m].
+        Shortest and longest valid range [m].
 
     Raises
     ------
     ParameterError
-        If there are no beams or their angles, times or limits are none.
+        If there are no beams, or their angles, times or range limits are invalid.
     """
 
     beams: int
@@ -103,17 +103,17 @@ class Beams:
     Attributes
     ----------
     geometry
-        What the beams were computed from.
+        Geometry of the scans.
     mount
         Pose of the laser in the nodding frame.
     azimuth
-        Of each beam in the laser's frame [rad], shape (n,).
+        Azimuth of each beam in the laser's frame [rad], shape (n,).
     direction
-        Unit vectors, shape (3, n): a range r ends at ``direction * r + mount.position``.
+        Unit vectors, shape (3, n): range r ends at ``direction * r + mount.position``.
     offset
         Time of each beam after the first [s], shape (n,).
     offset_ns
-        The same in whole nanoseconds.
+        The same, rounded [ns].
     """
 
     geometry: ScanGeometry
@@ -140,5 +140,5 @@ class Beams:
 
 
 def revolution_time(geometry: ScanGeometry) -> float:
-    """Return the time of one whole revolution of the lidar [s], dark part included."""
+    """Return the time of one revolution of the lidar [s], dark steps included."""
     return geometry.time_increment * 2.0 * math.pi / abs(geometry.angle_increment)

@@ -1,4 +1,4 @@
-"""The last seconds of joint samples, in the order of their time."""
+"""The joint samples of the last seconds, in ascending time."""
 
 from bisect import bisect_left, bisect_right
 from typing import NamedTuple
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SPAN_NS = 10 * NS_PER_S  # the longest deadline
-MOST_SAMPLES = 20_000  # however close their stamps are: 10 s at 2 kHz
+MOST_SAMPLES = 20_000  # 10 s at 2 kHz; stamps may be arbitrarily close
 
 
 class JointSamples(NamedTuple):
@@ -19,7 +19,7 @@ class JointSamples(NamedTuple):
 
 
 class JointHistory:
-    """Keeps joint samples; those of one stamp in the order in which they came."""
+    """Keeps joint samples; those with equal stamps in the order of arrival."""
 
     def __init__(self) -> None:
         self._times_ns: list[int] = []
@@ -31,7 +31,7 @@ class JointHistory:
         return self._times_ns[-1] if self._times_ns else None
 
     def add(self, time_ns: int, pitch: float) -> None:
-        """Add a sample [ns], [rad]; forget those older than the newest by SPAN_NS, or too many."""
+        """Add a sample [ns], [rad]; keep SPAN_NS before the newest, at most MOST_SAMPLES."""
         place = bisect_right(self._times_ns, time_ns)
         self._times_ns.insert(place, time_ns)
         self._pitch.insert(place, pitch)
@@ -45,17 +45,17 @@ class JointHistory:
         self._pitch.clear()
 
     def before(self, time_ns: int) -> int | None:
-        """Return the time [ns] of the last sample that is not after an instant [ns]."""
+        """Return the time of the last sample at or before an instant [ns]; None without one."""
         place = bisect_right(self._times_ns, time_ns)
         return self._times_ns[place - 1] if place else None
 
     def after(self, time_ns: int) -> int | None:
-        """Return the time [ns] of the first sample that is not before an instant [ns]."""
+        """Return the time of the first sample at or after an instant [ns]; None without one."""
         place = bisect_left(self._times_ns, time_ns)
         return self._times_ns[place] if place < len(self._times_ns) else None
 
     def between(self, begin_ns: int, end_ns: int) -> JointSamples:
-        """Return the samples from one instant to another [ns], both included."""
+        """Return the samples from one instant to another [ns], both inclusive."""
         chosen = slice(bisect_left(self._times_ns, begin_ns), bisect_right(self._times_ns, end_ns))
         return JointSamples(
             np.array(self._times_ns[chosen], dtype=np.int64),

@@ -1,4 +1,4 @@
-"""The last seconds of odometry, sample by sample."""
+"""The odometry samples of the last seconds."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
@@ -8,17 +8,17 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 import numpy as np
 
-SPAN_NS = 10 * NS_PER_S  # as TF keeps
-MOST_SAMPLES = 20_000  # however close their stamps are
+SPAN_NS = 10 * NS_PER_S  # as long as TF keeps transforms
+MOST_SAMPLES = 20_000  # 10 s at 2 kHz; stamps may be arbitrarily close
 
 
 class OdometryHistory:
-    """Keeps samples of a frame's pose; one that is not newer than the last is ignored.
+    """Keeps samples of a frame's pose; ignores those that are not newer than the last.
 
     Parameters
     ----------
     mount
-        Pose, in that frame, of the one whose odometry is wanted, if it is another.
+        Pose in that frame of the frame whose odometry `around` returns; None if it is the same.
     """
 
     def __init__(self, mount: Pose | None = None) -> None:
@@ -57,10 +57,10 @@ class OdometryHistory:
         Raises
         ------
         OdometryError
-            If one of them is no pose.
+            If one of them is not a valid pose.
         """
         first = bisect_right(self._times_ns, begin_ns) - 1
-        first = max(min(first, len(self._times_ns) - 2), 0)  # also at the very newest
+        first = max(min(first, len(self._times_ns) - 2), 0)  # two, also if it begins at the last
         chosen = slice(first, max(bisect_left(self._times_ns, end_ns) + 1, first + 2))
         position = np.array(self._positions[chosen], dtype=np.float64).reshape(-1, 3)
         orientation = np.array(self._orientations[chosen], dtype=np.float64).reshape(-1, 4)

@@ -1,4 +1,4 @@
-"""The motions from samples of odometry to the next: straight on, and turning evenly (SLERP).
+"""The motion between successive odometry samples: straight, at constant turn rate (SLERP).
 
 Between unit quaternions q0 and q1 whose half turn is h, SLERP (Shoemake 1985) is
 q(u) = cos(u h) q0 + sin(u h) p with p = (q1 - cos(h) q0) / sin(h), orthogonal to q0.
@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-# The sine of a smaller half turn [rad] is that angle to the last bit, so any may stand in for it.
+# Replaces smaller half turns [rad], whose sine equals the angle to the last bit: avoids 0 / 0.
 LEAST_HALF_TURN = 1e-9
 
 
 class Steps:
-    """The motions from samples (k + 1) of a frame's pose to the next.
+    """The k motions between k + 1 samples of a frame's pose.
 
     Parameters
     ----------
     time_ns
         Stamps [ns], strictly ascending, shape (k + 1,).
     position, orientation
-        Positions [m], shape (k + 1, 3); unit quaternions x, y, z, w, shape (k + 1, 4), each on one
-        hemisphere with the one before.
+        Positions [m], shape (k + 1, 3); unit quaternions x, y, z, w, shape (k + 1, 4), each in the
+        hemisphere of the one before.
 
     Attributes
     ----------
@@ -49,11 +49,11 @@ class Steps:
         self.motion[2] = 2.0 * half_turn / self.motion[0]
 
     def of(self, times_ns: Times) -> NDArray[np.intp]:
-        """Return in which step each instant [ns] between samples is, shape (n,)."""
+        """Return the index of the step that contains each instant [ns], shape (n,)."""
         return self._time_ns[1:-1].searchsorted(times_ns, side='right')
 
     def at(self, times_ns: Times, step: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Return positions (n, 3) and orientations (n, 4) at instants [ns], given their steps."""
+        """Return positions (n, 3) and orientations (n, 4) at instants [ns] in their steps."""
         since = times_ns - self._time_ns.take(step)
         position = self._velocity.take(step, axis=1)
         position *= since
@@ -73,5 +73,5 @@ def lengths(vectors: Array) -> Array:
 
 
 def dots(a: Array, b: Array) -> Array:
-    """Return the dot products of vectors (n, k) with others."""
+    """Return the dot products of vectors (n, k), row by row."""
     return np.asarray(np.einsum('ij,ij->i', a, b))

@@ -1,26 +1,24 @@
-"""Origins near the robot for clouds far from that of odometry, so that float32 keeps millimetres.
+"""Origins near the robot, so that float32 keeps millimetres far from the origin of odometry.
 
-A float32 has steps of 1 mm from 8192 m on, and of 6 cm at a million metres. So the origin of a
-cloud is the point nearest to the robot whose coordinates are whole multiples of SPACING: that of
-odometry itself up to 8192 m from it, and from there on one that keeps the robot within 8192 m of
-it in each coordinate. The shift is whole metres, which a float64 takes off without rounding.
+A float32 has steps of 1 mm from 8192 m on, and of 6 cm at a million metres. The origin of a cloud
+is therefore the point nearest to the robot whose coordinates are multiples of SPACING: the robot
+is at most 8192 m from it in each coordinate. Up to 8192 m from the origin of odometry, it is that
+origin. The shift is in whole metres, which a float64 subtracts without rounding.
 """
 
 from collections.abc import Sequence
 
 from nodlidar_assembler.clouds.ego_motion import OdometryError
 
-# Between origins [m].
-SPACING = 16_384
-# Beyond this [m], odometry itself, of float64, loses millimetres.
-FARTHEST = 1e12
+SPACING = 16_384  # of origins [m]
+FARTHEST = 1e12  # beyond this [m], float64 odometry itself loses millimetres
 
 Origin = tuple[int, int, int]
 OF_ODOMETRY: Origin = (0, 0, 0)
 
 
 def origin_near(position: Sequence[float]) -> Origin:
-    """Return the origin [m] for points around a position x, y, z [m], in the frame of odometry.
+    """Return the origin [m] for points near a position x, y, z [m], both in `odom`.
 
     Raises
     ------
@@ -35,7 +33,7 @@ def origin_near(position: Sequence[float]) -> Origin:
 
 
 def frame_of(origin: Origin, odom_frame: str) -> str:
-    """Return the name of the frame that has an origin: each has its own, which never moves."""
+    """Return the name of the fixed frame of an origin."""
     if origin == OF_ODOMETRY:
         return odom_frame
     return '_'.join((odom_frame, *map(str, origin)))

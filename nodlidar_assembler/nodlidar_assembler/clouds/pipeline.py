@@ -1,4 +1,4 @@
-"""Scans and joint samples in, clouds out: the whole assembly, live or offline."""
+"""The whole assembly, live or offline: scans, joint samples and odometry in, clouds out."""
 
 from dataclasses import dataclass
 
@@ -7,18 +7,17 @@ from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
+from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
-from nodlidar_assembler.clouds.turns import TurnFinder
 from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
 
-# Four encoder steps of the RX-24F: a reversal is then sure, and known a few samples after it.
-TURN_HYSTERESIS = 0.02
-# A nod that stands still closes a cloud after this time [s] instead of gathering without end.
+# Four encoder steps of the RX-24F [rad]: confirms a reversal within a few samples.
+REVERSAL_HYSTERESIS = 0.02
+# A cloud ends after this time [s] even if the nod stands still.
 LONGEST_SWEEP = 30.0
-
 
 CLOUD_MODES = ('scan', 'sweep')
 
@@ -57,20 +56,20 @@ class Scan:
 
 @dataclass(frozen=True, slots=True)
 class Assembled:
-    """A scan with all that is known of its beams.
+    """A scan with the pitch and end point of each beam.
 
     Attributes
     ----------
     scan, beams
-        The scan and its geometry, worked out.
+        The scan, and its beams in the nodding frame.
     pitch
-        Of each beam [rad], shape (n,).
+        Pitch of each beam [rad], shape (n,).
     placed
-        Where the beams ended in nodlidar_base_link.
+        End points of the beams in nodlidar_base_link.
     odometry
-        That compensated the motion of the base, if any did.
+        Odometry that compensated the motion of the base; None without compensation.
     clouds
-        Those that are complete with this scan.
+        Clouds that this scan completed.
     """
 
     scan: Scan
@@ -82,12 +81,12 @@ class Assembled:
 
 
 class Pipeline:
-    """Turns each scan into points and, when clouds are per sweep, gathers them.
+    """Turns each scan into points and, if clouds are per sweep, gathers them.
 
     Attributes
     ----------
     estimator
-        How long around a scan joint samples are needed, and how many scans fell back to slerp.
+        Estimator of the pitch of each beam.
     """
 
     def __init__(self, config: PipelineConfig) -> None:
@@ -96,30 +95,30 @@ class Pipeline:
         self._mount = Pose.from_xyzrpy((*config.laser_xyz, *config.laser_rpy))
         self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
         self._beams: Beams | None = None
-        self._turns = TurnFinder(TURN_HYSTERESIS)
+        self._reversals = ReversalFinder(REVERSAL_HYSTERESIS)
         self._sweeps: SweepGatherer | None = None
         if config.cloud_mode == 'sweep':
             self._sweeps = SweepGatherer(LONGEST_SWEEP, config.sweeps_per_cloud)
 
     def beams(self, geometry: ScanGeometry) -> Beams:
-        """Return the beams of a geometry, computed again only when it changes."""
+        """Return the beams of a geometry, recomputed only when it changes."""
         if self._beams is None or self._beams.geometry != geometry:
             self._beams = Beams(geometry, self._mount)
         return self._beams
 
     def restart(self) -> None:
-        """Begin anew, as when the clock was set; a cloud that is being gathered ends here."""
-        self._turns = TurnFinder(TURN_HYSTERESIS)
+        """Restart, as after the clock was set; a cloud that is being gathered ends here."""
+        self._reversals = ReversalFinder(REVERSAL_HYSTERESIS)
         if self._sweeps is not None:
             self._sweeps.end()
 
     def add_sample(self, time_ns: int, pitch: float) -> None:
-        """Add a joint sample [ns], [rad]; clouds per sweep end at the reversals it shows."""
+        """Add a joint sample [ns], [rad], in which the reversals that end clouds are found."""
         if self._sweeps is None:
             return
-        turn_ns = self._turns.add(time_ns, pitch)
-        if turn_ns is not None:
-            self._sweeps.add_turn(turn_ns)
+        reversal_ns = self._reversals.add(time_ns, pitch)
+        if reversal_ns is not None:
+            self._sweeps.add_reversal(reversal_ns)
 
     def add_scan(
         self,
@@ -128,17 +127,17 @@ class Pipeline:
         sample_pitch: NDArray[np.float64],
         odometry: Odometry | None = None,
     ) -> Assembled:
-        """Add a scan with the joint samples around it.
+        """Assemble a scan from the joint samples around it.
 
-        With the odometry of nodlidar_base_link around it, points are in the frame of odometry,
-        every beam at its own pose.
+        With odometry of nodlidar_base_link, points are in the frame of odometry, each beam placed
+        by the pose at its own instant.
 
         Raises
         ------
         PitchError
-            If the joint samples do not tell the pitch of every beam; the scan is then left out.
+            If the joint samples do not determine the pitch of every beam.
         OdometryError
-            If odometry does not tell the pose at every beam; likewise.
+            If odometry does not determine the pose at every beam.
         """
         beams = self.beams(scan.geometry)
         pitch = self.estimator.pitch(scan.stamp_ns, beams.offset, sample_ns, sample_pitch)
@@ -152,7 +151,7 @@ class Pipeline:
         return Assembled(scan, beams, pitch, placed, odometry, self._gathered(points))
 
     def _gathered(self, points: Points) -> list[Points]:
-        """Return the clouds that are complete with the points of the latest scan."""
+        """Return the clouds that the points of the latest scan complete."""
         if self._sweeps is not None:
             return self._sweeps.add_scan(points)
         return [points] if len(points.data) else []

@@ -10,33 +10,33 @@ from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 
-# A joint that tells a larger position [rad], or none that is finite, does not tell the pitch.
+# Largest position of a joint sample [rad]; beyond it, or not finite, it is ignored.
 LARGEST = 1e6
-# Samples that are missing at a reversal may cut off this much of it [rad].
+# Height of a reversal that missing samples may cut off [rad].
 MOST_CUT = 0.015
-# So many times as far apart as usual, some are missing between two samples.
+# A gap so many times the usual one means that samples are missing.
 _MISSING = 1.5
-# A joint whose speed changes by more [rad/s] jumps; it does not turn around.
-_FASTEST_TURN = 100.0
+# A larger change of speed [rad/s] is a jump, not a reversal.
+_LARGEST_SPEED_CHANGE = 100.0
 
 
 class PitchError(NodlidarError):
-    """Joint samples from which the pitch of a scan's beams cannot be told."""
+    """The joint samples do not determine the pitch of a scan's beams."""
 
 
 def ordered_samples(
     time_ns: NDArray[np.int64], pitch: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the samples up to LARGEST in ascending time; of equal stamps the last one given.
+    """Return the samples up to LARGEST in ascending time; of equal stamps, the last one.
 
     Parameters
     ----------
     time_ns, pitch
         Stamps [ns] and pitch [rad], both of shape (n,).
     """
-    told = np.abs(pitch) <= LARGEST
-    if not told.all():
-        time_ns, pitch = time_ns[told], pitch[told]
+    is_valid = np.abs(pitch) <= LARGEST
+    if not is_valid.all():
+        time_ns, pitch = time_ns[is_valid], pitch[is_valid]
     if (time_ns[1:] > time_ns[:-1]).all():
         return time_ns, pitch
     order = np.argsort(time_ns, kind='stable')
@@ -58,23 +58,23 @@ def beam_pitch(
     Parameters
     ----------
     estimator
-        ``nearest``: one sample, the nearest to the first beam, for the whole scan. ``ends``: the
-        pitch at the first and at the last beam, linear between (as laser_geometry does).
-        ``slerp``: between each pair of neighbouring samples.
+        ``nearest``: the sample nearest to the first beam, for the whole scan. ``ends``: linear
+        from the first to the last beam (as laser_geometry does). ``slerp``: interpolated per beam
+        between neighbouring samples.
     start_ns
         Instant of the first beam [ns].
     offset
         Time of each beam after the first [s], ascending, shape (n,).
     sample_ns, sample_pitch
-        Joint samples [ns], [rad], ascending, shape (m,). Unless ``nearest``, they must begin at
-        or before the first beam and end at or after the last.
+        Joint samples [ns], [rad], ascending, shape (m,). Except for ``nearest``, they must
+        bracket the beams.
     max_gap
-        Longest time between neighbouring samples that is interpolated over [s].
+        Longest time between neighbouring samples to interpolate over [s].
 
     Raises
     ------
     PitchError
-        If there are no samples, they do not bracket the beams, or leave too long a gap.
+        If there are no samples, they do not bracket the beams, or are too far apart.
     """
     if not len(sample_ns):
         raise PitchError('no joint samples')
@@ -88,17 +88,17 @@ def beam_pitch(
     return np.interp(offset, offset[[0, -1]], ends)
 
 
-def require_turns_seen(
+def require_reversals_sampled(
     offset: NDArray[np.float64],
     sample_time: NDArray[np.float64],
     sample_pitch: NDArray[np.float64],
     usual_gap: float,
 ) -> None:
-    """Raise PitchError if samples are missing where the joint turns around during the scan.
+    """Raise PitchError if samples are missing at a reversal during the scan.
 
-    Over a gap on a straight way interpolation is right, but at a reversal it cuts off the tip.
-    Where the slopes before and after a gap are off its own by a and b to the same side, two
-    straight legs meet in it at a height of ``a b / (a + b)`` times its duration above the chord.
+    Interpolation over a gap is right where the speed is constant, but cuts off the tip of a
+    reversal. If the slopes before and after a gap differ from its own by a and b to the same side,
+    two straight legs meet in it, ``a b / (a + b)`` times its duration above the chord.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def require_turns_seen(
     sample_time, sample_pitch
         Joint samples [s], [rad], ascending, shape (m,), which bracket the beams.
     usual_gap
-        Time between joint samples of which none is missing [s].
+        Time between joint samples if none is missing [s].
     """
     gap = np.diff(sample_time)
     is_used = (sample_time[1:] > offset[0]) & (sample_time[:-1] < offset[-1])
@@ -117,7 +117,7 @@ def require_turns_seen(
     if len(gap) < 2:
         raise PitchError('joint samples missing at a reversal')
     bend = np.diff(np.diff(sample_pitch) / gap)
-    bend[np.abs(bend) > _FASTEST_TURN] = 0.0
+    bend[np.abs(bend) > _LARGEST_SPEED_CHANGE] = 0.0
     before, after = np.append(bend[:1], bend), np.append(bend, bend[-1:])
     both = np.maximum(np.abs(before + after), 1e-300)
     height = np.maximum(before * after, 0.0) / both * gap

@@ -1,11 +1,11 @@
-"""The estimator that was chosen: which joint samples it needs, and the pitch of a scan's beams."""
+"""The configured estimator: which joint samples it needs, and the pitch of a scan's beams."""
 
 from collections import Counter
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.joint_order import JointSamplesConfig
 from nodlidar_assembler.clouds.leg_model import leg_pitch, LegModelError
-from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, require_turns_seen
+from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, require_reversals_sampled
 from nodlidar_assembler.clouds.usual_gap import UsualGap
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
@@ -46,17 +46,17 @@ class EstimatorConfig(JointSamplesConfig):
 
 
 class PitchEstimator:
-    """Tells the pitch of each beam of a scan.
+    """Computes the pitch of each beam of a scan.
 
-    ``trajectory`` is leg_model.leg_pitch, and ``slerp`` where that does not hold; for the others
-    see pitch.beam_pitch.
+    ``trajectory`` is leg_model.leg_pitch, or ``slerp`` where the fit fails; for the others see
+    pitch.beam_pitch.
 
     Attributes
     ----------
     margin_ns
-        How long before and after a scan joint samples are wanted [ns]; fewer will do.
+        Time before and after a scan from which joint samples are used, if available [ns].
     fallbacks
-        Scans by ``slerp`` instead of ``trajectory``, counted by reason.
+        Scans with ``slerp`` instead of ``trajectory``, counted by reason.
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
@@ -87,7 +87,7 @@ class PitchEstimator:
         Raises
         ------
         PitchError
-            If the samples do not bracket the beams, or leave too long a gap between them.
+            If the samples do not bracket the beams, or are too far apart.
         """
         samples = ordered_samples(sample_ns, sample_pitch)
         if self._name == 'nearest':
@@ -96,12 +96,12 @@ class PitchEstimator:
         usual_gap = self._usual_gap.add(samples[0])
         if self._name != 'trajectory':
             pitch = beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
-            require_turns_seen(offset, times, samples[1], usual_gap)
+            require_reversals_sampled(offset, times, samples[1], usual_gap)
             return pitch
         between = beam_pitch('slerp', start_ns, offset, *samples, self._max_joint_gap)
         try:
             return leg_pitch(start_ns, offset, *samples, self._joint_step)
         except LegModelError as error:
-            require_turns_seen(offset, times, samples[1], usual_gap)
+            require_reversals_sampled(offset, times, samples[1], usual_gap)
             self.fallbacks[str(error)] += 1
             return between

@@ -1,11 +1,11 @@
-"""The points of a cloud: one NumPy record each, laid out as PointCloud2 carries them."""
+"""The points of a cloud: one NumPy record each, laid out as in PointCloud2."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-# Field order, types and the aligned 24-byte step are those that PCL-based consumers read fastest.
+# PCL-based consumers read this order, these types and the aligned 24-byte step fastest.
 POINT = np.dtype(
     [
         ('x', np.float32),
@@ -18,7 +18,7 @@ POINT = np.dtype(
     align=True,
 )
 
-# Points in the frame of odometry. They have no `time`, by which a consumer would move them again.
+# Points in the frame of odometry, without `time`, so that no consumer deskews them again.
 MOVED_POINT = np.dtype(
     [(name, POINT[name]) for name in ('x', 'y', 'z', 'intensity', 'ring')], align=True
 )
@@ -27,7 +27,7 @@ _FIELD_TYPES = {np.dtype(np.float32): 7, np.dtype(np.uint16): 4}  # as in PointF
 
 
 def fields(point: np.dtype[np.void]) -> list[tuple[str, int, int, int]]:
-    """Return name, offset [bytes], datatype and count of each PointField of points."""
+    """Return name, offset [bytes], datatype and count of each PointField of a point type."""
     return [
         (name, offset, _FIELD_TYPES[dtype], 1)
         for name, (dtype, offset, *_) in (point.fields or {}).items()
@@ -35,7 +35,7 @@ def fields(point: np.dtype[np.void]) -> list[tuple[str, int, int, int]]:
 
 
 def layout(data: NDArray[np.void]) -> dict[str, Any]:
-    """Return the layout of an unorganised, dense PointCloud2 of points, but for its fields."""
+    """Return the layout of an unorganised, dense PointCloud2 of points, without its fields."""
     return {
         'height': 1,
         'width': len(data),

@@ -1,4 +1,4 @@
-"""Gathers the points of scans into one cloud per sweep, or several, cut at the reversal."""
+"""Joins the points of scans into clouds of one or more sweeps, cut at the reversals."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -7,70 +7,69 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 
-# Reversals that are kept until scans come: a minute at 50 a second.
-MOST_TURNS = 3000
-# Scans of one cloud, whatever their stamps: half a minute at 100 a second.
+# Reversals kept until scans arrive: a minute at 50 per second.
+MOST_REVERSALS = 3000
+# Scans in one cloud, also if their stamps are equal: half a minute at 100 per second.
 MOST_SCANS = 3000
 
 
 @dataclass(slots=True)
 class SweepGatherer:
-    """Holds points until the reversal that ends their last sweep is known.
+    """Holds points until the reversal that ends their cloud is known.
 
-    Turns and scans may come in any order: a turn that becomes known late still cuts the scan in
-    whose middle it was. The field ``ring`` counts the scans of a cloud from 0.
+    A reversal may be added after the scan in which it happened; it still cuts that scan. The field
+    ``ring`` counts the scans of a cloud from 0.
 
     Attributes
     ----------
     max_duration
-        Longest cloud that is waited for [s]; it is closed then even without a turn, so that a
-        nod that stands still does not gather points without end.
+        Longest duration of a cloud [s]; at this age it ends without a reversal, so that a nod at
+        rest does not gather points without limit.
     sweeps
-        How many make one cloud.
+        Sweeps per cloud.
     """
 
     max_duration: float
     sweeps: int = 1
     _scans: list[Points] = field(default_factory=list)
-    _turns_ns: deque[int] = field(default_factory=deque)
+    _reversals_ns: deque[int] = field(default_factory=deque)
     _ended: list[Points | None] = field(default_factory=list)
-    _turned: int = 0  # turns since the last cloud was cut
+    _since_cut: int = 0  # reversals since the last one that ends a cloud
 
-    def add_turn(self, turn_ns: int) -> None:
-        """Add the instant of a reversal [ns]; they ascend.
+    def add_reversal(self, reversal_ns: int) -> None:
+        """Add the instant of a reversal [ns], in ascending order.
 
-        Those that are older than the longest cloud wait for no scan any more.
+        Reversals older than twice the longest cloud are forgotten.
         """
-        self._turned = (self._turned + 1) % self.sweeps
-        if self._turned == 0:
-            self._turns_ns.append(turn_ns)
-            oldest_ns = turn_ns - 2 * self.max_duration * NS_PER_S
-            while self._turns_ns[0] < oldest_ns or len(self._turns_ns) > MOST_TURNS:
-                self._turns_ns.popleft()
+        self._since_cut = (self._since_cut + 1) % self.sweeps
+        if self._since_cut == 0:
+            self._reversals_ns.append(reversal_ns)
+            oldest_ns = reversal_ns - 2 * self.max_duration * NS_PER_S
+            while self._reversals_ns[0] < oldest_ns or len(self._reversals_ns) > MOST_REVERSALS:
+                self._reversals_ns.popleft()
 
     def end(self) -> None:
-        """End the cloud here, as when the clock was set; it is returned with the next scan."""
+        """End the cloud, as when the clock was set; `add_scan` returns it with the next scan."""
         if self._scans:
             self._ended.append(_joined(self._scans))
-        self._scans, self._turned = [], 0
-        self._turns_ns.clear()
+        self._scans, self._since_cut = [], 0
+        self._reversals_ns.clear()
 
     def add_scan(self, points: Points) -> list[Points]:
-        """Add the points of the next scan; return the clouds that are complete by now."""
+        """Add the points of the next scan; return the completed clouds."""
         if not len(points.data):
             return []
         if self._scans and points.time_ns[0] < self._newest_ns():
-            # Time went back: what came before it ends here.
-            self.end()
+            self.end()  # time went back
         clouds, self._ended = self._ended, []
         if self._scans and self._is_too_long(points):
             clouds.append(self._cut(self._newest_ns() + 1))
         if not self._scans:
-            while self._turns_ns and self._turns_ns[0] <= points.time_ns[0]:
-                self._turns_ns.popleft()
+            while self._reversals_ns and self._reversals_ns[0] <= points.time_ns[0]:
+                self._reversals_ns.popleft()
         self._scans.append(points)
-        while self._turns_ns and self._scans and self._newest_ns() >= self._turns_ns[0]:
-            clouds.append(self._cut(self._turns_ns.popleft()))
+        while self._reversals_ns and self._scans and self._newest_ns() >= self._reversals_ns[0]:
+            clouds.append(self._cut(self._reversals_ns.popleft()))
         return [cloud for cloud in clouds if cloud is not None]
 
     def _newest_ns(self) -> int:
@@ -81,7 +80,7 @@ class SweepGatherer:
         return duration_ns > self.max_duration * NS_PER_S or len(self._scans) >= MOST_SCANS
 
     def _cut(self, end_ns: int) -> Points | None:
-        """Take everything before an instant out as one cloud; None if there is nothing."""
+        """Remove and return the points before an instant [ns]; None if there are none."""
         before, after = [], []
         for scan in self._scans:
             cut = int(np.searchsorted(scan.time_ns, end_ns, side='left'))
@@ -92,7 +91,7 @@ class SweepGatherer:
 
 
 def _joined(scans: list[Points]) -> Points | None:
-    """Join scans into one cloud whose times count from its first point, in the first's frame."""
+    """Return scans as one cloud: times count from its first point, origin of the first scan."""
     if not scans:
         return None
     origin = scans[0].origin

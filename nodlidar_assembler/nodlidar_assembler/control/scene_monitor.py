@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
 from nodlidar_assembler.clouds.geometry import MountConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled
-from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
+from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig

@@ -1,1 +1,1 @@
-"""Messages, rclpy's or those of a bag, as checked values: scans, joint samples."""
+"""Messages, from rclpy or a bag, as checked values: scans and joint samples."""

@@ -1,4 +1,4 @@
-"""JointState messages as samples of the nod's joint."""
+"""JointState messages as samples of the nod joint."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import LATEST_NS, time_ns
 
-# Names of other joints that are told where the nod's is missing.
+# Names of other joints in the message about the missing one.
 _MOST_OTHERS = 20
 
 
@@ -44,19 +44,21 @@ class JointInputConfig(JointSamplesConfig):
 class JointInput:
     """Finds the samples of one joint in joint states, and counts the malformed ones.
 
-    Messages without that joint are other joints' (a robot has many on one topic) and not counted.
-    Samples leave in the order of their time, but for the first after time went back.
+    Messages without that joint belong to others on the same topic and are ignored. Samples are
+    returned in ascending time, except for the first after time went back.
 
     Parameters
     ----------
     config
-        Names the joint, and tells how its positions and stamps are to be taken.
+        Name of the joint, zero and direction of its positions, delay of its stamps.
     drops
-        Where malformed ones are counted.
+        Counter of malformed and misordered joint states.
     """
 
-    MALFORMED = f'joint state without a position up to {LARGEST:g} rad, or not of 1970 to 2038'
-    OUT_OF_ORDER = 'joint state of another time than those around it'
+    MALFORMED = (
+        f'joint state without a position up to {LARGEST:g} rad or a stamp between 1970 and 2038'
+    )
+    OUT_OF_ORDER = 'joint state whose stamp does not fit its neighbours'
 
     def __init__(self, config: JointInputConfig, drops: Counter[str]) -> None:
         self._joint_name, self._zero = config.joint_name, config.joint_zero
@@ -69,41 +71,41 @@ class JointInput:
 
     @property
     def trouble(self) -> str:
-        """Why no joint state told of the joint, in words; empty if one did."""
+        """Why there is no joint state with the joint; empty if there was one."""
         if self._heard:
             return ''
         if not self._others:
             return 'no joint state was heard'
         others = ', '.join(f"'{name}'" for name in sorted(self._others))
-        return f"no joint state tells of '{self._joint_name}', but of {others}"
+        return f"no joint state contains '{self._joint_name}', only {others}"
 
     def restart(self) -> None:
-        """Begin anew with whatever comes next: the clock was set."""
+        """Restart after the clock was set: the next sample may be of any time."""
         self._order.restart()
-        self._count_left_out()
+        self._count_rejected()
 
     def tells_of_joint(self, message: Any) -> bool:
-        """Tell whether a message is about the nod's joint."""
+        """Return whether a message contains the nod joint."""
         return self._joint_name in message.name
 
     def samples(self, message: Any) -> list[tuple[int, float]]:
-        """Take a joint state; return the samples [ns], [rad] that are sure by now."""
+        """Take a joint state; return the samples [ns], [rad] that are confirmed by it."""
         if not self.tells_of_joint(message):
             if len(self._others) < _MOST_OTHERS:
                 self._others.update(message.name[:_MOST_OTHERS])
             return []
         self._heard = True
         index = message.name.index(self._joint_name)
-        told = index < len(message.position) and abs(message.position[index]) <= LARGEST
+        has_position = index < len(message.position) and abs(message.position[index]) <= LARGEST
         measured_ns = time_ns(message.header.stamp) - self._delay_ns
-        if not (told and 0 <= measured_ns <= LATEST_NS):
+        if not (has_position and 0 <= measured_ns <= LATEST_NS):
             self._drops[self.MALFORMED] += 1
             return []
         pitch = self._sign * (float(message.position[index]) - self._zero)
-        sure = self._order.add(measured_ns, pitch)
-        self._count_left_out()
-        return sure
+        confirmed = self._order.add(measured_ns, pitch)
+        self._count_rejected()
+        return confirmed
 
-    def _count_left_out(self) -> None:
-        if self._order.left_out:
-            self._drops[self.OUT_OF_ORDER] = self._order.left_out
+    def _count_rejected(self) -> None:
+        if self._order.rejected:
+            self._drops[self.OUT_OF_ORDER] = self._order.rejected

@@ -1,4 +1,4 @@
-"""LaserScan messages as scans, those from which points can be made."""
+"""LaserScan messages as checked scans."""
 
 from dataclasses import dataclass
 import math
@@ -42,21 +42,21 @@ class ScanInputConfig:
 
 
 class RefusedScanError(NodlidarError):
-    """A scan from which no points can be made; reasons are counted, so no value is in them."""
+    """A malformed or mistimed scan; drops are counted by the message, so it has no value."""
 
 
 class ScanInput:
-    """Takes scans as the parameters say, and refuses those that are malformed or mistimed.
+    """Converts scans as configured, and refuses malformed and mistimed ones.
 
     Parameters
     ----------
     config
-        Tells how their times are to be taken, and how far they see.
+        Delay of the stamps, default time_increment, largest range.
 
     Attributes
     ----------
     watch
-        Knows the lidar's revolutions, and how many scans are missing.
+        Follows the lidar's revolutions, and counts missing scans.
     """
 
     def __init__(self, config: ScanInputConfig) -> None:
@@ -66,7 +66,7 @@ class ScanInput:
         self._max_range = config.max_range or math.inf
 
     def scan(self, message: Any) -> Scan:
-        """Return a LaserScan as a scan; raises RefusedScanError."""
+        """Return a LaserScan as a scan, or raise RefusedScanError."""
         try:
             scan = scan_from_message(
                 message, self._delay_ns, self._time_increment, self._max_range

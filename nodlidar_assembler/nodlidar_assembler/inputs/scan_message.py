@@ -1,4 +1,4 @@
-"""LaserScan messages, rclpy's or those read from a bag, as scans."""
+"""LaserScan messages, from rclpy or a bag, as scans."""
 
 from functools import lru_cache
 import math
@@ -22,16 +22,16 @@ def scan_from_message(
     message
         The LaserScan.
     delay_ns
-        How much later than its first beam it is stamped [ns].
+        Delay of its stamp after the first beam [ns].
     time_increment
-        Time between beams [s], where the message tells none.
+        Time between beams if the message has none [s].
     max_range
-        What is farther is no measurement, whatever the message says [m].
+        Largest range that is a measurement, if below the message's range_max [m].
 
     Raises
     ------
     ParameterError
-        If the message's stamp, angles, times or limits are none.
+        If the message's stamp, angles, times or range limits are invalid.
     """
     stamp_ns = time_ns(message.header.stamp) - delay_ns
     if not 0 <= stamp_ns <= LATEST_NS:

@@ -118,7 +118,7 @@ class Diagnosis:
         publishers = self._node.count_publishers(scans.sub.topic_name)
         told = {
             scans.sub.topic_name: publishers,
-            f"'{self._joint_name}'": states.publishers.telling,
+            f"'{self._joint_name}'": states.publishers.active,
         }
         return {what: count for what, count in told.items() if count > 1}
 

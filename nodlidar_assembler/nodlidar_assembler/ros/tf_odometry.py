@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 import math
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.clouds.turns import TIME_JUMP_NS
+from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
 from rclpy.clock import ClockType

@@ -1,29 +1,29 @@
-"""Finds the instants at which the measured nod turned around."""
+"""Reversals of the nod, found in the joint samples."""
 
 from collections import deque
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-# A sample that is older than the last one by this much is the first of a clock that was set.
+# A sample older than the last one by this much means that the clock was set.
 TIME_JUMP_NS = 1_000_000_000
-# Remembered of a joint at rest, or nearly so: 100 s at 100 Hz.
+# Samples kept while the joint hardly moves: 100 s at 100 Hz.
 MOST_SAMPLES = 10_000
 
 
 @dataclass(slots=True)
-class TurnFinder:
-    """Finds reversals in joint samples, given one by one.
+class ReversalFinder:
+    """Finds reversals in joint samples that are added one by one.
 
-    A turn is sure once the pitch has come back from its extreme by a depth: `hysteresis`, or the
-    largest step between samples of the leg where that is more. Its instant is the middle between
-    the two crossings of that level, before and after the extreme: the motion about a turn is
-    symmetric in time, and crossings at full speed are sharp where the extreme itself is flat and
-    quantised. With that depth, the two samples about a crossing are always of one leg.
+    A reversal is confirmed once the pitch has returned from its extreme by a depth: `hysteresis`,
+    or the largest step between samples of the leg if that is more. Its instant is the middle
+    between the crossings of that level before and after the extreme. The motion is symmetric about
+    a reversal, and a crossing at full speed is sharp, while the extreme is flat and quantised. At
+    that depth, the two samples around a crossing always belong to one leg.
 
     Attributes
     ----------
     hysteresis
-        Least way back from the extreme [rad]; several encoder steps.
+        Least return from the extreme [rad]; several encoder steps.
     """
 
     hysteresis: float
@@ -33,7 +33,7 @@ class TurnFinder:
     _samples: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=MOST_SAMPLES))
 
     def add(self, time_ns: int, pitch: float) -> int | None:
-        """Add the next joint sample; return the instant of a turn [ns] when it has become sure."""
+        """Add a joint sample [ns], [rad]; return the reversal's instant [ns] once confirmed."""
         if self._samples and time_ns <= self._samples[-1][0]:
             if self._samples[-1][0] - time_ns < TIME_JUMP_NS:
                 return None
@@ -73,18 +73,18 @@ class TurnFinder:
         return self._extreme - self._direction * self._depth
 
     def _crossing(self, toward_extreme: bool) -> int:
-        """Return when the pitch passed the level on its way to the extreme, or back from it."""
+        """Return when the pitch crossed the level toward the extreme, or away from it [ns]."""
         level = self._level()
         pairs = list(pairwise(self._samples))
         for (t0, p0), (t1, p1) in pairs if toward_extreme else reversed(pairs):
             rising = (p1 - p0) * self._direction > 0.0
             if p0 != p1 and rising == toward_extreme and min(p0, p1) <= level <= max(p0, p1):
                 return t0 + round((t1 - t0) * (level - p0) / (p1 - p0))
-        # The leg was shorter than the depth: where it began is all that is known.
+        # The leg was shorter than the depth, so only its begin is known.
         return self._samples[0][0]
 
     def _forget(self) -> None:
-        """Forget the samples before the last one that a crossing could begin with."""
+        """Forget the samples that a crossing can no longer need."""
         level = self._level()
         while len(self._samples) > 2 and (level - self._samples[1][1]) * self._direction >= 0.0:
             self._samples.popleft()
