@@ -12,10 +12,10 @@ setup(
         (f'share/{PACKAGE}', ['package.xml', 'LICENSE']),
     ],
     install_requires=['setuptools'],
-    extras_require={'test': ['pytest']},  # by which colcon test knows what runs the tests
+    extras_require={'test': ['pytest']},  # so that colcon runs the tests with pytest
     zip_safe=True,
     maintainer='nodlidar maintainers',
     maintainer_email='nodlidar@example.com',
-    description='What several nodlidar packages share.',
+    description='Modules that several nodlidar packages share.',
     license='Apache-2.0',
 )

@@ -13,7 +13,7 @@ setup(
         (f'share/{PACKAGE}/config', ['config/servo.yaml']),
     ],
     install_requires=['setuptools'],
-    extras_require={'test': ['pytest']},  # by which colcon test knows what runs the tests
+    extras_require={'test': ['pytest']},  # so that colcon runs the tests with pytest
     zip_safe=True,
     maintainer='nodlidar maintainers',
     maintainer_email='nodlidar@example.com',

@@ -18,14 +18,9 @@ class Device(Protocol):
 
     config: Any
 
-    def connect(self) -> None:
-        """Make the device ready; raises DeviceError."""
-
-    def cycle(self) -> None:
-        """Do one round of work; raises DeviceError."""
-
-    def disconnect(self) -> None:
-        """Switch the device off; raises DeviceError if it does not confirm it."""
+    def connect(self) -> None: ...  # noqa: D102
+    def cycle(self) -> None: ...  # noqa: D102
+    def disconnect(self) -> None: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """What the driver reports about the lidar and its scans."""
 
 from collections import Counter
+from copy import deepcopy
 from dataclasses import replace
 import math
 from typing import Any
@@ -43,7 +44,7 @@ class Diagnosis:
         self._periods = 1 + window.skip
         self._account = account
         self._lidar: Lidar | None = None
-        self._state = self._reported = LidarState(lost=account.lost.copy())
+        self._state = self._reported = LidarState(deepcopy(account))
         self._recent: Recent | None = None
 
     # The device's thread.
@@ -77,9 +78,8 @@ class Diagnosis:
     def _update(self, **changes: Any) -> None:
         self._state = replace(
             self._state,
+            account=deepcopy(self._account),
             link=Link.of(self._lidar) if self._lidar else None,
-            published=self._account.published,
-            lost=self._account.lost.copy(),
             **changes,
         )
 
@@ -88,7 +88,7 @@ class Diagnosis:
     def urgent(self, now_ns: int) -> tuple[object, ...]:
         """Return silence and the counts of what went wrong, at a time [ns]."""
         state = self._state
-        lost = sum(state.lost.values()) - state.lost[SETTLING]
+        lost = state.account.lost.total() - state.account.lost[SETTLING]
         return self._silence(state, now_ns) > 0.0, lost, state.late_scans, state.clock_steps
 
     def next_report(self, now_ns: int) -> Report:
@@ -104,13 +104,13 @@ class Diagnosis:
         if silence := self._silence(state, now_ns):
             warnings.append(f'no scan for {silence:.1f} s')
         figures = {name: str(count) for name, count in _counts(state).items()}
-        figures['Scans due'] = str(state.published + sum(state.lost.values()))
-        figures['Scans published'] = str(state.published)
+        figures['Scans due'] = str(state.account.due)
+        figures['Scans published'] = str(state.account.published)
         if state.link is None or math.isnan(state.latency):
             self._recent = None
             return Report(figures, tuple(warnings))
         expected = 1.0 / self._scan_period(state.link)
-        rate = self._rate(state.published, now_ns, expected)
+        rate = self._rate(state.account.published, now_ns, expected)
         warnings += _link_warnings(state.link, rate, expected)
         figures |= _link_figures(state.link, rate, state.latency, max(lateness, default=0.0))
         return Report(figures, tuple(warnings))
@@ -141,8 +141,9 @@ class Diagnosis:
 
 def _counts(state: LidarState) -> Counter[str]:
     """Return what went wrong so far."""
-    names = {name: f'Scans dropped: {name}' for name in state.lost} | {MISSED: 'Scans missed'}
-    counts = Counter({names[reason]: count for reason, count in state.lost.items()})
+    lost = state.account.lost
+    names = {name: f'Scans dropped: {name}' for name in lost} | {MISSED: 'Scans missed'}
+    counts = Counter({names[reason]: count for reason, count in lost.items()})
     counts[_CLOCK_STEPS] = state.clock_steps
     return counts
 

@@ -178,7 +178,7 @@ class ScipClient:
         for _ in range(STOP_ATTEMPTS):
             self._port.write(STOP.request)
             deadline_ns = self._clock() + round(READ_TIMEOUT * 1e9)
-            while (data := self._port.read_some()) and self._clock() < deadline_ns:
+            while (data := self._port.read()) and self._clock() < deadline_ns:
                 received = (received + data)[-_LONGEST_ANSWER:]
                 if re.search(STOP.confirmation, received):
                     return

@@ -102,10 +102,6 @@ class ScipPort:
             for _ in range(4):
                 self._port.read(self._port.in_waiting)
 
-    def read_some(self) -> bytes:
-        """Return the next bytes as soon as there are any, or none after READ_TIMEOUT."""
-        return self._read(1)
-
     def _fill(self, wanted: int, timeout: float) -> None:
         if self._useless > _MOST_USELESS:
             raise DeviceError(
@@ -120,11 +116,12 @@ class ScipPort:
         for _ in range(math.ceil(timeout / READ_TIMEOUT)):
             if not self._keep_going():
                 raise StoppedError('stopped waiting for the lidar')
-            if data := self._read(wanted):
+            if data := self.read(wanted):
                 return data
         raise SilenceError(f'the lidar sent nothing for {timeout} s')
 
-    def _read(self, wanted: int) -> bytes:
+    def read(self, wanted: int = 1) -> bytes:
+        """Return the next bytes, as soon as there are `wanted` ones or after READ_TIMEOUT."""
         with port_errors():
             data = self._port.read(max(wanted, self._port.in_waiting, 1))
         self.arrival_ns = self._clock()

@@ -1,11 +1,11 @@
 """What the device's thread passes on to the diagnostics."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 import math
 
 from nodlidar_driver.identity import Capabilities, State, Version
 from nodlidar_driver.lidar import Lidar
+from nodlidar_driver.scan_account import ScanAccount
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,51 +17,25 @@ class Link:
     state: State
     is_synchronised: bool
     drift_ppm: float
-    jitter: float
+    jitter: float  # s
 
     @classmethod
     def of(cls, lidar: Lidar) -> 'Link':
         """Return the present link to a lidar."""
-        clock = lidar.device_clock
-        return cls(
-            lidar.version,
-            lidar.capabilities,
-            lidar.state,
-            clock.synchronised,
-            clock.drift_ppm,
-            clock.jitter,
-        )
+        clock, identity = lidar.device_clock, (lidar.version, lidar.capabilities, lidar.state)
+        return cls(*identity, clock.synchronised, clock.drift_ppm, clock.jitter)
 
 
 @dataclass(frozen=True, slots=True)
 class LidarState:
-    """The lidar and its scans so far, as the device's thread passes them on.
+    """The lidar and its scans so far; counts are over all connections."""
 
-    Attributes
-    ----------
-    link
-        The connected lidar; None without one.
-    heard_ns
-        Time of the latest scan, or else of the connection [ns].
-    latency
-        Time from the first beam of the latest scan to its arrival [s]; NaN before the first scan.
-    published, lost
-        Scans published, and lost by reason, over all connections.
-    scans, late_scans
-        Scans that were dated, and those of them that were late.
-    lateness
-        Lateness of the latest scans [s].
-    clock_steps, last_clock_step
-        How often the host's clock was set, and by how much it was last [s].
-    """
-
-    link: Link | None = None
-    heard_ns: int = 0
-    latency: float = math.nan
-    published: int = 0
-    lost: Mapping[str, int] = field(default_factory=dict)
-    scans: int = 0
+    account: ScanAccount  # a copy that nobody changes
+    link: Link | None = None  # None while not connected
+    heard_ns: int = 0  # time of the latest scan, or else of the connection
+    latency: float = math.nan  # s, from first beam to arrival of the latest scan
+    scans: int = 0  # dated scans
     late_scans: int = 0
-    lateness: tuple[float, ...] = ()
-    clock_steps: int = 0
-    last_clock_step: float = 0.0
+    lateness: tuple[float, ...] = ()  # s, of the latest scans
+    clock_steps: int = 0  # of the host's clock
+    last_clock_step: float = 0.0  # s

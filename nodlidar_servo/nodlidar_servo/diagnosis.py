@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
@@ -60,32 +61,33 @@ class Diagnosis:
         self._feedback_rate = feedback_rate
         self._servo: Servo | None = None
         self._recent = Recent(_WINDOW)
-        self._connected_ns = 0
         self._refused_reported = 0
 
     # The device's thread.
 
-    def connected(self, servo: Servo, now_ns: int, latency_warning: str) -> None:
-        """Report about this servo from a time [ns] on."""
+    def connected(self, servo: Servo, latency_warning: str) -> None:
+        """Report about this servo from now on."""
         self._servo = servo
-        link = Link(now_ns, servo.limits, latency_warning, servo.torque, servo.shut_down, None)
-        self._update(link, None)
+        self._update(latency_warning=latency_warning)
 
     def cycled(self, samples: Sequence[Sample], progress: Progress | None) -> None:
         """Report the samples of a cycle, and how the nod is followed, if there is one."""
-        servo, link = self._servo, self.state.link
-        if servo is not None and link is not None:
-            sample = samples[-1] if samples else link.sample
-            link = replace(link, torque=servo.torque, shut_down=servo.shut_down, sample=sample)
-        self._update(link, progress)
+        sample = samples[-1] if samples else self.state.sample
+        self._update(sample=sample, progress=progress)
 
     def disconnected(self) -> None:
         """Report only the counts until connected again."""
         self._servo = None
-        self._update(None, None)
+        self._update(latency_warning='', sample=None, progress=None)
 
-    def _update(self, link: Link | None, progress: Progress | None) -> None:
-        self.state = ServoState(self._figures.copy(), link, progress, self._following.fault)
+    def _update(self, **changes: Any) -> None:
+        self.state = replace(
+            self.state,
+            figures=self._figures.copy(),
+            link=Link.of(self._servo) if self._servo else None,
+            fault=self._following.fault,
+            **changes,
+        )
 
     # The thread of the diagnostics.
 
@@ -94,32 +96,25 @@ class Diagnosis:
         state = self.state
         failures = state.figures.failures
         failed = failures.total() - failures[LateReplyError.reason]
-        return state.fault, _alarms(state.link), failed, self._commands.are_current(now_ns)
+        return state.fault, _alarms(state), failed, self._commands.are_current(now_ns)
 
     def next_report(self, now_ns: int) -> Report:
         """Return the state at a time [ns] of the steady clock.
 
         Commands that were refused since the last report are a warning.
         """
-        state = self.state
-        self._count(state, now_ns)
-        warnings = [*self._refusals(), *self._command_warnings(state.link, now_ns)]
-        if state.link is not None:
-            warnings += [*self._rate_warnings(), *_out_of_limits(state.link)]
-            if state.link.latency_warning:
-                warnings.append(state.link.latency_warning)
-        fault = [state.fault] if state.fault else []
-        figures = self._loop_figures(state.figures, now_ns)
-        figures |= _phase_figures(state.progress) | _motor_figures(state.link)
-        return Report(figures, tuple(warnings), (*fault, *_alarms(state.link)))
-
-    def _count(self, state: ServoState, now_ns: int) -> None:
-        if state.link is not None and state.link.connected_ns != self._connected_ns:
+        state, counted = self.state, self.state.figures
+        if state.link is None:
             self._recent.clear()
-            self._connected_ns = state.link.connected_ns
-        self._recent.add(
-            now_ns, state.figures.failures + Counter({_SAMPLES: state.figures.samples})
-        )
+        self._recent.add(now_ns, Counter({_SAMPLES: counted.samples}) + counted.failures)
+        warnings = [*self._refusals(), *self._command_warnings(state.link, now_ns)]
+        warnings += [*self._rate_warnings(), *_out_of_limits(state)]
+        if state.latency_warning:
+            warnings.append(state.latency_warning)
+        fault = [state.fault] if state.fault else []
+        figures = self._loop_figures(counted, now_ns)
+        figures |= _phase_figures(state.progress) | _motor_figures(state)
+        return Report(figures, tuple(warnings), (*fault, *_alarms(state)))
 
     @property
     def _rate(self) -> float:
@@ -179,35 +174,37 @@ def _phase_figures(progress: Progress | None) -> dict[str, str]:
     }
 
 
-def _motor_figures(link: Link | None) -> dict[str, str]:
-    if link is None or link.sample is None:
+def _motor_figures(state: ServoState) -> dict[str, str]:
+    link, sample = state.link, state.sample
+    if link is None or sample is None:
         return {}
     return {
         'torque': 'on' if link.torque else 'off',
-        'pitch [rad]': f'{link.sample.pitch:.4f}',
-        'load [share of maximum]': f'{link.sample.load:.2f}',
-        'voltage [V]': f'{link.sample.voltage:.1f}',
-        'temperature [deg C]': str(link.sample.temperature),
+        'pitch [rad]': f'{sample.pitch:.4f}',
+        'load [share of maximum]': f'{sample.load:.2f}',
+        'voltage [V]': f'{sample.voltage:.1f}',
+        'temperature [deg C]': str(sample.temperature),
     }
 
 
-def _alarms(link: Link | None) -> tuple[str, ...]:
-    """Return what the motor reports as an error, which the samples bring."""
-    if link is None or link.sample is None:
-        return ()
-    errors = []
-    if link.sample.status:
-        errors.append(f'the servo reports: {status_names(link.sample.status)}')
+def _alarms(state: ServoState) -> list[str]:
+    """Return the errors that the motor reports in its samples."""
+    link, sample, errors = state.link, state.sample, []
+    if link is None or sample is None:
+        return []
+    if sample.status:
+        errors.append(f'the servo reports: {status_names(sample.status)}')
     if link.shut_down:
         names = status_names(link.shut_down)
         errors.append(f'the servo has shut down ({names}): deactivate and activate the node')
-    return tuple(errors)
+    return errors
 
 
-def _out_of_limits(link: Link) -> list[str]:
-    limits, sample, warnings = link.limits, link.sample, []
-    if sample is None:
+def _out_of_limits(state: ServoState) -> list[str]:
+    link, sample, warnings = state.link, state.sample, []
+    if link is None or sample is None:
         return []
+    limits = link.limits
     if not limits.voltage_min <= sample.voltage <= limits.voltage_max:
         allowed = f'{limits.voltage_min} to {limits.voltage_max} V'
         warnings.append(f'supply is {sample.voltage} V, outside {allowed}')

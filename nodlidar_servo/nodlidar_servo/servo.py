@@ -28,7 +28,7 @@ _RETURN_DELAY_UNIT_NS = 2000
 _REPLY_TO_ALL = 2
 _ATTEMPTS_TO_STOP = 8
 _SPARE = 6  # 44..49 may be read, too
-_TRIALS = 8  # reads that tell how long the adapter keeps replies
+_TRIALS = 8  # reads that measure how long the adapter holds replies back
 _USUAL_FOR = 0.5  # s; replies that have been late for so long are usual
 
 
@@ -162,7 +162,7 @@ class Servo:
         return delay * _RETURN_DELAY_UNIT_NS
 
     def _latency_timer_ns(self) -> int:
-        """Return how long the adapter keeps replies: all of it, if requests follow at once."""
+        """Return how long the adapter holds replies back: all of it, if requests follow at once."""
         return max(min(self._excess_ns(self._read_present()) for _ in range(_TRIALS)), 0)
 
     @property
@@ -192,7 +192,9 @@ class Servo:
 
     def _stamp(self, reply: Reply) -> int:
         if not self._usual.add(self._excess_ns(reply)):
-            raise LateReplyError('the reply of the servo came too late to tell when it measured')
+            raise LateReplyError(
+                'the reply of the servo is too late: the time of the measurement is unknown'
+            )
         return sample_time_ns(reply.sent_ns, reply.received_ns, self._wire(reply))
 
     def _excess_ns(self, reply: Reply) -> int:

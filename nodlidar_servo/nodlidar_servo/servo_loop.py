@@ -172,8 +172,9 @@ class ServoLoop:
     def _heard(self) -> None:
         self._failures, self._heard_ns = 0, self._steady()
 
-    def _silent_for(self) -> float:
-        return (self._steady() - self._heard_ns) / NS_PER_S
+    def _since(self, steady_ns: int) -> float:
+        """Return the time since a steady time [s]."""
+        return (self._steady() - steady_ns) / NS_PER_S
 
     def _steer(self) -> None:
         steady_ns, now_ns = self._steady(), self._clock()
@@ -182,16 +183,12 @@ class ServoLoop:
             self._following.rest()
             if self._servo.torque:
                 self._servo.set_torque(False)
-        elif self._sample is not None and self._age() < _LATEST_STEERING:
+        elif self._sample is not None and self._since(self._measured_ns) < _LATEST_STEERING:
             drive = tracker.step(now_ns, self._sample)
             self._servo.drive(drive.goal, drive.speed)
             self._following.drive(steady_ns, drive, tracker.nod, self._sample)
             self._figures.saturated_cycles += drive.saturated
         self.progress = None if tracker is None else tracker.progress()
-
-    def _age(self) -> float:
-        """Return the age of the latest sample [s]."""
-        return (self._steady() - self._measured_ns) / NS_PER_S
 
     def _attempt(self, step: Callable[[], None]) -> bool:
         """Do a step; return whether it succeeded. Raise a failure only if it lasts."""
@@ -202,7 +199,7 @@ class ServoLoop:
             self._failures += 1
             if isinstance(error, LateReplyError):
                 self._heard()
-            if self._failures >= FEWEST_FAILURES and self._silent_for() > LOST_AFTER:
+            if self._failures >= FEWEST_FAILURES and self._since(self._heard_ns) > LOST_AFTER:
                 raise
             return False
         return True

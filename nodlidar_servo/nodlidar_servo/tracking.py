@@ -40,25 +40,11 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How a nod is followed, for other threads.
-
-    Attributes
-    ----------
-    nod
-        The nod that is followed.
-    drive
-        Last command to the servo.
-    phase_error
-        Mean lateness of the servo [s]; NaN while it is not on the nod.
-    lead_ns
-        How much the nod is led [ns].
-    measured_ratio
-        Measured N_s over the commanded one; NaN before it is known.
-    """
+    """How a nod is followed, for other threads; see NodTracker and PhaseLead."""
 
     nod: NodTrajectory
     drive: Drive
-    phase_error: float
+    phase_error: float  # s
     lead_ns: int
     measured_ratio: float
 

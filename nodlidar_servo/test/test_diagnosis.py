@@ -43,7 +43,7 @@ def following():
 @pytest.fixture
 def diagnosis(figures, commands, following):
     diagnosis = Diagnosis(figures, commands, following, 100.0)
-    diagnosis.connected(servo(), 0, '')
+    diagnosis.connected(servo(), '')
     diagnosis.cycled([sample()], None)
     return diagnosis
 
@@ -71,10 +71,11 @@ def test_the_rate_is_that_since_the_last_report(diagnosis, figures):
 def test_a_new_connection_has_no_rate_yet(diagnosis, figures):
     diagnosis.next_report(SECOND)
     diagnosis.disconnected()
-    diagnosis.connected(servo(), 2 * SECOND, '')
+    diagnosis.next_report(2 * SECOND)
+    diagnosis.connected(servo(), '')
     figures.samples += 10
     diagnosis.cycled([sample()], None)
-    report = diagnosis.next_report(3 * SECOND)
+    report = diagnosis.next_report(2 * SECOND + SECOND // 2)
     assert report.figures['joint states per second'] == '0.0'
     assert not any('per second' in text for text in report.warnings)
 
@@ -127,14 +128,14 @@ def test_every_alarm_of_the_motor_is_an_error(diagnosis):
 
 
 def test_a_motor_that_has_shut_down_is_an_error_also_when_the_cause_is_gone(diagnosis):
-    diagnosis.connected(servo(shut_down=0x20), 0, '')
+    diagnosis.connected(servo(shut_down=0x20), '')
     diagnosis.cycled([sample()], None)
     (error,) = diagnosis.next_report(SECOND).errors
     assert error == 'the servo has shut down (overload): deactivate and activate the node'
 
 
 def test_a_slow_adapter_a_refusal_and_silence_are_warnings(diagnosis, commands):
-    diagnosis.connected(servo(torque=False), 0, 'slow')
+    diagnosis.connected(servo(torque=False), 'slow')
     commands.refuse(TOO_FAR)
     warnings = diagnosis.next_report(5 * SECOND).warnings
     assert warnings == (

@@ -88,7 +88,7 @@ class ServoNode(DeviceNode):
             self.get_logger().warning(warning)
         self._servo = Servo(port, self.config, self._host_time)
         self._servo.connect()
-        self._diagnosis.connected(self._servo, steady_ns(), warning)
+        self._diagnosis.connected(self._servo, warning)
         self._loop = ServoLoop(
             self._servo,
             self._commands,
