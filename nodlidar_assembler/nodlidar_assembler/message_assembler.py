@@ -20,7 +20,7 @@ class MessageAssembler(ScanAssembler):
     ----------
     config
         Parameters of the assembler.
-    odometry_trouble
+    missing_odometry
         Returns why there is no odometry; empty if there is some.
     mount
         See ScanAssembler.
@@ -36,20 +36,20 @@ class MessageAssembler(ScanAssembler):
     def __init__(
         self,
         config: AssemblerConfig,
-        odometry_trouble: Callable[[], str],
+        missing_odometry: Callable[[], str],
         mount: Pose | None = None,
     ) -> None:
         super().__init__(config, mount)
-        self._odometry_trouble = odometry_trouble
+        self._missing_odometry = missing_odometry
         self._scan_input = ScanInput(config)
         self.watch = self._scan_input.watch
         self.joint = JointInput(config, self.drops)
 
     @property
-    def trouble(self) -> str:
+    def missing_input(self) -> str:
         """Why there are no joint samples or no odometry; empty if there are both."""
-        tf = self._odometry_trouble()
-        return self.joint.trouble or (f'TF: {tf}' if tf else '')
+        tf = self._missing_odometry()
+        return self.joint.missing_input or (f'TF: {tf}' if tf else '')
 
     def scan(self, message: Any) -> Scan:
         """Return a LaserScan as a scan to be added; raises RefusedScanError, and counts it."""

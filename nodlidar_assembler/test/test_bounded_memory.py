@@ -83,7 +83,7 @@ def test_names_of_other_joints_are_not_kept_for_ever():
     joint = JointInput(AssemblerConfig(), drops={})
     for k in range(1000):
         joint.samples(JointState(name=[f'{k}.{n}' for n in range(50)]))
-    assert len(joint.trouble) < 1000
+    assert len(joint.missing_input) < 1000
 
 
 def test_sweeps_that_no_scan_reaches_are_not_kept_for_ever():

@@ -147,11 +147,11 @@ def test_other_joints_are_passed_over_and_the_own_one_is_found_among_them():
 
 def test_it_is_told_which_joints_there_are_until_the_own_one_is_heard():
     joint = JointInput(AssemblerConfig(joint_name='nod'), Counter())
-    assert joint.trouble == 'no joint state was heard'
+    assert joint.missing_input == 'no joint state was heard'
     joint.samples(joint_state(name=['leg', 'arm']))
-    assert joint.trouble == "no joint state contains 'nod', only 'arm', 'leg'"
+    assert joint.missing_input == "no joint state contains 'nod', only 'arm', 'leg'"
     joint.samples(joint_state())
-    assert joint.trouble == ''
+    assert joint.missing_input == ''
 
 
 def test_a_joint_of_another_convention_is_taken_as_it_is_meant():

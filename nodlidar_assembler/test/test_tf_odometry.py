@@ -79,13 +79,13 @@ def test_each_sample_is_noted_at_its_own_time_with_the_fixed_mount(bench):
     assert list(bench.history.around(START, START + 1).poses.position[0]) == [0.0, 0.0, 1.0]
 
 
-def test_before_the_mount_is_known_there_is_trouble_and_no_sample(node):
+def test_before_the_mount_is_known_there_is_no_odometry_and_no_sample(node):
     bench = Bench(node)
     bench.hear(0)
     assert bench.samples == 0
-    assert 'pivot' in bench.tf.trouble
+    assert 'pivot' in bench.tf.missing_input
     bench.mount()
-    assert (bench.samples, bench.tf.trouble) == (1, '')
+    assert (bench.samples, bench.tf.missing_input) == (1, '')
     bench.tf.unregister()
 
 
@@ -130,7 +130,7 @@ def test_time_of_frames_elsewhere_may_go_back(bench):
 def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):
     bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
     assert bench.samples == 0
-    assert bench.tf.trouble == "'pivot' is fixed in 'odom'"
+    assert bench.tf.missing_input == "'pivot' is fixed in 'odom'"
 
 
 def test_one_after_the_other_may_listen_with_the_clock_of_a_node(node):

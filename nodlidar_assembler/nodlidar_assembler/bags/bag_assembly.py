@@ -47,7 +47,7 @@ class BagAssembly:
         if tf is None:
             self.assembler = MessageAssembler(config, lambda: '')
         else:
-            self.assembler = MessageAssembler(config, lambda: tf.trouble, tf.mount)
+            self.assembler = MessageAssembler(config, lambda: tf.missing_input, tf.mount)
 
     def add(self, recorded: Recorded) -> None:
         """Add a message of one of the types SCAN, JOINT_STATE and TF."""

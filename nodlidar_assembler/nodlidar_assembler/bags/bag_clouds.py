@@ -159,8 +159,8 @@ def _check_result(source: BagSource, assembly: BagAssembly) -> None:
     if not assembly.counts['clouds']:
         assembler = assembly.assembler
         reasons = ', '.join(f'{n} {reason}' for reason, n in assembler.drops.items())
-        trouble = f' ({assembler.trouble})' if assembler.trouble else ''
-        why = f'{reasons}{trouble}' if reasons else 'none has a measurement'
+        missing = f' ({assembler.missing_input})' if assembler.missing_input else ''
+        why = f'{reasons}{missing}' if reasons else 'none has a measurement'
         raise BagError(f'no cloud comes of {scans} scans: {why}')
 
 

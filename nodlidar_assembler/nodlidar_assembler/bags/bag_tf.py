@@ -60,7 +60,7 @@ class BagTf:
         self._seen: set[Ends] = set()
 
     @property
-    def trouble(self) -> str:
+    def missing_input(self) -> str:
         """Why there is no odometry, in words; empty if there is."""
         if self._wanted in self._seen:
             return ''

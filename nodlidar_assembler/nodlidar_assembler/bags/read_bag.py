@@ -60,7 +60,7 @@ def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
     tf = BagTf(odom_frame, frame, static, moving)
     samples = {pose[0]: (*pose[1], *pose[2]) for message in again for pose in tf.samples(message)}
     if not samples:
-        raise BagError(f"'{path}' has {tf.trouble}")
+        raise BagError(f"'{path}' has {tf.missing_input}")
     stamps = sorted(samples)
     poses = np.array([samples[stamp] for stamp in stamps])
     odometry = Odometry(np.array(stamps, dtype=np.int64), Poses(poses[:, :3], poses[:, 3:]))

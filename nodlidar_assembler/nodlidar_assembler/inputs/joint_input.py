@@ -70,7 +70,7 @@ class JointInput:
         self._others: set[str] = set()
 
     @property
-    def trouble(self) -> str:
+    def missing_input(self) -> str:
         """Why there is no joint state with the joint; empty if there was one."""
         if self._heard:
             return ''
@@ -84,13 +84,13 @@ class JointInput:
         self._order.restart()
         self._count_rejected()
 
-    def tells_of_joint(self, message: Any) -> bool:
+    def has_joint(self, message: Any) -> bool:
         """Return whether a message contains the nod joint."""
         return self._joint_name in message.name
 
     def samples(self, message: Any) -> list[tuple[int, float]]:
         """Take a joint state; return the samples [ns], [rad] that are confirmed by it."""
-        if not self.tells_of_joint(message):
+        if not self.has_joint(message):
             if len(self._others) < _MOST_OTHERS:
                 self._others.update(message.name[:_MOST_OTHERS])
             return []

@@ -30,7 +30,7 @@ class AssemblyFilter(SimpleFilter):
         Clock of the deadlines; detects steps of the clock of the stamps.
     warn
         Called with a text for each scan that is dropped or not compensated.
-    odometry_trouble
+    missing_odometry
         Returns why there is no odometry; empty if there is some.
 
     Attributes
@@ -48,11 +48,11 @@ class AssemblyFilter(SimpleFilter):
         config: AssemblerConfig,
         clock: HostClock,
         warn: Callable[[str], None],
-        odometry_trouble: Callable[[], str],
+        missing_odometry: Callable[[], str],
     ) -> None:
         super().__init__()
         self._clock, self._warn = clock, warn
-        self.assembler = MessageAssembler(config, odometry_trouble)
+        self.assembler = MessageAssembler(config, missing_odometry)
         self.scans, self.samples = SimpleFilter(), SimpleFilter()
         scans.registerCallback(self.add_scan)
         states.registerCallback(self.add_state)
@@ -110,5 +110,5 @@ class AssemblyFilter(SimpleFilter):
         elif outcome.uncompensated:
             text = f'motion not compensated: {outcome.uncompensated}'
         if text:
-            trouble = self.assembler.trouble
-            self._warn(f'{text} ({trouble})' if trouble else text)
+            missing = self.assembler.missing_input
+            self._warn(f'{text} ({missing})' if missing else text)

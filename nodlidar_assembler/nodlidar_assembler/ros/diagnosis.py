@@ -141,7 +141,7 @@ class Diagnosis:
 
     def _silent(self) -> list[str]:
         texts = [f'no {name} for {silent:.1f} s' for name, silent in self._silences().items()]
-        return [*texts, *filter(None, [self._assembly.assembler.trouble])]
+        return [*texts, *filter(None, [self._assembly.assembler.missing_input])]
 
     def _warnings(self) -> list[str]:
         texts = [f'{count} publishers tell of {what}' for what, count in self._crowds().items()]

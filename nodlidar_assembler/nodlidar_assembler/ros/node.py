@@ -66,7 +66,7 @@ class Assembler(Node):
         states = Input(self, JointState, 'joint_states', STATES_WAITING, self.survival)
         self.inputs = {'scans': scans, 'joint states': states}
         self.assembly = AssemblyFilter(
-            scans, states, self.config, self._host_clock, self._warn, self._odometry_trouble
+            scans, states, self.config, self._host_clock, self._warn, self._missing_odometry
         )
         self.odometry: TfOdometry | None = None
         if self.config.ego_motion != 'off':
@@ -96,8 +96,8 @@ class Assembler(Node):
             lambda reason: self.assembly.assembler.drops.update([reason]),
         )
 
-    def _odometry_trouble(self) -> str:
-        return self.odometry.trouble if self.odometry is not None else ''
+    def _missing_odometry(self) -> str:
+        return self.odometry.missing_input if self.odometry is not None else ''
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=5.0)
@@ -114,7 +114,7 @@ class Assembler(Node):
 
     def _note_publisher(self, message: JointState) -> None:
         states = self.inputs['joint states']
-        if self.assembly.assembler.joint.tells_of_joint(message):
+        if self.assembly.assembler.joint.has_joint(message):
             states.publishers.note(states.publisher)
 
     def _scan_arrived(self, scan: Scan) -> None:

@@ -41,7 +41,7 @@ class TfOdometry(TransformListener):
     ----------
     newest_ns
         Time of the latest pose [ns]; None if there is none.
-    trouble
+    missing_input
         Why there is none, in words; empty if there is one.
     """
 
@@ -59,7 +59,7 @@ class TfOdometry(TransformListener):
     ) -> None:
         self._survival, self._on_drop = survival, on_drop
         self.newest_ns: int | None = None
-        self.trouble = 'no transform was heard'
+        self.missing_input = 'no transform was heard'
         self._odom_frame, self._frame = odom_frame, frame
         self._parents: dict[str, str] = {}
         self._newest_of: dict[str, int] = {}
@@ -138,16 +138,16 @@ class TfOdometry(TransformListener):
         try:
             latest = self.buffer.get_latest_common_time(self._odom_frame, self._frame)
             if not latest.nanoseconds:
-                self.trouble = f"'{self._frame}' is fixed in '{self._odom_frame}'"
+                self.missing_input = f"'{self._frame}' is fixed in '{self._odom_frame}'"
             if latest.nanoseconds <= (self.newest_ns or 0):
                 return
             asked = Time(nanoseconds=latest.nanoseconds, clock_type=ClockType.ROS_TIME)
             pose = self.buffer.lookup_transform(self._odom_frame, self._frame, asked).transform
         except TransformException as error:
-            self.trouble = str(error)
+            self.missing_input = str(error)
             return
         p, q = pose.translation, pose.rotation
-        self.newest_ns, self.trouble = latest.nanoseconds, ''
+        self.newest_ns, self.missing_input = latest.nanoseconds, ''
         self._on_sample(latest.nanoseconds, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 
