@@ -36,8 +36,8 @@ class Recording:
         Time of the first measured beam of each scan [ns], shape (s,).
     ranges
         As measured [m], shape (s, b); inf too far, -inf too near, NaN dropped out.
-    joint_stamp_ns, joint_position, joint_velocity
-        Time [ns], pitch [rad] and speed [rad/s] as measured by the servo, shape (j,).
+    joint_stamp_ns, joint_position
+        Time [ns] and pitch [rad] as measured by the servo, shape (j,).
     odometry_stamp_ns, odometry_pose
         Time [ns], shape (o,), and x [m], y [m], yaw [rad] of base_link in odom, shape (o, 3).
     true_time_ns, true_pitch, true_range
@@ -54,7 +54,6 @@ class Recording:
     ranges: Array
     joint_stamp_ns: Times
     joint_position: Array
-    joint_velocity: Array
     odometry_stamp_ns: Times
     odometry_pose: Array
     true_time_ns: Times
@@ -121,7 +120,6 @@ def simulate(
         ranges=sensor.rounded_ranges(true_range if faults is None else faults(true_range)),
         joint_stamp_ns=joints_ns,
         joint_position=_rounded(motion.position(joints_ns), sensor.joint_tick),
-        joint_velocity=_rounded(motion.velocity(joints_ns), sensor.speed_tick),
         odometry_stamp_ns=samples_ns,
         odometry_pose=pose,
         true_time_ns=beams_ns,

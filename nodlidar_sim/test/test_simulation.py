@@ -67,9 +67,8 @@ def test_joint_samples_are_ticks_at_62_hz_that_enclose_every_beam(room):
     ticks = room.joint_position / TICK
     np.testing.assert_allclose(ticks, np.rint(ticks), atol=1e-9)
     exact = triangle_motion(NOD, START_NS, START_NS + 5 * S)
-    position, velocity = exact.position(room.joint_stamp_ns), exact.velocity(room.joint_stamp_ns)
+    position = exact.position(room.joint_stamp_ns)
     assert np.abs(room.joint_position - position).max() <= TICK / 2.0 + 1e-12
-    assert np.abs(room.joint_velocity - velocity).max() <= 0.0117 / 2.0
 
 
 def test_odometry_comes_at_50_hz_in_odom():

@@ -393,7 +393,6 @@ def test_memory_stays_bounded_whatever_the_host_sends():
     host.urg.receive(b'QT\n' * 1000, START)
     assert len(host.urg._line) <= 80
     assert len(host.urg._pending) == 8
-    assert host.urg.lost_commands == 1000 - 8
 
 
 @pytest.mark.parametrize(('corrupt', 'drop'), [(0.01, 0.0), (0.0, 0.01)])

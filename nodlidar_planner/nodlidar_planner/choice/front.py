@@ -6,11 +6,12 @@ smaller hole, and none had as small a hole before. Most nods are rejected at the
 """
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_planner.choice.plan import Progress
 from nodlidar_planner.choice.search import spread
 from nodlidar_planner.choice.timing_error import hole_under_error, late_reversals
 from nodlidar_planner.holes.hole import (
@@ -25,8 +26,6 @@ from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
-
-Progress = Callable[[Iterable[Pattern]], Iterable[Pattern]]
 
 # Longest time of a corner [s].
 PATIENCE = 600.0

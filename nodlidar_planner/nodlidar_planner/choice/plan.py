@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from nodlidar_planner.choice.objective import HOLE_AFTER
 from nodlidar_planner.choice.timing_error import hole_under_error, under_error, UnderError
@@ -11,7 +12,7 @@ from nodlidar_planner.holes.hole import largest_hole
 from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import Task
 
-Progress = Callable[[Iterable[int]], Iterable[int]]
+Progress = Callable[[Iterable[Any]], Iterable[Any]]
 
 # Seeds of the reported runs: not those of the choice, in which the chosen nod was lucky.
 REPORTED_RUNS = range(1000, 1100)

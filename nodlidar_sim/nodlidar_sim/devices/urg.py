@@ -43,8 +43,6 @@ class UrgEmulator:
     ----------
     sensor
         Its state; tests inject faults there.
-    lost_commands
-        Commands that arrived while eight others were waiting for the end of the revolution.
     on_scan
         Called with each revolution of a stream just before it is sent; may record or change it.
     """
@@ -59,7 +57,6 @@ class UrgEmulator:
         rotation_phase: float = 0.0,
         scip11: bool = False,
     ) -> None:
-        self.lost_commands = 0
         self.on_scan: Callable[[Revolution], None] = lambda revolution: None
         self._measure = measure
         self._clock = UrgClock(start_ns, clock_rate, timer, rotation_phase)
@@ -76,8 +73,6 @@ class UrgEmulator:
         for line in filter(None, lines):
             if len(self._pending) < _MAX_PENDING:
                 self._pending.append(line[:MAX_LINE])
-            else:
-                self.lost_commands += 1
 
     def transmit(self, now_ns: int) -> bytes:
         """Remove and return the bytes that have reached the host by a time [ns]."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TypeVar
 
+from nodlidar_sim.world.shapes import dot
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
-Rows = Array | tuple[Array, Array, Array]
 _Kind = TypeVar('_Kind', bound=np.generic)
 
 RAYS = 31  # in a bundle: 682 beams are 22 of them
@@ -47,9 +47,9 @@ class Bundles:
     def __init__(self, starts: Array, ways: Array) -> None:
         self.starts, self.ways = bundled(starts), bundled(ways)
         self._center, self._axis = self.starts[..., MIDDLE], self.ways[..., MIDDLE]
-        apart = _squared(self.starts - self._center[..., None])
-        self._radius = np.sqrt(apart.max(axis=-1))
-        self._cosine = _dot(self.ways, self._axis[..., None]).min(axis=-1) - _SLACK
+        offset = self.starts - self._center[..., None]
+        self._radius = np.sqrt(dot(offset, offset).max(axis=-1))
+        self._cosine = dot(self.ways, self._axis[..., None]).min(axis=-1) - _SLACK
         self._sine = np.sqrt(1.0 - np.clip(self._cosine, 0.0, 1.0) ** 2)
 
     def __len__(self) -> int:
@@ -85,14 +85,6 @@ class Bundles:
         x, y, z = self._center
         ways = centers[0] - x, centers[1] - y, centers[2] - z
         reach = radii + self._radius
-        tangent = _squared(ways) - reach * reach
+        tangent = dot(ways, ways) - reach * reach
         grazing = self._cosine * np.sqrt(np.maximum(tangent, 0.0)) - self._sine * reach
-        return np.asarray((_dot(ways, self._axis) >= grazing) | (tangent <= 0.0))
-
-
-def _dot(a: Rows, b: Rows) -> Array:
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-def _squared(rows: Rows) -> Array:
-    return _dot(rows, rows)
+        return np.asarray((dot(ways, self._axis) >= grazing) | (tangent <= 0.0))

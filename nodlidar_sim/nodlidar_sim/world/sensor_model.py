@@ -33,9 +33,6 @@ class SensorModel:
     joint_tick: float = parameter(
         math.radians(300.0) / 1024.0, 'Step of the position', unit='rad', minimum=1e-9
     )
-    speed_tick: float = parameter(
-        0.111 * math.tau / 60.0, 'Step of the speed', unit='rad/s', minimum=1e-9
-    )
     acceleration: float = parameter(
         REVERSAL_ACCELERATION, 'Of the reversals', unit='rad/s2', minimum=1e-3
     )

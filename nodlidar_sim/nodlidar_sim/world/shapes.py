@@ -62,14 +62,12 @@ class Plane:
     def intersect(self, origins: Array, directions: Array) -> Array:
         """See Shape."""
         with np.errstate(all='ignore'):
-            along = _dot(self.normal, self.point[:, None] - origins) / _dot(
-                self.normal, directions
-            )
+            along = dot(self.normal, self.point[:, None] - origins) / dot(self.normal, directions)
         return np.where(along > 0.0, along, np.inf)
 
     def distance(self, points: Array) -> Array:
         """See Shape."""
-        return np.abs(_dot(self.normal, points - self.point[:, None]))
+        return np.abs(dot(self.normal, points - self.point[:, None]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -194,9 +192,9 @@ def _within_circle(offset: Array, along: Array, radius: float) -> tuple[Array, A
 
     A ray normal to the circle's plane (along the axis of a cylinder) is always inside or outside.
     """
-    speed = _dot(along, along)
-    towards = -_dot(offset, along)
-    outside = _dot(offset, offset) - radius**2
+    speed = dot(along, along)
+    towards = -dot(offset, along)
+    outside = dot(offset, offset) - radius**2
     with np.errstate(all='ignore'):
         reach = np.sqrt(towards**2 - speed * outside)
         enter, leave = (towards - reach) / speed, (towards + reach) / speed
@@ -220,7 +218,8 @@ def _hull_distance(beyond: Array) -> Array:
     return np.asarray(np.abs(outside + inside))
 
 
-def _dot(a: Sequence[Array] | Array, b: Sequence[Array] | Array) -> Array:
+def dot(a: Sequence[Array] | Array, b: Sequence[Array] | Array) -> Array:
+    """Return the scalar products of vectors given as rows."""
     total = a[0] * b[0]
     for one, other in zip(a[1:], b[1:], strict=True):
         total = total + one * other
@@ -228,4 +227,4 @@ def _dot(a: Sequence[Array] | Array, b: Sequence[Array] | Array) -> Array:
 
 
 def _length(rows: Array) -> Array:
-    return np.asarray(np.sqrt(_dot(rows, rows)))
+    return np.asarray(np.sqrt(dot(rows, rows)))
