@@ -1,7 +1,7 @@
-"""How much faster than real time a bag becomes clouds, what that time goes into, and the memory.
+"""The speed of assemble_bag against real time, the shares of its steps, and its memory.
 
-Times are of one core, the lower quartile of runs that take turns; what a step takes is the time
-with it less that without.
+Times are of one core, the lower quartile of interleaved runs. The time of a step is the time with
+it, less the time without it.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ from bench.report import Row
 Action = Callable[[], object]
 
 DURATION = 60.0
-LONGER = 8  # times as long is the bag that memory must not grow with
+LONGER = 8  # times as long: a second bag, which must not need more memory
 JOINT_RATE = 100.0
 ROUNDS = 9
 TITLE = (
@@ -50,7 +50,7 @@ print(peak.split()[1])
 
 
 def results() -> list[Row]:
-    """Return speed, shares of the time and memory by what is made of which bag."""
+    """Return speed, shares of the time and memory by bag and output."""
     with TemporaryDirectory() as folder:
         return _results(Path(folder))
 
@@ -82,7 +82,7 @@ def _recording(duration: float) -> Recording:
 
 
 def from_arrays(simulated: Recording) -> Row:
-    """Return how soon arrays are points."""
+    """Return the speed from arrays to points."""
     log = simulated_log(simulated)
     action = partial(_assembled, log)
     [(seconds, _)] = interleaved({'arrays': action}, ROUNDS)
@@ -95,11 +95,11 @@ def _assembled(log: Any) -> int:
 
 
 def from_bag(bag: Path, output: Path, config: AssemblerConfig) -> Row:
-    """Return how soon a bag is a file, and what the time goes into."""
+    """Return the speed from a bag to a file, and the shares of the steps."""
     steps: dict[str, Action] = {
         'read [%]': partial(_read, bag, config),
-        'decode [%]': partial(_deserialised, bag, config),
-        'assemble [%]': partial(_made, bag, config),
+        'decode [%]': partial(_decode, bag, config),
+        'assemble [%]': partial(_assemble, bag, config),
         'write [%]': partial(write_clouds, bag, output, config, Topics()),
     }
     times = [own for own, _ in interleaved(steps, ROUNDS)]
@@ -134,13 +134,13 @@ def _read(bag: Path, config: AssemblerConfig) -> None:
             pass
 
 
-def _deserialised(bag: Path, config: AssemblerConfig) -> None:
+def _decode(bag: Path, config: AssemblerConfig) -> None:
     with BagSource(bag) as source:
         for _ in source.messages(_wanted(config)):
             pass
 
 
-def _made(bag: Path, config: AssemblerConfig) -> None:
+def _assemble(bag: Path, config: AssemblerConfig) -> None:
     wanted = _wanted(config)
     with BagSource(bag) as source:
         static = (each.message for each in source.messages({f'{Topics().tf}_static': TF}))
@@ -153,7 +153,7 @@ def _made(bag: Path, config: AssemblerConfig) -> None:
 
 
 def peak_memory(bag: Path, output: Path) -> float:
-    """Return the most memory that the command holds at a time [MB]."""
+    """Return the peak memory of the command [MB]."""
     command = [sys.executable, '-c', MEASURED, str(bag), str(output)]
-    told = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-    return int(told.splitlines()[-1]) * 1024 / 1e6
+    output_text = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return int(output_text.splitlines()[-1]) * 1024 / 1e6

@@ -1,9 +1,8 @@
 """What each effect of the simulator costs per scan and how far it moves the result, by scene.
 
-Each effect is added, alone and of the size that a real set-up has, to a scene without any; so is
-who moves in it. A scene requires an effect that moves one of three figures by more than a
-threshold; what it does not require, it need not name. A robot that stands needs no odometry, and
-its points are put together without.
+Each effect is added, alone and with the size that it has in a real set-up, to a scene without any;
+so are moving people. A scene requires an effect that moves one of three figures by more than a
+threshold. Where the robot stands, points are assembled without odometry.
 """
 
 from collections.abc import Callable
@@ -33,12 +32,12 @@ TYPICAL = Effects(
     wheel_slip=0.02,
     heading_drift=0.001,
 )
-"""As of an URG-04LX, a servo that is told its nod, quartz, and wheels on a floor."""
+"""Of a URG-04LX, a servo that follows its nod, a quartz clock, and wheels on a floor."""
 LEAST_CHANGE = 0.10  # of the RMS distance, that counts
 LEAST_SHARE = 0.01  # of the points lost, or of the beams repeated, that counts
 NONE, PEOPLE, ALL = 'none', 'people', 'all'
-LINEAR = 0.58  # pitch up to which the nod is steady; beyond, it turns around [rad]
-THINNING = 10  # every so many points are compared with the surfaces
+LINEAR = 0.58  # pitch up to which the nod is steady; beyond, it reverses [rad]
+THINNING = 10  # one of so many points is compared with the surfaces
 
 TITLE = (
     f'Effects of typical size: what they cost and what they move, {DURATION:.0f} s at N_s = '
@@ -49,17 +48,17 @@ TITLE = (
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What a recording comes to.
+    """The figures of a recording.
 
     Attributes
     ----------
     rms
-        RMS distance of the points, in the frame of odometry, to what stands in the scene [m].
+        RMS distance of the points, in the frame of odometry, to the static surfaces [m].
     points
-        How many there are.
+        Their number.
     repeats
-        Share of the beams, where the nod is steady, that fall in a cell of the finest grid
-        (azimuth step x rows of span / N_s) in which a beam before fell.
+        Share of the beams, where the nod is steady, that fall into a cell of the finest grid
+        (azimuth step x rows of span / N_s) that an earlier beam hit.
     """
 
     rms: float
@@ -118,7 +117,7 @@ def moved(found: Figures, without: Figures) -> str:
 
 
 def size_in_words(name: str) -> str:
-    """Return the size of an effect with its unit; nothing for what has none."""
+    """Return the size of an effect with its unit; empty for no effect and for people."""
     unit = {f.name: limits_of(f).unit for f in fields(Effects)}
     return f'{getattr(TYPICAL, name):g} {unit[name]}'.strip() if name in unit else ''
 
@@ -137,7 +136,7 @@ def recording(scene: Scene, seed: int = 0) -> Recording:
 
 
 def figures(simulated: Recording) -> Figures:
-    """Return what comes of a recording whose points are put together as the node does it."""
+    """Return the figures of a recording whose points are assembled as in the node."""
     scene, log = simulated.world.scene, simulated_log(simulated)
     if scene.drives:
         log = replace(log, odometry=simulated_odometry(simulated))
@@ -149,7 +148,7 @@ def figures(simulated: Recording) -> Figures:
 
 
 def repeats(simulated: Recording) -> float:
-    """Return the share of the steady beams that repeat others."""
+    """Return the share of repeats among the beams where the nod is steady."""
     pitch = simulated.true_pitch
     row = np.floor((pitch / SPAN + 0.5) * SAMPLES_PER_SWEEP).astype(np.int64)
     cell = np.arange(pitch.shape[1]) * SAMPLES_PER_SWEEP + row

@@ -9,8 +9,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import degrees, inf, isfinite, pi, sin, tau
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import largest_square
@@ -42,7 +40,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Times = NDArray[np.int64]
 
-SCENES = {'room': 'tab:blue', 'corner': 'tab:orange', 'corridor': 'tab:green'}  # and colours
+SCENES = ('room', 'corner', 'corridor')
 ABOUT = (1001, 1401, 2001, 2801, 4001, 5601, 8001, 11201, 14001, 20001)
 WITHIN = 0.05  # of these the planner chooses N_s
 DURATION = 20.0  # of a recording [s]
@@ -135,21 +133,6 @@ def on_front(rows: Sequence[Row], *keys: str) -> list[bool]:
     return list(~better.any(axis=0) & np.isfinite(values).all(axis=1))
 
 
-def figure(rows: Sequence[Row]) -> Figure:
-    """Draw completion and hole against distance, by scene, with N_s and the fronts."""
-    result = Figure(figsize=(12, 5), layout='constrained')
-    for axes, (front, key) in zip(result.subplots(1, 2), FRONTS.items(), strict=True):
-        for scene, colour in SCENES.items():
-            _draw(axes, [row for row in rows if row[SCENE] == scene], key, front, colour)
-        axes.set(xlabel=RMS, ylabel=key, xscale='log', yscale='log')
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter('{x:g}')
-            axis.set_minor_formatter('{x:g}')
-        axes.grid(alpha=0.3, which='both')
-        axes.legend()
-    return result
-
-
 def _columns(task: Task) -> Integers:
     """Return the column of each measured beam, -1 outside the region."""
     return task.column_of_step()[SENSOR.first_step : SENSOR.last_step + 1]
@@ -231,14 +214,3 @@ def _surface_points(scene: Scene) -> Floats:
     xyz = xyz_of(_cloud(recording))
     chosen: Floats = xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]
     return chosen
-
-
-def _draw(axes: Axes, rows: list[Row], key: str, front: str, colour: str) -> None:
-    """Draw the nods of a scene that have both figures, and join those on the front."""
-    shown = [row for row in rows if row.get(key) is not None]
-    x, y = ([row[k] for row in shown] for k in (RMS, key))
-    axes.scatter(x, y, color=colour, s=16, label=rows[0][SCENE])
-    for row in shown:
-        axes.annotate(f' {row[N_S]}', (row[RMS], row[key]), color=colour, fontsize=7)
-    best = sorted((row[RMS], row[key]) for row in shown if row.get(front))
-    axes.plot(*zip(*best, strict=True), color=colour, linewidth=1)

@@ -1,12 +1,12 @@
-"""Fig. 11: a drive toward what is ahead, with fixed pitch limits and with compensated ones.
+"""Fig. 11: a drive toward an object ahead, with fixed and with compensated pitch limits.
 
-The drive takes N_s frames, which repeats are counted over: beams in a cell of the finest grid
-(lidar steps x rows of span/N_s, of the fixed limits) that a beam before them lies in. Beside it:
-points ahead and in the band of heights that lie in a cube of space with a point before them. Fixed
-limits are those that see the whole band from the start.
+The drive takes N_s frames. Repeats are beams in a cell of the finest grid (lidar steps x rows of
+span/N_s, of the fixed limits) that an earlier beam has hit. Repeats in space are points ahead and
+in the band of heights that share a cube with an earlier point. The fixed limits see the whole band
+from the start.
 
-The nod is that of the servo loop with all its faults (phase_lock), commanded as live: tied to the
-lidar's revolutions, other limits in mid-sweep. Points are what the assembler makes of the joint
+The nod is that of the servo loop with all its faults (phase_lock), commanded as in the node: tied
+to the lidar's revolutions, with new limits in mid-sweep. Points are assembled from the joint
 samples by slerp. Odometry is exact.
 """
 
@@ -36,7 +36,7 @@ from bench.report import Row
 
 Floats = NDArray[np.float64]
 
-TITLE = 'Fig. 11: drive toward what is ahead, share of repeats and evenness over the height'
+TITLE = 'Fig. 11: drive toward an object ahead, share of repeats and evenness over the height'
 
 CONFIG = PitchLimitsConfig()
 # Scene, start and end of the drive [m].
@@ -47,19 +47,19 @@ SETTLING = 20  # scans from rest to the nod, before the robot drives
 BRACKET = 0.03  # time after a scan within which joint samples come [s]
 HISTORY = 100  # joint samples kept: more than a second
 SENSOR = SensorModel()
-CUBES = (0.0025, 0.005, 0.01, 0.02)  # m
+CUBES = (0.0025, 0.005, 0.01)  # m
 SEED = 1  # of the servo's faults
 BINS = np.linspace(CONFIG.z_bottom, CONFIG.z_top, 20)
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What came of a drive.
+    """The points and the nod of a drive.
 
     Attributes
     ----------
     points
-        In the world, those that count, shape (n, 3).
+        In the world, ahead and in the band of heights, shape (n, 3).
     pitch
         Of every beam [rad], shape (scans, beams).
     """
@@ -83,7 +83,7 @@ def results() -> list[Row]:
 
 
 def drive(scene: Scene, start: float, end: float, compensate: bool, frames: int = N_S) -> Drive:
-    """Drive a way [m] in so many frames; the loop is closed scan by scan."""
+    """Drive from a place to another [m] in so many frames; the loop is closed scan by scan."""
     speed = (end - start) / (frames * SCAN_TIME)
     there = replace(scene, base_start=(start, 0.0, 0.0), base_velocity=(speed, 0.0))
     sensor = NoddingSensor(there, limits_at(CONFIG, _first_range(scene, start)), SEED)
@@ -108,21 +108,21 @@ def _first_range(scene: Scene, start: float) -> float:
 
 
 class NoddingSensor:
-    """The lidar on the servo, on a base that drives off once the nod has settled.
+    """The lidar on the servo, on a base that starts once the nod has settled.
 
     Parameters
     ----------
     scene
-        With where the base starts and how fast it drives.
+        With the start and the speed of the base.
     limits
-        Of the nod, to begin with [rad].
+        Of the nod at the start [rad].
     seed
         Of the servo's faults.
 
     Attributes
     ----------
     pitch
-        Of the last scan's beams, as the assembler tells it [rad], shape (n,).
+        Of the last scan's beams, by the assembler [rad], shape (n,).
     """
 
     def __init__(self, scene: Scene, limits: tuple[float, float], seed: int) -> None:
@@ -144,10 +144,10 @@ class NoddingSensor:
             self._tied.command()
 
     def scans(self, count: int) -> Iterator[tuple[int, float, Floats]]:
-        """Yield, scan by scan while the base drives, what is known when it has been assembled.
+        """Yield each scan of the drive when it has been assembled.
 
-        That is the time [ns], x of the base as the scan begins, and the points: x, y from there
-        and the height, shape (n, 3).
+        Yield the time [ns], x of the base at the begin of the scan [m], and the points: x, y from
+        there and the height [m], shape (n, 3).
         """
         for scan in range(SETTLING, SETTLING + count):
             beams = scan * SENSOR.steps + np.arange(SENSOR.first_step, SENSOR.last_step + 1)
@@ -161,7 +161,7 @@ class NoddingSensor:
     def _assembled(self, beams_ns: NDArray[np.int64], x: float) -> Floats:
         ranges = self._world.ranges(beams_ns, SENSOR.azimuth)
         scan = Scan(int(beams_ns[0]), URG, SENSOR.rounded_ranges(ranges).astype(np.float32))
-        stamps, pitch = (np.array(told) for told in zip(*self._samples, strict=True))
+        stamps, pitch = (np.array(each) for each in zip(*self._samples, strict=True))
         assembled = self._pipeline.add_scan(scan, stamps, pitch)
         self.pitch, (cloud,) = assembled.pitch, assembled.clouds
         driven = self._world.base.poses(cloud.time_ns)[:, :1] - x
@@ -170,17 +170,22 @@ class NoddingSensor:
 
 
 def _figures(driven: Drive, row: float) -> Row:
-    """Return shares of repeats, and the CV of points over height; `row` is the grid's [rad]."""
+    """Return shares of repeats, and the evenness over height; `row` is the grid's [rad]."""
     beams = np.broadcast_to(np.arange(driven.pitch.shape[1]), driven.pitch.shape)
     grid = np.stack([beams.ravel(), np.floor(driven.pitch.ravel() / row)], axis=1)
-    counts, _ = np.histogram(driven.points[:, 2], bins=BINS)
     return {
         'repeats, finest grid': repeats(grid),
         **{f'{1e3 * cube:g} mm': repeats(np.floor(driven.points / cube)) for cube in CUBES},
-        'CV over height': float(counts.std() / counts.mean()),
+        'CV over height': variation(driven.points),
     }
 
 
+def variation(points: Floats) -> float:
+    """Return the coefficient of variation of the points (n, 3) over the height."""
+    counts, _ = np.histogram(points[:, 2], bins=BINS)
+    return float(counts.std() / counts.mean())
+
+
 def repeats(cells: Floats) -> float:
-    """Return the share of those in cells, shape (n, d), that have one before them there."""
+    """Return the share of cells, shape (n, d), that equal an earlier one."""
     return 1.0 - len(np.unique(cells.astype(np.int64), axis=0)) / len(cells)

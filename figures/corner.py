@@ -2,9 +2,6 @@
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use('Agg')
 from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
 from nodlidar_assembler.clouds.assembly import Points
@@ -25,6 +22,7 @@ from rich.table import Table
 
 from bench.accuracy import pitch_rms
 from bench.reference import reference_nod, START_NS
+from bench.report import Row, table
 from figures.saving import save
 
 DURATION = 10.0
@@ -34,12 +32,10 @@ SHOWN = 'nearest', 'slerp'
 
 
 def draw(folder: Path, console: Console) -> Table:
-    """Draw the corner in profile into corner.png; return what each estimator makes of it."""
+    """Draw the corner in profile into corner.png; return the errors of each estimator."""
     simulated = simulate(load_scene('corner'), reference_nod(), DURATION, start_ns=START_NS)
     near = near_beams(simulated_log(simulated))
-    table = Table(title=f'Fig. 8: a corner at pi rad/s, {DURATION:.0f} s, beams up to {FAR:g} m')
-    for heading in ('estimator', 'RMS pitch error', 'RMS distance to the surfaces'):
-        table.add_column(heading, justify='left' if heading == 'estimator' else 'right')
+    rows: list[Row] = []
     figure, axes = plt.subplots(1, len(SHOWN), figsize=(8.0, 5.0), sharex=True, sharey=True)
     for estimator in ESTIMATORS:
         points = points_of(near, estimator)
@@ -47,10 +43,12 @@ def draw(folder: Path, console: Console) -> Table:
             surface_rms(points, simulated.world),
             pitch_rms(simulated, PitchEstimator(EstimatorConfig(estimator=estimator))),
         )
-        table.add_row(
-            estimator,
-            f'{error * 1e3:.1f} mrad',
-            f'{rms * 1e3:.1f} mm',
+        rows.append(
+            {
+                'estimator': estimator,
+                'RMS pitch error [mrad]': error * 1e3,
+                'RMS distance to the surfaces [mm]': rms * 1e3,
+            }
         )
         if estimator in SHOWN:
             _draw_profile(
@@ -58,7 +56,7 @@ def draw(folder: Path, console: Console) -> Table:
             )
     axes[0].legend(loc='upper left', markerscale=4)
     save(figure, folder / 'corner.png')
-    return table
+    return table(f'Fig. 8: a corner at pi rad/s, {DURATION:.0f} s, beams up to {FAR:g} m', rows)
 
 
 def _going_up(points: Points) -> NDArray[np.bool_]:

@@ -4,9 +4,6 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use('Agg')
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 import matplotlib.pyplot as plt

@@ -1,7 +1,7 @@
 """Table I: repeats over the timing error of the servo, for the published pairs of N_s.
 
-A repeat is a beam in a cell of the finest grid (azimuth step x rows of span / N_s) that a beam
-before it has hit, within N_s revolutions; its share of all beams is what is compared.
+A repeat is a beam in a cell of the finest grid (azimuth step x rows of span / N_s) that an earlier
+beam has hit, within N_s revolutions. The share of repeats among all beams is compared.
 """
 
 from collections.abc import Callable
@@ -11,9 +11,6 @@ from itertools import product
 import math
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use('Agg')
 from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
 from nodlidar_planner.choice.timing_error import reversal_instants
@@ -28,7 +25,7 @@ from rich.table import Table
 from figures.saving import save
 
 Floats = NDArray[np.float64]
-Turns = Callable[[int, float, int], Floats]
+Reversals = Callable[[int, float, int], Floats]
 
 TASK = Task()
 N_L = TASK.steps_per_revolution
@@ -43,7 +40,7 @@ PUBLISHED = {
 AT_RANDOM = math.exp(-1.0)
 SHOWN = ('no error', '0.1 ms', '1 ms', 'speed only, 0.1 ms', 'speed only, 1 ms')
 COLOURS = ('tab:blue', 'tab:orange', 'tab:green', 'tab:red', 'tab:purple')
-# Standard deviations of the turns' instants, in beam periods (98 us): 0 to 8 ms.
+# Standard deviations of the reversals' instants, in beam periods (98 us): 0 to 8 ms.
 ERRORS = np.array(
     [
         0,
@@ -78,7 +75,7 @@ BLOCK = 256
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """Share of repeats by N_s: with turns that are held in phase, and by speed commands only.
+    """Share of repeats by N_s: with reversals held in phase, and by speed commands only.
 
     Each is of shape (errors,), mean over the seeds.
     """
@@ -109,22 +106,22 @@ def compute(console: Console) -> Shares:
     return Shares(locked, by_speed)
 
 
-def share_of_repeats(samples_per_sweep: int, turns: Floats) -> float:
+def share_of_repeats(samples_per_sweep: int, reversals: Floats) -> float:
     """Return the share of repeats among the beams of N_s revolutions, dark ones counted.
 
     Parameters
     ----------
     samples_per_sweep
-        N_s, which the rows are made for.
-    turns
+        N_s, the number of rows.
+    reversals
         Instants of the reversals [samples], ascending, as of reversal_instants.
     """
     seen = np.zeros(samples_per_sweep * N_L, dtype=bool)
     total = samples_per_sweep * N_L
-    sweep = np.arange(float(len(turns)))
+    sweep = np.arange(float(len(reversals)))
     for begin in range(0, total, BLOCK * N_L):
         n = np.arange(begin, min(begin + BLOCK * N_L, total))
-        height = 1.0 - np.abs(np.interp(n, turns, sweep) % 2.0 - 1.0)
+        height = 1.0 - np.abs(np.interp(n, reversals, sweep) % 2.0 - 1.0)
         row = np.minimum((height * samples_per_sweep).astype(np.int64), samples_per_sweep - 1)
         seen[row * N_L + n % N_L] = True
     return 1.0 - float(np.count_nonzero(seen)) / total
@@ -137,18 +134,18 @@ def error_where(ratios: Floats, published: float) -> float:
     return float(np.interp(published, ratios[between], ERRORS[between]))
 
 
-def _share_of(turns_of: Turns, samples_per_sweep: int, error: float, seed: int) -> float:
-    return share_of_repeats(samples_per_sweep, turns_of(samples_per_sweep, error, seed))
+def _share_of(reversals: Reversals, samples_per_sweep: int, error: float, seed: int) -> float:
+    return share_of_repeats(samples_per_sweep, reversals(samples_per_sweep, error, seed))
 
 
 def _locked(samples_per_sweep: int, error: float, seed: int) -> Floats:
-    """Return turns whose errors are white: each is off, and the next one not because of it."""
+    """Return reversals whose errors are white: independent of each other."""
     last = samples_per_sweep * N_L
     return reversal_instants(samples_per_sweep, HALF_SAMPLE, error, last, seed)
 
 
 def _by_speed(samples_per_sweep: int, error: float, seed: int) -> Floats:
-    """Return turns at the speed that the register has; each starts from the one before it."""
+    """Return reversals at the speed of the register; each counts from the one before it."""
     speed = round(TASK.speed(samples_per_sweep) / SPEED_STEP) * SPEED_STEP
     sweep = TASK.span / speed / TASK.sample_time
     count = math.ceil(samples_per_sweep * N_L / sweep * 1.1) + 4
@@ -172,7 +169,7 @@ def _draw_shares(axes: Axes, shares: Shares) -> None:
                 _milliseconds(ERRORS), shares.locked[n_s], line, color=colour, label=f'{n_s}'
             )
     axes.axhline(AT_RANDOM, color='grey', lw=0.8, label='at random, 1/e')
-    axes.set_title('Repeats on the finest grid, turns held in phase')
+    axes.set_title('Repeats on the finest grid, reversals held in phase')
     axes.set(ylabel='share of all beams', ylim=(0.0, 1.0))
     _finish(axes, 'upper right')
 
@@ -194,7 +191,7 @@ def _draw_ratios(axes: Axes, shares: Shares) -> None:
 def _finish(axes: Axes, place: str) -> None:
     axes.set_xscale('symlog', linthresh=0.02)
     axes.set_xlim(0.0, _milliseconds(ERRORS)[-1])
-    axes.set_xlabel('timing error of the turns [ms], standard deviation')
+    axes.set_xlabel('timing error of the reversals [ms], standard deviation')
     axes.legend(fontsize='small', loc=place)
 
 

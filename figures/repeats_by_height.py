@@ -2,9 +2,6 @@
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use('Agg')
 import matplotlib.pyplot as plt
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_sim.world.motion import REVERSAL_ACCELERATION, triangle_motion
@@ -13,13 +10,14 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from bench.report import Row, table
 from figures.repeats import BLOCK, N_L, TASK
 from figures.saving import save
 
 SAMPLES = 3009, 5009, 7009
-# Errors of the turns [s]: none, and that at which most of Table I's ratios come out.
-TURN_ERRORS = (0.0, 0.0003)
-# Parts of the span that are counted apart; the outer tenths are called the turns.
+# Errors of the reversals [s]: none, and the one at which most ratios of Table I are reached.
+REVERSAL_ERRORS = (0.0, 0.0003)
+# Parts of the span that are counted separately; the outer tenths are near the reversals.
 BINS = 100
 OUTER = BINS // 10
 SEED = 1
@@ -27,23 +25,29 @@ SEED = 1
 
 def draw(folder: Path, console: Console) -> Table:
     """Draw the repeats over the pitch into repeats_by_height.png; return their counts."""
-    table = Table(title='Fig. 10: repeats in N_s revolutions')
-    for heading in ('turns off by', 'N_s', 'repeats', 'share near the turns', 'between them'):
-        table.add_column(heading, justify='right')
-    figure, axes = plt.subplots(1, len(TURN_ERRORS), figsize=(11.0, 4.2), sharey=True)
+    rows: list[Row] = []
+    figure, axes = plt.subplots(1, len(REVERSAL_ERRORS), figsize=(11.0, 4.2), sharey=True)
     middle = np.degrees(TASK.pitch_min + (np.arange(BINS) + 0.5) / BINS * TASK.span)
-    for shown, error in zip(axes, TURN_ERRORS, strict=True):
+    for shown, error in zip(axes, REVERSAL_ERRORS, strict=True):
         for n_s in SAMPLES:
             with console.status(f'Fig. 10: N_s = {n_s}'):
                 beams, repeats = counts_by_height(n_s, error)
             shown.plot(middle, repeats / np.maximum(beams, 1), label=f'N_s = {n_s}')
-            shares = (f'{share:.3f}' for share in _near_and_between(beams, repeats))
-            table.add_row(f'{error * 1e3:g} ms', f'{n_s}', f'{repeats.sum():,}', *shares)
-        shown.set(xlabel='pitch φ [deg]', title=f'turns {error * 1e3:g} ms off')
+            near, between = _near_and_between(beams, repeats)
+            rows.append(
+                {
+                    'reversals off by [ms]': error * 1e3,
+                    'N_s': n_s,
+                    'repeats': int(repeats.sum()),
+                    'share near the reversals': near,
+                    'between them': between,
+                }
+            )
+        shown.set(xlabel='pitch φ [deg]', title=f'reversals {error * 1e3:g} ms off')
     axes[0].set(ylabel='share of beams that repeat', ylim=(0.0, 1.0))
     axes[0].legend(loc='upper center')
     save(figure, folder / 'repeats_by_height.png')
-    return table
+    return table('Fig. 10: repeats in N_s revolutions', rows)
 
 
 def _near_and_between(beams: NDArray[np.int64], repeats: NDArray[np.int64]) -> tuple[float, float]:
@@ -55,18 +59,18 @@ def _near_and_between(beams: NDArray[np.int64], repeats: NDArray[np.int64]) -> t
 
 
 def counts_by_height(
-    samples_per_sweep: int, turn_error: float, acceleration: float = REVERSAL_ACCELERATION
+    samples_per_sweep: int, reversal_error: float, acceleration: float = REVERSAL_ACCELERATION
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return how many beams fall in each part of the span in N_s revolutions, and repeats of them.
+    """Return the number of beams in each part of the span in N_s revolutions, and of repeats.
 
-    Dark beams count as well. A repeat falls in a cell of the finest grid that one before it hit.
+    Dark beams count as well. A repeat is in a cell of the finest grid that an earlier beam hit.
 
     Parameters
     ----------
     samples_per_sweep
-        N_s, which the rows are made for.
-    turn_error
-        Standard deviation of the turns' instants [s].
+        N_s, the number of rows.
+    reversal_error
+        Standard deviation of the instants of the reversals [s].
     acceleration
         Of the reversals [rad/s2].
     """
@@ -79,7 +83,7 @@ def counts_by_height(
         -round(0.5 * TASK.sample_time * NS_PER_S),
     )
     end_ns = round(samples_per_sweep * N_L * TASK.sample_time * NS_PER_S)
-    motion = triangle_motion(nod, 0, end_ns, acceleration, turn_error, SEED)
+    motion = triangle_motion(nod, 0, end_ns, acceleration, reversal_error, SEED)
     seen = np.zeros(samples_per_sweep * N_L, dtype=bool)
     beams, repeats = np.zeros((2, BINS), dtype=np.int64)
     for begin in range(0, len(seen), BLOCK * N_L):
@@ -88,7 +92,7 @@ def counts_by_height(
         height = np.clip((pitch - TASK.pitch_min) / TASK.span, 0.0, 1.0 - 1e-12)
         cell = (height * samples_per_sweep).astype(np.int64) * N_L + n % N_L
         part = (height * BINS).astype(np.int64)
-        # Within a block a cell may be hit twice, too: only the first of them is new.
+        # Within a block, too, only the first hit of a cell is new.
         new = np.zeros(len(n), dtype=bool)
         new[np.unique(cell, return_index=True)[1]] = True
         new &= ~seen[cell]

@@ -1,4 +1,4 @@
-"""Puts a figure into a file, as all of them are."""
+"""Writes a figure into a file."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 
 
 def save(figure: Figure, path: Path, dpi: int = 110) -> None:
-    """Lay a figure out, write it and let it go."""
+    """Lay a figure out, write it and close it."""
     figure.tight_layout()
     figure.savefig(path, dpi=dpi)
     plt.close(figure)

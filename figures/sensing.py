@@ -3,9 +3,6 @@
 from itertools import product
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use('Agg')
 import matplotlib.pyplot as plt
 from rich.console import Console
 from rich.table import Table

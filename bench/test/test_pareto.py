@@ -10,6 +10,7 @@ import pytest
 
 from bench import pareto
 from bench.reference import START_NS
+from figures import pareto as pareto_figure
 
 
 def time_of(scan, beam):
@@ -72,7 +73,8 @@ def test_a_nod_is_near_the_speed_that_was_asked_for_and_coprime():
 
 
 def test_a_slower_nod_is_more_exact_and_both_are_in_the_picture(monkeypatch):
-    monkeypatch.setattr(pareto, 'SCENES', {'room': 'black'})
+    monkeypatch.setattr(pareto, 'SCENES', ('room',))
+    monkeypatch.setattr(pareto_figure, 'COLOURS', {'room': 'black'})
     monkeypatch.setattr(pareto, 'ABOUT', (1001, 2801, 11201))
     monkeypatch.setattr(pareto, 'RUNS', 3)
     unable, fast, slow = rows = pareto.results()
@@ -81,7 +83,7 @@ def test_a_slower_nod_is_more_exact_and_both_are_in_the_picture(monkeypatch):
     assert fast[pareto.SERVO] == slow[pareto.SERVO] == pareto.HELD
     assert slow[pareto.RMS] < fast[pareto.RMS] < fast[pareto.NOISY]
     assert fast[pareto.EARLY_HOLE] < slow[pareto.EARLY_HOLE]
-    early, late = pareto.figure(rows).axes
+    early, late = pareto_figure.figure(rows).axes
     assert [text.get_text().strip() for text in early.texts] == [
         str(row[pareto.N_S]) for row in (fast, slow)
     ]

@@ -4,7 +4,7 @@ from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
-from bench.pitch_compensation import BINS, drive, DRIVES, N_S, repeats
+from bench.pitch_compensation import drive, DRIVES, N_S, repeats, variation
 
 FRAMES = 600
 
@@ -12,11 +12,6 @@ FRAMES = 600
 def of_finest_grid(pitch, row):
     beams = np.broadcast_to(np.arange(pitch.shape[1]), pitch.shape)
     return repeats(np.stack([beams.ravel(), np.floor(pitch.ravel() / row)], axis=1))
-
-
-def variation(points):
-    counts, _ = np.histogram(points[:, 2], bins=BINS)
-    return counts.std() / counts.mean()
 
 
 @pytest.mark.parametrize(('name', 'start', 'end'), DRIVES)

@@ -60,5 +60,5 @@ def test_the_speed_register_cannot_tell_most_pairs_apart():
     steps = [[round(at_4000 * 4000 / n_s / 0.011624) for n_s in pair] for pair in PUBLISHED]
     assert [odd - even for even, odd in steps] == [-1, 0, 0, 0, 0]
     for pair, (even, odd) in zip(PUBLISHED, steps, strict=True):
-        turns = [_by_speed(n_s, 0.0, 1) for n_s in pair]
-        assert (turns[0][:9] == turns[1][:9]).all() == (even == odd)
+        reversals = [_by_speed(n_s, 0.0, 1) for n_s in pair]
+        assert (reversals[0][:9] == reversals[1][:9]).all() == (even == odd)
