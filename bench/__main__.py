@@ -57,7 +57,7 @@ MEASUREMENTS = {
 
 
 def main() -> None:
-    """Print what was asked for, by default all; record it if asked to."""
+    """Print the requested measurements, by default all; record them on request."""
     parser = argparse.ArgumentParser(prog='python -m bench', description=__doc__)
     parser.add_argument(
         '--record',
@@ -67,7 +67,7 @@ def main() -> None:
     parser.add_argument(
         '--compare',
         action='store_true',
-        help='tell what got slower than was recorded; the exit status is 1 if anything did',
+        help='report what became slower than recorded; the exit status is then 1',
     )
     arguments = parsed(parser, MEASUREMENTS)
     console = get_console()
@@ -86,7 +86,7 @@ def main() -> None:
 
 
 def _compare(console: Console) -> int:
-    """Print what got slower than was recorded; return 1 if anything did."""
+    """Print what became slower than recorded; return 1 if anything did."""
     before = recorded('hot_paths')
     with console.status('hot_paths'):
         rows = hot_paths.comparison(hot_paths.results(), before['rows'])

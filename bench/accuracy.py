@@ -1,4 +1,4 @@
-"""What each estimator costs in accuracy, in the room, encoder steps and reversals included."""
+"""The error of each estimator in the room, encoder steps and reversals included."""
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
 from nodlidar_demo.evaluation import (

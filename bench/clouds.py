@@ -1,4 +1,4 @@
-"""What numbers in clouds and clouds of whole sweeps cost: time, bytes, rounding, age of points."""
+"""The cost of number types and of clouds per sweep: time, bytes, rounding, age of points."""
 
 from array import array
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ TITLE = f'Clouds: the room, {DURATION:.0f} s at N_s = 4001, joint states at 62 H
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """What is computed with, and the record that a point is kept as."""
+    """Number type of the computation, and record of a point."""
 
     name: str
     computed: type[np.floating[Any]]
@@ -47,7 +47,7 @@ NUMBERS = (
 
 
 def results() -> list[Row]:
-    """Return rows by numbers, and rows by what a cloud is made of."""
+    """Return rows by number types, and rows by clouds per scan and per sweep."""
     log = simulated_log(simulated_room(DURATION))
     return [*_by_numbers(log), *_by_mode(log)]
 
@@ -79,7 +79,7 @@ def _assembled(
     ranges: NDArray[np.float32],
     pitch: NDArray[np.float64],
 ) -> NDArray[np.void]:
-    """Return points as assembly.assemble makes them, with given numbers."""
+    """Return the points of a scan with given number types, by the formulas of assembly.place."""
     p = beams.direction.astype(numbers.computed) * ranges.astype(numbers.computed)
     p += beams.mount.position[:, None].astype(numbers.computed)
     phi = pitch.astype(numbers.computed)
@@ -95,7 +95,7 @@ def _bytes(
     ranges: NDArray[np.float32],
     pitch: NDArray[np.float64],
 ) -> 'array[int]':
-    """Return the same as the bytes of a message."""
+    """Return the same points as the bytes of a message."""
     message = array('B')
     message.frombytes(_assembled(numbers, beams, ranges, pitch).view(np.uint8).data)
     return message
@@ -107,7 +107,7 @@ def _rounding(data: NDArray[np.void], exact: NDArray[np.void]) -> float:
 
 
 def _by_mode(log: SensorLog) -> list[Row]:
-    """Return what it takes to make clouds, and how old points are when theirs is complete."""
+    """Return the time per scan, and the age of points when their cloud is complete."""
     modes = ('scan', 'sweep')
     times = interleaved({mode: partial(_ages, log, mode) for mode in modes}, ROUNDS // 4)
     rows = []
@@ -127,7 +127,7 @@ def _by_mode(log: SensorLog) -> list[Row]:
 
 
 def _ages(log: SensorLog, mode: str) -> list[NDArray[np.float64]]:
-    """Return for each cloud how old its points are when it is complete [s]."""
+    """Return the age of each cloud's points when it is complete [s]."""
     pipeline = Pipeline(PipelineConfig(cloud_mode=mode))
     ages, samples_given = [], 0
     for scan in log.scans:

@@ -1,4 +1,4 @@
-"""What the robot's motion costs in accuracy: a robot that stands, one that drives and turns."""
+"""The error that the robot's motion adds: a robot that stands, one that drives and rotates."""
 
 from dataclasses import replace
 

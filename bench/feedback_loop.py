@@ -33,7 +33,7 @@ BEAMS = Beams(URG, REFERENCE_MOUNT)
 
 
 def results() -> list[Row]:
-    """Return the times in which all cells were seen, again and again."""
+    """Return the times of the rounds of coverage."""
     return [_row(*mode, lateness) for mode in MODES for lateness in LATENESS]
 
 

@@ -1,8 +1,8 @@
-"""What is computed over and over, timed against a yardstick: a time that machines can share.
+"""What is computed over and over, timed against a yardstick, so that machines can be compared.
 
 The yardstick is a fixed piece of NumPy, timed right before and after each piece of ours, so that
-what else the machine does hits both; times are of the processor, and the lower quartile counts.
-`python -m bench --compare` compares with what was recorded.
+other load affects both. Times are processor times; the lower quartile counts. `python -m bench
+--compare` compares with the recorded times.
 """
 
 from collections.abc import Callable, Mapping
@@ -33,14 +33,14 @@ Action = Callable[[], object]
 
 TITLE = 'What is computed over and over, and how often the yardstick fits into it'
 ROUNDS = 60
-LEAST_TIME = 2e-3  # that an action is repeated for in each round [s]
-SLOWER = 1.25  # that much more than recorded is no noise
+LEAST_TIME = 2e-3  # of the repetitions of an action in each round [s]
+SLOWER = 1.25  # a greater ratio to the recorded time is not noise
 WHAT, TIME, IN_YARDSTICKS, SIZE = 'what', 'time [us]', 'yardsticks', 'numbers in the result'
 VERDICT = f'slower if above {SLOWER}'
 
 
 def results(rounds: int = ROUNDS) -> list[Row]:
-    """Return the times of all actions, and sizes of their results, which no machine changes."""
+    """Return the times of all actions, and the sizes of their results."""
     paths = hot_paths()
     times = interleaved(paths, rounds)
     return [
@@ -55,7 +55,7 @@ def results(rounds: int = ROUNDS) -> list[Row]:
 
 
 def comparison(rows: list[Row], before: list[Row]) -> list[Row]:
-    """Return the ratio of each time to that of the same name before, both in yardsticks."""
+    """Return the ratio of each time to the time of the same name before, both in yardsticks."""
     known = {row[WHAT]: row[IN_YARDSTICKS] for row in before}
     return [
         {
@@ -71,9 +71,9 @@ def comparison(rows: list[Row], before: list[Row]) -> list[Row]:
 
 
 def interleaved(actions: Mapping[str, Action], rounds: int) -> list[tuple[float, float]]:
-    """Return the time of each action, and that of the yardstick beside it [s]: lower quartiles.
+    """Return lower quartiles of the times of each action and of the yardstick beside it [s].
 
-    Rounds go through all actions, so that a disturbance hits a round of each and not one action.
+    Each round runs all actions, so that a disturbance affects one round of each.
     """
     repeats = {name: _repeats(action) for name, action in actions.items()}
     of_yardstick = _repeats(yardstick)
@@ -86,7 +86,7 @@ def interleaved(actions: Mapping[str, Action], rounds: int) -> list[tuple[float,
 
 
 def yardstick() -> float:
-    """Do a fixed piece of work like that of a scan: arrays of 682, calls and arithmetic."""
+    """Do fixed work, similar to that for a scan: calls and arithmetic on 682 numbers."""
     x: NDArray[np.float64] = np.arange(682, dtype=np.float64)
     for _ in range(20):
         x = np.sqrt(x * x + 1.0)
@@ -106,7 +106,7 @@ def _time(action: Action, repeats: int) -> float:
 
 
 def hot_paths() -> dict[str, Action]:
-    """Return by name what is timed."""
+    """Return the timed actions by name."""
     return {
         **{f'scan to points, {name}': _scan_action(name, False) for name in ESTIMATORS},
         'scan to points, slerp, per-beam odometry': _scan_action('slerp', True),
@@ -142,7 +142,7 @@ def _message_and_coverage() -> dict[str, Action]:
         pitch = simulated.true_pitch[k % len(log.scans)]
         monitor.cover(replace(assembled, scan=later, pitch=pitch))
 
-    for _ in range(100):  # that the window is full
+    for _ in range(100):  # fills the window
         cover()
     return {
         'points to message': lambda: cloud_message(points, 'frame').data,

@@ -1,6 +1,6 @@
 """The launched system, simulated devices included: latency of the clouds and load of the nodes.
 
-Beside it runs a node that receives the assembler's messages and makes nothing of them.
+A node that receives the assembler's messages and ignores them runs beside it.
 """
 
 from collections import Counter
@@ -27,7 +27,7 @@ DURATION = 20.0
 TITLE = f'The launched sensor in the room, {DURATION:.0f} s'
 SETUPS = {
     **{f'profile {name}': [f'profile:={name}'] for name in PROFILES},
-    # What an adapter with a latency timer of 16 ms lets through.
+    # The rate of an adapter with a latency timer of 16 ms.
     'joint states at 62 Hz': ['servo_params:={folder}/servo.yaml'],
 }
 

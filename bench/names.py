@@ -1,11 +1,11 @@
-"""The names on a command line of what can be measured or drawn."""
+"""Names of measurements or figures on a command line."""
 
 import argparse
 from collections.abc import Collection
 
 
 def parsed(parser: argparse.ArgumentParser, offered: Collection[str]) -> argparse.Namespace:
-    """Return a command line whose `names` are by default all; end if one is unknown."""
+    """Return the parsed command line; `names` are by default all. Exit if one is unknown."""
     parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(offered))
     arguments = parser.parse_args()
     unknown = sorted(set(arguments.names) - set(offered))

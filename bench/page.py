@@ -1,4 +1,4 @@
-"""Pages whose tables are what was recorded of a measurement, each between two marks."""
+"""Pages with tables of recorded measurements, each between two marks."""
 
 import re
 
@@ -23,8 +23,8 @@ def filled(text: str) -> str:
     """Return a page with the recorded rows between its marks.
 
     The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``. With ``NAME: one; two``
-    the table has these columns alone, and the rows that have them all; with ``NAME where COLUMN =
-    this | that``, also before the colon, these rows.
+    the table has only these columns, and only the rows that have all of them. With ``NAME where
+    COLUMN = this | that``, which comes before the colon, it has only these rows.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""Speed for accuracy: what a faster or a slower nod wins and loses, in three scenes.
+"""Speed for accuracy: what a faster or a slower nod gains and loses, in three scenes.
 
-For each speed the planner chooses an N_s, the simulator records it with all that the servo gets
-wrong, and the cloud is assembled by `slerp`, as the node does by default. Fronts are of the
-nods that the servo holds: none is better at both.
+For each speed the planner chooses an N_s, the simulator records it with the errors of the servo,
+and the cloud is assembled by `slerp`, as the node does by default. A nod on a front is one that
+the servo holds, and no other such nod is better at both.
 """
 
 from collections.abc import Iterator, Sequence
@@ -42,7 +42,7 @@ Times = NDArray[np.int64]
 
 SCENES = ('room', 'corner', 'corridor')
 ABOUT = (1001, 1401, 2001, 2801, 4001, 5601, 8001, 11201, 14001, 20001)
-WITHIN = 0.05  # of these the planner chooses N_s
+WITHIN = 0.05  # of them the planner chooses N_s
 DURATION = 20.0  # of a recording [s]
 EARLY, AFTER = (
     0.5,
@@ -53,9 +53,9 @@ NOISE = 0.010  # of a range [m]
 NOD = Task()
 # What nods of up to 5 rad/s reach: they reverse short of the limits.
 REGION = replace(NOD, pitch_min=-0.55, pitch_max=0.55)
-# It in squares as wide as a step of azimuth, around every step.
+# The same in squares as wide as a step of azimuth, one around every step.
 FINE = replace(REGION, object_size=4.0 * sin(pi / 1024), azimuth=340.5 * tau / 1024)
-NEAR, QUERIES = 0.1, 200  # density: within so many metres of so many surface points
+NEAR, QUERIES = 0.1, 200  # density: distance [m] from so many points of the surfaces
 
 SENSOR = SensorModel()
 HELD, CANNOT_REVERSE = 'holds it', 'cannot reverse so soon'
@@ -105,9 +105,9 @@ def first_hits(times_ns: Times, pitch: Floats, task: Task) -> Floats:
     Parameters
     ----------
     times_ns, pitch
-        When each beam of each scan was sent [ns], and at what pitch [rad]; shape (s, b).
+        Of each beam of each scan [ns], [rad], shape (s, b).
     task
-        Whose cells they are; beams outside its region hit none.
+        Defines the cells; beams outside its region hit none.
     """
     height = (pitch - task.pitch_min) / task.span
     cell = _columns(task) * task.rows + task.row_of_height(height, samples_per_sweep=1)
@@ -125,7 +125,7 @@ def local_density(xyz: Floats, queries: Floats) -> Floats:
 
 
 def on_front(rows: Sequence[Row], *keys: str) -> list[bool]:
-    """Tell which rows have no other that is at least as good by all keys, and better by one."""
+    """Return which rows have no other that is at least as good by all keys, and better by one."""
     table = [[inf if row.get(key) is None else row[key] for key in keys] for row in rows]
     values = np.array(table).reshape(-1, len(keys))
     no_worse = (values[:, None] <= values).all(axis=2)  # [i, j]: i than j
@@ -139,7 +139,7 @@ def _columns(task: Task) -> Integers:
 
 
 def _coverage_row(samples_per_sweep: int) -> Row:
-    """Return what a nod covers wherever it is, and whether a servo holds it."""
+    """Return what a nod covers in any scene, and whether a servo holds it."""
     speed = NOD.speed(samples_per_sweep)
     row: Row = {N_S: samples_per_sweep, SPEED: speed, SERVO: HELD}
     if speed > AssemblerConfig().max_nod_speed:
@@ -209,7 +209,7 @@ def _mark_fronts(rows: Sequence[Row]) -> None:
 
 
 def _surface_points(scene: Scene) -> Floats:
-    """Return some of the points that a scene has for the sensor, in its frame."""
+    """Return some points of the surfaces that the sensor sees, in its frame."""
     recording = simulate(scene, reference_nod(), DURATION, start_ns=START_NS)
     xyz = xyz_of(_cloud(recording))
     chosen: Floats = xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]

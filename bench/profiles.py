@@ -1,9 +1,8 @@
-"""What each profile costs and buys: the same room, nodded in with the servo's errors, no noise.
+"""Cost and accuracy of each profile: the same room, with the servo's errors, without range noise.
 
-Computation is what is done with arrays, from scans and joint samples to the message of a cloud and
-to what was covered. Callbacks are those of the real node, messages in and clouds published; only
-what rclpy takes to receive messages is not in them. `python -m bench live` has that, too, and the
-other nodes.
+Computation is the work on arrays, from scans and joint samples to the cloud message and the
+observed coverage. Callbacks are those of the real node, publishing included, without the time in
+which rclpy receives messages. `python -m bench live` includes that and the other nodes.
 """
 
 from dataclasses import dataclass
@@ -105,7 +104,7 @@ def computation_times(recordings: dict[str, Recording], rounds: int) -> dict[str
 
 
 def _compute(log: SensorLog, config: AssemblerConfig) -> None:
-    """Do with a log's arrays what the node does with them."""
+    """Process the arrays of a log as the node does."""
     pipeline, monitor = Pipeline(config), SceneMonitor(config)
     for k, scan in enumerate(log.scans[3:-3]):
         assembled = pipeline.add_scan(scan, *samples_for(scan, log, pipeline))

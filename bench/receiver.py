@@ -1,4 +1,4 @@
-"""A node that receives what the assembler does and makes nothing of it: what rclpy takes alone."""
+"""A node that receives the assembler's messages and ignores them: the cost of rclpy alone."""
 
 import sys
 
@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState, LaserScan
 
 
 class Receiver(Node):
-    """Hears scans and joint states."""
+    """Subscribes to scans and joint states."""
 
     def __init__(self) -> None:
         super().__init__('receiver')

@@ -1,4 +1,4 @@
-"""The real assembler node's callbacks, given the messages of a log one after the other."""
+"""The callbacks of the real assembler node, called with the messages of a log."""
 
 from functools import partial
 import time
@@ -20,14 +20,14 @@ Timed = tuple[int, LaserScan | JointState]
 def times_per_scan(
     replays: dict[str, tuple[list[str], list[Timed]]], rounds: int
 ) -> dict[str, float]:
-    """Return what callbacks take per scan, by name, in the median of rounds that go through all.
+    """Return the time in callbacks per scan by name [s]: the median of rounds through all replays.
 
     Parameters
     ----------
     replays
         By name, parameters of the node as ``name:=value``, and messages.
     rounds
-        How often everything is replayed.
+        Number of rounds.
     """
     keep_apart()
     times = [[_replayed(*replay) for replay in replays.values()] for _ in range(rounds)]
@@ -35,16 +35,16 @@ def times_per_scan(
 
 
 def _replayed(parameters: list[str], messages: list[Timed]) -> float:
-    """Give messages to a node's callbacks; return the time that all take per scan [s].
+    """Call a node's callbacks with messages; return the time that all take per scan [s].
 
-    Its timers are called as often as they would be.
+    Its timers are called as often as in real time.
     """
     given = [word for parameter in parameters for word in ('-p', parameter)]
     rclpy.init(args=['--ros-args', *given])
     node = Assembler()
     node.get_logger().set_level(LoggingSeverity.ERROR)
     callbacks = {s.msg_type: s.callback for s in node.subscriptions}
-    info: dict[str, int] = {}  # what the middleware tells of a message: nothing
+    info: dict[str, int] = {}  # of the middleware about a message
     calls = [(at_ns, partial(callbacks[type(m)], m, info)) for at_ns, m in messages]
     for timer in node.timers:
         calls += [(at_ns, timer.callback) for at_ns in _ticks(messages, timer.timer_period_ns)]

@@ -1,4 +1,4 @@
-"""What a measurement found, as a table, as Markdown and as the JSON that is recorded.
+"""Results of a measurement as a table, as Markdown and as recorded JSON.
 
 A measurement is a module with a TITLE and `results() -> list[Row]`.
 """
@@ -18,14 +18,14 @@ from rich.table import Table
 RESULTS = Path(__file__).parent / 'results'
 DIGITS = 6  # significant ones that are recorded
 VERSIONS = ('numpy', 'rclpy')
-WRITTEN = (':!bench/results', ':!docs', ':!*.md')  # by measurements, not run by them
+WRITTEN = (':!bench/results', ':!docs', ':!*.md')  # by measurements
 
 # What is measured -> a number or words. The unit is in the key, in brackets.
 Row = dict[str, Any]
 
 
 def table(title: str, rows: list[Row]) -> Table:
-    """Return rows as they are shown on a terminal; a column of words alone is flush left."""
+    """Return rows as a table for a terminal; columns of words are flush left."""
     result = Table(title=title)
     for heading in headings(rows):
         words = all(isinstance(row.get(heading, ''), str) for row in rows)
@@ -48,7 +48,7 @@ def headings(rows: list[Row]) -> list[str]:
 
 
 def in_words(value: object) -> str:
-    """Return a number in three digits, or all of those before the point; None as nothing."""
+    """Return a number with three digits, or all digits before the point; None as empty text."""
     if value is None:
         return ''
     if not isinstance(value, float) or not math.isfinite(value):
@@ -57,7 +57,7 @@ def in_words(value: object) -> str:
 
 
 def recording(rows: list[Row], title: str, commit: str) -> dict[str, Any]:
-    """Return what is recorded of a measurement: where, when and on what it was made, and rows."""
+    """Return the record of a measurement: its rows, commit, date, machine and versions."""
     return {
         'title': title,
         'commit': commit,
@@ -69,20 +69,20 @@ def recording(rows: list[Row], title: str, commit: str) -> dict[str, Any]:
 
 
 def record(name: str, recorded: dict[str, Any]) -> None:
-    """Write what is recorded of a measurement into RESULTS."""
+    """Write the record of a measurement into RESULTS."""
     RESULTS.mkdir(exist_ok=True)
     text = json.dumps(recorded, indent=1, ensure_ascii=False, allow_nan=False)
     (RESULTS / f'{name}.json').write_text(text + '\n')
 
 
 def recorded(name: str) -> dict[str, Any]:
-    """Return what was last recorded of a measurement."""
+    """Return the last record of a measurement."""
     result: dict[str, Any] = json.loads((RESULTS / f'{name}.json').read_text())
     return result
 
 
 def commit() -> str:
-    """Return the commit that is checked out, and whether what is run was changed since."""
+    """Return the commit that is checked out, with '-dirty' if the code was changed since."""
     changes = ['status', '--porcelain', '--untracked-files=no', '--', '.', *WRITTEN]
     changed = '-dirty' if _git(*changes) else ''
     return (_git('rev-parse', '--short=12', 'HEAD') or 'unknown') + changed

@@ -1,4 +1,4 @@
-"""What each stage of the node costs where it is used; where it is not, it costs nothing.
+"""The cost of each stage of the node that is in use.
 
 Ego-motion is measured with the estimators (`python -m bench estimators`).
 """
@@ -22,7 +22,7 @@ TITLE = (
 )
 ALONE, COMMANDED = 'clouds alone', 'nod commanded'
 OFF = ['command_nod:=false', 'coverage_window:=0.0']
-# What a stage stands on, and the parameters with it.
+# The stage that it is added to, and the parameters of both.
 STAGES = {
     ALONE: (ALONE, OFF),
     'intensities': (ALONE, OFF),
@@ -36,7 +36,7 @@ STAGES = {
 
 
 def results() -> list[Row]:
-    """Return the time per scan of each stage with what it stands on, and what it adds."""
+    """Return the time per scan with each stage, and the share of the stage."""
     log = simulated_log(simulated_room(DURATION, sensor=SensorModel(joint_rate=JOINT_RATE)))
     plain, bright = messages_of(log), messages_of(_with_intensities(log))
     replays = {

@@ -33,7 +33,7 @@ FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 
 
 def main() -> None:
-    """Draw the figures that were asked for, by default all, and print what they show."""
+    """Draw the requested figures, by default all, and print their tables."""
     parser = argparse.ArgumentParser(prog='python -m figures', description=__doc__)
     names = parsed(parser, FIGURES).names
     FOLDER.mkdir(parents=True, exist_ok=True)

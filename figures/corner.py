@@ -26,7 +26,7 @@ from bench.report import Row, table
 from figures.saving import save
 
 DURATION = 10.0
-# Half the thickness of the slice that is drawn [m]: the corner's edge lies straight ahead.
+# Half the thickness of the drawn slice [m]; the corner's edge lies straight ahead.
 SLICE = 0.12
 SHOWN = 'nearest', 'slerp'
 

@@ -23,7 +23,7 @@ from figures.saving import save
 
 STARTS = np.arange(91)
 PUBLISHED = 2745
-# N_s of one piece of work of a process.
+# N_s that a process computes at a time.
 CHUNK = 50
 
 Floats = NDArray[np.float64]
@@ -45,7 +45,7 @@ class Maps:
 
 
 def draw(folder: Path, console: Console) -> Table:
-    """Draw the maps into coverage.png; return what was published and what is found."""
+    """Draw the maps into coverage.png; return the published and our findings."""
     maps = compute(samples_in_band(FULL_CIRCLE), console)
     figure, axes = plt.subplots(4, 1, figsize=(11.0, 13.0), height_ratios=(2, 1.3, 1.3, 1.3))
     _draw_completions(axes[0], maps)
@@ -83,7 +83,7 @@ def _rows_of_maps(samples: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
 def maps_of(task: Task, samples_per_sweep: int) -> Floats:
     """Return completion, revisit and hit frequency for every start, shape (3, starts).
 
-    The phase is half a sample past a whole one, the one that is nearest to the start.
+    The phase is the one nearest to the start that is half a sample past a whole one.
     """
     whole = np.minimum(STARTS * samples_per_sweep // STARTS[-1], samples_per_sweep - 1)
     stride = Pattern(task.steps_per_revolution, samples_per_sweep).stride
@@ -93,7 +93,7 @@ def maps_of(task: Task, samples_per_sweep: int) -> Floats:
         coverage = Coverage(task, pattern)
         figures = coverage.figures()
         for start in np.flatnonzero(whole % stride == rest):
-            # The pattern of this phase is that of the rest, begun some revolutions later.
+            # The pattern of this phase is that of the rest, some revolutions later.
             begun = int(pattern.whole_revolutions(whole[start] - rest))
             completion = coverage.completion_time(begun)
             panels[:, start] = completion, figures.revisit_mean, figures.hit_frequency
@@ -115,7 +115,7 @@ def _draw_completions(axes: Axes, maps: Maps) -> None:
 
 
 def _findings(maps: Maps) -> Table:
-    """Return what was published and what is found."""
+    """Return the published and our findings."""
     at_limit = maps.completion[:, 0]
     best, published = int(np.argmin(at_limit)), int(np.searchsorted(maps.samples, PUBLISHED))
     spread = maps.completion.max(axis=1) / maps.completion.min(axis=1)

@@ -21,7 +21,7 @@ COLOURS = {
 
 
 def draw(folder: Path, _console: Console) -> Table:
-    """Draw what was recorded into estimators.png; return it."""
+    """Draw the recorded rows into estimators.png; return them."""
     found = recorded('estimators')
     figure, axes = plt.subplots(figsize=(7.5, 4.5))
     for row in found['rows']:

@@ -14,12 +14,12 @@ from rich.table import Table
 from figures.saving import save
 
 N_S, SCANS, SPAN = 4007, 40, pi / 2
-# The span that the speed stated with the figure belongs to.
+# The span of the speed that is stated with the figure.
 SPAN_OF_SPEED = 1.2272
 
 
 def draw(folder: Path, console: Console) -> Table:
-    """Draw the pattern into pattern.png; return what was published and what is found."""
+    """Draw the pattern into pattern.png; return the published and our findings."""
     task = Task(pitch_min=-SPAN / 2, pitch_max=SPAN / 2)
     figure, axes = plt.subplots(1, 2, figsize=(11.0, 4.6), width_ratios=(2, 1))
     for shown, mark in zip(axes, (0.4, 5.0), strict=True):

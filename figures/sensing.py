@@ -16,7 +16,7 @@ LINES = dict(zip(TICKS, ('-', '--'), strict=True))
 
 
 def draw(folder: Path, _console: Console) -> Table:
-    """Draw what was recorded into sensing.png; return it."""
+    """Draw the recorded rows into sensing.png; return them."""
     found = recorded('sensing')
     figure, axes = plt.subplots(figsize=(7.5, 4.5))
     for estimator, bits in product(ESTIMATORS, TICKS):

@@ -1,7 +1,7 @@
-"""Print what pip is to install beside a sourced ROS: what it has stays, what it lacks is pinned.
+"""Writes what pip installs beside a sourced ROS: its own packages stay, missing ones are pinned.
 
-The ROS and its system fit each other: messages are built for their NumPy, launch_testing plugs
-into their pytest. Only the linters are always those of requirements.lock, so that all agree.
+The packages of a ROS and its system fit each other: messages are built for their NumPy,
+launch_testing plugs into their pytest. Only the linters are always those of requirements.lock.
 
     python tools/missing_requirements.py REQUIREMENTS CONSTRAINTS
 """
@@ -15,7 +15,7 @@ LINTERS = ('ruff', 'mypy', 'types-')
 
 
 def main() -> None:
-    """Write the requirements and the constraints that bind what these depend on."""
+    """Write the requirements, and the constraints on their dependencies."""
     wanted = [line for line in _lines('requirements.in') if not line.startswith('ros-')]
     locked = [line for line in _lines('requirements.lock') if not line.startswith('ros-')]
     requirements = [
@@ -35,7 +35,7 @@ def _name(line: str) -> str:
 
 
 def _version_here(line: str) -> str | None:
-    """Return the version that the ROS or the system has, unless another is needed."""
+    """Return the installed version of a requirement, None if another is needed."""
     name = _name(line)
     if name.startswith(LINTERS):
         return None

@@ -1,7 +1,7 @@
-"""Writes what is documented of parameters: each node's YAML file and the tables in its README.
+"""Writes the documentation of parameters: each node's YAML file and the tables in its README.
 
 Names, defaults, units, ranges and descriptions stand once, in the dataclasses of the stages that
-they belong to. `make docs` runs this; a test says when a file is stale.
+use them. `make docs` runs this; a test fails when a file is stale.
 """
 
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ NODES = {
     'driver': (DriverConfig,),
     'servo': (ServoConfig,),
 }
-# No file that ships sets what a profile does: it would override the profile.
+# Commented out in the YAML files, where they would override the profile.
 LEFT_TO_PROFILES = {
     'assembler': {'profile', *governed()},
     'driver': set(),
@@ -35,13 +35,13 @@ WIDTH = 99
 
 
 def owner(config_class: type, name: str) -> type:
-    """Return the class of a configuration in which a field stands."""
+    """Return the class that declares a field of a configuration."""
     classes = reversed(config_class.__mro__)
     return next(each for each in classes if name in inspect.get_annotations(each))
 
 
 def stages(node: str) -> Iterator[tuple[str, list['Field[Any]']]]:
-    """Yield the stages of a node, each as what it is about and its parameters."""
+    """Yield the stages of a node, each as its title and its parameters."""
     for config_class in NODES[node]:
         by_owner: dict[type, list[Field[Any]]] = {}
         for field in fields(config_class):
@@ -51,7 +51,7 @@ def stages(node: str) -> Iterator[tuple[str, list['Field[Any]']]]:
 
 
 def plain(value: object) -> object:
-    """Return a default as YAML has it."""
+    """Return a default as a type of YAML."""
     return list(value) if isinstance(value, tuple) else value
 
 
@@ -62,7 +62,7 @@ def in_yaml(value: object) -> str:
 
 
 def allowed(limits: Limits) -> str:
-    """Return the allowed values in a few words; nothing if all are."""
+    """Return the allowed values in a few words; empty text if all are."""
     if limits.choices or (limits.minimum is None and limits.maximum is None):
         return '' if not limits.choices else ', '.join(limits.choices)
     low, high = limits.minimum, limits.maximum
@@ -83,8 +83,8 @@ def yaml_file(node: str) -> str:
         for field in own:
             limits = limits_of(field)
             parts = [limits.unit, '' if limits.choices else allowed(limits)]
-            told = ', '.join(filter(None, parts))
-            text = f'{limits.description} [{told}].' if told else f'{limits.description}.'
+            remarks = ', '.join(filter(None, parts))
+            text = f'{limits.description} [{remarks}].' if remarks else f'{limits.description}.'
             lines += textwrap.wrap(
                 text, WIDTH, initial_indent='    # ', subsequent_indent='    # '
             )
@@ -110,7 +110,7 @@ def table(node: str) -> str:
 
 
 def profile_table() -> str:
-    """Return what the profiles set, for the README of the assembler."""
+    """Return the table of the profiles for the README of the assembler."""
     rates = {
         path.stem: yaml.safe_load(path.read_text())['/**']['ros__parameters']['feedback_rate']
         for path in (WORKSPACE / 'nodlidar_bringup' / 'config' / 'profiles').glob('*.yaml')
@@ -124,7 +124,7 @@ def profile_table() -> str:
 
 
 def documents() -> dict[Path, str]:
-    """Return the documents that tell of parameters, as they should be."""
+    """Return the current text of all documents of parameters."""
     found = {}
     for node in NODES:
         folder = WORKSPACE / f'nodlidar_{node}'
@@ -137,7 +137,7 @@ def documents() -> dict[Path, str]:
 
 
 def filled(text: str, name: str, content: str) -> str:
-    """Return a page with the block of a name filled anew."""
+    """Return a page with the named block replaced."""
     block = re.compile(rf'(<!-- {name} -->\n).*?(<!-- end -->)', re.DOTALL)
     assert block.search(text), f'no block <!-- {name} -->'
     return block.sub(lambda match: f'{match[1]}{content}\n{match[2]}', text)
