@@ -4,10 +4,10 @@ SHELL := /bin/bash
 .PHONY: demo test lint bench compare figures docs build lock clean help
 
 PYTHON ?= python3
-# Which ROS: the one that is sourced, or the wheels in .venv. Another one needs another .venv and install.
+# Which ROS: the sourced one, or the wheels in .venv. Each needs its own .venv and install.
 ROS := $(if $(NODLIDAR_UNDERLAY),wheels,$(or $(ROS_DISTRO),wheels))
 ACTIVATE := source ./env.sh
-# Folders too, so that a file that is gone is noticed.
+# With folders, so that a removed file is noticed.
 SOURCES := $(shell find nodlidar_* underlay -not -path '*/test*' -not -path '*/__pycache__*' -not -path '*/.*' \
              -not -name '*.md' -not -name '*.rst')
 
@@ -26,15 +26,15 @@ lint: .venv/ready-$(ROS)        ## ruff and mypy
 bench: build             ## measure what the documentation quotes, into bench/results and the pages
 	@$(ACTIVATE) && python -m bench --record && python -m figures pareto estimators sensing
 
-compare: build           ## say what got slower than bench/results
+compare: build           ## report what became slower than bench/results
 	@$(ACTIVATE) && python -m bench --compare
 
-figures: build           ## draw the figures of the documentation anew, into docs/figures
+figures: build           ## draw the figures of the documentation again, into docs/figures
 	@$(ACTIVATE) && python -m figures
 	@$(ACTIVATE) && ros2 run nodlidar_planner plan_scan --timing-error 0.003 --top 1 --plot docs/figures/plan.png
 	@$(ACTIVATE) && ros2 run nodlidar_planner plan_scan --max-hole 2 --speed-max 6 --plot docs/figures/front.png
 
-docs: build              ## write the parameter files and tables anew, from the code
+docs: build              ## write the parameter files and tables from the code
 	@$(ACTIVATE) && python tools/parameter_docs.py
 
 build: install/ready-$(ROS)  ## build the workspace into install/
@@ -51,5 +51,5 @@ lock:                    ## resolve requirements.in again, for every supported P
 	@$(ACTIVATE) && pip install --quiet uv && uv pip compile --quiet --universal --upgrade \
 	    --python-version 3.10 --no-emit-index-url --no-annotate --no-header requirements.in -o requirements.lock
 
-clean:                   ## remove everything that was made
+clean:                   ## remove all generated files
 	rm -rf .venv build install log demo_output .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,4 +1,4 @@
-"""The ros2 command, which hands over to the commands that packages bring."""
+"""The ros2 command, which calls the commands of other packages."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ GROUP = 'ros2cli.command'
 def load_commands() -> dict[str, Any]:
     """Return the commands that are installed, by name.
 
-    A command has add_arguments(parser), main(args), which returns the exit status or what went
-    wrong, and a line of documentation for the help.
+    A command has add_arguments(parser), main(args), which returns the exit status or an error
+    message, and a docstring of one line for the help.
     """
     return {point.name: point.load()() for point in sorted(entry_points(group=GROUP))}
 
 
 def make_parser(commands: dict[str, Any]) -> ArgumentParser:
-    """Return a parser that knows all commands and their arguments."""
+    """Return a parser of all commands and their arguments."""
     parser = ArgumentParser(
         prog='ros2',
         description='ros2 is an extensible command-line tool for ROS 2. '
@@ -36,7 +36,7 @@ def make_parser(commands: dict[str, Any]) -> ArgumentParser:
 
 
 def main(argv: list[str] | None = None) -> int | str | None:
-    """Run a command, and return the exit status or what went wrong."""
+    """Run a command; return the exit status or an error message."""
     commands = load_commands()
     arguments = sys.argv[1:] if argv is None else argv
     if arguments and not arguments[0].startswith('-') and arguments[0] not in commands:

@@ -24,7 +24,7 @@ class RunCommand:
         )
 
     def main(self, args: Namespace) -> int | str:
-        """Run the executable, and return its exit status."""
+        """Run the executable; return its exit status or an error message."""
         paths = _find(args.package_name, args.executable_name)
         if not paths:
             return 'No executable found'
@@ -47,9 +47,9 @@ def _find(package: str, executable: str) -> list[Path]:
 
 
 def _run(cmd: list[str]) -> int:
-    """Run a command, and return its exit status, negative for the signal that ended it.
+    """Run a command; return its exit status, negative for the signal that ended it.
 
-    A terminal's Ctrl-C reaches the command too, so it is waited for.
+    Ctrl-C in a terminal reaches the command too, so wait for its end.
     """
     process = subprocess.Popen(cmd)
     while process.returncode is None:

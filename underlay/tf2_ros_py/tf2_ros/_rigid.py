@@ -40,7 +40,7 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
 
 
 def compose(a: Rigid, b: Rigid) -> Rigid:
-    """Return the transform that is b, then a."""
+    """Return the transform b, then a."""
     x, y, z = rotate(a.rotation, b.translation)
     tx, ty, tz = a.translation
     return Rigid((tx + x, ty + y, tz + z), multiply(a.rotation, b.rotation))
@@ -54,7 +54,7 @@ def inverse(a: Rigid) -> Rigid:
 
 
 def interpolate(a: Rigid, b: Rigid, ratio: float) -> Rigid:
-    """Return the transform at a ratio of the way from a to b: straight on, turning evenly."""
+    """Return the transform at a ratio between a and b: translation linear, rotation by slerp."""
     translation = tuple(
         (1.0 - ratio) * i + ratio * j for i, j in zip(a.translation, b.translation, strict=True)
     )
@@ -62,10 +62,10 @@ def interpolate(a: Rigid, b: Rigid, ratio: float) -> Rigid:
 
 
 def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
-    """Return the rotation at a ratio of the shorter way from a to b."""
+    """Return the rotation at a ratio between a and b, along the shorter arc."""
     if sum(i * j for i, j in zip(a, b, strict=True)) < 0.0:
         b = tuple(-j for j in b)
-    # Half of the chord gives the angle exactly where its cosine would not: near zero.
+    # Unlike the cosine, the chord is exact near zero.
     angle = 2.0 * math.atan2(math.dist(a, b), math.hypot(*map(sum, zip(a, b, strict=True))))
     if angle == 0.0:
         return a
@@ -75,9 +75,9 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
 
 
 def normalized(q: Quaternion) -> Quaternion:
-    """Return the unit quaternion, of the two the one that tf2 takes from a rotation matrix.
+    """Return the unit quaternion, with the sign that tf2 gets from a rotation matrix.
 
-    Its w is positive if w**2 is above 1/4, else the greatest of x, y and z is.
+    w is positive if w**2 is above 1/4; otherwise the greatest of x, y and z is.
     """
     length = math.hypot(*q)
     leading = q[3] if q[3] ** 2 > 0.25 * length**2 else max(q[:3], key=abs)

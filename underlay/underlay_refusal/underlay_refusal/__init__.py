@@ -1,4 +1,4 @@
-"""How an underlay package refuses what it does not cover."""
+"""Errors of the underlay packages for names and arguments that they do not cover."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NoReturn, TYPE_CHECKING
@@ -9,20 +9,20 @@ _ADVICE = 'Source a ROS 2 installation for the whole package.'
 
 
 def refuse(package: str, covered: Iterable[str]) -> Callable[[str], NoReturn]:
-    """Make a module's ``__getattr__`` (PEP 562) that names what is missing and what there is.
+    """Return a module's ``__getattr__`` (PEP 562) that refuses a name and lists the covered ones.
 
     Parameters
     ----------
     package
         Dotted name of the module, usually ``__name__``.
     covered
-        The public names that it has.
+        Its public names.
 
     Returns
     -------
     Callable
-        Raises NotImplementedError for any name, except AttributeError for double-underscore
-        names, which the import machinery and ``inspect`` look for.
+        Raises NotImplementedError for any name, but AttributeError for double-underscore names,
+        which the import machinery and ``inspect`` look up.
 
     """
     names = ', '.join(sorted(covered))
@@ -38,16 +38,16 @@ def refuse(package: str, covered: Iterable[str]) -> Callable[[str], NoReturn]:
 
 
 def refuse_arguments(called: str, uncovered: Mapping[str, Any]) -> None:
-    """Raise NotImplementedError that names the keyword arguments left over, if there are any."""
+    """Raise NotImplementedError with the names of uncovered keyword arguments, if any."""
     if uncovered:
         names = ', '.join(f'{name}=' for name in sorted(uncovered))
         raise NotImplementedError(f'{called}({names}) is not covered by the underlay. {_ADVICE}')
 
 
 class Partial:
-    """Base of a class that has not all of the attributes of the one that it stands in for."""
+    """Base of a class that refuses the attributes that it lacks."""
 
-    if not TYPE_CHECKING:  # a type checker is to find misspelt names
+    if not TYPE_CHECKING:  # so that a type checker finds misspelt names
 
         def __getattr__(self, name: str) -> NoReturn:
             covered = [known for known in dir(self) if not known.startswith('_')]
