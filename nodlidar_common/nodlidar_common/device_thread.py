@@ -125,17 +125,24 @@ class DeviceThread:
     def _make_safe(self) -> None:
         port, self._port = self._port, None
         guard, self._guard = self._guard, None
+        was_handled = self._switch_off()
+        if port is not None:
+            close_port(port)
+        if guard is not None and was_handled:
+            guard.dismiss()
+        elif guard is not None:
+            guard.trigger()
+
+    def _switch_off(self) -> bool:
+        """Switch the device off; return False after an error of the program."""
         try:
             self._device.disconnect()
         except DeviceError as error:
             self._log_unsafe(str(error))
         except Exception:
             self._log_error('internal error in disconnecting:\n' + traceback.format_exc())
-            return  # a guard that is dropped without a dismissal switches the device off
-        if port is not None:
-            close_port(port)
-        if guard is not None:
-            guard.dismiss()
+            return False
+        return True
 
     def _log_unsafe(self, trouble: str) -> None:
         """Log once in each series of failures that the device may still be on."""

@@ -73,6 +73,11 @@ class Guard:
             if output.read() != guard_process.READY:
                 raise OSError('the guard of the port could not be started')
 
+    def trigger(self) -> None:
+        """Switch the device off as if this process had ended."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+
     def dismiss(self) -> None:
         """End the guard without a stop request: the device is off, or unplugged."""
         assert self._process.stdin is not None

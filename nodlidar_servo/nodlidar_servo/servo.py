@@ -162,7 +162,7 @@ class Servo:
         return delay * _RETURN_DELAY_UNIT_NS
 
     def _latency_timer_ns(self) -> int:
-        """Return how long the adapter holds replies back: all of it, if requests follow at once."""
+        """Return how long the adapter holds replies back, by requests that follow at once."""
         return max(min(self._excess_ns(self._read_present()) for _ in range(_TRIALS)), 0)
 
     @property
