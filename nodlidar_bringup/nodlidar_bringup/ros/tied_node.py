@@ -11,8 +11,10 @@ from launch_ros.substitutions import ExecutableInPackage
 from nodlidar_common.errors import NodlidarError
 
 # Asks the kernel to send SIGTERM when the parent ends, then starts the node, unless the launch has
-# already ended and the parent is another process.
-_PREFIX = 'setpriv --pdeathsig TERM sh -c \'test $PPID -eq {} && exec "$0" "$@"\''
+# already ended and the parent is another process. SIGINT is ignored until the node handles it: a
+# node that ends at once would print a traceback, and launch may wait forever for it (osrf_pycommon
+# 2.1 misses the end of a process before its pipes are connected). launch sends SIGTERM after 5 s.
+_PREFIX = 'setpriv --pdeathsig TERM sh -c \'trap "" INT; test $PPID -eq {} && exec "$0" "$@"\''
 
 
 def tied_node(context: LaunchContext, package: str, executable: str, **options: Any) -> Node:
