@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.assembly import assemble, valid_beams
+from nodlidar_assembler.clouds.assembly import place, points_of, valid_beams
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Scan
 import numpy as np
@@ -70,7 +70,8 @@ def cloud_error(cloud: Cloud, scan: Scan, sent: TrueScan | None) -> float:
         return float('nan')
     beams = Beams(scan.geometry, REFERENCE_MOUNT)
     sound = (codes_of(scan) == sent.codes)[valid_beams(beams, scan.ranges)]
-    true = assemble(beams, int(sent.times_ns[0]), scan.ranges, sent.pitch).data
+    placed = place(beams, scan.ranges, sent.pitch)
+    true = points_of(placed, beams, int(sent.times_ns[0])).data
     xyz = np.stack([true[axis] for axis in 'xyz'], axis=1)
     squares = ((cloud.xyz - xyz) ** 2).sum(axis=1)[sound]
     return float(np.sqrt(squares.mean())) if squares.size else float('nan')

@@ -97,7 +97,7 @@ class Rig:
 
     def reversals_ns(self) -> NDArray[np.int64]:
         """Return the instants of all reversals so far [ns], after SETTLING."""
-        finder = ReversalFinder(0.02)
+        finder = ReversalFinder()
         times = np.arange(START_NS, self.clock(), NS_PER_S // 1000)
         found = map(finder.add, times.tolist(), self.motion.position(times).tolist())
         reversals = np.array([each for each in found if each is not None], dtype=np.int64)

@@ -54,7 +54,7 @@ def test_scans_of_one_instant_make_a_cloud_after_some_time():
 
 @pytest.mark.parametrize('apart_ns', [0, 1])
 def test_samples_of_nearly_one_instant_are_not_kept_for_ever(apart_ns):
-    joint, odometry, reversals = JointHistory(), OdometryHistory(), ReversalFinder(0.02)
+    joint, odometry, reversals = JointHistory(), OdometryHistory(), ReversalFinder()
     for k in range(2 * MOST_SAMPLES):
         joint.add(BEGIN_NS + k * apart_ns, 0.0)
         odometry.add(BEGIN_NS + k, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -69,7 +69,7 @@ def test_scans_that_wait_on_a_clock_that_stands_still_are_not_kept_for_ever():
     for k in range(2 * MOST_WAITING):
         waiting.add(k, BEGIN_NS)
         list(waiting.release(BEGIN_NS, lambda k, overdue: overdue or None))
-    assert len(waiting) == MOST_WAITING
+    assert len(waiting._waiting) == MOST_WAITING
 
 
 def test_stamps_of_scans_are_kept_for_a_window():

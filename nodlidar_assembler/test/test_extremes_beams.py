@@ -2,10 +2,10 @@
 
 import math
 
+from assembling import assemble
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from nodlidar_assembler.clouds.assembly import assemble
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan

@@ -2,9 +2,9 @@
 
 import math
 
+from assembling import assemble
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.assembly import assemble
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, OdometryError, Poses
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.clouds.origins import frame_of, origin_near

@@ -123,7 +123,7 @@ def test_a_pause_of_an_hour_ends_the_cloud():
 
 def test_a_joint_at_rest_for_an_hour_is_not_remembered_and_its_next_reversal_is_found():
     """It wavers by one encoder step, then nods by 1 rad/s and turns 0.4 s later."""
-    finder = ReversalFinder(0.02)
+    finder = ReversalFinder()
     rest_ns, sample_ns = 3600 * S, 10_000_000
     for k in range(rest_ns // sample_ns):
         assert finder.add(TODAY_NS + k * sample_ns, 0.00511 * (k % 2)) is None

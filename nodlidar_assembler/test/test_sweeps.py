@@ -19,8 +19,8 @@ def nod(samples_per_sweep=4001):
     )
 
 
-def reversals_of(times_ns, pitch, hysteresis=0.02):
-    finder = ReversalFinder(hysteresis)
+def reversals_of(times_ns, pitch):
+    finder = ReversalFinder()
     found = (finder.add(int(t), float(p)) for t, p in zip(times_ns, pitch, strict=True))
     return [reversal for reversal in found if reversal is not None]
 

@@ -134,17 +134,3 @@ def points_of(
         offset = beams.offset.take(valid)
         data['time'] = offset - offset[:1]
     return Points(start_ns + beams.offset_ns.take(valid), data, origin)
-
-
-def assemble(
-    beams: Beams,
-    start_ns: int,
-    ranges: NDArray[np.float32],
-    pitch: NDArray[np.float64],
-    intensities: NDArray[np.float32] | None = None,
-    poses: Poses | None = None,
-    moved_point: np.dtype[np.void] = MOVED_POINT,
-) -> Points:
-    """Return a scan's points: see :func:`place` and :func:`points_of`."""
-    placed = place(beams, ranges, pitch)
-    return points_of(placed, beams, start_ns, intensities, poses, moved_point)

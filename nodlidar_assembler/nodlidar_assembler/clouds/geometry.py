@@ -10,9 +10,6 @@ from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
 
-# The laser's pose in the nodding frame on the reference sensor: z_off above the nod axis.
-REFERENCE_MOUNT = Pose.from_xyzrpy((0.0, 0.0, 0.080, 0.0, 0.0, 0.0))
-
 # Least step between beams [rad]: a thousandth of the finest scanners' step.
 _LEAST_STEP = 1e-6
 # A message with beams of more revolutions is not one scan.
@@ -41,6 +38,14 @@ class MountConfig:
         for key in ('laser_xyz', 'laser_rpy'):
             if len(getattr(self, key)) != 3:
                 raise ParameterError(key, 'three numbers', getattr(self, key))
+
+    @property
+    def mount(self) -> Pose:
+        """Pose of the laser in the nodding frame."""
+        return Pose.from_xyzrpy((*self.laser_xyz, *self.laser_rpy))
+
+
+REFERENCE_MOUNT = MountConfig().mount
 
 
 @dataclass(frozen=True, slots=True)

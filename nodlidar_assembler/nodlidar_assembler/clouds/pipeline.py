@@ -10,12 +10,9 @@ from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
 from nodlidar_common.parameters import parameter
-from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
 
-# Four encoder steps of the RX-24F [rad]: confirms a reversal within a few samples.
-REVERSAL_HYSTERESIS = 0.02
 # A cloud ends after this time [s] even if the nod stands still.
 LONGEST_SWEEP = 30.0
 
@@ -92,10 +89,10 @@ class Pipeline:
     def __init__(self, config: PipelineConfig) -> None:
         self.estimator = PitchEstimator(config)
         self._motion_limits: OdometryConfig = config
-        self._mount = Pose.from_xyzrpy((*config.laser_xyz, *config.laser_rpy))
+        self._mount = config.mount
         self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
         self._beams: Beams | None = None
-        self._reversals = ReversalFinder(REVERSAL_HYSTERESIS)
+        self._reversals = ReversalFinder()
         self._sweeps: SweepGatherer | None = None
         if config.cloud_mode == 'sweep':
             self._sweeps = SweepGatherer(LONGEST_SWEEP, config.sweeps_per_cloud)
@@ -108,7 +105,7 @@ class Pipeline:
 
     def restart(self) -> None:
         """Restart, as after the clock was set; a cloud that is being gathered ends here."""
-        self._reversals = ReversalFinder(REVERSAL_HYSTERESIS)
+        self._reversals = ReversalFinder()
         if self._sweeps is not None:
             self._sweeps.end()
 

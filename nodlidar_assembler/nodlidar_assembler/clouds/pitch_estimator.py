@@ -61,6 +61,7 @@ class PitchEstimator:
 
     def __init__(self, config: EstimatorConfig) -> None:
         self._name = config.estimator
+        self._interpolation = 'slerp' if self._name == 'trajectory' else self._name
         self._max_joint_gap = config.max_joint_gap
         self._joint_step = config.joint_step
         leg_margin = config.leg_margin if self._name == 'trajectory' else 0.0
@@ -90,18 +91,17 @@ class PitchEstimator:
             If the samples do not bracket the beams, or are too far apart.
         """
         samples = ordered_samples(sample_ns, sample_pitch)
-        if self._name == 'nearest':
-            return beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
-        times = (samples[0] - start_ns) / NS_PER_S
         usual_gap = self._usual_gap.add(samples[0])
-        if self._name != 'trajectory':
-            pitch = beam_pitch(self._name, start_ns, offset, *samples, self._max_joint_gap)
-            require_reversals_sampled(offset, times, samples[1], usual_gap)
+        pitch = beam_pitch(self._interpolation, start_ns, offset, *samples, self._max_joint_gap)
+        if self._name == 'nearest':
             return pitch
-        between = beam_pitch('slerp', start_ns, offset, *samples, self._max_joint_gap)
-        try:
-            return leg_pitch(start_ns, offset, *samples, self._joint_step)
-        except LegModelError as error:
-            require_reversals_sampled(offset, times, samples[1], usual_gap)
-            self.fallbacks[str(error)] += 1
-            return between
+        fallback = Counter[str]()
+        if self._name == 'trajectory':
+            try:
+                return leg_pitch(start_ns, offset, *samples, self._joint_step)
+            except LegModelError as error:
+                fallback[str(error)] += 1
+        times = (samples[0] - start_ns) / NS_PER_S
+        require_reversals_sampled(offset, times, samples[1], usual_gap)
+        self.fallbacks += fallback
+        return pitch

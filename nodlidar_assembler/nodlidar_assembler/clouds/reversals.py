@@ -4,6 +4,8 @@ from collections import deque
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+# Return from an extreme that confirms a reversal [rad]: four encoder steps of the RX-24F.
+HYSTERESIS = 0.02
 # A sample older than the last one by this much means that the clock was set.
 TIME_JUMP_NS = 1_000_000_000
 # Samples kept while the joint hardly moves: 100 s at 100 Hz.
@@ -14,19 +16,13 @@ MOST_SAMPLES = 10_000
 class ReversalFinder:
     """Finds reversals in joint samples that are added one by one.
 
-    A reversal is confirmed once the pitch has returned from its extreme by a depth: `hysteresis`,
-    or the largest step between samples of the leg if that is more. Its instant is the middle
-    between the crossings of that level before and after the extreme. The motion is symmetric about
-    a reversal, and a crossing at full speed is sharp, while the extreme is flat and quantised. At
+    A reversal is confirmed once the pitch has returned from its extreme by a depth: HYSTERESIS, or
+    the largest step between samples of the leg if that is more. Its instant is the middle between
+    the crossings of that level before and after the extreme. The motion is symmetric about a
+    reversal, and a crossing at full speed is sharp, while the extreme is flat and quantised. At
     that depth, the two samples around a crossing always belong to one leg.
-
-    Attributes
-    ----------
-    hysteresis
-        Least return from the extreme [rad]; several encoder steps.
     """
 
-    hysteresis: float
     _direction: int = 0
     _depth: float = 0.0
     _extreme: float = 0.0
@@ -49,12 +45,12 @@ class ReversalFinder:
 
     def _begin_leg(self, direction: int) -> None:
         self._direction = direction
-        self._depth = self.hysteresis
+        self._depth = HYSTERESIS
         self._extreme = self._samples[-1][1]
 
     def _find_direction(self, pitch: float) -> None:
         moved = pitch - self._samples[0][1]
-        if abs(moved) >= self.hysteresis:
+        if abs(moved) >= HYSTERESIS:
             self._begin_leg(1 if moved > 0.0 else -1)
 
     def _follow_leg(self, pitch: float) -> int | None:
