@@ -191,7 +191,7 @@ def test_what_is_malformed_is_counted_and_the_rest_is_read(simulated, tmp_path):
     assert drops.total() == 1
     assert 'angle_increment must be' in next(iter(drops))
     assert summary.counts['clouds'] == len(scans) - 3
-    assert '1 on /scan could not be told' in summary.notes
+    assert '1 on /scan could not be decoded' in summary.notes
 
 
 def test_the_order_of_messages_in_a_file_means_nothing(simulated, bag, tmp_path):
@@ -329,7 +329,7 @@ def test_a_bag_without_scans_or_clouds_is_an_error_and_leaves_the_old_file(simul
         ([e for e in entries if e[1] != '/joint_states'], 'no topic /joint_states'),
         (
             [e for e in entries if e[1] == '/scan' or e[0] < START_NS + 50_000_000],
-            'no cloud comes of 40 scans: 40 no joint state after it before the deadline',
+            'no cloud from 40 scans: 40 no joint state after it before the deadline',
         ),
     ):
         bag = write_messages(tmp_path / f'bag{len(kept)}', sorted(kept, key=lambda e: e[0]))
@@ -375,7 +375,7 @@ def test_the_bag_itself_is_never_written(bag):
     [file] = bag.glob('*.mcap')
     before = file.read_bytes()
     for source, output in ((file, file), (bag, file), (bag, bag / 'new.mcap')):
-        with pytest.raises(OutputError, match='is the bag that is to be read, or in it'):
+        with pytest.raises(OutputError, match='is the input bag, or in it'):
             write_clouds(source, output, AssemblerConfig(), TOPICS)
     assert file.read_bytes() == before
 

@@ -118,7 +118,7 @@ def test_an_sqlite_file_without_the_way_to_its_messages_is_refused(entries, tmp_
     path = write_messages(tmp_path / 'bag', entries, StoragePlugin.SQLITE3)
     [file] = path.glob('*.db3')
     file.write_bytes(file.read_bytes()[:100_000])
-    with pytest.raises(BagError, match='what leads to its messages is gone'):
+    with pytest.raises(BagError, match='the pages that lead to its messages are missing'):
         read(path)
 
 
@@ -166,7 +166,7 @@ def test_messages_that_are_gone_from_a_file_are_counted(entries, tmp_path):
     found, source = read(path)
     gone = len(entries) - len(found) - source.unreadable.total()
     assert gone > 0
-    assert source.notes == [f'the bag is damaged: {gone} messages are gone']
+    assert source.notes == [f'the bag is damaged: {gone} messages are missing']
 
 
 @pytest.mark.parametrize('storage', STORAGES)
@@ -178,7 +178,7 @@ def test_messages_that_are_compressed_each_need_the_metadata(entries, tmp_path, 
     found, source = read(file)
     assert not found
     assert source.unreadable.total() == 200
-    assert source.notes == ['each message is compressed: give the folder with metadata.yaml']
+    assert source.notes == ['each message is compressed: pass the folder with metadata.yaml']
 
 
 @pytest.mark.parametrize('storage', STORAGES)

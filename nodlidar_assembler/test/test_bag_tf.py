@@ -40,7 +40,7 @@ def test_messages_on_tf_that_cannot_be_told_are_counted_once(driving, tmp_path):
     entries = [*as_in_ros_1(entries_of(driving)), (2**62, '/tf', b'\x00\x01\x00\x00')]
     bag = write_messages(tmp_path / 'bag', entries)
     summary = write_clouds(bag, tmp_path / 'out.ply', CONFIG, Topics())
-    assert '1 on /tf could not be told' in summary.notes
+    assert '1 on /tf could not be decoded' in summary.notes
 
 
 @pytest.mark.parametrize(

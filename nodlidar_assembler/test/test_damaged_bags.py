@@ -89,7 +89,7 @@ def test_a_bag_of_one_message_is_shown_without_a_division(entries, tmp_path, cap
     joint = next(entry for entry in entries if entry[1] == '/joint_states')
     bag = write_messages(tmp_path / 'bag', [(scan[0], *joint[1:]), scan])
     assert main([str(bag), str(tmp_path / 'out.ply')]) == 1
-    assert 'no cloud comes of 1 scans' in capsys.readouterr().err
+    assert 'no cloud from 1 scans' in capsys.readouterr().err
 
 
 CHANGE = st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.binary(max_size=8), st.integers(0, 9))

@@ -1,1 +1,1 @@
-"""Recorded scans, joint states and odometry to clouds in files, without a ROS graph."""
+"""Recorded scans, joint states and odometry into files of clouds, without a ROS graph."""

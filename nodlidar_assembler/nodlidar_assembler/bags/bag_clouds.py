@@ -1,4 +1,4 @@
-"""The clouds of a bag, written into a file: those that the node makes of the same messages."""
+"""Writes the clouds of a bag into a file: the same clouds as those of the node."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -21,7 +21,7 @@ from nodlidar_common.whole_file import whole_file
 
 SUFFIXES = ('.ply', '.pcd', '.mcap')
 
-# Told now and then how far in the bag the work is: at a time [ns], between two others.
+# Called regularly with the time reached in the bag, its first and its last time [ns].
 OnProgress = Callable[[int, int, int], None]
 _MESSAGES_BETWEEN = 500
 
@@ -30,18 +30,18 @@ class Output(Protocol):
     """A file that clouds are written to."""
 
     def write(self, cloud: Points, frame_id: str, now_ns: int) -> None:
-        """Add a cloud in a frame, made at a time [ns]."""
+        """Add a cloud in a frame, published at a time [ns]."""
 
     def close(self) -> None:
         """Finish the file."""
 
     def abandon(self) -> None:
-        """Close the file, and leave nothing else behind."""
+        """Close the unfinished file; remove temporary ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class Topics:
-    """The topics of a bag that clouds are made of; fixed transforms are on `tf` + '_static'."""
+    """Input topics in a bag; fixed transforms are on `tf` + '_static'."""
 
     scan: str = '/scan'
     joint_states: str = '/joint_states'
@@ -50,7 +50,7 @@ class Topics:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """What became of a bag.
+    """Result of assembling a bag.
 
     Attributes
     ----------
@@ -59,11 +59,11 @@ class Summary:
     assembler
         Its drops and remarks.
     first_ns, last_ns
-        When the bag's first message was recorded, and just after its last [ns].
+        Recording time of the first message, and just after that of the last [ns].
     seconds
-        How long it took [s].
+        Time that the work took [s].
     notes
-        What else is to be known.
+        Damage of the bag, and whether a file was replaced.
     """
 
     counts: Counter[str]
@@ -86,58 +86,58 @@ def write_clouds(
     Raises
     ------
     BagError
-        If the bag cannot be read, lacks a topic or gives no cloud.
+        If the bag cannot be read, lacks a topic, or yields no cloud.
     OutputError
         If the file is of no known kind, cannot hold such clouds, or is the bag.
     OSError
-        If it cannot be written.
+        If the file cannot be written.
     """
     _check_output(path, bag, config)
     begin = time.perf_counter()
-    with BagSource(bag) as source, _with_its_trouble(source):
-        wanted = _wanted(source, topics, config)
+    with BagSource(bag) as source, _with_damage(source):
+        required = _required(source, topics, config)
         first_ns, last_ns = source.span_ns
-        replaced = [f"'{path}' was there and was replaced"] if path.exists() else []
+        replaced = [f"'{path}' existed and was replaced"] if path.exists() else []
         with open_output(path, config.odom_frame) as file:
             assembly = BagAssembly(config, file.write, _tf(source, topics, config))
-            for k, recorded in enumerate(source.messages(wanted)):
+            for k, recorded in enumerate(source.messages(required)):
                 assembly.add(recorded)
                 if not k % _MESSAGES_BETWEEN:
                     on_progress(recorded.time_ns, first_ns, last_ns)
             assembly.finish()
             _check_result(source, assembly)
-        notes = [*_trouble(source), *replaced]
+        notes = [*_damage(source), *replaced]
     seconds = time.perf_counter() - begin
     return Summary(assembly.counts, assembly.assembler, first_ns, last_ns, seconds, notes)
 
 
-def _trouble(source: BagSource) -> list[str]:
-    unread = [f'{n} on {topic} could not be told' for topic, n in source.unreadable.items()]
+def _damage(source: BagSource) -> list[str]:
+    unread = [f'{n} on {topic} could not be decoded' for topic, n in source.unreadable.items()]
     return [*source.notes, *unread]
 
 
 @contextmanager
-def _with_its_trouble(source: BagSource) -> Iterator[None]:
-    """Say what is wrong with a bag where it lacks something."""
+def _with_damage(source: BagSource) -> Iterator[None]:
+    """Add the bag's damage to a BagError."""
     try:
         yield
     except BagError as error:
-        raise BagError('; '.join([str(error), *_trouble(source)])) from error
+        raise BagError('; '.join([str(error), *_damage(source)])) from error
 
 
-def _wanted(source: BagSource, topics: Topics, config: AssemblerConfig) -> dict[str, str]:
+def _required(source: BagSource, topics: Topics, config: AssemblerConfig) -> dict[str, str]:
     """Return the topics to read with their types; raise BagError if the bag lacks one."""
-    wanted = [(topics.scan, SCAN), (topics.joint_states, JOINT_STATE)]
+    required = [(topics.scan, SCAN), (topics.joint_states, JOINT_STATE)]
     if config.ego_motion != 'off':
-        wanted.append((topics.tf, TF))
+        required.append((topics.tf, TF))
     types = source.types
-    for topic, wanted_type in wanted:
+    for topic, required_type in required:
         if topic not in types:
-            there = ', '.join(f'{name} ({kind})' for name, kind in sorted(types.items()))
-            raise BagError(f"'{source.path}' has no topic {topic}; it has {there or 'none'}")
-        if types[topic] != wanted_type:
-            raise BagError(f'{topic} is of the type {types[topic]}, not {wanted_type}')
-    return dict(wanted)
+            present = ', '.join(f'{name} ({kind})' for name, kind in sorted(types.items()))
+            raise BagError(f"'{source.path}' has no topic {topic}; it has {present or 'none'}")
+        if types[topic] != required_type:
+            raise BagError(f'{topic} is of the type {types[topic]}, not {required_type}')
+    return dict(required)
 
 
 def _tf(source: BagSource, topics: Topics, config: AssemblerConfig) -> BagTf | None:
@@ -148,7 +148,7 @@ def _tf(source: BagSource, topics: Topics, config: AssemblerConfig) -> BagTf | N
         for topic in (f'{topics.tf}_static', topics.tf)
     )
     tf = BagTf(config.odom_frame, config.frame_id, static, moving)
-    del source.unreadable[topics.tf]  # they will be read again, and counted then
+    del source.unreadable[topics.tf]  # they are counted when they are read again
     return tf
 
 
@@ -161,7 +161,7 @@ def _check_result(source: BagSource, assembly: BagAssembly) -> None:
         reasons = ', '.join(f'{n} {reason}' for reason, n in assembler.drops.items())
         missing = f' ({assembler.missing_input})' if assembler.missing_input else ''
         why = f'{reasons}{missing}' if reasons else 'none has a measurement'
-        raise BagError(f'no cloud comes of {scans} scans: {why}')
+        raise BagError(f'no cloud from {scans} scans: {why}')
 
 
 def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:
@@ -169,7 +169,7 @@ def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:
         raise OutputError(f"'{path}' must end in one of {', '.join(SUFFIXES)}")
     within = path.suffix == '.mcap' and path.resolve().parent == bag.resolve()
     if within or path.resolve() == bag.resolve():
-        raise OutputError(f"'{path}' is the bag that is to be read, or in it")
+        raise OutputError(f"'{path}' is the input bag, or in it")
     if path.is_dir():
         raise OutputError(f"'{path}' is a folder")
     frames = config.ego_motion != 'off' and config.without_odometry != 'drop'
@@ -180,7 +180,7 @@ def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:
 
 @contextmanager
 def open_output(path: Path, odom_frame: str) -> Iterator[Output]:
-    """Open a file for clouds, of the kind that its suffix says; it appears when it is complete."""
+    """Open a file for clouds, of the kind of its suffix; it appears when it is complete."""
     with whole_file(path) as part:
         file: Output
         if path.suffix == '.mcap':

@@ -1,4 +1,4 @@
-"""The messages of a ROS 2 bag, one after the other, without ROS; also of one cut short."""
+"""The messages of a ROS 2 bag one by one, without ROS; also of a truncated bag."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _CUT: dict[str, type[CutMcapReader | CutSqliteReader]] = {
 }
 MOST_NS = 2**63  # ROS counts time in 63 bits
 _COMPRESSED = '.zstd'
-_ZSTD_FRAME = b'\x28\xb5\x2f\xfd'  # what it begins with; a message begins with 0
+_ZSTD_FRAME = b'\x28\xb5\x2f\xfd'  # first bytes; a message begins with 0
 
 
 @dataclass(frozen=True, slots=True)
 class _Opened:
-    """An open reader and what it says of its messages, none of which was believed unseen."""
+    """An open reader and its checked metadata."""
 
     reader: AnyReader
     connections: list[Connection]
@@ -38,23 +38,23 @@ class _Opened:
 
     @classmethod
     def of(cls, reader: AnyReader) -> _Opened:
-        """Return what a reader says; raise ReaderError for what cannot be."""
+        """Check a reader's metadata; raise ReaderError for impossible values."""
         connections = list(reader.connections)
         texts = [text for each in connections for text in (each.topic, each.msgtype)]
         count, first_ns, end_ns = reader.message_count, reader.start_time, reader.end_time
         numbers = [count, first_ns, end_ns, *(each.msgcount for each in connections)]
         if not all(isinstance(text, str) for text in texts):
-            raise ReaderError('names of topics and types that are no text')
+            raise ReaderError('names of topics or types that are not text')
         if not all(type(number) is int and 0 <= number < MOST_NS for number in numbers):
-            raise ReaderError('counts or times that cannot be')
+            raise ReaderError('impossible counts or times')
         if count and end_ns < first_ns:
-            raise ReaderError('an end before its beginning')
+            raise ReaderError('an end before the beginning')
         return cls(reader, connections, count, first_ns, end_ns)
 
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A message of a bag: its topic and type, when it was recorded [ns], and itself."""
+    """A message of a bag with its topic, type and time of recording [ns]."""
 
     topic: str
     msgtype: str
@@ -63,22 +63,22 @@ class Recorded:
 
 
 class BagSource:
-    """A bag that is being read: a context manager.
+    """An open bag: a context manager.
 
-    Only one chunk of a file is held at a time, however long the bag is.
+    Holds one chunk of a file at a time, for bags of any length.
 
     Parameters
     ----------
     path
-        A folder with metadata.yaml (a recorder that was killed leaves none: then its files), an
-        .mcap or a .db3 file.
+        A folder with metadata.yaml, an .mcap or a .db3 file. Without metadata.yaml, which a
+        killed recorder does not write, the files of the folder are read.
 
     Attributes
     ----------
     notes
-        What is wrong with the bag, in words.
+        Damage of the bag, in words.
     unreadable
-        Messages that could not be told, counted by topic.
+        Messages that could not be decoded, counted by topic.
 
     Raises
     ------
@@ -122,7 +122,7 @@ class BagSource:
             if reader is None and file.suffix in _CUT:
                 reader, why = self._opened(partial(_CUT[file.suffix], file))
                 if reader is not None:
-                    why = f"'{file.name}' ends early: read as far as it goes"
+                    why = f"'{file.name}' ends early: read up to there"
             if reader is not None:
                 self._readers.append(reader)
             self.notes += [why] if why else []
@@ -137,7 +137,7 @@ class BagSource:
                 reader.open()
                 closing.callback(_close, reader)
                 opened = _Opened.of(reader)
-            except Exception as error:  # whatever a file that is none leads the library to
+            except Exception as error:  # a file of another kind raises anything
                 return None, _in_a_line(error)
             self._stack.push(closing.pop_all())
         return opened, ''
@@ -149,16 +149,16 @@ class BagSource:
 
     @property
     def span_ns(self) -> tuple[int, int]:
-        """Return when the first message was recorded, and just after the last [ns]."""
+        """Return the recording time of the first message, and just after that of the last [ns]."""
         filled = [each for each in self._readers if each.count]
         if not filled:
             raise BagError(f"'{self.path}' is empty")
         return min(each.first_ns for each in filled), max(each.end_ns for each in filled)
 
     def messages(self, wanted: Mapping[str, str]) -> Iterator[Recorded]:
-        """Yield the messages of topics, given with their types, as they were recorded.
+        """Yield the messages of topics, given with their types, in the order of recording.
 
-        Where a file is damaged, what comes after that in it is left out, and `notes` says so.
+        The rest of a file after damage is left out; `notes` names the damage.
         """
         for each in self._readers:
             connections = [c for c in each.connections if wanted.get(c.topic) == c.msgtype]
@@ -172,20 +172,20 @@ class BagSource:
                 connection, time_ns, data = next(raw)
             except StopIteration:
                 if missing > 0:
-                    self._note(f'the bag is damaged: {missing} messages are gone')
+                    self._note(f'the bag is damaged: {missing} messages are missing')
                 return
-            except Exception as error:  # whatever the decompressor or the database raises
+            except Exception as error:  # of the decompressor or the database
                 self._note(f'the bag is damaged, the rest is left out: {_in_a_line(error)}')
                 return
             missing -= 1
             try:
                 message = STORE.deserialize_cdr(data, connection.msgtype)
                 if not 0 <= time_ns < MOST_NS:
-                    raise ReaderError('a time that cannot be')
-            except Exception:  # whatever comes of bytes that are no such message
+                    raise ReaderError('an impossible time')
+            except Exception:  # other bytes raise anything
                 self.unreadable[connection.topic] += 1
                 if data[: len(_ZSTD_FRAME)] == _ZSTD_FRAME:
-                    self._note('each message is compressed: give the folder with metadata.yaml')
+                    self._note('each message is compressed: pass the folder with metadata.yaml')
             else:
                 yield Recorded(connection.topic, connection.msgtype, time_ns, message)
 
@@ -204,27 +204,27 @@ def messages_of(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[Reco
     with BagSource(path) as source:
         topics = {topic: kind for topic, kind in source.types.items() if wanted(topic, kind)}
         yield from source.messages(topics)
-        trouble = [*source.notes, *(f'{t} could not be told' for t in source.unreadable)]
-    if trouble:
-        raise BagError(f"'{path}': {'; '.join(trouble)}")
+        damage = [*source.notes, *(f'{t} could not be decoded' for t in source.unreadable)]
+    if damage:
+        raise BagError(f"'{path}': {'; '.join(damage)}")
 
 
 def _close(reader: AnyReader) -> None:
-    with suppress(Exception):  # it was read only: there is nothing to lose
+    with suppress(Exception):  # it was only read: nothing is lost
         reader.close()
 
 
 def _in_a_line(error: Exception) -> str:
-    """Return what a library says is wrong; with the error's kind where it stumbled itself."""
+    """Return a library's error as one line; with its type unless it is a ReaderError."""
     text = ' '.join(str(error).split())
     return text if isinstance(error, ReaderError) else f'damaged ({type(error).__name__}: {text})'
 
 
 def _files(path: Path) -> list[Path]:
-    """Return the files of a bag: of one that was split, in the order of their numbers."""
+    """Return the files of a bag; those of a split bag in the order of their numbers."""
     if not path.is_dir():
         return [path]
-    there = list(path.iterdir())
-    found = [file for file in there if file.suffix in _CUT]
-    found += [f for f in there if f.suffix == _COMPRESSED and f.with_suffix('') not in found]
+    files = list(path.iterdir())
+    found = [file for file in files if file.suffix in _CUT]
+    found += [f for f in files if f.suffix == _COMPRESSED and f.with_suffix('') not in found]
     return sorted(found, key=lambda file: (len(file.name), file.name))

@@ -1,4 +1,4 @@
-"""Odometry from the transforms of a bag, as they come."""
+"""Odometry from the transforms of a bag, one by one."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
@@ -22,27 +22,27 @@ _STILL = 1e-4
 
 
 class BagTf:
-    """Finds the transforms from the frame of odometry to what a frame is fixed to.
+    """Finds the transforms from the frame of odometry to the carrier of a frame.
 
     Parameters
     ----------
     odom_frame, frame
-        Frame of odometry, and the frame whose pose in it is wanted.
+        Frame of odometry, and the frame to be located in it.
     static
         All TFMessages with fixed transforms.
     moving
-        All others. They are looked through unless odometry soon turns up in them: those that never
-        change are fixed, too, as in bags of ROS 1, which has no topic for fixed ones.
+        All others. They are searched until odometry is found: transforms that never change are
+        also fixed, as in bags of ROS 1, which has no topic for fixed ones.
 
     Attributes
     ----------
     carrier, mount
-        What the frame is fixed to, and its pose in it.
+        Frame to which the frame is fixed, and the frame's pose in it.
 
     Raises
     ------
     BagError
-        If a fixed transform is no pose.
+        If a fixed transform is not a pose.
     """
 
     def __init__(
@@ -61,14 +61,14 @@ class BagTf:
 
     @property
     def missing_input(self) -> str:
-        """Why there is no odometry, in words; empty if there is."""
+        """Why there is no odometry; empty if there is some."""
         if self._wanted in self._seen:
             return ''
         wanted, *seen = (f"'{a}' to '{b}'" for a, b in (self._wanted, *sorted(self._seen)))
         return f'no transform from {wanted}' + (f', but from {", ".join(seen)}' if seen else '')
 
     def samples(self, message: Any) -> Iterator[Sample]:
-        """Take a TFMessage; yield the carrier's poses: [ns], x y z [m], x y z w."""
+        """Yield the carrier's poses in a TFMessage: [ns], x y z [m], x y z w."""
         for entry in message.transforms:
             ends = entry.header.frame_id, entry.child_frame_id
             self._seen.add(ends)
@@ -78,7 +78,7 @@ class BagTf:
 
 
 def _never_moving(messages: Iterable[Any], odom_frame: str, carrier: str) -> Fixed:
-    """Return the transforms that never change; none if the carrier's odometry turns up."""
+    """Return the transforms that never change; none if the carrier's odometry is found."""
     first: dict[Ends, Any] = {}
     moved: set[Ends] = set()
     for message in messages:

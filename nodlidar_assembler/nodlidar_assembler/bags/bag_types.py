@@ -1,4 +1,4 @@
-"""What the readers and writers of bags have in common: message types, and their error."""
+"""Message types and the error of the readers and writers of bags."""
 
 from nodlidar_common.errors import NodlidarError
 from rosbags.typesys import get_typestore, Stores
@@ -9,4 +9,4 @@ TF = 'tf2_msgs/msg/TFMessage'
 
 
 class BagError(NodlidarError):
-    """A bag that cannot be read, or lacks what is needed of it."""
+    """A bag that cannot be read, or lacks required content."""

@@ -1,4 +1,4 @@
-"""Clouds into an MCAP file of PointCloud2 messages, without ROS."""
+"""Writes clouds into an MCAP file of PointCloud2 messages, without ROS."""
 
 from pathlib import Path
 import shutil
@@ -18,14 +18,14 @@ TYPES: dict[str, Any] = dict(STORE.types)
 
 
 class CloudBag:
-    """An MCAP file with the topic /points and, where they are needed, frames on /tf_static.
+    """An MCAP file with the topic /points and, far from the origin, frames on /tf_static.
 
     Parameters
     ----------
     path
-        Where to write.
+        File to write.
     odom_frame
-        Frame of odometry, in which the frames of far clouds are.
+        Frame of odometry: parent of the frames of far clouds.
     """
 
     def __init__(self, path: Path, odom_frame: str) -> None:
@@ -39,7 +39,7 @@ class CloudBag:
         self._known = {OF_ODOMETRY}
 
     def write(self, cloud: Points, frame_id: str, now_ns: int) -> None:
-        """Add a cloud, as it would have been published at a time [ns]."""
+        """Add a cloud, as published at a time [ns]."""
         if cloud.origin not in self._known:
             self._known.add(cloud.origin)
             self._write_frame(cloud, frame_id, now_ns)

@@ -25,16 +25,16 @@ WIDTH = 100  # of a table that does not go to a terminal
 
 
 def assemble(argv: Sequence[str] | None, description: str | None) -> None:
-    """Assemble the bag that a command line names, and print what became of it.
+    """Assemble the bag that a command line names, and print a summary.
 
     Raises
     ------
     ParameterError
         For a parameter that is not allowed.
     BagError, OutputError, OSError
-        As of `write_clouds`.
+        See `write_clouds`.
     SystemExit
-        After --help, or with status 2 and a line on stderr for what is no option.
+        After --help, or with status 2 and a line on stderr for an invalid option.
     """
     arguments = _parse(argv, description)
     config = configuration(arguments.params, _chosen(arguments))
@@ -45,14 +45,14 @@ def assemble(argv: Sequence[str] | None, description: str | None) -> None:
 
 
 def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerConfig:
-    """Return the parameters that were chosen, else those of a file, else those of the profile.
+    """Return the profile's parameters, overridden by those of a file, then by the chosen ones.
 
     Raises
     ------
     ParameterError
-        If the file is no parameter file, or a value is not allowed.
+        If the file is not a parameter file, or a value is not allowed.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     """
     values: dict[str, Any] = {}
     for config_class in (ProfileConfig, AssemblerConfig):
@@ -67,12 +67,12 @@ def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerCo
 
 
 def absolute(topic: str) -> str:
-    """Return a topic's name as bags have it."""
+    """Return a topic's name with a leading slash, as in bags."""
     return topic if topic.startswith('/') else f'/{topic}'
 
 
 def summary_table(summary: Summary, output: Path) -> Table:
-    """Return what became of the bag."""
+    """Return a summary as a table."""
     drops, remarks = summary.assembler.drops, summary.assembler.remarks
     begin, end = summary.first_ns / NS_PER_S, summary.last_ns / NS_PER_S
     table = Table(show_header=False)
@@ -120,14 +120,14 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
         '--params', type=Path, metavar='YAML', help='parameter file of the assembler node'
     )
     parser.add_argument(
-        '--profile', choices=tuple(PROFILES), help='gives what neither the file nor an option does'
+        '--profile', choices=tuple(PROFILES), help='defaults of the other parameters'
     )
     for option, choices in (
         ('--estimator', ESTIMATORS),
         ('--cloud-mode', CLOUD_MODES),
         ('--ego-motion', EGO_MOTION_MODES),
     ):
-        parser.add_argument(option, choices=choices, help='parameter, before what the file says')
+        parser.add_argument(option, choices=choices, help='parameter; overrides the file')
     for option, default in (
         ('--scan', Topics().scan),
         ('--joint-states', Topics().joint_states),

@@ -1,4 +1,4 @@
-"""Reads an MCAP file whose end is missing: what its writer had finished is all there."""
+"""Reads a truncated MCAP file: all records that were written completely."""
 
 from collections.abc import Collection, Generator
 import os
@@ -13,18 +13,18 @@ MAGIC = b'\x89MCAP0\r\n'
 
 
 class CutMcapReader(McapReader):
-    """An MCAP file without its index: records are taken one by one, up to the last whole one.
+    """An MCAP file without its index: records are read one by one, up to the last whole one.
 
-    The format (https://mcap.dev/spec) begins with MAGIC; a record is an opcode, the length of its
-    content as a little-endian uint64, and that content.
+    A file (https://mcap.dev/spec) begins with MAGIC; a record is an opcode, the length of its
+    content as a little-endian uint64, and the content.
     """
 
     def open(self) -> None:
-        """Open the file; raise ReaderError if it is no MCAP file, or nothing in it is whole."""
+        """Open the file; raise ReaderError if it is not an MCAP file or has no whole record."""
         self.bio = self.path.open('rb')
         try:
             if self.bio.read(len(MAGIC)) != MAGIC:
-                raise ReaderError(f"'{self.path}' is no MCAP file")
+                raise ReaderError(f"'{self.path}' is not an MCAP file")
             self.data_start = len(MAGIC)
             self.data_end = _end_of_whole_records(self.bio)
             self.meta_scan()
@@ -34,17 +34,17 @@ class CutMcapReader(McapReader):
 
     @property
     def message_count(self) -> int:
-        """Return the number of messages."""
+        """Number of messages."""
         return self.statistics.message_count if self.statistics else 0
 
     @property
     def start_time(self) -> int:
-        """Return when the first message was recorded [ns]."""
+        """Recording time of the first message [ns]."""
         return self.statistics.start_time if self.statistics else 0
 
     @property
     def end_time(self) -> int:
-        """Return the nanosecond after the last message was recorded."""
+        """Recording time of the last message, plus 1 ns."""
         return self.statistics.end_time + 1 if self.statistics else 0
 
     def messages(
@@ -53,7 +53,7 @@ class CutMcapReader(McapReader):
         start: int | None = None,
         stop: int | None = None,
     ) -> Generator[tuple[Connection, int, bytes], None, None]:
-        """Yield messages in the order in which they were written."""
+        """Yield messages in the order of writing."""
         yield from self.messages_scan(connections, start, stop)
 
 

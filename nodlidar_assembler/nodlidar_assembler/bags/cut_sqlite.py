@@ -1,6 +1,6 @@
-"""Reads the SQLite file of a bag whose end is missing.
+"""Reads the truncated SQLite file of a bag.
 
-Its rows are the leaves of a tree of pages; those are read that the pages which are left lead to.
+Its rows are the leaves of a tree of pages; those that the remaining pages lead to are read.
 """
 
 from collections.abc import Collection, Iterator
@@ -19,14 +19,14 @@ from rosbags.rosbag2 import ReaderError
 
 
 class CutSqliteReader:
-    """A .db3 file without its last pages: rows are taken one by one, but for those that are gone.
+    """A .db3 file without its last pages: the remaining rows are read one by one.
 
     Attributes
     ----------
     connections
         The topics.
     message_count, start_time, end_time
-        How many messages there are, when the first was recorded, and just after the last [ns].
+        Number of messages, recording time of the first, and just after that of the last [ns].
     """
 
     def __init__(self, path: Path) -> None:
@@ -35,10 +35,10 @@ class CutSqliteReader:
         self.message_count, self.start_time, self.end_time = 0, 0, 0
 
     def open(self) -> None:
-        """Open the file; raise ReaderError if it is no bag's, or nothing of it is left."""
+        """Open the file; raise ReaderError if it is not that of a bag, or no message is left."""
         self._database = sqlite3.connect(f'{self.path.absolute().as_uri()}?immutable=1', uri=True)
         try:
-            # A database that may be repaired opens also if it should be longer than it is.
+            # With this, a database that is too short can be opened, too.
             self._database.execute('PRAGMA writable_schema = ON')
             topics = self._database.execute('SELECT id, name, type FROM topics').fetchall()
         except sqlite3.Error as error:
@@ -51,7 +51,7 @@ class CutSqliteReader:
             self.message_count += 1
         if not self.message_count:
             self.close()
-            raise ReaderError(f"'{self.path}': what leads to its messages is gone")
+            raise ReaderError(f"'{self.path}': the pages that lead to its messages are missing")
 
     def close(self) -> None:
         """Close the file."""
@@ -60,17 +60,17 @@ class CutSqliteReader:
     def messages(
         self, connections: Collection[Connection]
     ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield messages in the order in which they were written."""
+        """Yield messages in the order of writing."""
         wanted = {each.id: each for each in connections}
         for topic, time_ns, data in self._rows('topic_id, timestamp, data'):
             if topic in wanted:
                 yield wanted[topic], time_ns, data
 
     def _rows(self, columns: str) -> Iterator[tuple[Any, ...]]:
-        """Yield columns of the messages as far as they can be read."""
+        """Yield columns of the messages, as far as they can be read."""
         with suppress(sqlite3.DatabaseError):
             for row in self._database.execute(f'SELECT {columns} FROM messages ORDER BY id'):
-                if None not in row:  # what the file is too short for reads as nothing
+                if None not in row:  # missing pages read as None
                     yield row
 
     def _connection(self, number: int, topic: str, msgtype: str) -> Connection:

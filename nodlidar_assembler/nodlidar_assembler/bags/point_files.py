@@ -1,4 +1,4 @@
-"""Clouds into one PLY or PCD file, as they come: only the one at hand is held."""
+"""Writes clouds into one PLY or PCD file, one by one: only one is held."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -18,26 +18,26 @@ RECORD = np.dtype(
         ('ring', '<u2'),
     ]
 )
-# The number of points comes last but stands in front: room is left for the header.
+# The header states the number of points, known last: it is written into space left for it.
 _HEADER_LENGTH = 1024
 _PLY_TYPES = {'f4': 'float', 'f8': 'double', 'u2': 'uint16'}
 
 
 class OutputError(NodlidarError):
-    """Clouds that a file cannot hold."""
+    """A file that cannot be written, or cannot hold the clouds."""
 
 
 class PointFile:
     """A file of points: x y z [m], intensity, time [s] since the first point, ring.
 
-    All are in the frame of the first cloud, and count from its origin.
+    All are in the frame of the first cloud, relative to its origin.
 
     Parameters
     ----------
     path
-        Where to write.
+        File to write.
     header
-        Makes the header, of a length, from the number of points and what else is to be known.
+        Returns the header for a number of points, notes and a length [bytes].
     """
 
     def __init__(self, path: Path, header: Callable[[int, list[str], int], bytes]) -> None:
@@ -55,10 +55,10 @@ class PointFile:
         if not self._count:
             self._start_ns, self._origin = int(cloud.time_ns[0]), cloud.origin
             self._frame_id = frame_id
-        told = cloud.counted_from(self._origin).data
-        records = np.empty(len(told), dtype=RECORD)
+        points = cloud.counted_from(self._origin).data
+        records = np.empty(len(points), dtype=RECORD)
         for name in ('x', 'y', 'z', 'intensity', 'ring'):
-            records[name] = told[name]
+            records[name] = points[name]
         records['time'] = (cloud.time_ns - self._start_ns) / NS_PER_S
         self._file.write(records.tobytes())
         self._count += len(records)
@@ -75,21 +75,21 @@ class PointFile:
         self._file.close()
 
     def abandon(self) -> None:
-        """Close the file, which stays unfinished."""
+        """Close the unfinished file."""
         self._file.close()
 
 
 def ply_header(count: int, notes: list[str], length: int) -> bytes:
-    """Return the header of a binary PLY file, filled up by a comment."""
+    """Return the header of a binary PLY file, padded by a comment."""
     lines = ['ply', 'format binary_little_endian 1.0', *(f'comment {note}' for note in notes)]
     lines += [f'element vertex {count}']
     for name in RECORD.names or ():
         lines.append(f'property {_PLY_TYPES[RECORD[name].str[1:]]} {name}')
-    return _filled([*lines, 'comment '], '\nend_header\n', length)
+    return _padded([*lines, 'comment '], '\nend_header\n', length)
 
 
 def pcd_header(count: int, notes: list[str], length: int) -> bytes:
-    """Return the header of a binary PCD file, filled up by a comment."""
+    """Return the header of a binary PCD file, padded by a comment."""
     names = RECORD.names or ()
     types = [RECORD[name] for name in names]
     lines = ['# .PCD v0.7 - Point Cloud Data file format', *(f'# {note}' for note in notes), '# ']
@@ -107,11 +107,11 @@ def pcd_header(count: int, notes: list[str], length: int) -> bytes:
         'DATA binary',
         '',
     ]
-    return _filled(lines, '\n'.join(rest), length)
+    return _padded(lines, '\n'.join(rest), length)
 
 
-def _filled(lines: list[str], end: str, length: int) -> bytes:
-    """Return lines, the last of which is a comment that is drawn out to a length, and an end."""
+def _padded(lines: list[str], end: str, length: int) -> bytes:
+    """Return lines and an end; the last line is a comment that is padded to the total length."""
     begin = '\n'.join(lines)
     room = length - len(begin.encode()) - len(end.encode())
     if room < 0:

@@ -41,17 +41,17 @@ def read_bag(path: Path, joint_name: str) -> SensorLog:
 
 
 def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
-    """Return a frame's odometry: the transforms from odom_frame to what the frame is fixed to.
+    """Return a frame's odometry: the transforms from odom_frame to the frame's carrier.
 
     Of equal stamps the last one counts.
 
     Raises
     ------
     BagError
-        If there are none (several moving ones in a row are not added up), a fixed one is none, or
+        If there are none (a chain of moving ones is not combined), a fixed one is not a pose, or
         the bag cannot be read to its end.
     OdometryError
-        If they are no poses.
+        If they are not poses.
     """
     static, moving, again = (
         (recorded.message for recorded in messages_of(path, is_wanted))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class SensorLog:
-    """Scans, joint samples and, if points are to be in the frame of odometry, odometry.
+    """Scans, joint samples and, for points in the frame of odometry, odometry.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class SensorLog:
     odometry: Odometry | None = None
 
     def samples_around(self, begin_ns: int, end_ns: int) -> slice:
-        """Return the joint samples that closely bracket an interval [ns], or those that are."""
+        """Return the joint samples that closely bracket an interval [ns], as far as recorded."""
         first = int(np.searchsorted(self.sample_ns, begin_ns, side='right')) - 1
         last = int(np.searchsorted(self.sample_ns, end_ns, side='left'))
         return slice(max(first, 0), min(last + 1, len(self.sample_ns)))
@@ -42,14 +42,14 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
     """Return a log's clouds, and the scans that were dropped, counted by reason."""
     clouds: list[Points] = []
     drops: Counter[str] = Counter()
-    samples_given = 0
+    samples_added = 0
     for scan in log.scans:
         end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
         margin_ns = pipeline.estimator.margin_ns
         around = log.samples_around(scan.stamp_ns - margin_ns, end_ns + margin_ns)
-        for k in range(samples_given, around.stop):
+        for k in range(samples_added, around.stop):
             pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
-        samples_given = max(samples_given, around.stop)
+        samples_added = max(samples_added, around.stop)
         try:
             clouds += pipeline.add_scan(
                 scan, log.sample_ns[around], log.sample_pitch[around], log.odometry

@@ -1,4 +1,4 @@
-"""The transforms in a bag: the fixed ones from frame to frame, and the numbers of any."""
+"""The transforms in a bag: chains of fixed ones, and the numbers of each."""
 
 from collections.abc import Iterable
 import math
@@ -16,7 +16,7 @@ Fixed = dict[str, tuple[str, Pose]]
 
 
 def fixed_transforms(messages: Iterable[Any]) -> Fixed:
-    """Return those of TFMessages; raises BagError if one is no pose."""
+    """Return those of TFMessages; raises BagError if one is not a pose."""
     return {
         entry.child_frame_id: (entry.header.frame_id, fixed_pose(entry.transform))
         for message in messages
@@ -25,7 +25,7 @@ def fixed_transforms(messages: Iterable[Any]) -> Fixed:
 
 
 def carried(frame: str, fixed: Fixed) -> tuple[str, Pose]:
-    """Return the frame that a frame is fixed to, over any number of fixed ones, and its pose."""
+    """Return the carrier of a frame, over any number of fixed ones, and the frame's pose in it."""
     mount, carrier, left = Pose.from_xyzrpy((0.0,) * 6), frame, dict(fixed)
     while carrier in left:
         parent, pose = left.pop(carrier)
@@ -34,7 +34,7 @@ def carried(frame: str, fixed: Fixed) -> tuple[str, Pose]:
 
 
 def fixed_pose(transform: Any) -> Pose:
-    """Return a Transform message's pose; raises BagError if it is none."""
+    """Return a Transform message's pose; raises BagError if it is not a pose."""
     x, y, z, *xyz, w = numbers(transform).tolist()
     length = math.hypot(w, *xyz)
     if not abs(length - 1.0) <= LENGTH_TOLERANCE:
