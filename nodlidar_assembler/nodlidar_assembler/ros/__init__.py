@@ -1,1 +1,1 @@
-"""The node, what it hears and what it publishes."""
+"""The node with its inputs and outputs."""

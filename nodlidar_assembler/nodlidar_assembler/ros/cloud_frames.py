@@ -1,4 +1,4 @@
-"""The frames of clouds in odometry, told to TF when they are first used."""
+"""The frames of clouds in odometry, published to TF when they are first used."""
 
 from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.clouds.assembly import Points
@@ -9,7 +9,7 @@ from tf2_ros import StaticTransformBroadcaster
 
 
 class CloudFrames:
-    """Names the frame of each cloud, and publishes where it is in the frame of odometry.
+    """Names the frame of each cloud, and publishes its place in the frame of odometry.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class CloudFrames:
         self._broadcaster = StaticTransformBroadcaster(node)
 
     def frame(self, cloud: Points) -> str:
-        """Return the frame that a cloud's coordinates are in; TF knows it from now on."""
+        """Return the frame of a cloud's coordinates; publish it to TF if it is new."""
         frame = frame_of(cloud.origin, self._odom_frame)
         if cloud.origin not in self._known:
             self._known.add(cloud.origin)

@@ -20,7 +20,7 @@ def cloud_message(points: Points, frame_id: str) -> PointCloud2:
     message = PointCloud2(fields=_FIELDS[points.data.dtype], **layout(points.data))
     message.header.stamp = time_message(points.time_ns[0])
     message.header.frame_id = frame_id
-    # An array of bytes is taken as it is; anything else would be checked element by element.
+    # Only an array of bytes is not checked element by element.
     data = array('B')
     data.frombytes(points.data.view(np.uint8).data)
     message.data = data

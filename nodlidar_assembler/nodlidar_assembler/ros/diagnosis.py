@@ -1,4 +1,4 @@
-"""What the assembler tells about itself on /diagnostics."""
+"""The assembler's state on /diagnostics."""
 
 from collections import Counter
 
@@ -6,6 +6,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import Input
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
@@ -16,39 +17,36 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 
-# What was dropped or lost, or failed, is told of for so long [ns].
+# Drops, losses and errors are reported for this time [ns].
 _RECENT_NS = NS_PER_S
 
 
 class Diagnosis:
-    """Counts what comes and goes, and reports it once a second, another trouble at once.
+    """Counts inputs and outputs, and reports once a second; changes of the state at once.
 
     Parameters
     ----------
-    node, frame_id
-        Whose diagnostics these are, and the frame of its clouds, which stands for the hardware.
-    joint_name
-        The joint that nods.
+    node, config
+        The assembler and its parameters at start; frame_id is the hardware ID.
     assembly, odometry
-        Know what was dropped, and what is missing.
+        Count drops and name missing inputs.
     inputs
-        What is heard, by its name in the plural; they know what was lost and who publishes.
+        Scans and joint states, by their names in the plural; they count losses and publishers.
     survival
-        Knows what failed.
+        Counts internal errors.
     """
 
     def __init__(
         self,
         node: Node,
-        frame_id: str,
-        joint_name: str,
+        config: AssemblerConfig,
         assembly: AssemblyFilter,
         odometry: TfOdometry | None,
         inputs: dict[str, Input],
         survival: Survival,
     ) -> None:
         self._node, self._assembly, self._odometry = node, assembly, odometry
-        self._joint_name, self._inputs, self._survival = joint_name, inputs, survival
+        self._joint_name, self._inputs, self._survival = config.joint_name, inputs, survival
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
         self._scan_silence, self._joint_silence = Silence(), Silence()
         self._odometry_silence = Silence()
@@ -58,7 +56,7 @@ class Diagnosis:
         self._recent: Counter[str] = Counter()
         self._recent_ns = steady_ns() - _RECENT_NS
         self._latency = 0.0
-        self.updater = SteadyUpdater(node, frame_id, self._state)
+        self.updater = SteadyUpdater(node, config.frame_id, self._state)
         self.updater.add('clouds', self._report)
 
     def scan_arrived(self, scan: Scan) -> None:
@@ -67,7 +65,7 @@ class Diagnosis:
         self._scan_silence.heard(steady_ns())
 
     def cloud_published(self, now_ns: int, cloud: Points) -> None:
-        """Count a cloud, and note how long after its last point it was published."""
+        """Count a cloud, and note its latency after the last point."""
         self.counts.update(clouds=1, points=len(cloud.data))
         self._latency = (now_ns - int(cloud.time_ns[-1])) / NS_PER_S
 
@@ -75,7 +73,7 @@ class Diagnosis:
         self._joint_silence.heard(steady_ns())
 
     def _silences(self) -> dict[str, float]:
-        """Return how long inputs have been silent [s], those that are."""
+        """Return the silent inputs, with the duration of their silence [s]."""
         now_ns = steady_ns()
         silences = {
             'scan': self._scan_silence,
@@ -86,7 +84,7 @@ class Diagnosis:
         return {name: silent for name, silent in seconds.items() if silent}
 
     def _state(self) -> object:
-        """Return what is out of order now, by kind."""
+        """Return the present faults, to be reported at once when they change."""
         now_ns = steady_ns()
         self._hear_odometry(now_ns)
         losses = self._losses()
@@ -94,7 +92,7 @@ class Diagnosis:
             fresh = now_ns - self._recent_ns >= _RECENT_NS
             self._recent = (Counter() if fresh else self._recent) + (losses - self._seen)
             self._seen, self._recent_ns = losses, now_ns
-        return [*self._silences()], now_ns - self._recent_ns < _RECENT_NS, self._crowds()
+        return [*self._silences()], now_ns - self._recent_ns < _RECENT_NS, self._shared_inputs()
 
     def _hear_odometry(self, now_ns: int) -> None:
         odometry = self._odometry
@@ -103,30 +101,30 @@ class Diagnosis:
             self._odometry_silence.heard(now_ns)
 
     def _losses(self) -> Counter[str]:
-        """Return what was dropped or lost, or failed, so far, counted by what became of it."""
+        """Return the numbers of drops, losses and internal errors so far."""
         losses = Counter(
             {f'dropped: {why}': n for why, n in self._assembly.assembler.drops.items()}
         )
-        for name, given in self._inputs.items():
-            losses[f'lost before they arrived: {name}'] = given.publishers.lost
+        for name, one in self._inputs.items():
+            losses[f'lost before they arrived: {name}'] = one.publishers.lost
         losses.update({f'internal error: {k}': n for k, n in self._survival.errors.items()})
         return losses
 
-    def _crowds(self) -> dict[str, int]:
-        """Return the topics that more than one tells of the same, and how many do."""
+    def _shared_inputs(self) -> dict[str, int]:
+        """Return the inputs with more than one publisher, and the number of these."""
         scans, states = self._inputs.values()
         publishers = self._node.count_publishers(scans.sub.topic_name)
-        told = {
+        active = {
             scans.sub.topic_name: publishers,
             f"'{self._joint_name}'": states.publishers.active,
         }
-        return {what: count for what, count in told.items() if count > 1}
+        return {what: count for what, count in active.items() if count > 1}
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
         self._assembly.release()
         status.summary(DiagnosticStatus.OK, 'publishing clouds')
         if not self.counts['scans']:
-            status.summary(DiagnosticStatus.STALE, 'no scan has come yet')
+            status.summary(DiagnosticStatus.STALE, 'no scan received yet')
         for text in self._silent():
             status.mergeSummary(DiagnosticStatus.ERROR, text)
         for text in self._warnings():
@@ -144,7 +142,7 @@ class Diagnosis:
         return [*texts, *filter(None, [self._assembly.assembler.missing_input])]
 
     def _warnings(self) -> list[str]:
-        texts = [f'{count} publishers tell of {what}' for what, count in self._crowds().items()]
+        texts = [f'{count} publishers of {what}' for what, count in self._shared_inputs().items()]
         if steady_ns() - self._recent_ns < _RECENT_NS:
             what, count = self._recent.most_common(1)[0]
             texts.append(f'{count} {what}')

@@ -1,4 +1,4 @@
-"""The clocks of the node: what happens when the host's is set, and by which scans wait."""
+"""The clocks of the node: steps of the host's clock, and the clock of deadlines."""
 
 from collections.abc import Callable
 
@@ -7,19 +7,19 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.steady import steady_ns
 from rclpy.node import Node
 
-# What comes within this time [ns] after the clock was set may still be stamped by the former time.
+# Messages within this time [ns] after a step may still be stamped by the former time.
 SETTLING_NS = NS_PER_S // 2
 
 
 class HostClock:
-    """Watches the clock that messages are stamped by.
+    """Detects steps of the clock by which messages are stamped.
 
     Parameters
     ----------
     node
-        Whose clock it is; a simulated one is not watched.
+        Owner of the clock; a simulated clock is not checked.
     on_step
-        Called with the step [ns] when the clock was set.
+        Called with the step [ns] after the clock was set.
     """
 
     def __init__(self, node: Node, on_step: Callable[[int], None]) -> None:
@@ -28,15 +28,15 @@ class HostClock:
         self._settled_ns = 0
 
     def now_ns(self) -> int:
-        """Return the time that messages are stamped by [ns]."""
+        """Return the time by which messages are stamped [ns]."""
         return int(self._clock.now().nanoseconds)
 
     def patience_ns(self) -> int:
-        """Return the time by which scans wait [ns]: steady, or simulated as their stamps are."""
+        """Return the time for deadlines [ns]: steady, or simulated like the stamps."""
         return self.now_ns() if self._clock.ros_time_is_active else steady_ns()
 
     def check(self) -> bool:
-        """Check whether the clock was set; return whether stamps are of the present time again."""
+        """Check for a step of the clock; return whether stamps are of the present time."""
         if self._clock.ros_time_is_active:
             return True
         if step_ns := self._time.update():

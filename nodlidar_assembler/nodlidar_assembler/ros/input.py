@@ -1,4 +1,4 @@
-"""The topics that the assembler hears: what goes wrong with a message ends nothing."""
+"""Subscriptions of the assembler that continue after errors."""
 
 from typing import Any
 
@@ -11,23 +11,23 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 
 class Input(Subscriber):
-    """A subscription as a filter, which goes on after errors and knows what was lost.
+    """A subscription as a filter, which continues after errors and counts lost messages.
 
     Parameters
     ----------
     node, kind, topic
-        Of the subscription; its QoS may be overridden.
+        Node, message type and topic; the QoS may be overridden.
     depth
         Messages that wait while the node is busy or stopped.
     survival
-        The shell around what is done with a message.
+        Catches errors of the callbacks.
 
     Attributes
     ----------
     publishers
-        Tells who published, and what was lost.
+        Publishers and losses of the topic.
     publisher
-        Whose message it is that is being passed on.
+        Publisher of the message that is being passed on.
     """
 
     def __init__(self, node: Node, kind: Any, topic: str, depth: int, survival: Survival) -> None:
@@ -42,7 +42,7 @@ class Input(Subscriber):
         )
 
     def callback(self, msg: Any, info: dict[str, int]) -> None:
-        """Pass on a message that arrived, whatever becomes of it."""
+        """Pass on a message; catch errors."""
         self.publisher = self.publishers.add(info.get('publication_sequence_number'))
         with self._survival.surviving():
             super().callback(msg)

@@ -31,7 +31,7 @@ SCANS_WAITING, STATES_WAITING = 100, 1000
 
 
 class Assembler(Node):
-    """Gives every beam of each scan its own pose and publishes the points."""
+    """Places every beam of each scan by its own pose and publishes the points."""
 
     def __init__(self) -> None:
         super().__init__('assembler')
@@ -55,7 +55,6 @@ class Assembler(Node):
                 self,
                 self.diagnosis.updater,
                 self.config,
-                self.config.frame_id,
                 self._scene_monitor.covered,
                 self._nod,
             )
@@ -76,13 +75,7 @@ class Assembler(Node):
         self.assembly.registerCallback(self._publish)
         states.registerCallback(self._note_publisher)
         self.diagnosis = Diagnosis(
-            self,
-            self.config.frame_id,
-            self.config.joint_name,
-            self.assembly,
-            self.odometry,
-            self.inputs,
-            self.survival,
+            self, self.config, self.assembly, self.odometry, self.inputs, self.survival
         )
 
     def _tf_odometry(self) -> TfOdometry:
@@ -103,7 +96,7 @@ class Assembler(Node):
         self.get_logger().warning(text, throttle_duration_sec=5.0)
 
     def _clock_was_set(self, step_ns: int) -> None:
-        """Begin anew with all but the nod, which goes on by the new time."""
+        """Restart all but the nod, which continues in the new time."""
         self.get_logger().warning(f'the clock was set by {step_ns / NS_PER_S:.3f} s')
         self.assembly.clock_was_set(step_ns)
         if self.odometry is not None:
@@ -118,13 +111,13 @@ class Assembler(Node):
             states.publishers.note(states.publisher)
 
     def _scan_arrived(self, scan: Scan) -> None:
-        """Keep the nod tied to the lidar, before the scan waits for anything."""
+        """Keep the nod phase-locked to the lidar, before the scan waits for its bracket."""
         self.diagnosis.scan_arrived(scan)
         if self._nod is not None:
             self._nod.follow_lidar(scan)
 
     def _publish(self, outcome: Outcome) -> None:
-        """Publish a scan's clouds, then choose the nod by what was covered and what is around."""
+        """Publish a scan's clouds, then choose the nod by coverage and range."""
         assembled = outcome.assembled
         if assembled is None:
             return
@@ -139,7 +132,7 @@ class Assembler(Node):
         return self._frames.frame(cloud)
 
     def _adapt(self, assembled: Assembled) -> None:
-        """Choose the nod by the coverage and the range ahead."""
+        """Choose the nod by observed coverage and, with adapt_limits, by the range ahead."""
         self._scene_monitor.cover(assembled)
         shape = None
         if self.config.adapt_limits:
@@ -150,7 +143,7 @@ class Assembler(Node):
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
         if config.adapt_limits and not self.config.adapt_limits:
-            self._scene_monitor.restart_limits()  # from the configured ones on
+            self._scene_monitor.restart_limits()
         self.config = config
 
 

@@ -15,25 +15,24 @@ from tf2_ros import Buffer, TransformException, TransformListener
 
 
 class TfOdometry(TransformListener):
-    """Notes the pose of a frame in the frame of odometry whenever TF gets to know a later one.
+    """Passes on the pose of a frame in the frame of odometry whenever TF has a later one.
 
-    A buffer answers for any instant between two transforms, however far apart they are. So that
-    gaps and jumps are seen, each pose is looked up at the very time at which it becomes known.
-    When the time of a transform between the two frames goes back by more than TIME_JUMP_NS, all
-    that was known is forgotten.
+    A buffer interpolates between two transforms, however far apart they are. To keep gaps and
+    jumps visible, each pose is looked up at its own time. When the time of a transform between
+    the two frames goes back by more than TIME_JUMP_NS, all earlier ones are forgotten.
 
     Parameters
     ----------
     node
-        Hears /tf and /tf_static.
+        Subscribes to /tf and /tf_static.
     odom_frame, frame
-        Frame of odometry, and the frame whose pose in it is wanted.
+        Frame of odometry, and the frame to be located in it.
     on_sample
         Called with each new pose: [ns], x y z [m], x y z w.
     on_time_back
         Called when time went back.
     survival
-        The shell around what is done with a message.
+        Catches errors of the callbacks.
     on_drop
         Called with the reason for each transform that is malformed.
 
@@ -67,7 +66,7 @@ class TfOdometry(TransformListener):
         super().__init__(Buffer(node=node), node)
 
     def restart(self) -> None:
-        """Forget what was heard of what moves: its times are of another clock."""
+        """Forget the moving transforms: their times are of another clock."""
         self.buffer.clear()
         self.newest_ns = None
         self._newest_of.clear()
@@ -75,16 +74,16 @@ class TfOdometry(TransformListener):
     def unregister(self) -> None:
         """Stop listening."""
         super().unregister()
-        # Or the node's clock goes on calling what is gone, and refuses what takes its place.
+        # Otherwise the node's clock keeps calling this buffer and refuses the next one.
         self.buffer.jump_handle.unregister()
 
     def callback(self, data: TFMessage) -> None:
-        """Take the transforms of a message."""
+        """Add the transforms of a message."""
         with self._survival.surviving():
-            self._take(self._well_formed(data))
+            self._add(self._well_formed(data))
 
     def _well_formed(self, data: TFMessage) -> TFMessage:
-        """Return a message without the transforms that are of no time, or not finite."""
+        """Return a message without malformed transforms, which are dropped."""
         good = [t for t in data.transforms if is_pose(t)]
         if len(good) == len(data.transforms):
             return data
@@ -92,7 +91,7 @@ class TfOdometry(TransformListener):
             self._on_drop(self.MALFORMED)
         return TFMessage(transforms=good)
 
-    def _take(self, data: TFMessage) -> None:
+    def _add(self, data: TFMessage) -> None:
         self._note_parents(data)
         if self._goes_back(data):
             self.restart()
@@ -105,7 +104,7 @@ class TfOdometry(TransformListener):
         self._sample()
 
     def static_callback(self, data: TFMessage) -> None:
-        """Take the transforms of a message, which hold at all times."""
+        """Add the fixed transforms of a message."""
         with self._survival.surviving():
             data = self._well_formed(data)
             self._note_parents(data)
@@ -125,7 +124,7 @@ class TfOdometry(TransformListener):
         )
 
     def _above(self, frame: str) -> set[str]:
-        """Return a frame and those above it."""
+        """Return a frame and its ancestors."""
         found: set[str] = set()
         name: str | None = frame
         while name is not None and name not in found:
@@ -134,15 +133,15 @@ class TfOdometry(TransformListener):
         return found
 
     def _sample(self) -> None:
-        """Note the latest pose if it is later than the last one."""
+        """Pass on the latest pose if it is later than the last one."""
         try:
             latest = self.buffer.get_latest_common_time(self._odom_frame, self._frame)
             if not latest.nanoseconds:
                 self.missing_input = f"'{self._frame}' is fixed in '{self._odom_frame}'"
             if latest.nanoseconds <= (self.newest_ns or 0):
                 return
-            asked = Time(nanoseconds=latest.nanoseconds, clock_type=ClockType.ROS_TIME)
-            pose = self.buffer.lookup_transform(self._odom_frame, self._frame, asked).transform
+            at = Time(nanoseconds=latest.nanoseconds, clock_type=ClockType.ROS_TIME)
+            pose = self.buffer.lookup_transform(self._odom_frame, self._frame, at).transform
         except TransformException as error:
             self.missing_input = str(error)
             return
@@ -152,7 +151,7 @@ class TfOdometry(TransformListener):
 
 
 def is_pose(transform: TransformStamped) -> bool:
-    """Tell whether a transform has a time that counts and finite numbers."""
+    """Return whether a transform has a valid time and finite numbers."""
     p, q = transform.transform.translation, transform.transform.rotation
     finite = all(map(math.isfinite, (p.x, p.y, p.z, q.x, q.y, q.z, q.w)))
     return finite and 0 <= time_ns(transform.header.stamp) <= LATEST_NS
