@@ -1,4 +1,4 @@
-"""Messages in, the outcome of each scan out: the assembly as the node and bags run it."""
+"""The assembly as the node and bags run it: messages in, one outcome per scan out."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -14,7 +14,7 @@ CLOCK_WAS_SET = 'the clock was set'
 
 
 class MessageAssembler(ScanAssembler):
-    """A ScanAssembler that takes messages, rclpy's or those of a bag, and counts what it refuses.
+    """A ScanAssembler that takes messages, from rclpy or a bag, and counts those it refuses.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class MessageAssembler(ScanAssembler):
     Attributes
     ----------
     joint
-        Selects the samples of the nod's joint.
+        Selects the samples of the nod joint.
     watch
         Counts the revolutions of the lidar without a scan.
     """
@@ -52,7 +52,7 @@ class MessageAssembler(ScanAssembler):
         return self.joint.missing_input or (f'TF: {tf}' if tf else '')
 
     def scan(self, message: Any) -> Scan:
-        """Return a LaserScan as a scan to be added; raises RefusedScanError, and counts it."""
+        """Return a LaserScan as a scan to add, or count and raise RefusedScanError."""
         try:
             return self._scan_input.scan(message)
         except RefusedScanError as error:
@@ -62,14 +62,14 @@ class MessageAssembler(ScanAssembler):
     def add_joint_state(self, message: Any) -> Iterator[tuple[int, float]]:
         """Add the samples of a JointState one by one; yield each [ns], [rad] once it is added.
 
-        Publish what is ready after each: the next one may be of another time.
+        Take the outcomes that are ready after each, since time may go back with the next.
         """
         for sample in self.joint.samples(message):
             self.add_joint_sample(*sample)
             yield sample
 
     def clock_was_set(self, step_ns: int) -> None:
-        """Restart after the clock was set by a step [ns]; scans that wait are dropped."""
+        """Restart after the clock was set by a step [ns]; waiting scans are dropped."""
         self.watch.shift(step_ns)
         self.joint.restart()
         self.restart(CLOCK_WAS_SET)

@@ -29,17 +29,17 @@ def simulated(scene, duration):
     return simulate(scene, nod, duration, start_ns=START_NS)
 
 
-def sensor_log(told, odometry=None):
-    """Return what the reference sensor tells, in the numbers that messages carry."""
+def sensor_log(sensor, odometry=None):
+    """Return what the reference sensor publishes, rounded as in messages."""
     geometry = ScanGeometry(
-        682, np.float32(told.azimuth[0]), np.float32(2 * np.pi / 1024), np.float32(BEAM_PERIOD),
+        682, np.float32(sensor.azimuth[0]), np.float32(2 * np.pi / 1024), np.float32(BEAM_PERIOD),
         np.float32(0.02), np.float32(5.6),
     )  # fmt: skip
     scans = [
         Scan(int(stamp_ns), geometry, ranges.astype(np.float32))
-        for stamp_ns, ranges in zip(told.scan_stamp_ns, told.ranges, strict=True)
+        for stamp_ns, ranges in zip(sensor.scan_stamp_ns, sensor.ranges, strict=True)
     ]
-    return SensorLog(scans, told.joint_stamp_ns, told.joint_position, odometry)
+    return SensorLog(scans, sensor.joint_stamp_ns, sensor.joint_position, odometry)
 
 
 class NodeBench:

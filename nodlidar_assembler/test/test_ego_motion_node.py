@@ -33,19 +33,21 @@ MOUNT = Pose.from_xyzrpy((0.1, 0.0, 1.0, 0.0, 0.0, 0.0))
 
 @pytest.fixture(scope='module')
 def log():
-    """Return what the sensor tells of a robot that drives a curve, and its odometry."""
+    """Return what the sensor publishes on a robot that drives a curve, and its odometry."""
     return driven('room', 2.0, base_velocity=(0.4, 0.5))
 
 
 def driven(scene, duration, **motion):
-    """Return what the sensor tells of a robot in a scene, and its odometry."""
+    """Return what the sensor publishes on a robot in a scene, and its odometry."""
     moving = replace(load_scene(scene), mount=MOUNT, **motion)
-    told = simulated(moving, duration)
-    x, y, yaw = told.odometry_pose.T
+    recording = simulated(moving, duration)
+    x, y, yaw = recording.odometry_pose.T
     zero = np.zeros_like(x)
     orientation = np.stack([zero, zero, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
-    base = Odometry(told.odometry_stamp_ns, Poses(np.stack([x, y, zero], axis=1), orientation))
-    return sensor_log(told, base)
+    base = Odometry(
+        recording.odometry_stamp_ns, Poses(np.stack([x, y, zero], axis=1), orientation)
+    )
+    return sensor_log(recording, base)
 
 
 class OdometryBench(NodeBench):
@@ -152,7 +154,7 @@ def test_a_million_metres_out_tf_takes_clouds_to_where_they_are_in_the_frame_of_
         running.feed(far)
         running.spin_until(lambda: len(running.clouds) >= len(near))
         heard = Buffer()
-        listening = TransformListener(heard, running.feeder)  # a late one, too, is told
+        listening = TransformListener(heard, running.feeder)  # a late listener hears it, too
         frame = 'odom_999424_999424_999424'
         running.spin_until(lambda: heard.can_transform('odom', frame, Time()))
         shift = heard.lookup_transform('odom', frame, Time()).transform

@@ -56,9 +56,9 @@ def test_times_in_clouds_of_the_longest_sweep_are_below_a_microsecond_off(start_
     within = np.array([float(k * BEAM_NS) for k in range(682)])
     exact_ns = (np.arange(len(cloud.data) // 682)[:, None] * (S // 10) + within).ravel()
     np.testing.assert_allclose(cloud.time_ns - start_ns, exact_ns, rtol=0, atol=0.51)
-    told = cloud.data['time'].astype(float)
-    assert np.max(np.abs(told - exact_ns / S)) < 0.96e-6
-    assert np.all(np.diff(told) > 0.0)
+    times = cloud.data['time'].astype(float)
+    assert np.max(np.abs(times - exact_ns / S)) < 0.96e-6
+    assert np.all(np.diff(times) > 0.0)
 
 
 @pytest.mark.parametrize('start_ns', [0, TODAY_NS, 2**31 * S - S])
@@ -79,7 +79,7 @@ def test_scans_of_one_beam_make_clouds_of_one_point():
 
 
 def test_a_sweep_of_one_beam_is_a_cloud_of_one_point():
-    """One beam every 0.3 s, on a nod that turns at 0.15 s and every 0.3 s from then on."""
+    """One beam every 0.3 s, on a nod that reverses at 0.15 s and every 0.3 s from then on."""
     nod = NodTrajectory(-0.5, 0.5, 0.3, 1, TODAY_NS - 150_000_000)
     scans = [(TODAY_NS + k * 300_000_000, geometry(1)) for k in range(20)]
     pipeline = Pipeline(PipelineConfig(cloud_mode='sweep'))
@@ -92,7 +92,7 @@ def test_a_sweep_of_one_beam_is_a_cloud_of_one_point():
         clouds += pipeline.add_scan(
             Scan(start_ns, shape, np.ones(1, np.float32)), stamps, pitch
         ).clouds
-    assert [len(cloud.data) for cloud in clouds] == [1] * 19  # the last waits for its turn
+    assert [len(cloud.data) for cloud in clouds] == [1] * 19  # the last waits for its reversal
     assert [int(cloud.time_ns[0]) for cloud in clouds] == [start_ns for start_ns, _ in scans[:-1]]
 
 
@@ -122,7 +122,7 @@ def test_a_pause_of_an_hour_ends_the_cloud():
 
 
 def test_a_joint_at_rest_for_an_hour_is_not_remembered_and_its_next_reversal_is_found():
-    """It wavers by one encoder step, then nods by 1 rad/s and turns 0.4 s later."""
+    """It wavers by one encoder step, then nods at 1 rad/s and reverses after 0.4 s."""
     finder = ReversalFinder()
     rest_ns, sample_ns = 3600 * S, 10_000_000
     for k in range(rest_ns // sample_ns):

@@ -155,7 +155,7 @@ def test_it_is_told_which_joints_there_are_until_the_own_one_is_heard():
 
 
 def test_a_joint_of_another_convention_is_taken_as_it_is_meant():
-    """A joint that is at 0.3 where the beams are level, goes down, and is told 20 ms late."""
+    """A joint that is at 0.3 where the beams are level, goes down, and is stamped 20 ms late."""
     convention = {'joint_positive': 'down', 'joint_zero': 0.3, 'joint_delay': 0.02}
     (sample,), _ = samples_and_drops(joint_state(sec=5), **convention)
     assert sample == (5_000_000_000 - 20_000_000, pytest.approx(0.2))

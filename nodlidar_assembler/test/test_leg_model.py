@@ -76,11 +76,11 @@ def test_slow_legs_longer_than_the_window_are_lines():
     assert rms(fitted) < 0.6 * rms(between)
 
 
-def test_a_turn_that_just_begins_at_the_end_of_the_window_does_no_harm():
+def test_a_reversal_that_just_begins_at_the_end_of_the_window_does_no_harm():
     nod = nod_of(EVEN, 200.0)
-    turn = 3 * EVEN[0]
-    for seen_after_turn in np.arange(-0.02, 0.06, 0.005):
-        start = turn + seen_after_turn - OFFSET[-1] - 0.2
+    reversal = 3 * EVEN[0]
+    for seen_after in np.arange(-0.02, 0.06, 0.005):
+        start = reversal + seen_after - OFFSET[-1] - 0.2
         errors, _ = errors_of(nod.position, start)
         assert rms(errors) < STEP / 2.0
 

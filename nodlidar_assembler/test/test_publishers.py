@@ -1,4 +1,4 @@
-"""Publishers of one topic told apart by their messages' numbers, and what was lost of theirs."""
+"""Publishers of one topic, told apart by sequence numbers, and the messages lost on the way."""
 
 from hypothesis import given
 from hypothesis import strategies as st
