@@ -48,6 +48,7 @@ class FakeDevice(DeviceNode):
 
     def configure(self):
         self.beams = self.config.beams
+        self.diagnosis = self
 
     def connect(self):
         self.steps.put('connect')
@@ -60,10 +61,10 @@ class FakeDevice(DeviceNode):
     def disconnect(self):
         self.steps.put('disconnect')
 
-    def next_report(self):
+    def next_report(self, now_ns):
         return Report({'steps': 'some'}, errors=(self.alarm,) if self.alarm else ())
 
-    def urgent(self):
+    def urgent(self, now_ns):
         return self.alarm
 
     def obey(self, order):

@@ -6,9 +6,10 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.device_thread import DeviceThread
-from nodlidar_common.report import Report
+from nodlidar_common.report import Reporter
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.node_parameters import declare
+from nodlidar_common.ros.steady import steady_ns
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 
@@ -26,9 +27,13 @@ class DeviceNode(LifecycleNode):
     ----------
     thread
         The device's thread, which opens the port for `connect`.
+    diagnosis
+        Reports about the device; set by `configure`.
     sole_topic
         A topic on which a second publisher is a warning; empty if there is none.
     """
+
+    diagnosis: Reporter
 
     def __init__(self, name: str, config_class: type[Any]) -> None:
         super().__init__(name)
@@ -48,7 +53,8 @@ class DeviceNode(LifecycleNode):
     # What a subclass provides.
 
     def configure(self) -> None:
-        """Apply the parameters: called by each transition to configured."""
+        """Apply the parameters and set `diagnosis`: called by each transition to configured."""
+        raise NotImplementedError
 
     def connect(self) -> None:
         """Open the port with :meth:`.DeviceThread.open_port` and make the device ready.
@@ -76,14 +82,6 @@ class DeviceNode(LifecycleNode):
         """
         raise NotImplementedError
 
-    def next_report(self) -> Report:
-        """Return what happened since the last report."""
-        return Report()
-
-    def urgent(self) -> object:
-        """Return a value of which every change is published at once."""
-        return None
-
     # The life cycle.
 
     def autostart(self) -> None:
@@ -100,9 +98,7 @@ class DeviceNode(LifecycleNode):
         """Apply the parameters and start the diagnostics."""
         self.configure()
         if self._updater is None:
-            self._updater = SteadyUpdater(
-                self, self.config.port, lambda: (self.thread.connection, self.urgent())
-            )
+            self._updater = SteadyUpdater(self, self.config.port, self._urgent)
             self._updater.add('device', self._diagnose)
         self._updater.setHardwareID(self.config.port)
         self._is_configured = True
@@ -166,8 +162,11 @@ class DeviceNode(LifecycleNode):
 
     # The diagnostics.
 
+    def _urgent(self) -> object:
+        return self.thread.connection, self.diagnosis.urgent(steady_ns())
+
     def _diagnose(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        connection, report = self.thread.connection, self.next_report()
+        connection, report = self.thread.connection, self.diagnosis.next_report(steady_ns())
         level = DiagnosticStatus.ERROR if connection.is_failed else DiagnosticStatus.OK
         status.summary(level, connection.message)
         for warning in (*report.warnings, *self._publisher_warning()):

@@ -4,7 +4,6 @@ import sys
 
 from nodlidar_common.host_time import HostTime
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.report import Report
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
@@ -44,7 +43,7 @@ class DriverNode(DeviceNode):
         """Choose the beams and restart the counts."""
         self._window = self.config.window()
         self._account = ScanAccount()
-        self._diagnosis = Diagnosis(self._window, self._account)
+        self.diagnosis: Diagnosis = Diagnosis(self._window, self._account)
 
     def connect(self) -> None:
         """Open the port and start the stream."""
@@ -59,19 +58,19 @@ class DriverNode(DeviceNode):
         )
         self._lidar.connect()
         self._message = scan_template(self._window, config.frame_id, self._lidar.capabilities)
-        self._diagnosis.connected(self._lidar, steady_ns())
+        self.diagnosis.connected(self._lidar, steady_ns())
 
     def cycle(self) -> None:
         """Publish one scan."""
         assert self._lidar is not None
         scan = self._lidar.read()
-        self._diagnosis.clock_set(self._host_time.update())
+        self.diagnosis.clock_set(self._host_time.update())
         ahead_ns = self._host_time.ahead_ns
         stamp_ns = scan.stamp_ns + ahead_ns + round(self.config.stamp_offset * NS_PER_S)
         fill_scan(self._message, self._window, stamp_ns, scan.revolution, scan.ranges)
         self._scans.publish(self._message)
         self._arrivals.publish(arrival_message(self._message, scan.arrival_ns + ahead_ns))
-        self._diagnosis.published(scan)
+        self.diagnosis.published(scan)
 
     def disconnect(self) -> None:
         """Turn the laser off."""
@@ -80,15 +79,7 @@ class DriverNode(DeviceNode):
             if lidar is not None:
                 lidar.disconnect()
         finally:
-            self._diagnosis.disconnected()
-
-    def urgent(self) -> object:
-        """Return silence and the counts of what went wrong."""
-        return self._diagnosis.urgent(steady_ns())
-
-    def next_report(self) -> Report:
-        """Return the lidar's identity, rates, losses and clock; a warning for each new trouble."""
-        return self._diagnosis.next_report(steady_ns())
+            self.diagnosis.disconnected()
 
 
 def main() -> None:

@@ -6,7 +6,6 @@ import time
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.host_time import HostTime
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.report import Report
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.ros.node import run
@@ -60,7 +59,7 @@ class ServoNode(DeviceNode):
         self._figures = LoopFigures()
         self._following = Following(self.config)
         self._fault_logged = ''
-        self._diagnosis = Diagnosis(
+        self.diagnosis: Diagnosis = Diagnosis(
             self._figures, self._commands, self._following, self.config.feedback_rate
         )
         self._message = joint_state_template(self.config.joint_name)
@@ -75,7 +74,7 @@ class ServoNode(DeviceNode):
                 self.get_logger().error(f'nod command refused: {error}')
 
     def _publish_status(self) -> None:
-        state = self._diagnosis.state
+        state = self.diagnosis.state
         if state.link is not None:
             progress = None if state.fault else state.progress
             self._status.publish(status_message(progress, time.time_ns()))
@@ -88,7 +87,7 @@ class ServoNode(DeviceNode):
             self.get_logger().warning(warning)
         self._servo = Servo(port, self.config, self._host_time)
         self._servo.connect()
-        self._diagnosis.connected(self._servo, warning)
+        self.diagnosis.connected(self._servo, warning)
         self._loop = ServoLoop(
             self._servo,
             self._commands,
@@ -105,7 +104,7 @@ class ServoNode(DeviceNode):
         if step_ns := self._host_time.update():
             self.get_logger().warning(f"the host's clock was set by {step_ns / NS_PER_S:.3f} s")
         samples = self._loop.cycle()
-        self._diagnosis.cycled(samples, self._loop.progress)
+        self.diagnosis.cycled(samples, self._loop.progress)
         for sample in samples:
             fill_joint_state(self._message, sample)
             self._joint_states.publish(self._message)
@@ -121,15 +120,7 @@ class ServoNode(DeviceNode):
             if servo is not None:
                 servo.disconnect()
         finally:
-            self._diagnosis.disconnected()
-
-    def urgent(self) -> object:
-        """Return faults, alarms, failures, and whether there is a command."""
-        return self._diagnosis.urgent(steady_ns())
-
-    def next_report(self) -> Report:
-        """Return the servo's figures, and a warning or an error for what is out of order."""
-        return self._diagnosis.next_report(steady_ns())
+            self.diagnosis.disconnected()
 
 
 def main() -> None:
