@@ -16,7 +16,7 @@ setup(
     zip_safe=True,
     maintainer='nodlidar maintainers',
     maintainer_email='nodlidar@example.com',
-    description='The nodding lidar simulated, down to the bytes of its two devices.',
+    description='Simulates a nodding lidar, down to the bytes of its two devices.',
     license='Apache-2.0',
     entry_points={'console_scripts': ['emulate = nodlidar_sim.emulate:main']},
 )

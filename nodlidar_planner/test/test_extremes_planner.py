@@ -77,7 +77,7 @@ def test_at_a_limit_of_a_task_that_can_be_done_the_choice_is_a_plan(key, edge):
 
 
 @pytest.mark.parametrize(('key', 'edge'), IMPOSSIBLE)
-def test_at_a_limit_of_a_task_that_cannot_be_done_it_is_said_why(key, edge):
+def test_an_impossible_task_at_a_limit_is_refused_with_the_reason(key, edge):
     task = task_at(key, edge)
     with pytest.raises(ParameterError) as caught:
         plans(task, samples_in_band(task), Objective(), count=1)

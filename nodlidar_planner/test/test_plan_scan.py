@@ -202,10 +202,10 @@ def test_under_a_timing_error_the_front_is_of_medians(run, plan_of):
     plan = plan_of(*SMALL, '--time-budget', '0.8', *error)
     [corner] = [each for each in plan['front'] if each['time'] == plan['hole_after']]
     assert corner['samples_per_sweep'] == plan['samples_per_sweep']
-    told = plan['hole_under_error']
-    assert told['error'] == plan['under_error']['error'] == 0.003
+    hole = plan['hole_under_error']
+    assert hole['error'] == plan['under_error']['error'] == 0.003
     # Other runs than those that it was chosen by.
-    assert corner['hole'] * 0.8 < told['median'] <= told['p90'] < corner['hole'] * 2.0
+    assert corner['hole'] * 0.8 < hole['median'] <= hole['p90'] < corner['hole'] * 2.0
     assert plan['hole'] == pytest.approx(
         widest_by_corners(
             SMALL_TASK,
@@ -215,7 +215,7 @@ def test_under_a_timing_error_the_front_is_of_medians(run, plan_of):
     )
     _, out, _ = run(*SMALL, '--time-budget', '0.8', *error)
     assert 'under 3 ms of timing error, medians' in out
-    assert f'({math.degrees(told["p90"]):.2f}°) (90 %)' in out
+    assert f'({math.degrees(hole["p90"]):.2f}°) (90 %)' in out
 
 
 def test_time_and_hole_go_together_or_the_nearest_that_do_are_named(run, plan_of):
@@ -302,7 +302,7 @@ def test_a_timing_error_that_upsets_whole_sweeps_has_a_plan_too(plan_of, recwarn
         (['--obj', '4'], ['--obj']),
     ],
 )
-def test_an_error_is_a_line_that_says_what_is_allowed(run, options, said):
+def test_an_error_is_a_line_that_names_the_limit(run, options, said):
     status, out, err = run(*options)
     assert (status, out) == (2, '')
     assert err.startswith('plan_scan: error: ')
@@ -379,7 +379,7 @@ def test_extremes_have_a_plan_and_a_picture(run, plan_of, tmp_path, options, spe
     assert ('never hit' in out) == (plan['never_hit_share'] > 0.0)
 
 
-def test_notes_tell_what_an_engineer_should_know():
+def test_notes_on_plans():
     def said(n_s, start_pitch=None, error=0.0, **task):
         task = Task(**task)
         return '\n'.join(notes(task, evaluate(task, n_s, start_pitch, error)))
@@ -414,7 +414,7 @@ def test_it_is_noted_if_the_simulated_servo_misses_the_outermost_row(samples_per
 @pytest.mark.parametrize(
     ('name', 'begin'), [('a.png', b'\x89PNG'), ('a.pdf', b'%PDF'), ('a.SVG', b'<?xml')]
 )
-def test_a_picture_is_of_the_kind_that_its_name_tells(run, tmp_path, name, begin):
+def test_the_format_of_a_picture_is_that_of_its_suffix(run, tmp_path, name, begin):
     status, _, _ = run(*SMALL, '--timing-error', '0.002', '--plot', str(tmp_path / name))
     assert status == 0
     content = (tmp_path / name).read_bytes()

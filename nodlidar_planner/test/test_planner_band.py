@@ -52,11 +52,11 @@ def test_speeds_that_are_none_are_refused(speeds, key):
         ((3.1416, 3.1417), "'speed_max' must be such that one N_s of 4000 to 4000 is coprime"),
     ],
 )
-def test_a_band_without_samples_names_a_limit_that_was_given(speeds, said):
+def test_a_band_without_samples_names_a_limit_that_was_passed(speeds, said):
     with pytest.raises(ParameterError, match=said):
         samples_in_band(Task(), *speeds)
 
 
-def test_a_fine_lidar_needs_a_lowest_speed_and_is_told_the_one_that_there_was():
+def test_a_fine_lidar_needs_a_lowest_speed_and_the_error_names_the_value():
     with pytest.raises(ParameterError, match=r"'speed_min' must be at least 3.05 rad/s.*is 1.57"):
         samples_in_band(Task(steps_per_revolution=65_536))

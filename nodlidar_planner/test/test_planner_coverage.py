@@ -141,7 +141,7 @@ def test_hits_that_are_guarded_stay_hits(case, guard):
         assert np.all(guarded.first_hits() >= free.first_hits())
 
 
-def test_a_divisor_leaves_cells_out_and_says_which_share():
+def test_a_divisor_leaves_a_reported_share_of_the_cells_out():
     task = task_with_cell(0.01, full_circle=True)
     figures = Coverage(task, Pattern(1024, 1024)).figures()
     expected = enumerate_cells(task, Pattern(1024, 1024))

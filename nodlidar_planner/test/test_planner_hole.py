@@ -16,7 +16,7 @@ import pytest
 
 
 def widest_by_windows(task, pattern, samples):
-    """Take line by line into a window that starts on each line, and sort its beams anew."""
+    """Widen a window from each line by one line at a time, and sort its beams each time."""
     azimuth, pitch = unrolled(task, *beams(task, pattern, samples))
     left, right = region(task)
     edges, line = np.unique(np.round(azimuth, 9), return_inverse=True)

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 
-def told(lateness, way, durations, scans=200, seed=1):
-    """Tell of scans at any time of sweeps of some durations, in samples."""
+def add_scans(lateness, way, durations, scans=200, seed=1):
+    """Add scans at random times of sweeps of some durations [samples]."""
     rng = np.random.default_rng(seed)
     for _ in range(scans):
         duration = rng.choice(durations)
@@ -30,16 +30,16 @@ def test_before_anything_is_known_sweeps_are_steady():
 
 def test_a_servo_that_is_always_late_is_foreseen_so():
     lateness = Lateness(2875.0, 10.0)
-    told(lateness, lambda since, duration: (since - 30.0) / duration, [2300, 2500, 2700])
+    add_scans(lateness, lambda since, duration: (since - 30.0) / duration, [2300, 2500, 2700])
     since = np.linspace(100.0, 2400.0, 20)
     assert lateness.progress(since, 2500.0) == pytest.approx((since - 30.0) / 2500.0, abs=1e-4)
     assert lateness.spread < 1.0
 
 
-def test_speeding_up_and_braking_are_foreseen_for_durations_not_told_of():
+def test_acceleration_and_braking_are_predicted_for_unmeasured_durations():
     """The distance from the steady sweep is 75 samples at most."""
     lateness = Lateness(2875.0, 10.0)
-    told(lateness, from_rest, [2200, 2300, 2700, 2800])
+    add_scans(lateness, from_rest, [2200, 2300, 2700, 2800])
     since = np.linspace(0.0, 2500.0, 101)
     error = 2500.0 * (lateness.progress(since, 2500.0) - from_rest(since, 2500.0))
     assert np.abs(2500.0 * since / 2500.0 - 2500.0 * from_rest(since, 2500.0)).max() > 60.0
@@ -56,7 +56,7 @@ def test_the_spread_is_that_of_the_servo():
     assert lateness.spread == pytest.approx(20.0, rel=0.25)
 
 
-def test_more_beams_at_once_than_are_remembered_tell_all_by_themselves():
+def test_more_beams_at_once_than_the_memory_replace_it():
     lateness = Lateness(2875.0, 10.0)
     since = np.linspace(0.0, 2500.0, 200_000)
     lateness.add(since, np.full(200_000, 2500.0), (since - 30.0) / 2500.0)

@@ -56,7 +56,7 @@ def test_step_and_height_are_exact_at_any_sample(pattern, n):
 
 
 @given(samples, st.floats(0.0, 1.0, exclude_max=True), st.integers(0, 2**62))
-def test_height_is_rounded_once_whatever_the_phase(n_s, turn, n):
+def test_height_is_rounded_once_for_any_phase(n_s, turn, n):
     phase = min(turn * 2 * n_s, math.nextafter(2 * n_s, 0.0))
     exact = n_s - abs((n + Fraction(phase)) % (2 * n_s) - n_s)
     assert Pattern(1024, n_s, phase).height(n) == float(exact)
@@ -69,7 +69,7 @@ def test_pitch_runs_between_the_limits():
 
 @given(patterns(n_s=small))
 def test_the_leg_is_known_also_at_the_turns(pattern):
-    """Erratum 4: t/|t| tells no leg from the other, and nothing at t = 0."""
+    """Erratum 4: t/|t| is equal on both legs, and undefined at t = 0."""
     n = np.arange(pattern.cycle)
     m = (4 * n + round(4 * pattern.phase)) % (8 * pattern.samples_per_sweep)
     assert np.array_equal(pattern.going_up(n), m < 4 * pattern.samples_per_sweep)

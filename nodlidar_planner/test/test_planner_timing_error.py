@@ -9,7 +9,7 @@ from planner_enumeration import PUBLISHED
 import pytest
 
 
-def test_a_run_without_error_takes_as_long_as_coverage_says():
+def test_a_run_without_error_completes_as_in_coverage():
     for task in (PUBLISHED, Task(), Task(distance=1.0, steps_per_revolution=1440)):
         for n_s in (1001, 2747, 4001, 7999):
             exact = Coverage(task, Pattern(task.steps_per_revolution, n_s)).completion_time()

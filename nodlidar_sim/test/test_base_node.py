@@ -81,7 +81,7 @@ def bench():
         one.close()
 
 
-def test_odometry_and_transform_tell_the_route_from_its_start(bench):
+def test_odometry_and_transform_follow_the_route_from_its_start(bench):
     """A quarter of a circle of 2 m radius, at 0.5 m/s; odom is where it began."""
     route = Plan((0.5, 0.25)).route((3.0, -1.0, 0.7), START_NS)
     odometry, stamped = bench(route).at(2.0 * math.pi)
@@ -109,7 +109,7 @@ def test_who_comes_late_learns_when_the_base_left_its_start(bench):
     assert (time_ns(start.header.stamp), time_ns(start.time_ref)) == (START_NS, 0)
 
 
-def test_covariances_grow_with_the_way_and_tell_what_wheels_do_not_know(bench):
+def test_covariances_grow_with_the_way_and_mark_what_wheels_do_not_measure(bench):
     """Straight on: 2 % of each wheel's way, 2 % sqrt 2 / 0.4 m of heading each metre."""
     effects = Effects(odometry_error=0.02)
     running = bench(Plan((0.5, 0.0)).route((3.0, -1.0, 0.7), START_NS), None, effects)

@@ -81,7 +81,7 @@ def ranges_with_all_in_view(world, times, azimuth):
 @settings(max_examples=60, deadline=None)
 @given(seeds)
 def test_no_beam_loses_what_it_meets(seed):
-    """Scenes of any shapes, people or whatever moves, and a base that drives while it nods."""
+    """Scenes of any shapes, any moving objects, and a base that drives while it nods."""
     world = random_world(np.random.default_rng(seed))
     times, azimuth = scans(3, S // 2)
     expected = ranges_with_all_in_view(world, times, azimuth)

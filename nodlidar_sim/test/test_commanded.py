@@ -10,7 +10,7 @@ S = 1_000_000_000
 START = (1.0, 2.0, 0.3)
 
 
-def test_a_base_that_is_told_nothing_stands():
+def test_a_base_without_commands_stands():
     base = CommandedBase(START, 0, 0.5)
     np.testing.assert_array_equal(base.poses(np.array([0, 5 * S])), [START])
 

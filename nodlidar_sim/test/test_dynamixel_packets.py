@@ -33,7 +33,7 @@ def test_noise_before_a_packet_is_skipped(noise):
     assert read_all(noise + PING) == [(1, 1, b'', True)]
 
 
-def test_a_wrong_checksum_is_told():
+def test_a_wrong_checksum_is_reported():
     assert read_all(READ_MODEL[:-1] + b'\x00') == [(1, 2, b'', False)]
 
 

@@ -98,7 +98,7 @@ def heard(node, kind, topic, condition):
     return found[0]
 
 
-def test_the_base_tells_its_odometry_on_the_way(start, tmp_path, listener):
+def test_the_base_publishes_its_odometry_on_the_way(start, tmp_path, listener):
     process = start(
         '--servo-link', tmp_path / 'servo', '--scene=wall', '--route=approach', '--base=odometry',
         '--ros-args', '-r', '__ns:=/robot',
@@ -157,7 +157,7 @@ def test_what_is_not_allowed_is_a_line_with_status_2(monkeypatch, capsys, argume
     assert error.count('\n') == 1
 
 
-def test_a_link_that_cannot_be_made_is_a_line_with_status_1(start):
+def test_a_link_that_cannot_be_created_is_a_line_with_status_1(start):
     process = start('--lidar-link', '/dev/null')
     _, stderr = process.communicate(timeout=20)
     assert process.returncode == 1

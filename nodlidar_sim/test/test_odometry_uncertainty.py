@@ -1,4 +1,4 @@
-"""The uncertainty that odometry tells, against how far many odometers really are off."""
+"""The computed uncertainty of odometry, against the errors of many odometers."""
 
 from nodlidar_sim.world.base import motion_of, relative
 from nodlidar_sim.world.effects import Effects
@@ -26,7 +26,7 @@ def true_poses():
     return Odometer(ROUTE, Effects(), START_NS).poses(TIMES_NS)
 
 
-def told(effects):
+def uncertainty_of(effects):
     """Return the uncertainty after the whole route."""
     poses = np.concatenate([np.zeros((1, 3)), true_poses()])
     uncertainty = OdometryUncertainty(effects)
@@ -41,7 +41,7 @@ def test_it_is_the_mean_square_of_the_errors_of_many_odometers(effects):
     errors = np.array(ends) - true_poses()[-1]
     expected = errors.T @ errors / len(errors)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-    np.testing.assert_allclose(told(effects).of_pose / scale, expected / scale, atol=0.2)
+    np.testing.assert_allclose(uncertainty_of(effects).of_pose / scale, expected / scale, atol=0.2)
 
 
 @pytest.mark.parametrize('effects', ERRORS)
@@ -66,7 +66,7 @@ def test_wheels_that_miscount_by_a_share_make_a_straight_way_wrong_by_it():
 
 
 def test_exact_odometry_is_certain():
-    uncertainty = told(Effects())
+    uncertainty = uncertainty_of(Effects())
     assert not uncertainty.of_pose.any()
     assert not uncertainty.of_velocity(np.array([0.4, 0.0, 0.8])).any()
 

@@ -158,7 +158,7 @@ def test_another_device_can_be_plugged_in():
 
 
 @pytest.mark.parametrize('bit_rate', [57600, 1_000_000])
-def test_a_device_is_told_the_bit_rate_of_its_host(bit_rate):
+def test_a_device_receives_the_bit_rate_of_its_host(bit_rate):
     with (
         PseudoTerminals({'a': BitRateEcho()}) as ports,
         open_port(ports['a'], bit_rate, 5.0) as port,
@@ -174,7 +174,7 @@ def test_a_stale_link_is_replaced(tmp_path):
         assert os.readlink(link).startswith('/dev/pts/')
 
 
-def test_folders_that_were_made_are_gone_in_the_end_and_others_stay(tmp_path):
+def test_created_folders_are_removed_in_the_end_and_others_stay(tmp_path):
     (tmp_path / 'there').mkdir()
     links = {'a': tmp_path / 'new' / 'left' / 'a', 'b': tmp_path / 'new' / 'b'}
     links['c'] = tmp_path / 'there' / 'c'
@@ -183,7 +183,7 @@ def test_folders_that_were_made_are_gone_in_the_end_and_others_stay(tmp_path):
     assert [path.name for path in tmp_path.rglob('*')] == ['there']
 
 
-def test_a_folder_that_was_made_stays_if_others_use_it(tmp_path):
+def test_a_created_folder_stays_if_others_use_it(tmp_path):
     with PseudoTerminals({'a': Echo()}, {'a': tmp_path / 'new' / 'a'}):
         (tmp_path / 'new' / 'other').write_text('kept')
     assert (tmp_path / 'new' / 'other').read_text() == 'kept'
@@ -200,7 +200,7 @@ def test_a_file_is_not_replaced(tmp_path):
     assert path.read_text() == 'kept'
 
 
-def test_a_link_that_cannot_be_made_is_an_error(tmp_path):
+def test_a_link_that_cannot_be_created_is_an_error(tmp_path):
     (tmp_path / 'file').write_text('')
     with (
         pytest.raises(PortError, match='cannot make the link'),

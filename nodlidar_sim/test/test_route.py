@@ -126,7 +126,7 @@ def test_a_plan_that_cannot_be_driven_is_refused(make, key):
     assert error.value.key == key
 
 
-def test_a_plan_tells_whether_it_drives():
+def test_whether_a_plan_drives():
     assert not Plan(legs=(Leg(1.0, (0.0, 0.0)),)).drives
     assert Plan(legs=(Leg(1.0, (0.0, 0.1)),)).drives
     assert Plan((0.1, 0.0)).drives

@@ -153,7 +153,7 @@ def test_what_a_scene_leaves_out_has_its_default():
     assert scene.effects == Effects()
 
 
-def test_all_that_a_scene_says_is_taken():
+def test_every_key_of_a_scene_is_applied():
     scene = parse_scene(
         """
         sensor: {mount: [0.1, 0.2, 0.3, 0, 0, 1.5707963267948966], optical_offset: 0.05}

@@ -18,7 +18,7 @@ def sampled(motion, start_ns, duration_ms, step_ns=MS // 10):
     return times, motion.position(times), motion.velocity(times)
 
 
-def test_it_rests_until_it_is_told_to_move():
+def test_it_rests_until_the_first_goal():
     motion = ServoMotion(position=0.3)
     times = np.array([0, NOW, NOW + 10 * S])
     np.testing.assert_array_equal(motion.position(times), 0.3)
@@ -70,7 +70,7 @@ goals = st.tuples(st.integers(0, 300), st.floats(-1.0, 1.0), st.floats(0.05, 12.
 
 
 @given(st.lists(goals, min_size=1, max_size=12))
-def test_however_it_is_told_it_keeps_its_limits_and_arrives(orders):
+def test_for_any_goals_it_keeps_its_limits_and_arrives(orders):
     motion, now, fastest = ServoMotion(), NOW, 0.0
     for pause_ms, goal, speed_limit in orders:
         now += pause_ms * MS
@@ -127,7 +127,7 @@ def test_without_torque_it_brakes_and_stays():
     np.testing.assert_allclose(position - position[0], [0.0, 0.03, 0.04, 0.04], atol=1e-8)
 
 
-def test_the_past_is_kept_for_as_long_as_it_says():
+def test_the_past_is_kept_for_the_history():
     motion = ServoMotion(history=2.0)
     for step in range(1000):
         motion.set_goal(NOW + step * 10 * MS, math.sin(step / 10.0), 3.0)
@@ -141,7 +141,7 @@ def test_jitter_delays_each_turn_around_once():
     exact, late = ServoMotion(), ServoMotion(jitter=3e-3, seed=1)
     for motion in (exact, late):
         motion.set_goal(NOW, 1.0, 3.0)
-        for milliseconds in range(200, 300, 2):  # told over and over again, as a node does
+        for milliseconds in range(200, 300, 2):  # repeatedly, as by a node
             motion.set_goal(NOW + milliseconds * MS, -1.0, 3.0)
     delay = abs(np.random.default_rng(1).normal(0.0, 3e-3))
     times, _, velocity = sampled(late, NOW + 200 * MS, 100, step_ns=10_000)

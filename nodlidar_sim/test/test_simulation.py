@@ -138,12 +138,12 @@ def test_a_fast_lidar_clock_shortens_the_revolutions():
     assert period == pytest.approx(0.1 * S / 1.0005, abs=1.0)
 
 
-def test_servo_jitter_moves_the_nod_and_not_only_what_is_told_of_it():
+def test_servo_jitter_moves_the_nod_and_not_only_its_measurement():
     exact, jittery = record(load_scene('room')), record(with_effects(servo_jitter=0.005))
     difference = jittery.true_pitch - exact.true_pitch
     assert 0.002 < difference.std() < 0.02
-    told = np.interp(jittery.true_time_ns, jittery.joint_stamp_ns, jittery.joint_position)
-    assert (told - jittery.true_pitch).std() < difference.std() / 2.0
+    measured = np.interp(jittery.true_time_ns, jittery.joint_stamp_ns, jittery.joint_position)
+    assert (measured - jittery.true_pitch).std() < difference.std() / 2.0
 
 
 def test_odometry_drifts_only_where_it_is_asked_for():
@@ -155,7 +155,7 @@ def test_odometry_drifts_only_where_it_is_asked_for():
     assert 0.001 < np.abs(shares - 1.0).max() < 0.2
 
 
-def test_an_effect_that_is_off_is_not_even_made():
+def test_an_effect_that_is_off_creates_nothing():
     def measure(times_ns, azimuth):
         raise AssertionError
 
@@ -186,15 +186,17 @@ def test_live_measurements_have_the_same_faults():
     def measure(times_ns, azimuth):
         return np.full(len(times_ns), 2.0)
 
-    spoilt = imperfect(measure, Effects(range_noise=0.05, dropouts=0.3), seed=2)
-    ranges = spoilt(np.zeros(5000, dtype=int), np.zeros(5000))
+    imperfect_measure = imperfect(measure, Effects(range_noise=0.05, dropouts=0.3), seed=2)
+    ranges = imperfect_measure(np.zeros(5000, dtype=int), np.zeros(5000))
     assert np.isnan(ranges).mean() == pytest.approx(0.3, abs=0.03)
     assert np.nanstd(ranges) == pytest.approx(0.05, rel=0.05)
 
 
-def test_too_near_and_too_far_are_told_apart():
-    told = SensorModel().rounded_ranges(np.array([0.0194, 0.0196, 5.6004, 5.6006, np.inf, np.nan]))
-    np.testing.assert_array_equal(told, [-np.inf, 0.02, 5.6, np.inf, np.inf, np.nan])
+def test_too_near_and_too_far_are_distinguished():
+    reported = SensorModel().rounded_ranges(
+        np.array([0.0194, 0.0196, 5.6004, 5.6006, np.inf, np.nan])
+    )
+    np.testing.assert_array_equal(reported, [-np.inf, 0.02, 5.6, np.inf, np.inf, np.nan])
 
 
 def test_another_lidar_can_be_simulated():

@@ -387,7 +387,7 @@ def test_garbage_never_crashes_it_and_it_answers_afterwards(pieces, scip11):
     assert host.reply() == [b'QT', b'00P']
 
 
-def test_memory_stays_bounded_whatever_the_host_sends():
+def test_memory_stays_bounded_for_any_input():
     host = Host()
     host.urg.receive(b'x' * 1_000_000, START)
     host.urg.receive(b'QT\n' * 1000, START)
@@ -412,7 +412,7 @@ def test_bad_wiring_damages_about_the_share_that_is_asked_for(corrupt, drop):
         assert wrong.mean() == pytest.approx(corrupt, abs=0.002)
 
 
-def test_a_mute_device_says_nothing():
+def test_a_mute_device_sends_nothing():
     host = Host(fault_seed=0)
     host.device.mute = True
     assert host.ask(b'QT') is None
@@ -420,18 +420,18 @@ def test_a_mute_device_says_nothing():
     assert host.ask(b'QT') == [b'QT', b'00P']
 
 
-def test_each_scan_that_is_sent_is_told_of_before():
-    host, told = Host(millimetre_per_step), []
+def test_on_scan_is_called_before_each_scan_is_sent():
+    host, sent = Host(millimetre_per_step), []
 
     def note_and_spoil(revolution):
-        told.append((revolution.times_ns[0], revolution.codes[44]))
-        revolution.timer += 30 * (len(told) == 2)
+        sent.append((revolution.times_ns[0], revolution.codes[44]))
+        revolution.timer += 30 * (len(sent) == 2)
 
     host.urg.on_scan = note_and_spoil
     host.ask(b'MD0044072501003')
     timers = [timer_of(host.reply()[2]) for _ in range(3)]
-    assert len(told) == 3
+    assert len(sent) == 3
     assert np.diff(timers).tolist() == [130, 70]
-    assert [code for _, code in told] == [1044] * 3
+    assert [code for _, code in sent] == [1044] * 3
     step_44_ns = START + 100 * MS + round(44 * 100 * MS / 1024)
-    assert [at_ns - step_44_ns for at_ns, _ in told] == [0, 100 * MS, 200 * MS]
+    assert [at_ns - step_44_ns for at_ns, _ in sent] == [0, 100 * MS, 200 * MS]

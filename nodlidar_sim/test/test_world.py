@@ -26,7 +26,7 @@ def test_level_beams_meet_a_wall_at_the_secant():
 
 
 @pytest.mark.parametrize('pitch', [-0.5, 0.3])
-def test_the_lever_arm_moves_the_optical_centre_back_when_it_looks_up(pitch):
+def test_the_lever_arm_moves_the_optical_centre_back_when_pitched_up(pitch):
     """At x = 2 = r cos(pitch) - z_off sin(pitch), straight ahead."""
     ranges = World(parse_scene(WALL, 'w'), still(pitch)).ranges(
         np.zeros(1, dtype=int), np.zeros(1)
@@ -34,7 +34,7 @@ def test_the_lever_arm_moves_the_optical_centre_back_when_it_looks_up(pitch):
     assert ranges[0] == pytest.approx((2.0 + 0.08 * math.sin(pitch)) / math.cos(pitch))
 
 
-def test_positive_pitch_looks_up():
+def test_positive_pitch_is_up():
     _, up = World(load_scene('room'), still(0.4)).rays(np.zeros(1, dtype=int), np.zeros(1))
     np.testing.assert_allclose(up, [[math.cos(0.4), 0.0, math.sin(0.4)]])
 
