@@ -71,7 +71,7 @@ def _hard_for_the_servo(task: Task, plan: Plan) -> Iterator[str]:
             f'an RX-24F reaches {FASTEST_SERVO:.1f} rad/s (126 rpm) without load; '
             f'set --speed-max to the limit of your servo'
         )
-    yield from _hard_to_turn(task, plan)
+    yield from _hard_to_reverse(task, plan)
     row_time = task.row_height(plan.samples_per_sweep) * task.sample_time
     if plan.under_error is not None and row_time < plan.under_error.error:
         yield (
@@ -80,7 +80,7 @@ def _hard_for_the_servo(task: Task, plan: Plan) -> Iterator[str]:
         )
 
 
-def _hard_to_turn(task: Task, plan: Plan) -> Iterator[str]:
+def _hard_to_reverse(task: Task, plan: Plan) -> Iterator[str]:
     """Yield a note if the reversals, parabolas in time, take longer than a sweep or lose a row."""
     duration = 2.0 * plan.speed / REVERSAL_ACCELERATION
     short = plan.speed**2 / (2.0 * REVERSAL_ACCELERATION)
