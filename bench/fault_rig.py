@@ -10,7 +10,7 @@ import sys
 import time
 from types import TracebackType
 
-from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
+from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_sim.devices.device import Device
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.faulty_line import FaultyLine

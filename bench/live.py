@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_bringup.launched import keep_apart, launched_sensor
+from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
 from nodlidar_demo.delivery import read_delivery
 from nodlidar_demo.ros.demonstration import record
 import numpy as np

@@ -5,7 +5,7 @@ import time
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.ros.node import Assembler
-from nodlidar_bringup.launched import keep_apart
+from nodlidar_bringup.ros.launched import keep_apart
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
 import numpy as np

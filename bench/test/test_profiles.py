@@ -1,7 +1,7 @@
 """What profiles promise, with room for a noisy machine where it is about time."""
 
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_bringup.launched import keep_apart
+from nodlidar_bringup.ros.launched import keep_apart
 import pytest
 import yaml
 

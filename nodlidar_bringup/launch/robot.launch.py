@@ -15,7 +15,7 @@ from launch import LaunchDescription
 from launch.actions import OpaqueFunction, Shutdown
 from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_bringup import arguments
-from nodlidar_bringup.discovery import announce_often
+from nodlidar_bringup.ros.discovery import announce_often
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS, share
 from nodlidar_bringup.ros.tied_node import tied_node
 

@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 
-from nodlidar_bringup.discovery import announce_often, PROFILE_VARIABLES
+from nodlidar_bringup.ros.discovery import announce_often, PROFILE_VARIABLES
 import pytest
 
 _NODE = 'import rclpy; rclpy.init(); rclpy.create_node("one").destroy_node(); rclpy.shutdown()'

@@ -4,7 +4,7 @@ import math
 
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import GetState
-from nodlidar_bringup.launched import launched_sensor
+from nodlidar_bringup.ros.launched import launched_sensor
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns

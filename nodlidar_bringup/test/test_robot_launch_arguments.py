@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from nodlidar_bringup.launched import launched_sensor, STOP_TIMEOUT
+from nodlidar_bringup.ros.launched import launched_sensor, STOP_TIMEOUT
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 import numpy as np

@@ -3,7 +3,7 @@
 import signal
 
 from nav_msgs.msg import Odometry
-from nodlidar_bringup.launched import launched_sensor
+from nodlidar_bringup.ros.launched import launched_sensor
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from observer import Observer

@@ -6,7 +6,7 @@ import sys
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
-from nodlidar_bringup.launched import launched_sensor
+from nodlidar_bringup.ros.launched import launched_sensor
 from nodlidar_common.stamps import time_ns
 from nodlidar_sim.world.scene import load_scene
 import numpy as np

@@ -4,7 +4,7 @@ import os
 import signal
 import time
 
-from nodlidar_bringup.launched import launched_sensor
+from nodlidar_bringup.ros.launched import launched_sensor
 from nodlidar_sim.devices.rx24f_table import TORQUE_ENABLE
 from nodlidar_sim.emulate import make_devices
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals

@@ -12,7 +12,7 @@ from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_bringup.launched import keep_apart, launched_sensor, LaunchedSensor
+from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.whole_file import named

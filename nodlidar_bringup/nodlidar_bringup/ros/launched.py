@@ -7,7 +7,7 @@ from pathlib import Path
 import signal
 import subprocess
 
-from nodlidar_bringup.discovery import announce_often
+from nodlidar_bringup.ros.discovery import announce_often
 
 STOP_TIMEOUT = 20.0
 
