@@ -7,10 +7,10 @@ from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import Input
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
-from nodlidar_assembler.silence import Silence
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns

@@ -3,7 +3,7 @@
 from typing import Any
 
 from message_filters import Subscriber
-from nodlidar_assembler.publishers import Publishers
+from nodlidar_assembler.inputs.publishers import Publishers
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
