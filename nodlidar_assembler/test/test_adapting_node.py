@@ -63,15 +63,15 @@ def part(log, chosen):
 def test_coverage_is_told_in_the_diagnostics(log):
     """In 3 s the nod sees five cells out of six, and leaves holes of a cell or two."""
 
-    def told(running):
+    def reported(running):
         statuses = [s for array in running.out[DiagnosticArray] for s in array.status]
         values = [{v.key: v.value for v in s.values} for s in statuses if 'coverage' in s.name]
         return [v for v in values if int(v['beams']) >= 25 * 681]
 
     with bench() as running:
         running.feed(log)
-        running.spin_until(lambda: told(running))
-        values = told(running)[-1]
+        running.spin_until(lambda: reported(running))
+        values = reported(running)[-1]
     assert float(values['share of cells seen']) == pytest.approx(5 / 6, abs=0.1)
     assert float(values['largest hole [rad]']) < 0.16
     assert float(values['share of repeats']) < 0.05
@@ -82,23 +82,23 @@ def test_coverage_is_published_of_cells_as_large_as_told(log):
         running.feed(log)
         messages = running.out[Coverage]
         running.spin_until(lambda: messages and messages[-1].beams >= 25 * 681)
-    told = messages[-1]
+    coverage = messages[-1]
     task = Task(object_size=0.2)
-    assert (told.window, told.cell, told.cells) == (10.0, task.cell, task.cells)
-    assert told.header.frame_id == 'nodlidar_base_link'
-    assert told.seen == pytest.approx(5 / 6, abs=0.1)
-    assert told.largest_hole <= task.span
-    assert told.least_repeats == 0.0
-    assert 0.0 <= told.repeats < 0.05
+    assert (coverage.window, coverage.cell, coverage.cells) == (10.0, task.cell, task.cells)
+    assert coverage.header.frame_id == 'nodlidar_base_link'
+    assert coverage.seen == pytest.approx(5 / 6, abs=0.1)
+    assert coverage.largest_hole <= task.span
+    assert coverage.least_repeats == 0.0
+    assert 0.0 <= coverage.repeats < 0.05
 
 
 def test_coverage_is_not_told_again_when_no_beams_come(log):
     with bench() as running:
         running.feed(log)
-        messages, told = running.out[Coverage], running.out[DiagnosticArray]
+        messages, diagnostics = running.out[Coverage], running.out[DiagnosticArray]
 
         def stale():
-            statuses = [status for array in told for status in array.status]
+            statuses = [status for array in diagnostics for status in array.status]
             return [s for s in statuses if 'coverage' in s.name and s.level == STALE]
 
         running.spin_until(lambda: messages and messages[-1].beams >= 25 * 681)
@@ -111,9 +111,9 @@ def test_coverage_is_not_told_again_when_no_beams_come(log):
 def test_without_a_window_coverage_is_not_told(log):
     with bench('coverage_window:=0.0') as running:
         running.feed(log)
-        told = running.out[DiagnosticArray]
-        running.spin_until(lambda: told)
-    names = {status.name for array in told for status in array.status}
+        diagnostics = running.out[DiagnosticArray]
+        running.spin_until(lambda: diagnostics)
+    names = {status.name for array in diagnostics for status in array.status}
     assert any('clouds' in name for name in names)
     assert not any('coverage' in name for name in names)
     assert not running.out[Coverage]

@@ -37,12 +37,12 @@ def run(*arguments):
 def test_a_bag_becomes_a_file_and_a_table(bag, tmp_path, capsys):
     assert run(bag, tmp_path / 'out.ply') == 0
     points = len(PlyData.read(tmp_path / 'out.ply')['vertex'].data)
-    told = rows(capsys.readouterr().out)
-    assert told['scans'] == told['clouds'] == '30'
-    assert told['points'] == f'{points}'
-    assert told['dropped'] == '0'
-    assert told['recorded'].startswith('1700000000.0')
-    assert float(told['times real time']) > 1.0
+    table = rows(capsys.readouterr().out)
+    assert table['scans'] == table['clouds'] == '30'
+    assert table['points'] == f'{points}'
+    assert table['dropped'] == '0'
+    assert table['recorded'].startswith('1700000000.0')
+    assert float(table['times real time']) > 1.0
 
 
 def test_parameters_come_from_the_node_s_file_and_options_win(tmp_path):

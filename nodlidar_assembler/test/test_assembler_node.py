@@ -89,10 +89,10 @@ def test_the_nod_is_commanded_at_the_lidar_s_rate_and_in_its_phase(log):
 
 
 @pytest.mark.parametrize(
-    ('steps', 'told'),
+    ('steps', 'warnings'),
     [(1024, ['1440']), (1440, []), (2880, [])],  # a lidar may thin its beams
 )
-def test_a_lidar_of_other_steps_is_warned_of(log, steps, told, capfd):
+def test_a_lidar_of_other_steps_is_warned_of(log, steps, warnings, capfd):
     step = np.float32(2 * np.pi / 1440)
     finer = replace(log.scans[0].geometry, angle_increment=step)
     with bench(f'steps_per_revolution:={steps}', 'samples_per_sweep:=4001') as running:
@@ -101,7 +101,7 @@ def test_a_lidar_of_other_steps_is_warned_of(log, steps, told, capfd):
         running.spin_until(lambda: running.out[NodCommand] and running.out[PointCloud2])
     lines = capfd.readouterr().err.splitlines()
     found = [line for line in lines if 'angle_increment of the scan implies' in line]
-    assert len(found) == len(told)
+    assert len(found) == len(warnings)
     assert all('1440' in line for line in found)
 
 

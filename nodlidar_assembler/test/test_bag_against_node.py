@@ -19,8 +19,8 @@ DEADLINE = 10.0  # longer than the test: the node's clock is none that a bag kno
 @pytest.fixture(scope='module')
 def entries():
     """Return messages, some joint states missing at first and in the middle, some malformed."""
-    told = [entry for entry in entries_of(recording(3.0)) if entry[1] in KINDS]
-    kept = [entry for entry in told if entry[1] == '/scan' or not is_missing(entry[0])]
+    recorded = [entry for entry in entries_of(recording(3.0)) if entry[1] in KINDS]
+    kept = [entry for entry in recorded if entry[1] == '/scan' or not is_missing(entry[0])]
     scans, states = (
         [message for _, topic, message in kept if topic == wanted] for wanted in KINDS
     )

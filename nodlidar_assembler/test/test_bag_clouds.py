@@ -234,8 +234,8 @@ def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(late_ns, 10**9)
             message.time_increment = 0.0
     bag = write_messages(tmp_path / 'other', entries)
-    told = replace(config, scan_delay=0.07, time_increment=0.1 / 1024)
-    summary = write_clouds(bag, tmp_path / 'out.mcap', told, TOPICS)
+    corrected = replace(config, scan_delay=0.07, time_increment=0.1 / 1024)
+    summary = write_clouds(bag, tmp_path / 'out.mcap', corrected, TOPICS)
     assert not summary.assembler.remarks
     found = clouds_in(tmp_path / 'out.mcap')
     assert len(found) == len(expected) == 40
@@ -323,9 +323,9 @@ def test_a_topic_that_is_not_there_is_told_with_those_that_are(bag, tmp_path, to
 def test_a_bag_without_scans_or_clouds_is_an_error_and_leaves_the_old_file(simulated, tmp_path):
     entries = entries_of(simulated)
     (tmp_path / 'out.ply').write_text('old')
-    told = [(0, '/scan', b'\x00\x01\x00\x00')]
+    unreadable = [(0, '/scan', b'\x00\x01\x00\x00')]
     for kept, message in (
-        ([*told, *(e for e in entries if e[1] == '/joint_states')], 'has no scan'),
+        ([*unreadable, *(e for e in entries if e[1] == '/joint_states')], 'has no scan'),
         ([e for e in entries if e[1] != '/joint_states'], 'no topic /joint_states'),
         (
             [e for e in entries if e[1] == '/scan' or e[0] < START_NS + 50_000_000],

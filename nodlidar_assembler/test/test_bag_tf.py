@@ -21,7 +21,7 @@ def points_of(bag, tmp_path, config=CONFIG):
 
 
 def as_in_ros_1(entries):
-    """Return the messages with fixed transforms on /tf, told again and again for a later time."""
+    """Return the messages with fixed transforms on /tf, repeated with a later time."""
     [(_, _, mount)] = [entry for entry in entries if entry[1] == '/tf_static']
     odometry = [entry for entry in entries if entry[1] == '/tf']
     others = [entry for entry in entries if not entry[1].startswith('/tf')]

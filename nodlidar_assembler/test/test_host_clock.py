@@ -56,9 +56,9 @@ def run(log, monkeypatch):
             watch._time = HostTime(watch.now_ns, lambda: clock.now_ns)
             node._nod._node = clock_of(node, clock)
             node._clouds.publish = lambda cloud: clouds.append((clock.now_ns, cloud))
-            node._nod._commands.publish = lambda told: commands.append((clock.now_ns, told))
+            node._nod._commands.publish = lambda command: commands.append((clock.now_ns, command))
             begin_ns = log.scans[0].stamp_ns
-            for arrival_ns, kind, stamp_ns, told in timed(log):
+            for arrival_ns, kind, stamp_ns, content in timed(log):
                 clock.now_ns = arrival_ns
                 is_set = arrival_ns - begin_ns >= STEP_AT * S
                 clock.step_ns = step_ns if is_set else 0
@@ -66,10 +66,10 @@ def run(log, monkeypatch):
                 stamp_ns += clock.step_ns
                 make = scan_message if kind == 'scan' else state_message
                 if kind == 'scan':
-                    message = make(told)
+                    message = make(content)
                     message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, S)
                 else:
-                    message = make(stamp_ns, told)
+                    message = make(stamp_ns, content)
                 running.feed(kind, message)
             assert node.survival.errors == {}
             return (
@@ -119,10 +119,10 @@ def test_clouds_are_those_of_an_even_clock_and_soon_go_on(run, log, step_ns):
 def test_the_nod_goes_on_at_once_by_the_new_time(run, log, step_ns):
     _, commands, _, _ = run(step_ns)
     set_ns = log.scans[0].stamp_ns + round(STEP_AT * S)
-    before = [nod_from_message(told) for came_ns, told in commands if came_ns < set_ns]
-    came_ns, told = next((came_ns, told) for came_ns, told in commands if came_ns >= set_ns)
+    before = [nod_from_message(command) for came_ns, command in commands if came_ns < set_ns]
+    came_ns, first = next(entry for entry in commands if entry[0] >= set_ns)
     assert came_ns - set_ns < 20 * MS
     times_ns = np.arange(0, S, 10 * MS) + set_ns
     np.testing.assert_allclose(
-        nod_from_message(told).pitch(times_ns + step_ns), before[-1].pitch(times_ns), atol=0.02
+        nod_from_message(first).pitch(times_ns + step_ns), before[-1].pitch(times_ns), atol=0.02
     )

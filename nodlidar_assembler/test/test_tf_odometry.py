@@ -16,7 +16,7 @@ START = 1_700_000_000_000 * MS
 
 
 class Bench:
-    """A listener that is given messages by hand, and what it told."""
+    """A listener that gets messages by hand, and its samples."""
 
     def __init__(self, node):
         self.history, self.samples, self.backs = OdometryHistory(), 0, 0
