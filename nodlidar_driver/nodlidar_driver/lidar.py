@@ -133,15 +133,15 @@ class Lidar:
         PortError
             If the port fails.
         """
-        asked_ns, is_confirmed = self._clock(), False
+        asked_ns, confirmed_ns = self._clock(), None
         try:
             self.client.stop()
-            is_confirmed = True
+            confirmed_ns = self._clock()
         except PortError:
             self._last = None  # an unplugged lidar may not have sent any more
             raise
         finally:
-            self._account.end(self._due_until(self._clock() if is_confirmed else asked_ns))
+            self._account.end(self._due_until(asked_ns, confirmed_ns))
             self._last = None
 
     def _scan(self, raw: RawScan, time: ScanTime) -> Scan:
@@ -158,15 +158,20 @@ class Lidar:
             late=time.late,
         )
 
-    def _due_until(self, stop_ns: int) -> int | None:
-        """Return how many scans were due since the last one, until a stop at a time [ns].
+    def _due_until(self, asked_ns: int, confirmed_ns: int | None) -> int | None:
+        """Return how many scans were due since the last one, until the lidar stopped.
 
-        The revolution at whose end the lidar stops is not sent.
+        It stops at the end of the revolution in which it is asked to, does not send this one and
+        confirms the stop; times are in ns, the second one None if there was no confirmation.
         """
-        if self._last is None:
+        last = self._last
+        if last is None:
             return None
-        revolutions = (stop_ns - self._last.step_zero_ns) * 1e-9 / self._last.revolution
-        return max(int(revolutions + _SLACK - 2.0), 0) // (self._window.skip + 1)
+        stop_ns = asked_ns if confirmed_ns is None else confirmed_ns
+        sent = (stop_ns - last.step_zero_ns) * 1e-9 / last.revolution
+        if confirmed_ns is not None:
+            sent += _SLACK - 1.0
+        return max(int(sent) - 1, 0) // (self._window.skip + 1)
 
     def _align_clock(self) -> DeviceClock:
         revolution_ms = self.capabilities.revolution * 1e3

@@ -103,3 +103,19 @@ def test_a_wrong_time_with_a_right_sum_is_dropped_and_counted(wrong):
     truths = [rig.truth.beam_time_ns(FULL.angle_min, stamp) for stamp in stamps]
     assert np.abs(np.subtract(stamps, truths)).max() < 500_000
     assert +rig.account.lost == {'settling': 1, 'timestamp': 2}
+
+
+@pytest.mark.parametrize('tenths', range(10))
+def test_scans_before_a_stop_that_is_not_confirmed_are_counted(tenths):
+    rig = FaultyRig()
+    lidar = Lidar(rig.port, FULL, rig.clock, 1.0, rig.account)
+    lidar.connect()
+    for _ in range(10):
+        lidar.read()
+    rig.clock.advance_to(rig.clock() + tenths * 10_000_000)
+    rig.line.mute = True
+    with pytest.raises(DeviceError):
+        lidar.read()
+    with pytest.raises(DeviceError):
+        lidar.disconnect()
+    assert rig.account.due == len(rig.sent)
