@@ -1,5 +1,7 @@
 """The chosen estimator on simulated data: what it asks for, its errors, and its fallback."""
 
+from contextlib import suppress
+
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.leg_model import OTHER_MOTION, TOO_FEW
 from nodlidar_assembler.clouds.pitch import beam_pitch, PitchError
@@ -138,3 +140,21 @@ def test_another_rate_becomes_usual():
     estimator.pitch(int(later[0]), np.zeros(1), later, np.zeros(150))
     with pytest.raises(PitchError, match='joint samples missing at a reversal'):
         estimator.pitch(START_NS, OFFSET, *nod_samples(0.05, apart=0.04))
+
+
+@pytest.mark.parametrize('share', [0.5, 0.2, 0.1])
+def test_reversals_are_not_cut_off_where_most_samples_are_lost(share):
+    motion = triangle_motion(NOD, START_NS, START_NS + 60_000_000_000)
+    stamps_ns = START_NS + np.arange(6000) * 10_000_000
+    stamps_ns = stamps_ns[np.random.default_rng(1).random(6000) < share]
+    samples = np.rint(motion.position(stamps_ns) / STEP) * STEP
+    estimator, errors = PitchEstimator(EstimatorConfig()), []
+    for scan_ns in START_NS + np.arange(5, 590) * 100_000_000:
+        beams_ns = scan_ns + np.rint(OFFSET * 1e9).astype(np.int64)
+        first, last = np.searchsorted(stamps_ns, (beams_ns[0], beams_ns[-1]))
+        around = slice(first - 1, last + 1)
+        with suppress(PitchError):
+            pitch = estimator.pitch(int(scan_ns), OFFSET, stamps_ns[around], samples[around])
+            errors.append(np.abs(pitch - motion.position(beams_ns)).max())
+    assert len(errors) > 30
+    assert max(errors) < 0.025

@@ -5,14 +5,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 _KEPT = 100
-_SHORTER = 4  # one in so many is shorter than the usual gap
+_SHORTER = 20  # one in so many is shorter than the usual gap
 
 
 class UsualGap:
     """Estimates the time between joint samples, also while many of them are missing or late.
 
-    Missing samples make gaps longer, never shorter, so the usual gap is the lower quartile of the
-    last hundred. It follows a change of rate within some 75 samples.
+    Missing samples make gaps longer, never shorter, so the usual gap is among the shortest of the
+    last hundred, even if most samples are missing. It follows a lower rate within 95 samples.
     """
 
     def __init__(self) -> None:
