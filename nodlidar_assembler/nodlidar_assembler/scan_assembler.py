@@ -38,19 +38,23 @@ class Outcome:
         Reason for the drop; empty if it was assembled.
     uncompensated
         Reason why the configured compensation of the base's motion failed; else empty.
+    odometry
+        Odometry from the first beam on, up to the newest sample, even if it did not compensate
+        the clouds; None if there is none, or if it ends before that beam.
     """
 
     scan: Scan
     assembled: Assembled | None = None
     dropped: str = ''
     uncompensated: str = ''
+    odometry: Odometry | None = None
 
 
 class ScanAssembler:
     """Takes scans, joint samples and odometry as they arrive; yields an outcome per scan.
 
     A scan waits until joint samples bracket it and then, if the motion of the base is compensated,
-    until odometry does, each time up to the deadline.
+    until odometry does, each time up to the deadline. Else it does not wait for odometry.
 
     Parameters
     ----------
@@ -175,6 +179,16 @@ class ScanAssembler:
         except OdometryError as error:
             return error.reason
 
+    def _odometry_since(self, begin_ns: int) -> Odometry | None:
+        """Return the odometry from an instant [ns] on that has arrived; None without any."""
+        oldest_ns, newest_ns = self._odometry.oldest_ns, self._odometry.newest_ns
+        if oldest_ns is None or newest_ns is None or not oldest_ns <= begin_ns <= newest_ns:
+            return None
+        try:
+            return self._odometry.around(begin_ns, newest_ns)
+        except OdometryError:
+            return None
+
     def _assemble(
         self,
         scan: Scan,
@@ -190,7 +204,8 @@ class ScanAssembler:
             return self._without_odometry(scan, samples, error.reason)
         if scan.geometry.time_increment == 0.0:
             self._deviations['all beams of one instant: time_increment is 0'] += 1
-        return Outcome(scan, assembled, uncompensated=uncompensated)
+        known = odometry or self._odometry_since(scan.stamp_ns)
+        return Outcome(scan, assembled, uncompensated=uncompensated, odometry=known)
 
     def _without_odometry(self, scan: Scan, samples: JointSamples, reason: str) -> Outcome:
         if self._drops_uncompensated:

@@ -21,6 +21,7 @@ from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
@@ -245,7 +246,8 @@ def test_parameters_that_do_not_go_with_each_other(key, changes):
         check(AssemblerConfig(**({'ego_motion': 'beam'} | changes)))
 
 
-def test_limits_are_for_where_odometry_says_that_the_robot_is():
+@pytest.mark.parametrize('ego_motion', ['beam', 'off'])
+def test_limits_are_for_where_odometry_says_that_the_robot_is(ego_motion):
     """By the window of the median alone they would be for 0.4 m farther away."""
     log = driven('wall', 2.5, base_start=(-1.5, 0.0, 0.0), base_velocity=(0.5, 0.0))
     # The optical centre is 0.1 m ahead of the robot, whose wheels are 3.5 m from the wall.
@@ -254,8 +256,29 @@ def test_limits_are_for_where_odometry_says_that_the_robot_is():
         limits_at(PitchLimitsConfig(), share * distance / np.cos(np.radians(15.0)))[1]
         for share in (0.97, 1.07)  # until the commands come; the hysteresis
     )
-    with bench('command_nod:=true', 'adapt_limits:=true', 'limits_rate:=20.0') as running:
+    followed = 'command_nod:=true', 'adapt_limits:=true', 'limits_rate:=20.0'
+    with bench(f"ego_motion:='{ego_motion}'", *followed) as running:
         running.feed(log)
         running.spin_until(lambda: len(running.clouds) >= len(log.scans))
         commands = running.commands
         running.spin_until(lambda: commands and late < commands[-1].pitch_max < exact)
+    frame = {'beam': 'odom', 'off': 'nodlidar_base_link'}[ego_motion]
+    assert {cloud.header.frame_id for cloud in running.clouds} == {frame}
+
+
+def test_without_compensation_tf_is_heard_while_limits_follow_the_range():
+    """Its absence is no fault then."""
+    log = driven('wall', 0.5)
+    silent = replace(log, odometry=part_of(log.odometry, slice(0)))
+    with node_bench.bench('command_nod:=false') as running:
+        listens = lambda: running.feeder.count_subscribers('/tf')  # noqa: E731
+        assert not listens()
+        for adapts in (True, False, True):
+            running.node.set_parameters([Parameter('adapt_limits', value=adapts)])
+            running.spin_until(lambda a=adapts: listens() == a)
+        running.feed(silent)
+        clouds, diagnostics = running.out[PointCloud2], running.out[DiagnosticArray]
+        running.spin_until(lambda: len(clouds) >= len(log.scans) and diagnostics)
+    states = [s for array in diagnostics for s in array.status if s.name == 'assembler: clouds']
+    assert states
+    assert not any('TF' in state.message or 'odometry' in state.message for state in states)

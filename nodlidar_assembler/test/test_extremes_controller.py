@@ -54,7 +54,7 @@ def nods(config, ranges, revolutions=8):
         placed = place(at, scan.ranges, pitch)
         assembled = Assembled(scan, at, pitch, placed, None, [])
         monitor.cover(assembled)
-        monitor.follow(assembled)
+        monitor.follow(assembled, None)
         controller.add_beams(now_ns, at, pitch, now_ns + S // 10)
         controller.change(monitor.shape(), now_ns + S // 10)
     return found, monitor

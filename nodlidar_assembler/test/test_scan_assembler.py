@@ -54,6 +54,7 @@ class Bench:
 
     def __init__(self, deadline=0.3, margin=0, mount=None, **config):
         self.now, self.dropped, self.uncompensated = START, [], []
+        self.odometry_of = {}
         self.pipeline = Watched(margin)
         config = AssemblerConfig(deadline=deadline, **config)
         self.assembler = ScanAssembler(config, mount, self.pipeline)
@@ -77,6 +78,7 @@ class Bench:
     def release(self):
         for outcome in self.assembler.ready(self.now):
             assert (outcome.assembled is None) == bool(outcome.dropped)
+            self.odometry_of[ms_of(outcome.scan)] = outcome.odometry
             if outcome.dropped:
                 self.dropped.append((ms_of(outcome.scan), outcome.dropped))
             if outcome.uncompensated:
@@ -274,6 +276,39 @@ def test_the_newest_sample_comes_with_the_scan():
         bench.odometry(ms)
     bench.scan(0)
     assert bench.released == [(0, [0, 66, 100, 120])]
+
+
+def test_without_compensation_a_scan_has_the_odometry_that_has_come_and_waits_for_none():
+    bench = Bench()
+    for ms in range(-20, 400, 10):
+        bench.joint(ms)
+    for ms in (-20, 0, 20, 40):
+        bench.odometry(ms)
+    bench.scan(10)
+    assert in_ms(bench.odometry_of[10].time_ns) == [0, 20, 40]
+    assert bench.pipeline.given[0][2] is None  # it does not move the points
+    bench.scan(100)  # after the last odometry
+    assert bench.odometry_of[100] is None
+    bench.odometry(220)
+    bench.scan(200)
+    assert in_ms(bench.odometry_of[200].time_ns) == [40, 220]
+    bench.odometry(300, math.inf)
+    bench.scan(290)
+    assert bench.odometry_of[290] is None
+
+
+def test_the_odometry_that_compensates_a_scan_is_the_one_that_limits_follow():
+    bench = MovingBench(without_odometry='uncompensated')
+    for ms in (0, 80):
+        bench.odometry(ms)
+    bench.scan(10)
+    assert bench.odometry_of[10] is bench.pipeline.given[0][2]
+    bench.odometry(120)
+    bench.scan(100)
+    bench.now += 400 * MS
+    bench.release()
+    assert bench.uncompensated == [(100, NO_ODOMETRY_AFTER)]
+    assert in_ms(bench.odometry_of[100].time_ns) == [80, 120]
 
 
 def test_the_odometry_is_that_of_the_mounted_frame():

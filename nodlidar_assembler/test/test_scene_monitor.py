@@ -46,14 +46,14 @@ def odometry_of(x, until_ns):
     return Odometry(time_ns, Poses(position, np.tile(turned_left, (len(time_ns), 1))))
 
 
-def assembled(scan, beams, pitch, odometry=None):
-    return Assembled(scan, beams, pitch, place(beams, scan.ranges, pitch), odometry, [])
+def assembled(scan, beams, pitch):
+    return Assembled(scan, beams, pitch, place(beams, scan.ranges, pitch), None, [])
 
 
 def add(monitor, scan, pitch, odometry=None):
-    added = assembled(scan, BEAMS, pitch, odometry)
+    added = assembled(scan, BEAMS, pitch)
     monitor.cover(added)
-    monitor.follow(added)
+    monitor.follow(added, odometry)
 
 
 def test_a_wall_gives_the_limits_of_its_median_range():

@@ -138,12 +138,12 @@ class SceneMonitor:
         # Not the time between beams: a lidar that thins them has fewer beams than steps.
         self._beam_period = revolution_time(beams.geometry) / self._config.steps_per_revolution
 
-    def follow(self, assembled: Assembled) -> None:
+    def follow(self, assembled: Assembled, odometry: Odometry | None) -> None:
         """Update the limits by a scan that was covered.
 
-        With odometry, they are for the position of the robot at its newest sample.
+        With odometry from its first beam on, they are for the position of the robot at the newest
+        sample. Whether it compensated the clouds does not matter.
         """
-        odometry = assembled.odometry
         xyz = assembled.placed.xyz.T.copy()
         xyz[:, 2] += self._config.sensor_height - self._optical_height
         ranges = ranges_that_count(self._limits.config, xyz)

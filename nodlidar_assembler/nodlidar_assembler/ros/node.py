@@ -3,6 +3,7 @@
 import sys
 
 from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitor
@@ -68,15 +69,26 @@ class Assembler(Node):
             scans, states, self.config, self._host_clock, self._warn, self._missing_odometry
         )
         self.odometry: TfOdometry | None = None
-        if self.config.ego_motion != 'off':
+        self._compensates = self.config.ego_motion != 'off'
+        if self._compensates:
             self._frames = CloudFrames(self, self.config.odom_frame)
-            self.odometry = self._tf_odometry()
+        self._hear_odometry()
         self.assembly.scans.registerCallback(self._scan_arrived)
         self.assembly.registerCallback(self._publish)
         states.registerCallback(self._note_publisher)
+        needed = self.odometry if self._compensates else None
         self.diagnosis = Diagnosis(
-            self, self.config, self.assembly, self.odometry, self.inputs, self.survival
+            self, self.config, self.assembly, needed, self.inputs, self.survival
         )
+
+    def _hear_odometry(self) -> None:
+        """Listen to TF as long as clouds or limits depend on the motion of the base."""
+        needed = self._compensates or self.config.adapt_limits
+        if needed and self.odometry is None:
+            self.odometry = self._tf_odometry()
+        elif not needed and self.odometry is not None:
+            self.odometry.unregister()
+            self.odometry = None
 
     def _tf_odometry(self) -> TfOdometry:
         return TfOdometry(
@@ -90,7 +102,9 @@ class Assembler(Node):
         )
 
     def _missing_odometry(self) -> str:
-        return self.odometry.missing_input if self.odometry is not None else ''
+        if not self._compensates or self.odometry is None:
+            return ''
+        return self.odometry.missing_input
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=5.0)
@@ -124,19 +138,19 @@ class Assembler(Node):
         for cloud in assembled.clouds:
             self._clouds.publish(cloud_message(cloud, self._frame_id(assembled, cloud)))
             self.diagnosis.cloud_published(self._host_clock.now_ns(), cloud)
-        self._adapt(assembled)
+        self._adapt(assembled, outcome.odometry)
 
     def _frame_id(self, assembled: Assembled, cloud: Points) -> str:
         if assembled.odometry is None:
             return self.config.frame_id
         return self._frames.frame(cloud)
 
-    def _adapt(self, assembled: Assembled) -> None:
+    def _adapt(self, assembled: Assembled, odometry: Odometry | None) -> None:
         """Choose the nod by observed coverage and, with adapt_limits, by the range ahead."""
         self._scene_monitor.cover(assembled)
         shape = None
         if self.config.adapt_limits:
-            self._scene_monitor.follow(assembled)
+            self._scene_monitor.follow(assembled, odometry)
             shape = self._scene_monitor.shape()
         if self._nod is not None:
             self._nod.adapt(shape, assembled)
@@ -145,6 +159,7 @@ class Assembler(Node):
         if config.adapt_limits and not self.config.adapt_limits:
             self._scene_monitor.restart_limits()
         self.config = config
+        self._hear_odometry()
 
 
 def main() -> None:
