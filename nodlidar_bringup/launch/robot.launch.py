@@ -139,6 +139,8 @@ class Sensor:
             'laser_xyz': arguments.numbers('laser_xyz', self.values['laser_xyz']),
             'laser_rpy': arguments.numbers('laser_rpy', self.values['laser_rpy']),
         }
+        if self.values['adapt_limits']:
+            own['adapt_limits'] = self.values['adapt_limits'] == 'true'
         return self.node(
             'nodlidar_assembler',
             'assembler',

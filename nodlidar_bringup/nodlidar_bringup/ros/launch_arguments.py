@@ -62,6 +62,14 @@ ARGUMENTS = [
         'instant; if empty, assembler_params decides',
     ),
     DeclareLaunchArgument(
+        'adapt_limits',
+        default_value='',
+        choices=['', 'true', 'false'],
+        description='true: limits and speed of the nod follow the median range ahead, so that a '
+        'band of heights stays covered (docs/adaptive_limits.md); if empty, assembler_params '
+        'decides',
+    ),
+    DeclareLaunchArgument(
         'rviz',
         default_value='false',
         choices=['true', 'false'],

@@ -1,0 +1,80 @@
+"""The launch file with limits that follow the range, on the way toward a wall."""
+
+import math
+
+from nav_msgs.msg import Odometry
+from nodlidar_bringup.ros.launched import launched_sensor
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import time_ns
+from nodlidar_msgs.msg import NodCommand
+import numpy as np
+from observer import Observer
+import pytest
+from sensor_msgs.msg import JointState, PointCloud2
+
+START, WALL = -2.5, 2.0  # of the route and of the scene [m]
+TOP, BOTTOM = 2.0 - 1.08, 0.1 - 1.08  # of the band, above the optical centre at pitch 0 [m]
+MEDIAN = 1.0 / math.cos(math.radians(15.0))  # range in the sector, which reaches 30 degrees
+FIXED = -0.6136, 0.6136
+WAY = 2.5  # way [m] after which the test ends
+
+
+@pytest.fixture(scope='module')
+def drive(tmp_path_factory):
+    """Return what is heard while a robot drives toward a wall, its clouds not compensated."""
+    observer = Observer()
+    topics = {
+        Odometry: 'odom', NodCommand: 'nod_command', JointState: 'joint_states',
+        PointCloud2: 'points',
+    }  # fmt: skip
+    for kind, topic in topics.items():
+        observer.subscribe(kind, topic)
+    log = tmp_path_factory.mktemp('launch') / 'launch.log'
+    arguments = 'scene:=wall', 'route:=approach', 'base:=odometry', 'adapt_limits:=true'
+    odometry = observer.messages['odom']
+    with launched_sensor(log, *arguments) as running:
+        driven = lambda: odometry and odometry[-1].pose.pose.position.x > WAY  # noqa: E731
+        observer.spin_until(lambda: driven() or not running.running(), 'the way to the wall')
+        assert running.running(), log.read_text()
+        assert running.interrupt() == 0, log.read_text()
+    observer.close()
+    return {kind: observer.messages[topic] for kind, topic in topics.items()}
+
+
+def stamps(messages):
+    return np.array([time_ns(m.header.stamp) for m in messages])
+
+
+def test_limits_are_for_where_the_robot_is_though_clouds_are_not_compensated(drive):
+    """Without odometry they would be for a tenth more than the range: half a window ago."""
+    commands, odometry = drive[NodCommand], drive[Odometry]
+    assert {cloud.header.frame_id for cloud in drive[PointCloud2]} == {'nodlidar_base_link'}
+    sent_ns, known_ns = stamps(commands), stamps(odometry)
+    # From the limits of the mount they change at 1 rad/s.
+    settled = (sent_ns > sent_ns[0] + NS_PER_S) & (sent_ns > known_ns[0])
+    places = [m.pose.pose.position.x for m in odometry]
+    distance = (WALL - START - np.interp(sent_ns, known_ns, places))[settled] * MEDIAN
+    low, high = np.array([(m.pitch_min, m.pitch_max) for m in commands]).T[:, settled]
+    assert np.ptp(distance) > 1.0
+    for limit, end in ((low, BOTTOM), (high, TOP)):
+        off = end / np.tan(limit) / distance - 1.0
+        assert np.median(np.abs(off)) < 0.05  # the hysteresis
+        assert np.abs(off).max() < 0.12
+
+
+def test_the_nod_follows_with_another_speed_and_stays_coprime(drive):
+    commands, states = drive[NodCommand], drive[JointState]
+    samples = np.array([m.samples_per_sweep for m in commands])
+    assert len(set(samples)) > 1
+    assert (np.gcd(samples, 1024) == 1).all()
+    duration = np.array([m.sweep_duration for m in commands])
+    np.testing.assert_allclose(duration, samples * 0.1 / 1024, rtol=1e-3)
+    span = np.array([m.pitch_max - m.pitch_min for m in commands])
+    settled = stamps(commands) > stamps(commands)[0] + NS_PER_S
+    speed = (span / duration)[settled]
+    assert speed.max() > 1.2 * speed.min()
+    at_ns = stamps(states)
+    recent = at_ns > at_ns[-1] - 1.5 * NS_PER_S
+    pitch = np.array([state.position[0] for state in states])[recent]
+    assert np.ptp(pitch) == pytest.approx(span[-1], rel=0.15)
+    assert np.ptp(pitch) < 0.8 * (FIXED[1] - FIXED[0])
