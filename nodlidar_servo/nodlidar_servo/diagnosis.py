@@ -7,6 +7,7 @@ from typing import Any
 
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
+from nodlidar_common.tracking import Progress
 from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import LateReplyError, status_names
@@ -14,7 +15,6 @@ from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures
 from nodlidar_servo.state import Link, ServoState
-from nodlidar_servo.tracking import Progress
 
 LOW_RATE = 0.9
 """Joint states below this share of the requested rate are a warning."""

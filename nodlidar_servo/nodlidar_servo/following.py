@@ -3,8 +3,8 @@
 import math
 
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.tracking import Drive, Measured
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.tracking import Drive, Measured
 
 RETRY = 1.5
 """Time [s] for which the torque stays off before the next attempt."""

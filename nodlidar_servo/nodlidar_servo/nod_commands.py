@@ -3,13 +3,13 @@
 from dataclasses import dataclass, replace
 import math
 
+from nodlidar_common.dynamics import check_nod, Dynamics
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.phase import LONGEST_LEAD
+from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamics import check_nod, Dynamics
 from nodlidar_servo.models import MODELS
-from nodlidar_servo.phase import LONGEST_LEAD
-from nodlidar_servo.tracking import NodTracker
 
 FARTHEST_START = 60.0
 """A command may precede its start by up to this time [s]; a later start is a mistake."""

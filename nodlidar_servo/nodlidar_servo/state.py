@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.tracking import Progress
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Limits, Servo
 from nodlidar_servo.servo_loop import LoopFigures
-from nodlidar_servo.tracking import Progress
 
 
 @dataclass(frozen=True, slots=True)

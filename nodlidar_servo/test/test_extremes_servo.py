@@ -4,13 +4,13 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
+from nodlidar_common.dynamics import arrival_speed, check_nod, Dynamics, shortest_sweep
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamics import arrival_speed, check_nod, Dynamics, shortest_sweep
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.tracking import NodTracker
 import numpy as np
 import pytest
 from test_tracking import follow, Measured

@@ -4,11 +4,11 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
+from nodlidar_common.dynamics import arrival_speed, check_nod, Dynamics, shortest_sweep
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_servo.dynamics import arrival_speed, check_nod, Dynamics, shortest_sweep
+from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.models import MODELS, PitchScale
-from nodlidar_servo.tracking import NodTracker
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest

@@ -2,9 +2,9 @@
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.tracking import Progress
 from nodlidar_msgs.msg import NodStatus
 from nodlidar_servo.sample import Sample
-from nodlidar_servo.tracking import Progress
 from sensor_msgs.msg import JointState
 
 

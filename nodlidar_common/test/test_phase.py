@@ -3,7 +3,7 @@ from dataclasses import dataclass
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_servo.phase import lateness, LOCKED, PhaseDrift, PhaseLead
+from nodlidar_common.phase import lateness, LOCKED, PhaseDrift, PhaseLead
 import numpy as np
 import pytest
 

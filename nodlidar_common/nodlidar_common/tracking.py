@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import math
 from typing import Protocol
 
+from nodlidar_common.dynamics import arrival_speed, cruising_speed, Dynamics
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_servo.dynamics import arrival_speed, cruising_speed, Dynamics
-from nodlidar_servo.phase import PhaseLead
+from nodlidar_common.phase import PhaseLead
 
 HOLD = 0.02
 """The speed is kept from this time [s] before braking on: the quotient of the remaining distance
