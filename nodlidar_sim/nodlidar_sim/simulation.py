@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.world.effects import Effects, range_faults
-from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.motion import Motion, triangle_motion
 from nodlidar_sim.world.odometry import Odometer
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.sensor_model import instants, SensorModel
@@ -41,7 +43,10 @@ class Recording:
     odometry_stamp_ns, odometry_pose
         Time [ns], shape (o,), and x [m], y [m], yaw [rad] of base_link in odom, shape (o, 3).
     true_time_ns, true_pitch, true_range
-        Time [ns], pitch [rad] and range [m] of each beam, shape (s, b).
+        Time [ns], pitch of the lidar [rad] and range [m] of each beam, shape (s, b).
+    true_encoder_pitch
+        Pitch of the servo's shaft [rad], which its encoder measures, at the same times, shape
+        (s, b): apart from true_pitch by the backlash.
     true_pose
         x [m], y [m], yaw [rad] of base_link in odom at the odometry's times, shape (o, 3).
     world
@@ -59,6 +64,7 @@ class Recording:
     true_time_ns: Times
     true_pitch: Array
     true_range: Array
+    true_encoder_pitch: Array
     true_pose: Array
     world: World
 
@@ -79,7 +85,8 @@ def simulate(
     scene
         From nodlidar_sim.world.scene.load_scene.
     nod
-        The commanded trajectory; the servo follows it as in `triangle_motion`.
+        The commanded trajectory; an ideal servo follows it as in `triangle_motion`, a servo by
+        physics as in `nodding_servo`.
     duration
         Of the recording [s]; it contains the scans that end within it.
     seed
@@ -101,12 +108,11 @@ def simulate(
         raise ParameterError('duration', f'at least {sensor.scan_time} s, one scan', duration)
     end_ns = start_ns + math.ceil((duration + 2.0 / sensor.joint_rate) * NS_PER_S)
     range_seed, turn_seed, odometry_seed = np.random.SeedSequence(seed).generate_state(3)
-    motion = triangle_motion(
-        nod, start_ns, end_ns, sensor.acceleration, effects.servo_jitter, int(turn_seed)
-    )
+    joints_ns = _ticks(start_ns, duration, sensor.joint_rate)
+    nodding = _nodding(scene, nod, sensor, (start_ns, end_ns), int(turn_seed))
+    motion = nodding.motion
     world = World(scene, motion, start_ns=start_ns)
     beams_ns = sensor.beam_times_ns(start_ns, scans, effects.clock_rate)
-    joints_ns = _ticks(start_ns, duration, sensor.joint_rate)
     samples_ns = _ticks(start_ns, duration, sensor.odometry_rate)
     true_pose = pose = Odometer(world.base, Effects(), start_ns).poses(samples_ns)
     if effects.affect_odometry:
@@ -119,15 +125,41 @@ def simulate(
         scan_stamp_ns=beams_ns[:, 0],
         ranges=sensor.rounded_ranges(true_range if faults is None else faults(true_range)),
         joint_stamp_ns=joints_ns,
-        joint_position=_rounded(motion.position(joints_ns), sensor.joint_tick),
+        joint_position=nodding.encoder(joints_ns),
         odometry_stamp_ns=samples_ns,
         odometry_pose=pose,
         true_time_ns=beams_ns,
         true_pitch=motion.position(beams_ns),
         true_range=true_range,
+        true_encoder_pitch=nodding.shaft(beams_ns),
         true_pose=true_pose,
         world=world,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Nodding:
+    """The motion of the lidar and of the shaft, and what the encoder reports of it."""
+
+    motion: Motion
+    shaft: Callable[[Times], Array]
+    encoder: Callable[[Times], Array]
+
+
+def _nodding(
+    scene: Scene, nod: NodTrajectory, sensor: SensorModel, interval_ns: tuple[int, int], seed: int
+) -> _Nodding:
+    """Return the nod in an interval [ns], of an ideal servo or of the scene's."""
+    if scene.servo is not None:
+        servo = nodding_servo(scene.servo, nod, sensor, *interval_ns, seed)
+        return _Nodding(servo, servo.shaft, servo.encoder)
+    jitter = scene.effects.servo_jitter
+    ideal = triangle_motion(nod, *interval_ns, sensor.acceleration, jitter, seed)
+
+    def encoder(times_ns: Times) -> Array:
+        return _rounded(ideal.position(times_ns), sensor.joint_tick)
+
+    return _Nodding(ideal, ideal.position, encoder)
 
 
 def _ticks(start_ns: int, duration: float, rate: float) -> Times:

@@ -14,6 +14,8 @@ from nodlidar_sim.world.moving import Mover
 from nodlidar_sim.world.raycast import Surfaces, surfaces_of
 from nodlidar_sim.world.route import Leg, Plan, Route, STANDING, Velocity
 from nodlidar_sim.world.section import SceneError, Section
+from nodlidar_sim.world.servo.parameters import ServoParameters
+from nodlidar_sim.world.servo_section import servo_parameters
 from nodlidar_sim.world.shapes import Box, Cylinder, Plane, Shape, Sphere
 import numpy as np
 
@@ -47,6 +49,8 @@ class Scene:
         Legs that the base drives first, and whether it repeats them: see route.Plan.
     movers
         Every moving object, by name.
+    servo
+        Parameters of a servo by physics; None for an ideal one.
     """
 
     name: str
@@ -60,6 +64,7 @@ class Scene:
     base_legs: tuple[Leg, ...] = ()
     base_repeat: bool = False
     movers: dict[str, Mover] = field(default_factory=dict)
+    servo: ServoParameters | None = None
 
     @property
     def drives(self) -> bool:
@@ -155,6 +160,7 @@ def _scene(root: Section, base: Section) -> Scene:
         base_legs=plan.legs,
         base_repeat=plan.repeat,
         movers={name: thing for name, thing in found.items() if isinstance(thing, Mover)},
+        servo=servo_parameters(root),
     )
     for section in (root, sensor, base):
         section.close()

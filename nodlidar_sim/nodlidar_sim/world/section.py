@@ -59,6 +59,13 @@ class Section:
             raise self.error(key, 'true or false', value)
         return value
 
+    def text(self, key: str) -> str:
+        """Return a text."""
+        value = self._get(key, _REQUIRED)
+        if not isinstance(value, str):
+            raise self.error(key, 'a text', value)
+        return value
+
     def vector(self, key: str, names: str, default: tuple[float, ...] = _REQUIRED) -> list[float]:
         """Return a list of as many numbers as names, of magnitudes up to MOST."""
         value = self._get(key, default)

@@ -30,6 +30,13 @@ class SensorModel:
     range_max: float = parameter(5.6, 'Greatest range', unit='m', minimum=0.0)
     resolution: float = parameter(1e-3, 'Step of the ranges', unit='m', minimum=1e-6)
     joint_rate: float = parameter(62.0, 'Position readings in a second', unit='Hz', minimum=1.0)
+    joint_latency: float = parameter(
+        0.015,
+        "Time that a servo's reading takes to the host; 62 Hz is due to 16 ms of the adapter",
+        unit='s',
+        minimum=0.0,
+        maximum=0.1,
+    )
     joint_tick: float = parameter(
         math.radians(300.0) / 1024.0, 'Step of the position', unit='rad', minimum=1e-9
     )

@@ -1,0 +1,1 @@
+"""A servo by physics: motor, gear, firmware and encoder, at a fixed step."""

@@ -1,0 +1,208 @@
+"""The motion of a servo by physics, integrated as far as it is asked for."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_sim.world.servo.encoder import Encoder
+from nodlidar_sim.world.servo.firmware import Compliance, Firmware, Loop
+from nodlidar_sim.world.servo.parameters import PERIOD, ServoParameters
+from nodlidar_sim.world.servo.plant import Motion, Plant
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+
+PERIOD_NS = round(PERIOD * NS_PER_S)
+_IDLE = 10_000  # periods at rest without torque, beyond which time is skipped
+_SHAFT, _LIDAR = 0, 2  # places in a Motion
+
+
+class State(NamedTuple):
+    """Motion and firmware at the start of a period; warmth [K], and torque of the motor [Nm]."""
+
+    motion: Motion
+    loop: Loop
+    warmth: float
+    torque: float
+
+
+class PhysicalServo:
+    """A servo with the interface of ServoMotion; the pitch is the lidar's, behind the backlash.
+
+    It rests until its first command. Commands take effect at the next period of the firmware, on
+    multiples of 1 ms. What it does depends on the commands alone, not on when it is asked.
+
+    Parameters
+    ----------
+    parameters
+        Of servo and load.
+    position
+        Initial pitch of shaft and lidar [rad].
+    seed
+        Of the encoder's errors.
+    history
+        For which the past is kept [s]; earlier times raise ParameterError.
+    """
+
+    def __init__(
+        self,
+        parameters: ServoParameters,
+        position: float = 0.0,
+        seed: int = 0,
+        history: float = 5.0,
+    ) -> None:
+        self.parameters = parameters
+        self._plant = Plant(parameters)
+        self._firmware = Firmware(parameters)
+        self._encoder = Encoder(parameters, seed)
+        self._kept = history / PERIOD
+        self._first: int | None = None  # number of the first period in _states
+        rest = (position, 0.0, position, 0.0)
+        self._states = [State(rest, (position, 0.0, 0.0), 0.0, 0.0)]
+        self._since_ever = True  # _states begins with the rest before the first command
+        self._target: tuple[float, float] | None = None
+
+    def position(self, times_ns: Times) -> Array:
+        """Return the pitch of the lidar [rad] at each time [ns]."""
+        return self._interpolated(times_ns, _LIDAR)[0]
+
+    def velocity(self, times_ns: Times) -> Array:
+        """Return the speed of the lidar [rad/s] at each time [ns]."""
+        return self._interpolated(times_ns, _LIDAR)[1]
+
+    def shaft(self, times_ns: Times) -> Array:
+        """Return the pitch of the shaft [rad], before the backlash, at each time [ns]."""
+        return self._interpolated(times_ns, _SHAFT)[0]
+
+    def shaft_velocity(self, times_ns: Times) -> Array:
+        """Return the speed of the shaft [rad/s] at each time [ns]."""
+        return self._interpolated(times_ns, _SHAFT)[1]
+
+    def encoder(self, times_ns: Times) -> Array:
+        """Return the pitch [rad] that the encoder reports at each time [ns], in whole ticks."""
+        times = np.asarray(times_ns, dtype=np.int64)
+        return self._encoder.readings(self.shaft(times), times // PERIOD_NS)
+
+    def load(self, now_ns: int) -> float:
+        """Return the torque of the motor as a share of that at standstill, -1 to 1."""
+        self._advance(-(-now_ns // PERIOD_NS))
+        state = self._states[self._index(now_ns // PERIOD_NS)]
+        return min(max(state.torque / self.parameters.standstill_torque, -1.0), 1.0)
+
+    def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
+        """Move to a pitch [rad] and hold it, from a time [ns] on, at a limited speed [rad/s].
+
+        Raises
+        ------
+        ParameterError
+            If the goal is not finite, the speed limit not positive, or the time too long ago.
+        """
+        if not math.isfinite(goal):
+            raise ParameterError('goal', 'finite', goal)
+        if not speed_limit > 0.0:
+            raise ParameterError('speed_limit', 'above 0 rad/s', speed_limit)
+        self._change(now_ns)
+        if self._target is None:
+            last = self._states[-1]
+            self._states[-1] = last._replace(loop=(last.motion[_SHAFT], 0.0, 0.0))
+        self._target = goal, speed_limit
+
+    def brake(self, now_ns: int) -> None:
+        """Switch the torque off, from a time [ns] on."""
+        self._change(now_ns)
+        self._target = None
+
+    def set_compliance(self, now_ns: int, registers: Compliance) -> None:
+        """Apply the registers that shape the position loop, from a time [ns] on."""
+        self._change(now_ns)
+        self._firmware.set_compliance(registers)
+
+    def _change(self, now_ns: int) -> None:
+        """Drop what follows the period in which a command takes effect."""
+        period = -(-now_ns // PERIOD_NS)
+        if self._first is None:
+            self._first = period
+        self._advance(period)
+        del self._states[self._index(period) + 1 :]
+        surplus = len(self._states) - 2 * self._kept
+        if surplus > 0:
+            drop = len(self._states) - math.ceil(self._kept)
+            del self._states[:drop]
+            self._first += drop
+            self._since_ever = False
+
+    def _index(self, period: int) -> int:
+        """Return the place of a period in the history; raises ParameterError before it."""
+        if self._first is None or (self._since_ever and period < self._first):
+            return 0
+        if period < self._first:
+            limit = f'at or after {self._first * PERIOD_NS} ns, the start of the history'
+            raise ParameterError('times_ns', limit, period * PERIOD_NS)
+        return period - self._first
+
+    def _advance(self, period: int) -> None:
+        """Integrate up to the start of a period."""
+        if self._first is None:
+            return
+        missing = period - self._first - len(self._states) + 1
+        if missing > _IDLE and self._target is None and self._states[-1].motion[1] == 0.0:
+            self._skip(missing - 1)
+        for number in range(self._first + len(self._states) - 1, period):
+            self._states.append(self._next(self._states[-1], number))
+
+    def _skip(self, periods: int) -> None:
+        assert self._first is not None
+        last = self._states[-1]
+        cooled = last.warmth * math.exp(-periods * PERIOD / self.parameters.warming_time)
+        self._first += len(self._states) - 1 + periods
+        self._states = [last._replace(warmth=cooled)]
+        self._since_ever = False
+
+    def _next(self, state: State, period: int) -> State:
+        duty, loop = None, state.loop
+        if self._target is not None:
+            reading = self._encoder.reading(state.motion[_SHAFT], period)
+            duty, loop = self._firmware.step(loop, reading, *self._target)
+        plant, warmth = self._plant, state.warmth
+        motion = plant.advance(state.motion, duty, warmth)
+        p = self.parameters
+        if p.warming > 0.0:
+            hot = plant.resistance(warmth)
+            loss = hot * (plant.torque / p.kt) ** 2
+            warmth += (loss * p.warming - warmth) * PERIOD / p.warming_time
+        return State(motion, loop, warmth, plant.torque)
+
+    def _interpolated(self, times_ns: Times, body: int) -> tuple[Array, Array]:
+        """Return position and velocity of a body at times [ns]: cubic within a period.
+
+        The cubic has position and velocity of both ends (Hermite), so both are continuous.
+        """
+        times = np.asarray(times_ns, dtype=np.int64)
+        periods = times // PERIOD_NS
+        if self._first is None or times.size == 0:
+            motion = self._states[0].motion
+            return np.full(times.shape, motion[body]), np.zeros(times.shape)
+        periods = np.maximum(periods, self._first) if self._since_ever else periods
+        self._advance(int(periods.max()) + 1)
+        begin, end = self._index(int(periods.min())), self._index(int(periods.max())) + 2
+        rows = [state.motion[body : body + 2] for state in self._states[begin:end]]
+        positions, velocities = np.array(rows).T
+        at = periods - (self._first + begin)
+        part = np.maximum(times - periods * PERIOD_NS, 0) / PERIOD_NS
+        return _hermite(part, positions[at], positions[at + 1], velocities[at], velocities[at + 1])
+
+
+def _hermite(
+    part: Array, begin: Array, end: Array, begin_speed: Array, end_speed: Array
+) -> tuple[Array, Array]:
+    """Return position and velocity at a part of the period, of the cubic through both ends."""
+    rise = (end - begin) / PERIOD
+    bend = begin_speed + end_speed - 2.0 * rise
+    slope = 3.0 * rise - 2.0 * begin_speed - end_speed
+    position = begin + PERIOD * part * (begin_speed + part * (slope + part * bend))
+    return position, begin_speed + part * (2.0 * slope + 3.0 * part * bend)

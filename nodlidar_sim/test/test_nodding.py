@@ -1,0 +1,86 @@
+"""The nod of a servo by physics in the fast mode."""
+
+from dataclasses import replace
+import time
+
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_sim.nodding import nodding_servo
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.sensor_model import SensorModel
+from nodlidar_sim.world.servo_section import load_servo, servo_names
+import numpy as np
+import pytest
+
+S = 1_000_000_000
+START_NS = 1_800_000_000 * S
+NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS - 48_828)
+RX24F = load_servo('rx24f')
+WALL = replace(load_scene('wall'), servo=RX24F)
+
+
+def middles(pitch, times_ns):
+    """Return how late [s] the servo passes the middle of each leg, by linear interpolation."""
+    rises = np.flatnonzero(np.signbit(pitch[:-1]) != np.signbit(pitch[1:]))
+    share = pitch[rises] / (pitch[rises] - pitch[rises + 1])
+    passed_ns = times_ns[rises] + share * np.diff(times_ns)[rises]
+    legs = NOD.sweeps(passed_ns.astype(np.int64))
+    return (legs - np.round(legs - 0.5) - 0.5) * NOD.sweep_duration
+
+
+@pytest.mark.parametrize(('rate', 'latency'), [(62.0, 0.015), (100.0, 0.002)])
+def test_an_rx24f_keeps_its_phase_and_its_number_of_sweeps(rate, latency):
+    sensor = SensorModel(joint_rate=rate, joint_latency=latency)
+    servo = nodding_servo(RX24F, NOD, sensor, START_NS, START_NS + 30 * S, seed=2)
+    times_ns = START_NS + np.arange(30_000) * (S // 1000)
+    late = middles(servo.shaft(times_ns), times_ns)
+    assert len(late) == pytest.approx(30.0 / NOD.sweep_duration, abs=1)
+    assert np.sqrt(np.mean(late**2)) < 0.005
+    rate = np.polyfit(np.arange(len(late)), late, 1)[0]  # s by sweep; a beam takes 98 us
+    assert abs(rate) < 98e-6
+
+
+def test_a_recording_has_the_truth_on_both_sides_of_the_backlash():
+    recording = simulate(WALL, NOD, 4.0, seed=1, start_ns=START_NS)
+    apart = np.abs(recording.true_pitch - recording.true_encoder_pitch)
+    assert 0.9 * 0.002 < np.median(apart) < 1.5 * 0.002
+    ticks = recording.joint_position / RX24F.tick
+    np.testing.assert_allclose(ticks, np.rint(ticks), atol=1e-6)
+    shaft = np.interp(
+        recording.joint_stamp_ns - START_NS,
+        (recording.true_time_ns - START_NS).ravel(),
+        recording.true_encoder_pitch.ravel(),
+    )
+    inside = slice(5, -5)
+    error = (recording.joint_position - shaft)[inside]
+    # Nonlinearity, rounding and noise, and the interpolation over the dark part of scans.
+    assert np.sqrt(np.mean(error**2)) < 2.5 * RX24F.tick
+    assert (recording.true_range != np.inf).any()
+
+
+def test_without_backlash_both_sides_are_one_and_an_ideal_servo_has_one():
+    stiff = replace(WALL, servo=replace(RX24F, backlash=0.0))
+    for scene in (stiff, replace(WALL, servo=None)):
+        recording = simulate(scene, NOD, 1.0, start_ns=START_NS)
+        np.testing.assert_array_equal(recording.true_pitch, recording.true_encoder_pitch)
+
+
+def test_equal_arguments_return_equal_recordings():
+    one, same, other = (simulate(WALL, NOD, 1.0, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.true_pitch, same.true_pitch)
+    np.testing.assert_array_equal(one.joint_position, same.joint_position)
+    assert (one.joint_position != other.joint_position).any()
+
+
+@pytest.mark.parametrize('name', servo_names())
+def test_every_set_nods_as_far_as_it_can(name):
+    servo = nodding_servo(load_servo(name), NOD, SensorModel(), START_NS, START_NS + 5 * S)
+    pitch = servo.shaft(START_NS + np.arange(5000) * (S // 1000))
+    assert 0.15 < pitch.max() < 0.7
+    assert -0.7 < pitch.min() < -0.15
+
+
+def test_the_fast_mode_is_much_faster_than_the_motion():
+    begin = time.perf_counter()
+    nodding_servo(RX24F, NOD, SensorModel(), START_NS, START_NS + 10 * S)
+    assert time.perf_counter() - begin < 20.0 / 15.0  # 50 times unless the machine is loaded
