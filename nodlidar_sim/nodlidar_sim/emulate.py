@@ -15,6 +15,7 @@ from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.commanded import CommandedBase
 from nodlidar_sim.world.effects import imperfect
+from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.odometry import Base, Odometer
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
 from nodlidar_sim.world.scene import load_scene, route_names, Scene, scene_names
@@ -56,6 +57,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         '--route',
         help=f'{", ".join(route_names())} or the path of a YAML file [default: that of the scene]',
+    )
+    parser.add_argument(
+        '--ideal', action='store_true', help='switch all errors of devices and odometry off'
     )
     parser.add_argument(
         '--base', choices=['route', 'odometry', 'cmd_vel'], default='route',
@@ -114,7 +118,7 @@ def make_devices(
     motion = ServoMotion(jitter=scene.effects.servo_jitter, seed=seed)
     world = World(scene, motion, base, start_ns)
     lidar = UrgEmulator(
-        imperfect(world.ranges, scene.effects, seed),
+        imperfect(Lidar(scene.lidar, world, start_ns, seed).ranges, scene.effects, seed),
         start_ns=start_ns,
         clock_rate=scene.effects.clock_rate,
         rotation_phase=np.random.default_rng(seed).random(),
@@ -126,7 +130,7 @@ def make_devices(
 
 def run(options: argparse.Namespace) -> int:
     """Run the devices with a link until SIGINT or SIGTERM; return the exit status."""
-    scene = load_scene(options.scene, options.route or None)
+    scene = load_scene(options.scene, options.route or None, ideal=options.ideal)
     start_ns = time.time_ns()
     base = make_base(options, scene, start_ns)
     devices = make_devices(

@@ -9,7 +9,8 @@ import math
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
-from nodlidar_sim.world.effects import Effects, range_faults
+from nodlidar_sim.world.effects import Effects, Measure, range_faults
+from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.motion import Motion, triangle_motion
 from nodlidar_sim.world.odometry import Odometer
 from nodlidar_sim.world.scene import Scene
@@ -107,23 +108,27 @@ def simulate(
     if scans < 1:
         raise ParameterError('duration', f'at least {sensor.scan_time} s, one scan', duration)
     end_ns = start_ns + math.ceil((duration + 2.0 / sensor.joint_rate) * NS_PER_S)
-    range_seed, turn_seed, odometry_seed = np.random.SeedSequence(seed).generate_state(3)
+    seeds = np.random.SeedSequence(seed).generate_state(4)
+    range_seed, turn_seed, odometry_seed, lidar_seed = seeds.tolist()
     joints_ns = _ticks(start_ns, duration, sensor.joint_rate)
-    nodding = _nodding(scene, nod, sensor, (start_ns, end_ns), int(turn_seed))
+    nodding = _nodding(scene, nod, sensor, (start_ns, end_ns), turn_seed)
     motion = nodding.motion
     world = World(scene, motion, start_ns=start_ns)
     beams_ns = sensor.beam_times_ns(start_ns, scans, effects.clock_rate)
     samples_ns = _ticks(start_ns, duration, sensor.odometry_rate)
     true_pose = pose = Odometer(world.base, Effects(), start_ns).poses(samples_ns)
     if effects.affect_odometry:
-        pose = Odometer(world.base, effects, start_ns, int(odometry_seed)).poses(samples_ns)
-    true_range = _true_ranges(world, beams_ns, sensor.azimuth)
-    faults = range_faults(effects, int(range_seed))
+        pose = Odometer(world.base, effects, start_ns, odometry_seed).poses(samples_ns)
+    true_range = ranges = _in_pieces(world.ranges, beams_ns, sensor.azimuth)
+    if not scene.lidar.ideal:
+        lidar = Lidar(scene.lidar, world, start_ns, lidar_seed)
+        ranges = _in_pieces(lidar.ranges, beams_ns, sensor.azimuth)
+    faults = range_faults(effects, range_seed)
     return Recording(
         sensor=sensor,
         azimuth=sensor.azimuth,
         scan_stamp_ns=beams_ns[:, 0],
-        ranges=sensor.rounded_ranges(true_range if faults is None else faults(true_range)),
+        ranges=sensor.rounded_ranges(ranges if faults is None else faults(ranges)),
         joint_stamp_ns=joints_ns,
         joint_position=nodding.encoder(joints_ns),
         odometry_stamp_ns=samples_ns,
@@ -167,12 +172,12 @@ def _ticks(start_ns: int, duration: float, rate: float) -> Times:
     return instants(start_ns, np.arange(math.ceil(duration * rate) + 1) / rate)
 
 
-def _true_ranges(world: World, beams_ns: Times, azimuth: Array) -> Array:
+def _in_pieces(measure: Measure, beams_ns: Times, azimuth: Array) -> Array:
     """Return the range of every beam, shape (s, b), computed a few scans at a time."""
     ranges = np.empty(beams_ns.shape)
     for first in range(0, len(beams_ns), _SCANS_AT_ONCE):
         times = beams_ns[first : first + _SCANS_AT_ONCE]
-        found = world.ranges(times.ravel(), np.tile(azimuth, len(times)))
+        found = measure(times.ravel(), np.tile(azimuth, len(times)))
         ranges[first : first + _SCANS_AT_ONCE] = found.reshape(times.shape)
     return ranges
 

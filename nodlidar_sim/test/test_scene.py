@@ -10,7 +10,7 @@ from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_sim.simulation import simulate
-from nodlidar_sim.world import scene as scene_module
+from nodlidar_sim.world import objects as objects_module
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene, parse_scene, route_names, scene_names
@@ -64,9 +64,9 @@ def test_a_scene_makes_the_shapes_and_the_people_that_it_names_once(name, monkey
     made = Counter()
     counted = {
         kind: lambda *given, kind=kind, make=make: made.update([kind]) or make(*given)
-        for kind, make in scene_module._MAKERS.items()
+        for kind, make in objects_module._MAKERS.items()
     }
-    monkeypatch.setattr(scene_module, '_MAKERS', counted)
+    monkeypatch.setattr(objects_module, '_MAKERS', counted)
     scene = load_scene(name)
     file = resources.files('nodlidar_sim') / 'scenes' / f'{name}.yaml'
     objects = yaml.safe_load(file.read_text())['objects']
@@ -209,7 +209,12 @@ def with_shape(shape):
         ('- 1', 'm.yaml', 'a mapping of keys to values', [1]),
         ('', 'm.yaml', 'a mapping of keys to values', None),
         ('{}', 'm.yaml: objects', 'given', None),
-        (WALL + 'wind: 3', 'm.yaml: wind', 'one of base, effects, objects, sensor', 'wind'),
+        (
+            WALL + 'wind: 3',
+            'm.yaml: wind',
+            'one of base, effects, ideal, lidar, objects, sensor, servo',
+            'wind',
+        ),
         (WALL + 'sensor: 3', 'm.yaml: sensor', 'a mapping of keys to values', 3),
         (WALL + 'sensor: {high: 3}', 'm.yaml: sensor.high', 'one of mount, opt', 'high'),
         (WALL + 'sensor: {mount: [1]}', 'm.yaml: sensor.mount', 'a list of 6 numbers', [1]),

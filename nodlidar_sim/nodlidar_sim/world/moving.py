@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.world.base import rotate, to_child
 from nodlidar_sim.world.bundles import bundled, Bundles, MIDDLE, RAYS
-from nodlidar_sim.world.raycast import Surfaces, surfaces_of
+from nodlidar_sim.world.raycast import Echoes, PLAIN, Surfaces, surfaces_of
 from nodlidar_sim.world.route import Plan, Route
 from nodlidar_sim.world.shapes import Shape
 import numpy as np
@@ -29,15 +29,19 @@ class Mover:
         Initial x [m], y [m], yaw [rad] of that frame in the world.
     plan
         Its motion; forward is x of its frame.
+    brightness
+        0 to 1.
     """
 
     shapes: tuple[Shape, ...]
     start: tuple[float, float, float]
     plan: Plan
+    brightness: float = PLAIN
 
     def moving(self, start_ns: int) -> MovingSurfaces:
         """Return its surfaces, for a start of the motion at a time [ns]."""
-        return MovingSurfaces(surfaces_of(self.shapes), self.plan.route(self.start, start_ns))
+        surfaces = surfaces_of(self.shapes, [self.brightness] * len(self.shapes))
+        return MovingSurfaces(surfaces, self.plan.route(self.start, start_ns))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,6 +62,11 @@ class MovingSurfaces:
             own = to_child(starts.T, poses), rotate(ways.T, -poses[:, 2])
             nearest[which] = self.surfaces.distances(*own).reshape(-1, RAYS)
         return nearest.ravel()[: len(origins)]
+
+    def echoes(self, origins: Array, directions: Array, times_ns: Times) -> Echoes:
+        """Return what each ray hits at its time [ns]; see Surfaces."""
+        poses = self.route.poses(times_ns)
+        return self.surfaces.echoes(to_child(origins, poses), rotate(directions, -poses[:, 2]))
 
     def surface_distance(self, points: Array, times_ns: Times) -> Array:
         """Return the distance from points (m, 3) [m] at times [ns] of shape (m,) or (1,)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from importlib import resources
 from pathlib import Path
 
@@ -10,18 +10,18 @@ from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import parse_yaml, read_yaml
 from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.lidar_parameters import LidarParameters
+from nodlidar_sim.world.lidar_section import lidar_parameters
 from nodlidar_sim.world.moving import Mover
+from nodlidar_sim.world.objects import POSE, read_object, read_plan
 from nodlidar_sim.world.raycast import Surfaces, surfaces_of
-from nodlidar_sim.world.route import Leg, Plan, Route, STANDING, Velocity
+from nodlidar_sim.world.route import Leg, Plan, Route, Velocity
 from nodlidar_sim.world.section import SceneError, Section
 from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo_section import servo_parameters
-from nodlidar_sim.world.shapes import Box, Cylinder, Plane, Shape, Sphere
-import numpy as np
+from nodlidar_sim.world.shapes import Shape
 
-_POSE = 'x y z roll pitch yaw'
 _SUFFIX = '.yaml'
-_LONGEST_LEG = 86_400.0  # s
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +51,8 @@ class Scene:
         Every moving object, by name.
     servo
         Parameters of a servo by physics; None for an ideal one.
+    lidar
+        Errors of the lidar, by default none.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Scene:
     base_repeat: bool = False
     movers: dict[str, Mover] = field(default_factory=dict)
     servo: ServoParameters | None = None
+    lidar: LidarParameters = field(default_factory=LidarParameters)
 
     @property
     def drives(self) -> bool:
@@ -75,6 +78,10 @@ class Scene:
     def moves(self) -> bool:
         """Whether the base or an object ever moves."""
         return self.drives or bool(self.movers)
+
+    def ideal(self) -> Scene:
+        """Return the scene without errors of devices and odometry."""
+        return replace(self, effects=Effects(), lidar=LidarParameters(), servo=None)
 
     def route(self, start_ns: int) -> Route:
         """Return the route of the base, for a start at a time [ns]."""
@@ -95,10 +102,13 @@ def route_names() -> list[str]:
     return _shipped('routes')
 
 
-def load_scene(name_or_path: str | Path, route: str | Path | None = None) -> Scene:
+def load_scene(
+    name_or_path: str | Path, route: str | Path | None = None, *, ideal: bool = False
+) -> Scene:
     """Load a scene of the package by name, or another one by the path of its YAML file.
 
-    A route, also by name or path, replaces the scene's `base`.
+    A route, also by name or path, replaces the scene's `base`. `ideal`, here or in the file,
+    switches all errors of devices and odometry off.
 
     Raises
     ------
@@ -109,7 +119,8 @@ def load_scene(name_or_path: str | Path, route: str | Path | None = None) -> Sce
     """
     root = _load(name_or_path, 'scene')
     base = root.section('base', {})
-    return _scene(root, base if route is None else _load(route, 'route'))
+    scene = _scene(root, base if route is None else _load(route, 'route'))
+    return scene.ideal() if ideal else scene
 
 
 def parse_scene(text: str, name: str) -> Scene:
@@ -143,47 +154,37 @@ def _parse(text: str, name: str) -> Section:
 def _scene(root: Section, base: Section) -> Scene:
     """Return the scene of a file, with a base that may be of another file."""
     section = root.section('objects')
-    found = {name: _object(section.section(name)) for name in section.names()}
-    objects = {name: thing for name, thing in found.items() if not isinstance(thing, Mover)}
+    found = {name: read_object(section.section(name)) for name in section.names()}
+    at_rest = {
+        name: (thing, brightness)
+        for name, (thing, brightness) in found.items()
+        if not isinstance(thing, Mover)
+    }
     sensor = root.section('sensor', {})
     x, y, yaw = base.vector('start', 'x y yaw', (0.0, 0.0, 0.0))
-    plan = _plan(base)
+    plan = read_plan(base)
     scene = Scene(
         name=root.name,
-        objects=objects,
-        surfaces=surfaces_of([shape for shapes in objects.values() for shape in shapes]),
-        mount=Pose.from_xyzrpy(sensor.vector('mount', _POSE, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))),
+        objects={name: shapes for name, (shapes, _) in at_rest.items()},
+        surfaces=surfaces_of(
+            [shape for shapes, _ in at_rest.values() for shape in shapes],
+            [brightness for shapes, brightness in at_rest.values() for _ in shapes],
+        ),
+        mount=Pose.from_xyzrpy(sensor.vector('mount', POSE, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))),
         optical_offset=sensor.number('optical_offset', 0.08),
         base_start=(x, y, yaw),
         base_velocity=plan.velocity,
         effects=_effects(root.section('effects', {})),
         base_legs=plan.legs,
         base_repeat=plan.repeat,
-        movers={name: thing for name, thing in found.items() if isinstance(thing, Mover)},
+        movers={name: thing for name, (thing, _) in found.items() if isinstance(thing, Mover)},
         servo=servo_parameters(root),
+        lidar=lidar_parameters(root) or LidarParameters(),
     )
+    ideal = root.truth('ideal', False)
     for section in (root, sensor, base):
         section.close()
-    return scene
-
-
-def _plan(section: Section) -> Plan:
-    """Return the plan of the keys `velocity`, `legs` and `repeat`."""
-    legs = tuple(_leg(entry) for entry in section.sections('legs', []))
-    with section.locating():
-        return Plan(_velocity(section, STANDING), legs, section.truth('repeat', False))
-
-
-def _leg(section: Section) -> Leg:
-    with section.locating():
-        leg = Leg(section.number('duration', most=_LONGEST_LEG), _velocity(section))
-    section.close()
-    return leg
-
-
-def _velocity(section: Section, *default: Velocity) -> Velocity:
-    speed, rate = section.vector('velocity', 'forward turn', *default)
-    return speed, rate
+    return scene.ideal() if ideal else scene
 
 
 def _effects(section: Section) -> Effects:
@@ -193,57 +194,3 @@ def _effects(section: Section) -> Effects:
     with section.locating():
         check(effects)
     return effects
-
-
-def _object(section: Section) -> tuple[Shape, ...] | Mover:
-    """Return the shapes of an object in the world, or a moving object."""
-    x, y, z, roll, pitch, yaw = section.vector('pose', _POSE, (0.0,) * 6)
-    if not section.has('motion'):
-        return _shapes(section, Pose.from_xyzrpy((x, y, z, roll, pitch, yaw)))
-    motion = section.section('motion')
-    plan = _plan(motion)
-    motion.close()
-    shapes = _shapes(section, Pose.from_xyzrpy((0.0, 0.0, z, roll, pitch, 0.0)))
-    return Mover(shapes, (x, y, yaw), plan)
-
-
-def _shapes(section: Section, parent: Pose) -> tuple[Shape, ...]:
-    shapes = tuple(_shape(entry, parent) for entry in section.sections('shapes'))
-    section.close()
-    return shapes
-
-
-def _shape(section: Section, parent: Pose) -> Shape:
-    """Return the shape of an entry like `box: {pose: ..., size: ...}`."""
-    kinds = section.names()
-    if len(kinds) != 1 or kinds[0] not in _MAKERS:
-        raise section.error(None, 'one of ' + ', '.join(_MAKERS), ', '.join(kinds))
-    parts = section.section(kinds[0])
-    with parts.locating():
-        shape = _MAKERS[kinds[0]](parts, parent)
-    parts.close()
-    return shape
-
-
-def _plane(parts: Section, parent: Pose) -> Shape:
-    point = np.array([parts.vector('point', 'x y z')])
-    normal = np.array([parts.vector('normal', 'x y z')])
-    return Plane(parent.to_parent(point)[0], parent.directions_to_parent(normal)[0])
-
-
-def _sphere(parts: Section, parent: Pose) -> Shape:
-    center = np.array([parts.vector('center', 'x y z')])
-    return Sphere(parent.to_parent(center)[0], parts.number('radius'))
-
-
-def _box(parts: Section, parent: Pose) -> Shape:
-    pose = Pose.from_xyzrpy(parts.vector('pose', _POSE))
-    return Box(parent @ pose, np.array(parts.vector('size', 'x y z')))
-
-
-def _cylinder(parts: Section, parent: Pose) -> Shape:
-    pose = Pose.from_xyzrpy(parts.vector('pose', _POSE))
-    return Cylinder(parent @ pose, parts.number('radius'), parts.number('length'))
-
-
-_MAKERS = {'plane': _plane, 'sphere': _sphere, 'box': _box, 'cylinder': _cylinder}

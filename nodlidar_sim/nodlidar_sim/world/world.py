@@ -5,6 +5,7 @@ from __future__ import annotations
 from nodlidar_sim.world.base import rotate, to_parent, to_space
 from nodlidar_sim.world.motion import Motion
 from nodlidar_sim.world.odometry import Base
+from nodlidar_sim.world.raycast import Echoes
 from nodlidar_sim.world.scene import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -46,11 +47,24 @@ class World:
         azimuth
             Angle of each beam in the scan plane [rad], shape (n,).
         """
-        rays = self.rays(times_ns, azimuth)
-        nearest = self.scene.surfaces.distances(*rays)
+        return self.distances(*self.rays(times_ns, azimuth), times_ns)
+
+    def distances(self, origins: Array, directions: Array, times_ns: Times) -> Array:
+        """Return the true range [m] of rays in the world (n, 3) at times [ns], shape (n,)."""
+        nearest = self.scene.surfaces.distances(origins, directions)
         for moving in self._moving:
-            np.minimum(nearest, moving.distances(*rays, times_ns), out=nearest)
+            np.minimum(nearest, moving.distances(origins, directions, times_ns), out=nearest)
         return nearest
+
+    def echoes(self, origins: Array, directions: Array, times_ns: Times) -> Echoes:
+        """Return what these rays hit."""
+        found = self.scene.surfaces.echoes(origins, directions)
+        for moving in self._moving:
+            other = moving.echoes(origins, directions, times_ns)
+            nearer = other.ranges < found.ranges
+            pairs = zip(other, found, strict=True)
+            found = Echoes(*(np.where(nearer, one, two) for one, two in pairs))
+        return found
 
     def rays(self, times_ns: Times, azimuth: Array) -> tuple[Array, Array]:
         """Return the origin and the direction of each beam in the world, shape (n, 3) each.

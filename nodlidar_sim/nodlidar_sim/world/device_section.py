@@ -1,0 +1,106 @@
+"""A section of a scene that describes a device: a set by name or path, and what differs."""
+
+from __future__ import annotations
+
+from dataclasses import Field, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from nodlidar_common.yaml_file import parse_yaml, read_yaml
+from nodlidar_sim.world.section import Section
+
+_SUFFIX = '.yaml'
+_MOST = 1e6  # magnitude of a value, in its unit
+_Parameters = TypeVar('_Parameters')
+
+
+class DeviceSection(Generic[_Parameters]):
+    """The sections and the sets of a device; a set is in the folder `<device>s` of the package.
+
+    The key `model` of a section names a set of the package, or another one by the path of its YAML
+    file. The other keys are those of the parameters, and override the set.
+
+    Parameters
+    ----------
+    device
+        Key of the section.
+    kind
+        Dataclass of the parameters.
+    """
+
+    def __init__(self, device: str, kind: type[_Parameters]) -> None:
+        self._device, self._kind = device, kind
+        self._fields: tuple[Field[Any], ...] = fields(kind)  # type: ignore[arg-type]
+
+    def names(self) -> list[str]:
+        """Return the names of the package's sets."""
+        files = self._folder.iterdir()
+        return sorted(Path(f.name).stem for f in files if f.name.endswith(_SUFFIX))
+
+    def read(self, scene: Section) -> _Parameters | None:
+        """Return the parameters of a scene; None if it has no such section.
+
+        Raises
+        ------
+        SceneError
+            If a key is unknown, or a value of a wrong type or out of its range.
+        YamlError
+            If a file cannot be read, or is no YAML.
+        """
+        if not scene.has(self._device):
+            return None
+        section = scene.section(self._device)
+        values = self._set(section, section.text('model')) if section.has('model') else {}
+        return self._parameters(section, values)
+
+    def load(self, name_or_path: str) -> _Parameters:
+        """Return the parameters of a set; raises as `read`."""
+        content = {self._device: {'model': name_or_path}}
+        parameters = self.read(Section(content, self._device))
+        assert parameters is not None
+        return parameters
+
+    @property
+    def _folder(self) -> Any:
+        return resources.files('nodlidar_sim').joinpath(f'{self._device}s')
+
+    def _set(self, section: Section, model: str) -> dict[str, Any]:
+        """Return the values of a set."""
+        if model in self.names():
+            name = model + _SUFFIX
+            text = (self._folder / name).read_text(encoding='utf-8')
+            found = Section(parse_yaml(text, name), name)
+        elif Path(model).suffix == _SUFFIX:
+            found = Section(read_yaml(Path(model)), Path(model).name)
+        else:
+            limit = f'one of {", ".join(self.names())}, or a path that ends in {_SUFFIX}'
+            raise section.error('model', limit, model)
+        values = self._values(found)
+        self._parameters(found, {})
+        return values
+
+    def _parameters(self, section: Section, values: dict[str, Any]) -> _Parameters:
+        with section.locating():
+            parameters = self._kind(**{**values, **self._values(section)})
+        section.close()
+        return parameters
+
+    def _values(self, section: Section) -> dict[str, Any]:
+        """Return the values that a section has."""
+        return {
+            each.name: _value(section, each.name, each.default)
+            for each in self._fields
+            if section.has(each.name)
+        }
+
+
+def _value(section: Section, key: str, default: object) -> float | bool:
+    if isinstance(default, bool):
+        return section.truth(key, default)
+    number = section.number(key, most=_MOST)
+    if isinstance(default, int):
+        if number != int(number):
+            raise section.error(key, 'a whole number', number)
+        return int(number)
+    return number
