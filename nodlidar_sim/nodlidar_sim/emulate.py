@@ -16,9 +16,11 @@ from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.commanded import CommandedBase
 from nodlidar_sim.world.effects import imperfect
 from nodlidar_sim.world.lidar import Lidar
+from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.odometry import Base, Odometer
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
 from nodlidar_sim.world.scene import load_scene, route_names, Scene, scene_names
+from nodlidar_sim.world.servo.motion import PhysicalServo
 from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
@@ -115,7 +117,7 @@ def make_devices(
     base
         Motion of the base; by default the scene's route.
     """
-    motion = ServoMotion(jitter=scene.effects.servo_jitter, seed=seed)
+    motion = make_servo(scene, seed)
     world = World(scene, motion, base, start_ns)
     lidar = UrgEmulator(
         imperfect(Lidar(scene.lidar, world, start_ns, seed).ranges, scene.effects, seed),
@@ -126,6 +128,13 @@ def make_devices(
     )
     servo = Rx24fEmulator(motion, baud=_BAUD_1M, latency_timer=latency_timer)
     return {'lidar': lidar, 'servo': servo}
+
+
+def make_servo(scene: Scene, seed: int) -> ServoShaft:
+    """Return the motion of the scene's servo, at rest at pitch 0, with a seed of its effects."""
+    if scene.servo is None:
+        return ServoMotion(jitter=scene.effects.servo_jitter, seed=seed)
+    return PhysicalServo(scene.servo, seed=seed)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -157,7 +157,7 @@ def _nodding(
     """Return the nod in an interval [ns], of an ideal servo or of the scene's."""
     if scene.servo is not None:
         servo = nodding_servo(scene.servo, nod, sensor, *interval_ns, seed)
-        return _Nodding(servo, servo.shaft, servo.encoder)
+        return _Nodding(servo, servo.shaft_position, servo.encoder)
     jitter = scene.effects.servo_jitter
     ideal = triangle_motion(nod, *interval_ns, sensor.acceleration, jitter, seed)
 

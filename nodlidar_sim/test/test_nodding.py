@@ -33,7 +33,7 @@ def test_an_rx24f_keeps_its_phase_and_its_number_of_sweeps(rate, latency):
     sensor = SensorModel(joint_rate=rate, joint_latency=latency)
     servo = nodding_servo(RX24F, NOD, sensor, START_NS, START_NS + 30 * S, seed=2)
     times_ns = START_NS + np.arange(30_000) * (S // 1000)
-    late = middles(servo.shaft(times_ns), times_ns)
+    late = middles(servo.shaft_position(times_ns), times_ns)
     assert len(late) == pytest.approx(30.0 / NOD.sweep_duration, abs=1)
     assert np.sqrt(np.mean(late**2)) < 0.005
     rate = np.polyfit(np.arange(len(late)), late, 1)[0]  # s by sweep; a beam takes 98 us
@@ -75,7 +75,7 @@ def test_equal_arguments_return_equal_recordings():
 @pytest.mark.parametrize('name', servo_names())
 def test_every_set_nods_as_far_as_it_can(name):
     servo = nodding_servo(load_servo(name), NOD, SensorModel(), START_NS, START_NS + 5 * S)
-    pitch = servo.shaft(START_NS + np.arange(5000) * (S // 1000))
+    pitch = servo.shaft_position(START_NS + np.arange(5000) * (S // 1000))
     assert 0.15 < pitch.max() < 0.7
     assert -0.7 < pitch.min() < -0.15
 

@@ -42,7 +42,7 @@ def test_the_duty_is_the_slope_beyond_the_margin_within_punch_and_limit(ticks, e
 
 
 def test_registers_shape_the_loop_of_each_direction_of_a_servo_that_has_them():
-    registers = Compliance(2.0, 4.0, 10.0, 20.0, 0.0, 0.9)
+    registers = Compliance(2.0, 10.0, 4.0, 20.0, 0.0, 0.9)
     p = ServoParameters(tick=TICK, compliance=True)
     assert duty(p, 7.0 * TICK, registers) == pytest.approx(0.5)
     assert duty(p, -14.0 * TICK, registers) == pytest.approx(-0.5)

@@ -20,10 +20,10 @@ UNIT = 0.111 * 2 * math.pi / 60
 class Bus:
     """A host that speaks Protocol 1.0 in raw bytes."""
 
-    def __init__(self, start_ns=START, jitter=0.0, **options):
+    def __init__(self, start_ns=START, jitter=0.0, motion=None, **options):
         options = {'baud': 1, 'return_delay': 0, **options}
         self.clock = VirtualClock(start_ns)
-        self.motion = ServoMotion(jitter=jitter)
+        self.motion = motion or ServoMotion(jitter=jitter)
         self.servo = Rx24fEmulator(self.motion, **options)
         self.port = VirtualPort(self.servo, self.clock, timeout=0.1)
 

@@ -19,7 +19,7 @@ from nodlidar_sim.devices.rx24f_table import (
     RETURN_LEVEL,
 )
 from nodlidar_sim.devices.wire import BITS_PER_BYTE, Wire
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.motion import ServoShaft
 
 PING, READ, WRITE, REG_WRITE, ACTION, RESET, SYNC_WRITE = 1, 2, 3, 4, 5, 6, 0x83
 
@@ -35,7 +35,7 @@ class Rx24fEmulator:
     Parameters
     ----------
     motion
-        Motion of the shaft, which follows the servo's goals.
+        Motion of shaft and lidar, which follows the servo's goals.
     servo_id, baud, return_delay
         Initial values of these registers. The bit rate is 2 Mbit/s / (baud + 1), the unit of the
         delay 2 us. The factory settings are 1, 34 and 250.
@@ -57,7 +57,7 @@ class Rx24fEmulator:
 
     def __init__(
         self,
-        motion: ServoMotion,
+        motion: ServoShaft,
         *,
         servo_id: int = ID.default,
         baud: int = BAUD.default,

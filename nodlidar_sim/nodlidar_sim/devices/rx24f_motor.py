@@ -3,7 +3,11 @@
 import math
 
 from nodlidar_sim.devices.rx24f_table import (
+    CCW_MARGIN,
+    CCW_SLOPE,
     ControlTable,
+    CW_MARGIN,
+    CW_SLOPE,
     Errors,
     GOAL,
     LOAD,
@@ -11,6 +15,7 @@ from nodlidar_sim.devices.rx24f_table import (
     MOVING,
     MOVING_SPEED,
     POSITION,
+    PUNCH,
     SHUTDOWN,
     SPEED,
     TEMPERATURE,
@@ -21,7 +26,8 @@ from nodlidar_sim.devices.rx24f_table import (
     VOLTAGE_MAX,
     VOLTAGE_MIN,
 )
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 
 TICK = math.radians(300.0) / 1024
@@ -45,7 +51,7 @@ class Rx24fMotor:
     Parameters
     ----------
     motion
-        Pitch of the shaft; falling ticks are clockwise.
+        Of shaft and lidar; falling ticks are clockwise.
     table
         The registers.
     invert
@@ -56,11 +62,11 @@ class Rx24fMotor:
     voltage, temperature
         Of the supply [V] and of the motor [deg C].
     load
-        Torque of the load, in units of the greatest torque; above the torque limit the motor is
-        overloaded.
+        Torque of a further load, in units of the greatest torque; above the torque limit the motor
+        is overloaded.
     """
 
-    def __init__(self, motion: ServoMotion, table: ControlTable, invert: bool) -> None:
+    def __init__(self, motion: ServoShaft, table: ControlTable, invert: bool) -> None:
         self.voltage = 12.0
         self.temperature = 35.0
         self.load = 0.0
@@ -68,6 +74,7 @@ class Rx24fMotor:
         self._table = table
         self._sign = -1.0 if invert else 1.0
         self._target: tuple[float, float] | None = None
+        self._compliance: Compliance | None = None
         table[GOAL] = self._position(0)
 
     def reset(self, now_ns: int) -> None:
@@ -88,6 +95,10 @@ class Rx24fMotor:
         errors = refusal | self._alarms()
         if errors & self._table[SHUTDOWN]:
             self._table[TORQUE_LIMIT] = 0
+        compliance = self._registers()
+        if compliance != self._compliance:
+            self._compliance = compliance
+            self._motion.set_compliance(now_ns, compliance)
         target = self._wanted()
         if target != self._target:
             self._target = target
@@ -99,10 +110,11 @@ class Rx24fMotor:
 
     def measure(self, now_ns: int) -> None:
         """Update the registers that report the state."""
-        speed = self._sign * float(self._motion.velocity(np.array([now_ns]))[0])
+        speed = self._sign * float(self._motion.shaft_velocity(np.array([now_ns]))[0])
         self._table[POSITION] = self._position(now_ns)
         self._table[SPEED] = _with_direction(speed / SPEED_UNIT)
-        self._table[LOAD] = _with_direction(self._sign * self.load * _VALUE_BITS)
+        load = self.load + self._motion.load(now_ns)
+        self._table[LOAD] = _with_direction(self._sign * load * _VALUE_BITS)
         self._table[MOVING] = int(abs(speed) > 1e-9)
         self._table[VOLTAGE] = round(self.voltage * 10.0)
         self._table[TEMPERATURE] = round(self.temperature)
@@ -113,15 +125,25 @@ class Rx24fMotor:
             errors |= Errors.VOLTAGE
         if self.temperature > table[TEMPERATURE_LIMIT]:
             errors |= Errors.OVERHEATING
-        torque = min(table[TORQUE_LIMIT], table[MAX_TORQUE])
-        if table[TORQUE_ENABLE] and abs(self.load) * _VALUE_BITS > torque:
+        if table[TORQUE_ENABLE] and abs(self.load) * _VALUE_BITS > self._torque_limit:
             errors |= Errors.OVERLOAD
         return errors
+
+    @property
+    def _torque_limit(self) -> int:
+        return min(self._table[TORQUE_LIMIT], self._table[MAX_TORQUE])
+
+    def _registers(self) -> Compliance:
+        """Return the registers of the position loop; rising ticks are counter-clockwise."""
+        table = self._table
+        sides = [(table[CCW_MARGIN], table[CCW_SLOPE]), (table[CW_MARGIN], table[CW_SLOPE])]
+        up, down = sides if self._sign > 0.0 else sides[::-1]
+        return Compliance(*up, *down, table[PUNCH] / _VALUE_BITS, self._torque_limit / _VALUE_BITS)
 
     def _wanted(self) -> tuple[float, float] | None:
         """Return the goal [rad] and the speed [rad/s]; None without torque."""
         table = self._table
-        if not table[TORQUE_ENABLE] or not table[TORQUE_LIMIT] or not table[MAX_TORQUE]:
+        if not table[TORQUE_ENABLE] or not self._torque_limit:
             return None
         fastest = self.voltage * _SPEED_PER_VOLT
         speed = (table[MOVING_SPEED] & _VALUE_BITS) * SPEED_UNIT
@@ -137,7 +159,7 @@ class Rx24fMotor:
 
     def _position(self, now_ns: int) -> int:
         """Return the nearest tick, limited to their range; in wheel mode modulo a full turn."""
-        pitch = float(self._motion.position(np.array([now_ns]))[0])
+        pitch = float(self._motion.encoder(np.array([now_ns]))[0])
         ticks = self._sign * pitch / TICK + _ZERO_TICK
         if self._table.wheel_mode:
             ticks %= _TURN / TICK

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,6 +27,34 @@ class Motion(Protocol):
 
     def velocity(self, times_ns: Times) -> Array:
         """Return the angular velocity [rad/s] at each time [ns]."""
+
+
+class ServoShaft(Motion, Protocol):
+    """A servo that receives goals; the motion is the lidar's, which may differ from the shaft's.
+
+    Its commands are those of ServoMotion and PhysicalServo.
+    """
+
+    def shaft_position(self, times_ns: Times) -> Array:
+        """Return the angle of the shaft [rad] at each time [ns]."""
+
+    def shaft_velocity(self, times_ns: Times) -> Array:
+        """Return the speed of the shaft [rad/s] at each time [ns]."""
+
+    def encoder(self, times_ns: Times) -> Array:
+        """Return the angle [rad] that the servo measures at each time [ns]."""
+
+    def load(self, now_ns: int) -> float:
+        """Return the motor's torque as a share of that at standstill, -1 to 1."""
+
+    def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
+        """Move to an angle [rad], from a time [ns] on, at a limited speed [rad/s]."""
+
+    def brake(self, now_ns: int) -> None:
+        """Switch the torque off, from a time [ns] on."""
+
+    def set_compliance(self, now_ns: int, registers: Compliance) -> None:
+        """Apply the registers of the position loop, from a time [ns] on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

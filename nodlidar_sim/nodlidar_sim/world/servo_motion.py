@@ -1,4 +1,4 @@
-"""The motion of a servo that receives goals while it moves."""
+"""The motion of an ideal servo that receives goals while it moves."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from nodlidar_sim.world.motion import (
     SINCE_EVER_NS,
     Times,
 )
+from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 
 
@@ -100,6 +101,25 @@ class ServoMotion:
     def velocity(self, times_ns: Times) -> Array:
         """Return the speed [rad/s] at each time [ns]."""
         return self._pieces.velocity(times_ns)
+
+    def shaft_position(self, times_ns: Times) -> Array:
+        """Return the same as position: there is no backlash."""
+        return self.position(times_ns)
+
+    def shaft_velocity(self, times_ns: Times) -> Array:
+        """Return the same as velocity."""
+        return self.velocity(times_ns)
+
+    def encoder(self, times_ns: Times) -> Array:
+        """Return the same as position: the device rounds it."""
+        return self.position(times_ns)
+
+    def load(self, now_ns: int) -> float:
+        """Return 0: nothing resists an ideal servo."""
+        return 0.0
+
+    def set_compliance(self, now_ns: int, registers: Compliance) -> None:
+        """Do nothing: an ideal servo needs no position loop."""
 
     def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
         """Move to an angle [rad] and rest there, from a time [ns] on, at a limited speed [rad/s].

@@ -14,10 +14,11 @@ class Compliance:
 
     Attributes
     ----------
-    margin_up, margin_down
-        Error without effect [ticks], for torque that raises or lowers the pitch.
-    slope_up, slope_down
-        Further error at which the duty is 1 [ticks].
+    margin_up, slope_up
+        For torque that raises the pitch: error without effect, and further error at which the duty
+        is 1 [ticks].
+    margin_down, slope_down
+        The same for torque that lowers it.
     punch
         Least duty beyond the margin.
     torque_limit
@@ -25,8 +26,8 @@ class Compliance:
     """
 
     margin_up: float
-    margin_down: float
     slope_up: float
+    margin_down: float
     slope_down: float
     punch: float
     torque_limit: float

@@ -75,7 +75,7 @@ class PhysicalServo:
         """Return the speed of the lidar [rad/s] at each time [ns]."""
         return self._interpolated(times_ns, _LIDAR)[1]
 
-    def shaft(self, times_ns: Times) -> Array:
+    def shaft_position(self, times_ns: Times) -> Array:
         """Return the pitch of the shaft [rad], before the backlash, at each time [ns]."""
         return self._interpolated(times_ns, _SHAFT)[0]
 
@@ -86,7 +86,7 @@ class PhysicalServo:
     def encoder(self, times_ns: Times) -> Array:
         """Return the pitch [rad] that the encoder reports at each time [ns], in whole ticks."""
         times = np.asarray(times_ns, dtype=np.int64)
-        return self._encoder.readings(self.shaft(times), times // PERIOD_NS)
+        return self._encoder.readings(self.shaft_position(times), times // PERIOD_NS)
 
     def load(self, now_ns: int) -> float:
         """Return the torque of the motor as a share of that at standstill, -1 to 1."""
