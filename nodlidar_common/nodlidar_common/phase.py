@@ -16,10 +16,10 @@ MIDDLE = 0.25
 """The phase is measured in this share of the leg on either side of its middle, where the servo
 neither accelerates nor brakes."""
 
-LOCKED = 0.02
+LOCKED = 0.05
 """A servo that is later or earlier than this [s] is on its way to the nod and has no phase."""
 
-LONGEST_LEAD = 0.02
+LONGEST_LEAD = 0.05
 """The nod is led by up to this time [s]."""
 
 _GAIN = 0.02  # weight of a sample: errors decay in about 50 samples, 4 legs at 62 Hz
