@@ -90,9 +90,8 @@ class _Node:
         self._steer(self._reading, deadline_ns + self._latency_ns)
 
     def _measured(self, now_ns: int) -> Reading:
-        now = np.array([now_ns])
-        speed = round(float(self._servo.shaft_velocity(now)[0]) / self._unit) * self._unit
-        return Reading(now_ns, float(self._servo.encoder(now)[0]), speed)
+        pitch, speed = self._servo.measured(now_ns)
+        return Reading(now_ns, pitch, round(speed / self._unit) * self._unit)
 
     def _steer(self, reading: Reading, now_ns: int) -> None:
         self._steered_ns = now_ns

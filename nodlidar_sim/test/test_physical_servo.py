@@ -129,6 +129,19 @@ def test_the_motion_does_not_depend_on_when_it_is_asked(commands, asked):
     np.testing.assert_array_equal(asked_servo.encoder(at), other.encoder(at))
 
 
+def test_one_measurement_is_as_many():
+    servo = PhysicalServo(RX24F, 0.1)
+    before = times(-3, 3, 0.7)
+    pitch, speed = np.array([servo.measured(int(each)) for each in before]).T
+    np.testing.assert_array_equal(pitch, servo.encoder(before))
+    assert not speed.any()
+    servo.set_goal(NOW, 0.5, 3.0)
+    at = times(-3, 40, 0.7)
+    pitch, speed = np.array([servo.measured(int(each)) for each in at]).T
+    np.testing.assert_allclose(pitch, servo.encoder(at), atol=1e-12)
+    np.testing.assert_allclose(speed, servo.shaft_velocity(at), atol=1e-12)
+
+
 def test_equal_seeds_give_equal_motions_and_others_differ():
     def moved(seed):
         servo = PhysicalServo(RX24F, seed=seed)

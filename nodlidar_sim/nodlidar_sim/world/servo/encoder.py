@@ -47,11 +47,12 @@ class Encoder:
         """Return the smooth error [ticks]."""
         if self._amplitudes[0] == 0.0:
             return 0.0
-        return sum(
-            amplitude * math.sin(harmonic * shaft + phase)
-            for harmonic, (amplitude, phase) in enumerate(
-                zip(self._amplitudes, self._phases, strict=True), 1
-            )
+        first, second, third = self._amplitudes
+        one, two, three = self._phases
+        return (
+            first * math.sin(shaft + one)
+            + second * math.sin(2.0 * shaft + two)
+            + third * math.sin(3.0 * shaft + three)
         )
 
     def _noise_of(self, period: int) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
+Number = TypeVar('Number', float, Array)
 
 PERIOD_NS = round(PERIOD * NS_PER_S)
 _IDLE = 10_000  # periods at rest without torque, beyond which time is skipped
@@ -87,6 +88,18 @@ class PhysicalServo:
         """Return the pitch [rad] that the encoder reports at each time [ns], in whole ticks."""
         times = np.asarray(times_ns, dtype=np.int64)
         return self._encoder.readings(self.shaft_position(times), times // PERIOD_NS)
+
+    def measured(self, now_ns: int) -> tuple[float, float]:
+        """Return pitch by the encoder [rad] and speed of the shaft [rad/s] at a time [ns]."""
+        period = now_ns // PERIOD_NS
+        self._advance(period + 1)
+        index = self._index(period)
+        rests = self._first is None or period < self._first
+        begin = self._states[index].motion
+        end = begin if rests else self._states[index + 1].motion
+        part = (now_ns - period * PERIOD_NS) / PERIOD_NS
+        shaft, speed = _hermite(part, begin[0], end[0], begin[1], end[1])
+        return self._encoder.reading(shaft, period), speed
 
     def load(self, now_ns: int) -> float:
         """Return the torque of the motor as a share of that at standstill, -1 to 1."""
@@ -198,8 +211,8 @@ class PhysicalServo:
 
 
 def _hermite(
-    part: Array, begin: Array, end: Array, begin_speed: Array, end_speed: Array
-) -> tuple[Array, Array]:
+    part: Number, begin: Number, end: Number, begin_speed: Number, end_speed: Number
+) -> tuple[Number, Number]:
     """Return position and velocity at a part of the period, of the cubic through both ends."""
     rise = (end - begin) / PERIOD
     bend = begin_speed + end_speed - 2.0 * rise

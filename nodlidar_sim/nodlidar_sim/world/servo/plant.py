@@ -54,6 +54,9 @@ class Plant:
         p = parameters
         self.torque = 0.0
         self._p = p
+        self._step = p.step
+        self._lidar_inertia = p.lidar_inertia
+        self._play = p.backlash / 2.0
         self._weight = p.load_mass * GRAVITY * p.load_height
         self._rigid = p.backlash == 0.0
         self._inertia = p.armature + (p.lidar_inertia if self._rigid else 0.0)
@@ -119,7 +122,7 @@ class Plant:
             + p.friction_load * transmitted
             + stribeck * (p.stribeck_coulomb + p.stribeck_load * transmitted)
         )
-        step = p.step
+        step = self._step
         inertia = self._inertia + step * (damping + p.friction_viscous)
         free = (self._inertia * speed + step * (drive + load)) / inertia
         slowed = abs(free) - step * friction / inertia
@@ -128,14 +131,14 @@ class Plant:
     def _as_one(self, motion: Motion, duty: float | None, resistance: float) -> Motion:
         shaft, speed, _, _ = motion
         speed = self._speed(speed, duty, self.load(shaft), resistance)
-        shaft += self._p.step * speed
+        shaft += self._step * speed
         return shaft, speed, shaft, speed
 
     def _with_backlash(self, motion: Motion, duty: float | None, resistance: float) -> Motion:
         shaft, speed, lidar, lidar_speed = motion
-        step = self._p.step
+        step = self._step
         contact = self._contact(shaft - lidar, speed - lidar_speed)
-        lidar_speed += step * (self.load(lidar) + contact) / self._p.lidar_inertia
+        lidar_speed += step * (self.load(lidar) + contact) / self._lidar_inertia
         speed = self._speed(speed, duty, -contact, resistance)
         return shaft + step * speed, speed, lidar + step * lidar_speed, lidar_speed
 
@@ -147,7 +150,7 @@ class Plant:
         lead, closing
             Of the shaft against the lidar [rad], [rad/s].
         """
-        pressed = abs(lead) - self._p.backlash / 2.0
+        pressed = abs(lead) - self._play
         if pressed <= 0.0:
             return 0.0
         side = math.copysign(1.0, lead)
