@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_planner.coverage.crossings import NEVER
-from nodlidar_planner.pattern.task import MEASURED_FROM, MEASURED_TO, Task
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 
 PUBLISHED = Task(0.10, 2.0, -math.pi / 4, math.pi / 4, full_circle=True)
@@ -60,20 +60,30 @@ def beams(task, pattern, samples):
     wave = (n + pattern.phase) % (2 * pattern.samples_per_sweep)
     height = pattern.samples_per_sweep - np.abs(wave - pattern.samples_per_sweep)
     pitch = task.pitch_min + height * (task.span / pattern.samples_per_sweep)
-    step = n % pattern.steps_per_revolution
-    azimuth = -0.75 * math.pi + step * (math.tau / pattern.steps_per_revolution)
-    if task.full_circle:
-        return azimuth, pitch
-    seen = (azimuth > MEASURED_FROM - 1e-9) & (azimuth < MEASURED_TO + 1e-9)
-    seen &= np.abs(azimuth) < task.azimuth + 1e-9
+    azimuth, seen = azimuths(task, n)
     return azimuth[seen], pitch[seen]
+
+
+def azimuths(task, n):
+    """Return the azimuth of each sample, and whether it is in the region."""
+    step = n % task.steps_per_revolution
+    azimuth = task.azimuth_of_step_0 + step * (math.tau / task.steps_per_revolution)
+    seen, place = np.zeros(len(n), dtype=bool), np.empty(len(n))
+    if task.full_circle:
+        return azimuth, ~seen
+    for turns in (-2, -1, 0, 1, 2):
+        turned = azimuth + turns * math.tau
+        seen |= (turned > task.window_min - 1e-9) & (turned < task.window_max + 1e-9)
+        near = np.abs(turned - task.centre) <= math.pi
+        place[near] = turned[near]
+    return place, seen & (np.abs(place - task.centre) < task.azimuth + 1e-9)
 
 
 def region(task):
     """Return left, right edge of the region; a full circle is unrolled from step 0 on."""
     if task.full_circle:
-        return -0.75 * math.pi, 1.25 * math.pi
-    return -task.azimuth, task.azimuth
+        return task.azimuth_of_step_0, task.azimuth_of_step_0 + math.tau
+    return task.centre - task.azimuth, task.centre + task.azimuth
 
 
 def unrolled(task, azimuth, pitch):

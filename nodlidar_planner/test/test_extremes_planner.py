@@ -31,6 +31,8 @@ WITH = {
     ('distance', 1e6): {'object_size': 1e3},
     ('pitch_min', 1.6): {'pitch_min': math.nextafter(1.6, 0.0), 'pitch_max': 1.6},
     ('pitch_max', -1.6): {'pitch_min': -1.6, 'pitch_max': math.nextafter(-1.6, 0.0)},
+    ('window_min', math.tau): {'window_max': 8.0, 'centre': 0.8, 'azimuth': 0.7},
+    ('window_max', -math.tau): {'window_min': -math.tau, 'azimuth': 0.01},  # one beam, ahead
 }
 # Limits at which columns have no beam (681 steps are in the region), or too many N_s are in the
 # band; and what is said.
@@ -40,6 +42,8 @@ IMPOSSIBLE = {
     ('object_size', 1e3): ('object_size', UNSEEN.format(4173, 681)),
     ('distance', 1e6): ('object_size', UNSEEN.format(4173, 681)),
     ('azimuth', math.pi): ('azimuth', UNSEEN.format(126, 84)),
+    ('centre', math.pi): ('azimuth', UNSEEN.format(84, 43)),
+    ('centre', -math.pi): ('azimuth', UNSEEN.format(84, 43)),
     ('steps_per_revolution', 1): ('object_size', UNSEEN.format(84, 0)),
     ('steps_per_revolution', 65_536): (
         'speed_min',

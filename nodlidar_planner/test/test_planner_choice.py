@@ -1,5 +1,6 @@
 """The choice of N_s by what it gives, also under errors of the servo's turns."""
 
+from dataclasses import replace
 import math
 
 from nodlidar_common.errors import ParameterError
@@ -12,7 +13,7 @@ from nodlidar_planner.pattern.band import samples_in_band
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from planner_enumeration import PUBLISHED
+from planner_enumeration import enumerate_cells, PUBLISHED
 import pytest
 
 BAND = samples_in_band(PUBLISHED)
@@ -146,3 +147,21 @@ def test_a_pattern_that_leaves_cells_out_is_evaluated_all_the_same():
     assert plan.figures.completion_time == math.inf
     assert 0.0 < plan.figures.never_hit_share < 1.0
     assert plan.distinct_directions == Pattern(1024, 1024).distinct_directions
+
+
+def test_a_lidar_with_a_wider_window_is_planned_for_all_of_it():
+    """The UST-10LX: 1081 of 1440 steps, 270 degrees, 40 Hz."""
+    ends = 0.75 * math.pi
+    task = Task(
+        azimuth=ends,
+        steps_per_revolution=1440,
+        scan_rate=40.0,
+        window_min=-ends,
+        window_max=ends,
+    )
+    (plan,) = plans(task, samples_in_band(task, 1.5, 6.0)[::50], Objective(), count=1)
+    enumerated = enumerate_cells(task, Pattern(1440, plan.samples_per_sweep))
+    assert plan.figures.cells == math.ceil(1.5 * math.pi / task.cell) * 25
+    assert plan.figures.completion_time == enumerated.first.max() * task.sample_time
+    with pytest.raises(ParameterError, match="'azimuth' must be such that each of the 95 columns"):
+        plans(replace(task, window_max=2.0), samples_in_band(task), Objective(), count=1)

@@ -1,9 +1,8 @@
 """The largest hole against plain enumeration of samples and of the corners of empty squares."""
 
-from dataclasses import replace
 import math
 
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.timing_error import reversal_instants
@@ -11,7 +10,7 @@ from nodlidar_planner.holes.hole import exceeds, largest_hole, largest_side, lea
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import MEASURED_FROM, Task
 import numpy as np
-from planner_enumeration import beams, region, unrolled, widest_at, widest_by_corners
+from planner_enumeration import azimuths, beams, region, unrolled, widest_at, widest_by_corners
 import pytest
 
 
@@ -46,7 +45,21 @@ def assert_empty(task, pattern, samples, hole):
     assert task.pitch_min <= hole.pitch - half
     assert hole.pitch + half <= task.pitch_max
     assert -math.pi <= hole.azimuth < math.pi
-    assert task.full_circle or abs(hole.azimuth) + half <= task.azimuth
+    from_centre = (hole.azimuth - task.centre + math.pi) % math.tau - math.pi
+    assert task.full_circle or abs(from_centre) + half <= task.azimuth
+
+
+@st.composite
+def lidars(draw):
+    """Return another window than that of the URG-04LX, and a region wherever it may be."""
+    ahead = st.floats(-math.pi, math.pi)
+    first = draw(ahead)
+    return {
+        'window_min': first,
+        'window_max': first + draw(st.floats(0.0, math.tau)),
+        'azimuth_of_step_0': draw(ahead),
+        'centre': draw(ahead),
+    }
 
 
 @st.composite
@@ -60,8 +73,17 @@ def cases(draw, most=24):
         azimuth=draw(st.floats(0.05, math.pi)),
         full_circle=draw(st.booleans()),
         steps_per_revolution=n_l,
+        **draw(st.one_of(st.just({}), lidars())),
     )
+    assume(task.full_circle or is_one_piece(task))
     return task, pattern, draw(st.integers(0, 2 * n_l * n_s + 3))
+
+
+def is_one_piece(task):
+    """Return whether nothing unseen is between seen beams, from one end of the region."""
+    azimuth, _ = beams(task, Pattern(task.steps_per_revolution, 1), task.steps_per_revolution)
+    steps = np.diff(np.sort(azimuth)) * task.steps_per_revolution / math.tau
+    return bool((np.rint(steps) == 1).all())
 
 
 @settings(max_examples=400, deadline=None)
@@ -96,15 +118,13 @@ def test_equals_the_largest_of_all_windows_of_the_reference_sensor(
     assert_empty(task, pattern, samples, hole)
 
 
-def late_beams(task, pattern, samples, reversals):
+def late_beams(task, samples, reversals):
     """Return azimuth and pitch of every beam of a nod that reverses at other instants."""
     n = np.arange(samples)
     sweeps = np.interp(n, reversals, np.arange(len(reversals)))
     pitch = task.pitch_min + task.span * (1.0 - np.abs(sweeps % 2.0 - 1.0))
-    azimuth, _ = beams(task, pattern, samples)
-    every = replace(task, full_circle=True)
-    kept = np.isin(beams(every, pattern, samples)[0], azimuth)
-    return azimuth, pitch[kept]
+    azimuth, seen = azimuths(task, n)
+    return azimuth[seen], pitch[seen]
 
 
 @settings(max_examples=300, deadline=None)
@@ -123,7 +143,7 @@ def test_late_turns_leave_the_holes_of_their_beams(case, part, seed):
     task, pattern, samples = case
     error = part * pattern.samples_per_sweep
     reversals = reversal_instants(pattern.samples_per_sweep, pattern.phase, error, samples, seed)
-    azimuth, pitch = unrolled(task, *late_beams(task, pattern, samples, reversals))
+    azimuth, pitch = unrolled(task, *late_beams(task, samples, reversals))
     expected = widest_at(task, azimuth, pitch)
     duration = samples * task.sample_time
     hole = largest_hole(task, pattern, duration, reversals)
@@ -192,6 +212,12 @@ def test_a_full_circle_holds_the_same_hole_wherever_the_nod_begins():
         for k in range(4)
     ]
     assert sides == pytest.approx([sides[0]] * 4, abs=1e-11)
+
+
+def test_a_region_that_meets_the_window_at_both_ends_is_refused():
+    task = Task(window_min=0.0, window_max=5.0, azimuth=2.0)
+    with pytest.raises(ParameterError, match="'azimuth' must be so narrow"):
+        largest_hole(task, Pattern(1024, 1057), 60.0)
 
 
 @pytest.mark.parametrize('azimuth', [2.3, 2.8, math.pi])

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 import math
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_planner.holes.beam_gaps import Floats, Integers
-from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 
 
@@ -34,12 +35,22 @@ class Edges:
 
 @lru_cache(maxsize=4)
 def edges_of(task: Task) -> Edges:
-    """Return the edges of a task's region."""
+    """Return the edges of a task's region.
+
+    Raises
+    ------
+    ParameterError
+        If the region reaches beyond the window and back into it from the other side.
+    """
     if task.full_circle:
         step = np.arange(2 * task.steps_per_revolution, dtype=np.float64)
-        around = AZIMUTH_OF_STEP_0 + step * (math.tau / task.steps_per_revolution)
+        around = task.azimuth_of_step_0 + step * (math.tau / task.steps_per_revolution)
         return Edges(around, 0, task.steps_per_revolution)
-    steps = np.flatnonzero(task.column_of_step() >= 0)  # consecutive ones
-    lines = np.clip(task.step_azimuth()[steps], -task.azimuth, task.azimuth)
-    azimuth = np.concatenate([[-task.azimuth], lines, [task.azimuth]])
+    from_centre, steps = task.from_centre(), np.flatnonzero(task.column_of_step() >= 0)
+    steps = steps[np.argsort(from_centre[steps], kind='stable')]
+    if (np.diff(steps) % task.steps_per_revolution > 1).any():
+        limit = 'so narrow that the region begins or ends within the window of the lidar'
+        raise ParameterError('azimuth', limit, task.azimuth)
+    lines = np.clip(from_centre[steps], -task.azimuth, task.azimuth)
+    azimuth = np.concatenate([[-task.azimuth], lines, [task.azimuth]]) + task.centre
     return Edges(azimuth, int(steps[0]) - 1 if len(steps) else 0, len(azimuth) - 1)

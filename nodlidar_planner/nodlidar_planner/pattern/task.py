@@ -8,8 +8,8 @@ from nodlidar_common.parameters import check, parameter
 import numpy as np
 from numpy.typing import NDArray
 
-# Azimuth of step 0 for every N_L: 3/8 of a revolution to the right of straight ahead, as on the
-# URG-04LX. The seam of a full circle lies there, among the dark steps of that lidar.
+# Azimuth of step 0 unless stated, for every N_L: 3/8 of a revolution to the right of straight
+# ahead, as on the URG-04LX. The seam of a full circle is at step 0: there among its dark steps.
 AZIMUTH_OF_STEP_0 = -0.75 * math.pi
 # The URG-04LX measures steps 44 to 725 of 1024, straight ahead being 384.
 MEASURED_FROM, MEASURED_TO = (44 - 384) * math.tau / 1024, (725 - 384) * math.tau / 1024
@@ -41,7 +41,7 @@ class Task:
     )
     azimuth: float = parameter(
         -MEASURED_FROM,
-        'Width of the region to either side of straight ahead',
+        'Width of the region to either side of its centre',
         unit='rad',
         minimum=1e-6,
         maximum=math.pi,
@@ -51,7 +51,31 @@ class Task:
         1024, 'N_L: lidar steps in a revolution, dark ones counted', minimum=1, maximum=65_536
     )
     scan_rate: float = parameter(
-        10.0, 'Revolutions of the lidar per second', unit='Hz', minimum=0.01, maximum=1000.0
+        10.0, 'Revolutions of the lidar per second', unit='Hz', minimum=0.01, maximum=2000.0
+    )
+    centre: float = parameter(
+        0.0, 'Centre of the region; 0 is ahead', unit='rad', minimum=-math.pi, maximum=math.pi
+    )
+    window_min: float = parameter(
+        MEASURED_FROM,
+        'Azimuth of the first beam of the lidar',
+        unit='rad',
+        minimum=-math.tau,
+        maximum=math.tau,
+    )
+    window_max: float = parameter(
+        MEASURED_TO,
+        'Azimuth of its last beam',
+        unit='rad',
+        minimum=-math.tau,
+        maximum=2.0 * math.tau,
+    )
+    azimuth_of_step_0: float = parameter(
+        AZIMUTH_OF_STEP_0,
+        'Azimuth of its step 0, at which a full circle begins',
+        unit='rad',
+        minimum=-math.tau,
+        maximum=math.tau,
     )
 
     def __post_init__(self) -> None:
@@ -62,6 +86,9 @@ class Task:
         if self.object_size > 2.0 * self.distance:
             limit = f'at most twice the distance of {self.distance} m'
             raise ParameterError('object_size', limit, self.object_size)
+        if self.window_max < self.window_min:
+            limit = f'at least window_min = {self.window_min} rad'
+            raise ParameterError('window_max', limit, self.window_max)
 
     @property
     def span(self) -> float:
@@ -96,11 +123,12 @@ class Task:
     def step_azimuth(self) -> NDArray[np.float64]:
         """Return the azimuth of every step [rad], shape (N_L,)."""
         step = np.arange(self.steps_per_revolution, dtype=np.float64)
-        return AZIMUTH_OF_STEP_0 + step * (math.tau / self.steps_per_revolution)
+        return self.azimuth_of_step_0 + step * (math.tau / self.steps_per_revolution)
 
     def step_at(self, azimuth: NDArray[np.float64] | float) -> NDArray[np.int64]:
         """Return the step nearest to each azimuth [rad]; same shape."""
-        step = (np.asarray(azimuth) - AZIMUTH_OF_STEP_0) * (self.steps_per_revolution / math.tau)
+        since = np.asarray(azimuth) - self.azimuth_of_step_0
+        step = since * (self.steps_per_revolution / math.tau)
         return np.asarray(np.rint(step).astype(np.int64) % self.steps_per_revolution)
 
     def column_of_step(self) -> NDArray[np.int64]:
@@ -110,12 +138,18 @@ class Task:
         """
         azimuth = self.step_azimuth()
         if self.full_circle:
-            return _cell_of(azimuth - AZIMUTH_OF_STEP_0, self.cell, self.columns)
-        azimuth = (azimuth + math.pi) % math.tau - math.pi
-        measured = (azimuth > MEASURED_FROM - 1e-9) & (azimuth < MEASURED_TO + 1e-9)
+            return _cell_of(azimuth - self.azimuth_of_step_0, self.cell, self.columns)
+        into_window = (azimuth - self.window_min + 1e-9) % math.tau
+        measured = into_window < self.window_max - self.window_min + 2e-9
+        azimuth = self.from_centre()
         inside = measured & (np.abs(azimuth) < self.azimuth + 1e-9)
         column = _cell_of(azimuth + self.azimuth, self.cell, self.columns)
         return np.where(inside, column, -1)
+
+    def from_centre(self) -> NDArray[np.float64]:
+        """Return the azimuth of every step from the centre of the region [rad], [-pi, pi)."""
+        azimuth = self.step_azimuth() - self.centre
+        return np.asarray((azimuth + math.pi) % math.tau - math.pi)
 
     def row_of_height(
         self, height: NDArray[np.float64], samples_per_sweep: int

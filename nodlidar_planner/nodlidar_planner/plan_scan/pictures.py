@@ -16,7 +16,7 @@ from nodlidar_planner.choice.plan import Plan
 from nodlidar_planner.choice.timing_error import UnderError
 from nodlidar_planner.holes.hole import Hole, largest_hole
 from nodlidar_planner.pattern.pattern import Pattern
-from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
+from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 
@@ -182,16 +182,13 @@ def _shown(task: Task, pattern: Pattern, instant: float) -> float:
 def _region(task: Task) -> tuple[float, float]:
     """Return the azimuths at which the region begins and ends [rad]."""
     if task.full_circle:
-        return AZIMUTH_OF_STEP_0, AZIMUTH_OF_STEP_0 + math.tau
-    return -task.azimuth, task.azimuth
+        return task.azimuth_of_step_0, task.azimuth_of_step_0 + math.tau
+    return task.centre - task.azimuth, task.centre + task.azimuth
 
 
 def _unwrapped(task: Task) -> Array:
     """Return the azimuth of each step [rad], continuous within the region, shape (N_L,)."""
-    azimuth = task.step_azimuth()
-    if task.full_circle:
-        return azimuth
-    return (azimuth + math.pi) % math.tau - math.pi
+    return task.step_azimuth() if task.full_circle else task.centre + task.from_centre()
 
 
 def _fill_uncovered(
