@@ -44,7 +44,7 @@ def adaptation(config=WIDE, planned=4001, fastest=6.0, n_l=1024):
         max_nod_speed=fastest,
         timing_error=ERROR,
     )
-    return NodAdaptation(PitchLimits(config), nod)
+    return NodAdaptation(PitchLimits(config), nod, nod.task)
 
 
 def approach(adapting, ranges, start_ns=START_NS, beam_period=BEAM):
@@ -165,7 +165,7 @@ def test_a_choice_hardly_delays_a_command():
 )
 def test_what_makes_no_nod_is_named(key, value):
     with pytest.raises(ParameterError, match=f"'{key}'"):
-        NodAdaptation(PitchLimits(WIDE), NodConfig(**{key: value}))
+        NodAdaptation(PitchLimits(WIDE), NodConfig(**{key: value}), Task())
 
 
 @pytest.mark.parametrize('distance', [0.5, 2.0, 4.0, 9.0])

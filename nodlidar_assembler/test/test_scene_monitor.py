@@ -21,7 +21,7 @@ import pytest
 START_NS = 1_700_000_000_000_000_000
 BEAM = 0.1 / 1024
 MS = 1_000_000
-# 681 of the 682 beams are within the region, which is as wide to both sides.
+# All 682 beams are within the region, which is the window of the lidar.
 GEOMETRY = ScanGeometry(682, (44 - 384) * math.tau / 1024, math.tau / 1024, BEAM, 0.02, 5.6)
 BEAMS = Beams(GEOMETRY, REFERENCE_MOUNT)
 
@@ -66,7 +66,7 @@ def test_a_wall_gives_the_limits_of_its_median_range():
     assert (shape.pitch_min, shape.pitch_max) == pytest.approx(expected, abs=0.02)
     assert 4001 / BAND <= shape.samples_per_sweep <= 4001 * BAND
     covered = monitor.covered()
-    assert covered.beams == 30 * 681
+    assert covered.beams == 30 * 682
     # The nod keeps off the outer third of the region.
     assert 0.5 < covered.seen < 2.0 / 3.0 + 0.05
 
@@ -122,7 +122,7 @@ def test_when_time_goes_back_everything_starts_anew():
     for scan, pitch in scans_of_a_wall(3.0) + scans_of_a_wall(1.0):
         add(monitor, scan, pitch)
         assert monitor.shape() is not None
-    assert monitor.covered().beams == 10 * 681
+    assert monitor.covered().beams == 10 * 682
 
 
 def test_a_scan_that_comes_twice_or_too_late_changes_no_limits():
@@ -144,7 +144,7 @@ def test_limits_that_set_out_anew_leave_what_was_covered():
         add(monitor, scan, pitch)
     before = monitor.shape()
     monitor.restart_limits()
-    assert monitor.covered().beams == 20 * 681
+    assert monitor.covered().beams == 20 * 682
     assert monitor.shape() != before
 
 
@@ -164,7 +164,7 @@ def test_a_scan_that_begins_just_before_the_last_ones_end_is_kept():
     add(monitor, scan, pitch)
     closely = replace(scan, stamp_ns=scan.stamp_ns + BEAMS.duration_ns - 1000)
     add(monitor, closely, pitch)
-    assert monitor.covered().beams == 2 * 681
+    assert monitor.covered().beams == 2 * 682
 
 
 def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():

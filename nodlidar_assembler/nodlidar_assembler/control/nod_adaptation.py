@@ -67,7 +67,9 @@ class NodAdaptation:
     limits
         Limits that the caller updates with scans and motion.
     config
-        Planned N_s, servo and task; its limits do not count.
+        Planned N_s and servo; its limits do not count.
+    task
+        Cells in the window of the lidar, at the largest distance.
 
     Raises
     ------
@@ -75,10 +77,10 @@ class NodAdaptation:
         For a configuration out of its ranges.
     """
 
-    def __init__(self, limits: PitchLimits, config: NodConfig) -> None:
+    def __init__(self, limits: PitchLimits, config: NodConfig, task: Task) -> None:
         check(config)
         self.limits = limits
-        self._config, self._task = config, config.task
+        self._config, self._task = config, task
         self._samples = 0
         self._chosen_for: Task | None = None
 

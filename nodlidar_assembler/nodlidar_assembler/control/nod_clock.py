@@ -42,6 +42,11 @@ class NodClock:
         Shape of the nod.
     steps_per_revolution
         N_L, dark steps included.
+
+    Attributes
+    ----------
+    steps
+        The same; with another one, call `change`.
     """
 
     def __init__(self, shape: NodShape, steps_per_revolution: int) -> None:
@@ -49,7 +54,7 @@ class NodClock:
         self.revolutions = Revolutions()
         self.nod: NodTrajectory | None = None
         """The present command; None before the first scan."""
-        self._steps = steps_per_revolution
+        self.steps = steps_per_revolution
         self._first_revolution = 0  # the one that sample 0 is in
 
     def add_scan(self, geometry: ScanGeometry, stamp_ns: int) -> None:
@@ -100,8 +105,8 @@ class NodClock:
     def _trajectory(self) -> NodTrajectory:
         """Return the nod; its reference is the last start of an upward sweep before this scan."""
         lidar, n_s = self.revolutions, self.shape.samples_per_sweep
-        beam_period = lidar.period / self._steps
-        sample = (lidar.count - self._first_revolution) * self._steps
+        beam_period = lidar.period / self.steps
+        sample = (lidar.count - self._first_revolution) * self.steps
         since = (sample % (2 * n_s) + 0.5) * beam_period
         return NodTrajectory(
             pitch_min=self.shape.pitch_min,
@@ -114,9 +119,9 @@ class NodClock:
     def _continue(self, nod: NodTrajectory, time_ns: int) -> None:
         """Count samples so that the nod keeps its pitch at an instant, as nearly as possible."""
         lidar, n_s = self.revolutions, self.shape.samples_per_sweep
-        since = (time_ns - lidar.begin_ns) / NS_PER_S / lidar.period * self._steps
+        since = (time_ns - lidar.begin_ns) / NS_PER_S / lidar.period * self.steps
         begun = _place(nod, time_ns, self.shape) - since
-        elapsed = revolutions_to(round(begun - 0.5), n_s, self._steps)
+        elapsed = revolutions_to(round(begun - 0.5), n_s, self.steps)
         self._first_revolution = lidar.count - elapsed
 
 

@@ -34,7 +34,8 @@ class NodConfig:
     )
     steps_per_revolution: int = parameter(
         1024,
-        'N_L: lidar steps in a revolution, dark steps included',
+        'N_L: lidar steps in a revolution, dark steps included; if scans show another number, '
+        'that one counts, and N_s is adjusted to it',
         minimum=1,
         maximum=65_536,
     )

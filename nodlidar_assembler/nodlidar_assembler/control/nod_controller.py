@@ -5,6 +5,7 @@ import math
 
 from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.errors import ParameterError
@@ -26,16 +27,24 @@ class NodController:
     """
 
     def __init__(self, config: NodConfig) -> None:
-        self._config = config
-        self._clock = NodClock(
-            NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep),
-            config.steps_per_revolution,
-        )
+        self._view = LidarView(config)
+        self._clock = NodClock(self.planned, config.steps_per_revolution)
         self._sweeps: ChosenSweeps | None = None
 
     @property
+    def config(self) -> NodConfig:
+        """The planned nod, for the N_L of the lidar."""
+        return self._view.config
+
+    @property
+    def planned(self) -> NodShape:
+        """The planned limits and N_s."""
+        config = self.config
+        return NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep)
+
+    @property
     def shape(self) -> NodShape:
-        """Limits and N_s that are planned."""
+        """Limits and N_s at present."""
         return self._clock.shape
 
     @property
@@ -53,12 +62,18 @@ class NodController:
     def add_scan(self, geometry: ScanGeometry, stamp_ns: int) -> None:
         """Follow the lidar's clock; see NodClock.add_scan.
 
-        When it restarts, so does the choice of sweeps: the last one may now begin far ahead.
+        When it restarts, so does the choice of sweeps: the last one may now begin far ahead. So it
+        does when another lidar is seen, whose steps per revolution count then.
         """
         lidar = self._clock.revolutions
         restarts = lidar.restarts
         self._clock.add_scan(geometry, stamp_ns)
-        if self._sweeps is not None and lidar.restarts > restarts:
+        looked = self._view.look(geometry)
+        if looked and self.config.steps_per_revolution != self._clock.steps:
+            self._clock.steps = self.config.steps_per_revolution
+            shape = replace(self.shape, samples_per_sweep=self.config.samples_per_sweep)
+            self._restart(shape, lidar.begin_ns)
+        elif self._sweeps is not None and (looked or lidar.restarts > restarts):
             self._restart(self.shape, lidar.begin_ns)
 
     def shift(self, step_ns: int) -> None:
@@ -99,7 +114,7 @@ class NodController:
             If sweeps cannot be chosen for this lidar, or not be interlaced with so few samples;
             see ChosenSweeps.choose and shortest_interlaced. The nod is then the planned one.
         """
-        if self._config.nod_mode == 'coprime' or self._clock.nod is None:
+        if self.config.nod_mode == 'coprime' or self._clock.nod is None:
             return False
         if self._sweeps is None:
             self._sweeps = self._begin(self._clock.nod)
@@ -111,8 +126,8 @@ class NodController:
             raise
 
     def _begin(self, planned: NodTrajectory) -> ChosenSweeps:
-        config = self._config
-        task = replace(config.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
+        config = self.config
+        task = replace(self._view.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
         beam_period = planned.sweep_duration / planned.samples_per_sweep
         fewest = config.fewest_samples(planned.span, beam_period)
         schedule = None

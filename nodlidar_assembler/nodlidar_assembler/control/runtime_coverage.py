@@ -28,8 +28,10 @@ class Covered:
         End of the window: the instant of the last beam [ns]; None before the first one.
     beams
         Beams in the region.
+    cells
+        Number of cells in the region.
     seen
-        Share of the task's cells that were hit.
+        Share of them that were hit.
     hole
         Side [rad] of the largest square of whole cells without a hit.
     repeats
@@ -42,6 +44,7 @@ class Covered:
 
     until_ns: int | None
     beams: int
+    cells: int
     seen: float
     hole: float
     repeats: float
@@ -125,6 +128,7 @@ class RuntimeCoverage:
         return Covered(
             until_ns=self._last_ns,
             beams=self._beams,
+            cells=self.task.cells,
             seen=self._cells.occupied / self.task.cells,
             hole=hole,
             repeats=(self._beams - self._finest.occupied) / beams,

@@ -6,6 +6,7 @@ from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotat
 from nodlidar_assembler.clouds.geometry import MountConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
+from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
@@ -94,18 +95,22 @@ class SceneMonitor:
     def __init__(self, config: SceneMonitorConfig) -> None:
         self._config = config
         self._optical_height = config.laser_xyz[2]
+        self._view = LidarView(config)
         self.restart()
 
     def restart(self) -> None:
         """Forget all scans."""
-        config = self._config
         self.restart_limits()
-        rows = min(config.samples_per_sweep, MAX_FINEST_CELLS // config.steps_per_revolution)
-        self._coverage: RuntimeCoverage | None = None
-        if config.coverage_window > 0.0:
-            self._coverage = RuntimeCoverage(config.task, rows, config.coverage_window)
+        self._restart_coverage()
         self._beam_period = 0.0
         self._last_ns = 0
+
+    def _restart_coverage(self) -> None:
+        self._coverage: RuntimeCoverage | None = None
+        if self._config.coverage_window > 0.0:
+            nod, task = self._view.config, self._view.task
+            rows = min(nod.samples_per_sweep, MAX_FINEST_CELLS // nod.steps_per_revolution)
+            self._coverage = RuntimeCoverage(task, rows, self._config.coverage_window)
 
     def restart_limits(self) -> None:
         """Restart the limits from the configured ones; coverage stays."""
@@ -122,7 +127,7 @@ class SceneMonitor:
                 rate=config.limits_rate,
             )
         )
-        self._adaptation = NodAdaptation(self._limits, config)
+        self._adaptation = NodAdaptation(self._limits, self._view.config, self._view.task)
         self._now: _Place | None = None
 
     def cover(self, assembled: Assembled) -> None:
@@ -130,13 +135,17 @@ class SceneMonitor:
         scan, beams = assembled.scan, assembled.beams
         if self._last_ns - scan.stamp_ns > TIME_JUMP_NS:
             self.restart()
+        if self._view.look(beams.geometry):
+            self._restart_coverage()
+            self._adaptation = NodAdaptation(self._limits, self._view.config, self._view.task)
         if self._coverage is not None:
             # Scans may arrive twice or out of order, and estimated stamps be slightly early.
             times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
             self._coverage.add(times_ns, beams.azimuth, assembled.pitch)
         self._last_ns = max(scan.stamp_ns + beams.duration_ns, self._last_ns)
         # Not the time between beams: a lidar that thins them has fewer beams than steps.
-        self._beam_period = revolution_time(beams.geometry) / self._config.steps_per_revolution
+        steps = self._view.config.steps_per_revolution
+        self._beam_period = revolution_time(beams.geometry) / steps
 
     def follow(self, assembled: Assembled, odometry: Odometry | None) -> None:
         """Update the limits by a scan that was covered.

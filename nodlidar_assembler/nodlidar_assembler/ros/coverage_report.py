@@ -42,9 +42,7 @@ class CoverageReport:
         self._clock = node.get_clock()
         self._covered, self._nod = covered, nod
         self._until_ns: int | None = None
-        self._message = Coverage(
-            window=config.coverage_window, cell=config.task.cell, cells=config.task.cells
-        )
+        self._message = Coverage(window=config.coverage_window, cell=config.task.cell)
         self._message.header.frame_id = config.frame_id
         self._publisher = node.create_publisher(
             Coverage,
@@ -73,7 +71,7 @@ class CoverageReport:
     def _publish(self, covered: Covered) -> None:
         message = self._message
         message.header.stamp = self._clock.now().to_msg()
-        message.beams, message.seen = covered.beams, covered.seen
+        message.beams, message.cells, message.seen = covered.beams, covered.cells, covered.seen
         message.largest_hole = covered.hole
         message.repeats, message.least_repeats = covered.repeats, covered.least_repeats
         message.time_to_see_all = math.nan if self._nod is None else self._nod.round_time

@@ -2,7 +2,6 @@
 
 import math
 
-from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodShape
@@ -31,7 +30,6 @@ class NodCommander:
 
     def __init__(self, node: Node, config: AssemblerConfig, survival: Survival) -> None:
         self._node, self._config = node, config
-        self._configured = NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep)
         self._controller = NodController(config)
         self._last_scan_ns = 0  # steady clock, like the timer
         self._warn_if_samples_repeat()
@@ -58,7 +56,7 @@ class NodCommander:
             self._error(f'no nod commanded: {error}')
         else:
             if first:
-                self._warn_of_other_steps(scan.geometry)
+                self._warn_of_other_steps()
                 self._publish()
 
     def clock_was_set(self, step_ns: int) -> None:
@@ -69,7 +67,7 @@ class NodCommander:
     def adapt(self, shape: NodShape | None, assembled: Assembled) -> None:
         """Apply a shape, or the configured one, and the coverage of a scan to the nod."""
         now_ns = self._now_ns()
-        changed = self._controller.change(shape or self._configured, now_ns)
+        changed = self._controller.change(shape or self._controller.planned, now_ns)
         try:
             chosen = self._controller.add_beams(
                 assembled.scan.stamp_ns, assembled.beams, assembled.pitch, now_ns
@@ -97,17 +95,14 @@ class NodCommander:
                 f'{math.gcd(n_s, n_l)}: samples repeat'
             )
 
-    def _warn_of_other_steps(self, geometry: ScanGeometry) -> None:
-        """Warn if N_L is not that of the lidar, which may thin its beams."""
-        steps, implied = (
-            self._config.steps_per_revolution,
-            math.tau / abs(geometry.angle_increment),
-        )
-        thinned = max(round(steps / implied), 1)
-        if abs(steps / (thinned * implied) - 1.0) > 0.01:
+    def _warn_of_other_steps(self) -> None:
+        """Warn if the lidar has another N_L than configured."""
+        steps, found = self._config.steps_per_revolution, self._controller.config
+        if found.steps_per_revolution != steps:
             self._node.get_logger().warning(
                 f'steps_per_revolution = {steps}, but angle_increment of the scan implies '
-                f'{implied:.0f}: the nod is not coprime with this lidar'
+                f'{found.steps_per_revolution}: samples_per_sweep = {found.samples_per_sweep} '
+                f'instead of {self._config.samples_per_sweep}'
             )
 
     def _error(self, text: str) -> None:
