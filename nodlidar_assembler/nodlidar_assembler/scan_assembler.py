@@ -91,9 +91,11 @@ class ScanAssembler:
 
     @property
     def remarks(self) -> dict[str, int]:
-        """Scans assembled differently than configured, counted by difference and reason."""
+        """Scans assembled differently than configured, counted by reason; points removed."""
         fallbacks = self._pipeline.estimator.fallbacks
+        veil_points = self._pipeline.veil_points
         return {
+            **({'points removed as mixed pixels': veil_points} if veil_points else {}),
             **self._deviations,
             **{f'slerp instead of trajectory: {reason}': n for reason, n in fallbacks.items()},
         }

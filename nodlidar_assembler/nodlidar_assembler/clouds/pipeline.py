@@ -9,6 +9,7 @@ from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEsti
 from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
+from nodlidar_assembler.clouds.veils import VeilConfig, veiled
 from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ CLOUD_MODES = ('scan', 'sweep')
 
 
 @dataclass(frozen=True)
-class PipelineConfig(OdometryConfig, MountConfig, EstimatorConfig):
+class PipelineConfig(OdometryConfig, MountConfig, VeilConfig, EstimatorConfig):
     """Clouds."""
 
     cloud_mode: str = parameter(
@@ -84,9 +85,13 @@ class Pipeline:
     ----------
     estimator
         Estimator of the pitch of each beam.
+    veil_points
+        Number of points removed as mixed pixels.
     """
 
     def __init__(self, config: PipelineConfig) -> None:
+        self.veil_points = 0
+        self._veils: VeilConfig = config
         self.estimator = PitchEstimator(config)
         self._motion_limits: OdometryConfig = config
         self._mount = config.mount
@@ -141,11 +146,19 @@ class Pipeline:
         poses = None
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
-        placed = place(beams, scan.ranges, pitch)
+        placed = place(beams, self._unveiled(scan), pitch)
         points = points_of(
             placed, beams, scan.stamp_ns, scan.intensities, poses, self._moved_point
         )
         return Assembled(scan, beams, pitch, placed, odometry, self._gathered(points))
+
+    def _unveiled(self, scan: Scan) -> NDArray[np.float32]:
+        """Return the ranges of a scan, NaN for mixed pixels."""
+        if not self._veils.veil_angle:
+            return scan.ranges
+        mixed = veiled(scan.ranges, scan.geometry, self._veils)
+        self.veil_points += int(np.count_nonzero(mixed))
+        return np.where(mixed, np.float32(np.nan), scan.ranges)
 
     def _gathered(self, points: Points) -> list[Points]:
         """Return the clouds that the points of the latest scan complete."""

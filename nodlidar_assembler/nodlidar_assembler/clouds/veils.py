@@ -1,0 +1,63 @@
+"""Mixed pixels: ranges between two surfaces, where the spot of a beam covers an edge.
+
+Over many beams they are a veil from the edge to what is behind it.
+"""
+
+from dataclasses import dataclass
+import math
+
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_common.parameters import parameter
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class VeilConfig:
+    """Veils."""
+
+    veil_angle: float = parameter(
+        0.0,
+        'Points whose connection with a nearer neighbour in the scan is within this angle of the '
+        'beam are taken for mixed pixels and removed; 0 keeps all',
+        unit='rad',
+        minimum=0.0,
+        maximum=1.5,
+    )
+    veil_step: float = parameter(
+        0.05,
+        'Least difference of range between such neighbours, above the noise of the lidar',
+        unit='m',
+        minimum=0.0,
+        maximum=10.0,
+    )
+
+
+def veiled(
+    ranges: NDArray[np.float32], geometry: ScanGeometry, config: VeilConfig
+) -> NDArray[np.bool_]:
+    """Return which beams of a scan are mixed pixels, or just behind an edge, shape (n,).
+
+    Neighbours at the ranges n < f, an angle d apart, are connected within the angle a of the beam
+    if f > n (cos d + sin d / tan a). As the shadow filter of laser_filters, this removes the
+    farther of the two: it is the mixed pixel, or the first beam that passes the edge. The nearer
+    one is on the object.
+
+    Parameters
+    ----------
+    ranges
+        As in the LaserScan [m], shape (n,). A beam without a measurement is no neighbour.
+    geometry
+        Of the scan.
+    config
+        `veil_angle` above 0.
+    """
+    apart = abs(geometry.angle_increment)
+    ratio = math.cos(apart) + math.sin(apart) / math.tan(config.veil_angle)
+    measured = (ranges >= geometry.range_min) & (ranges <= geometry.range_max)
+    known = np.where(measured, ranges, np.nan)
+    limit = np.maximum(known * ratio, known + config.veil_step)
+    found = np.zeros(len(ranges), dtype=np.bool_)
+    found[1:] = known[1:] > limit[:-1]
+    found[:-1] |= known[:-1] > limit[1:]
+    return found

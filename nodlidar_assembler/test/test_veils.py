@@ -1,0 +1,99 @@
+import math
+
+from hypothesis import given, strategies
+from hypothesis.extra.numpy import arrays
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.veils import VeilConfig, veiled
+import numpy as np
+import pytest
+
+STEP = math.tau / 1024.0
+CONFIG = VeilConfig(veil_angle=0.2, veil_step=0.05)
+
+
+def geometry(beams, step=STEP):
+    return ScanGeometry(beams, 0.0, step, 0.1 / 1024, 0.02, 5.6)
+
+
+def found(ranges, config=CONFIG, step=STEP):
+    ranges = np.asarray(ranges, dtype=np.float32)
+    return veiled(ranges, geometry(len(ranges), step), config).tolist()
+
+
+def angle_at_the_farther(one, other):
+    """Return the angle between the beam of the farther point and its way to the nearer one."""
+    far, near = max(one, other), min(one, other)
+    behind = np.array([far - near * math.cos(STEP), near * math.sin(STEP)])
+    return math.atan2(behind[1], behind[0])
+
+
+def test_the_ramp_behind_an_edge_is_removed_and_the_edge_kept():
+    assert found([1.0, 1.0, 1.6, 2.4, 3.0, 3.0]) == [False, False, True, True, True, False]
+    assert found([3.0, 3.0, 2.4, 1.6, 1.0, 1.0]) == [False, True, True, True, False, False]
+
+
+def test_a_single_point_between_two_surfaces_is_removed():
+    assert found([2.0, 2.0, 2.5, 3.0, 3.0]) == [False, False, True, True, False]
+
+
+@pytest.mark.parametrize('broken', [math.nan, math.inf, -math.inf, 0.0, 9.0])
+def test_a_beam_without_a_measurement_is_no_neighbour(broken):
+    assert found([1.0, broken, 3.0, 3.0]) == [False] * 4
+    assert found([broken] * 3) == [False] * 3
+
+
+@given(strategies.floats(0.5, 3.0), strategies.floats(1.02, 1.9))
+def test_the_angle_decides(near, ratio):
+    far = float(np.float32(near * ratio))
+    near = float(np.float32(near))
+    angle = angle_at_the_farther(near, far)
+    config = VeilConfig(veil_angle=0.2, veil_step=0.0)
+    if abs(angle - 0.2) > 1e-4:
+        assert found([near, far], config) == [False, angle < 0.2]
+        assert found([far, near], config, -STEP) == [angle < 0.2, False]
+
+
+@given(strategies.floats(0.3, 1.0), strategies.floats(-1.2, 1.2))
+def test_a_wall_is_kept_up_to_the_angle(distance, azimuth):
+    """Beam and wall enclose the angle asin(distance / range)."""
+    turn = azimuth + np.arange(12) * STEP
+    ranges = distance / np.cos(turn)
+    flattest = math.asin(distance / ranges.max())
+    if ranges.max() < 5.5 and flattest > 0.21:
+        assert not any(found(ranges))
+
+
+@given(arrays(np.float32, 40, elements=strategies.floats(0.125, 5.0, width=32)))
+def test_it_equals_a_loop_over_pairs(ranges):
+    expected = [False] * 40
+    for i in range(39):
+        near, far = sorted([i, i + 1], key=lambda k: (ranges[k], k))
+        n, f = float(ranges[near]), float(ranges[far])
+        margin = 1e-5
+        steep = angle_at_the_farther(n, f) - 0.2
+        step = f - n - 0.05
+        if abs(steep) < margin or abs(step) < margin:
+            return
+        if steep < 0.0 and step > 0.0:
+            expected[far] = True
+    assert found(ranges) == expected
+
+
+def test_small_steps_are_noise():
+    """At 0.2 m, neighbours are 1.2 mm apart, and 15 mm of noise would be a veil by its angle."""
+    ranges = [0.2, 0.215, 0.2, 0.21]
+    assert not any(found(ranges))
+    assert any(found(ranges, VeilConfig(veil_angle=0.2, veil_step=0.0)))
+
+
+@pytest.mark.parametrize(('angle', 'points'), [(0.0, 6), (0.2, 3)])
+def test_the_pipeline_removes_and_counts_them(angle, points):
+    ranges = np.array([1.0, 1.0, 1.6, 2.4, 3.0, 3.0], dtype=np.float32)
+    pipeline = Pipeline(PipelineConfig(veil_angle=angle))
+    scan = Scan(10**9, geometry(6), ranges)
+    samples = np.array([0, 10**9 - 1, 10**9 + 10**7, 2 * 10**9]), np.zeros(4)
+    assembled = pipeline.add_scan(scan, *samples)
+    assert len(assembled.clouds[0].data) == points
+    assert pipeline.veil_points == 6 - points
+    np.testing.assert_array_equal(assembled.scan.ranges, ranges)
