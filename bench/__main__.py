@@ -27,6 +27,7 @@ from bench import (
     profiles,
     sensing,
     stages,
+    veils,
 )
 from bench.names import parsed
 from bench.page import fill_pages
@@ -53,6 +54,7 @@ MEASUREMENTS = {
     'limit_changes': limit_changes,
     'pitch_compensation': pitch_compensation,
     'planner_speed': planner_speed,
+    'veils': veils,
 }
 
 
