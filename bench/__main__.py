@@ -26,6 +26,7 @@ from bench import (
     planner_speed,
     profiles,
     sensing,
+    servos,
     stages,
     veils,
 )
@@ -50,6 +51,7 @@ MEASUREMENTS = {
     'coverage_feedback': coverage_feedback,
     'feedback_loop': feedback_loop,
     'nod_schedules': nod_schedules,
+    'servos': servos,
     'phase_lock': phase_lock,
     'limit_changes': limit_changes,
     'pitch_compensation': pitch_compensation,

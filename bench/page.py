@@ -8,9 +8,11 @@ PAGES = tuple(
     RESULTS.parent.parent / page
     for page in (
         'README.md',
+        'nodlidar_servo/README.md',
         'docs/faults.md',
         'docs/tradeoffs.md',
         'docs/nod_schedules.md',
+        'docs/physics.md',
         'docs/publication.md',
     )
 )

@@ -1,9 +1,9 @@
 """How well the nod keeps its phase to the lidar: the servo with all its faults, for two minutes.
 
-In virtual time: the servo at byte level, read 62 times a second, with its tick, its speed register
-and an adapter that holds replies back. It reverses late, and is weaker and slower than commanded.
-The stamps of the scans jitter, and the lidar's clock is off. Reversals are those of the true
-motion.
+In virtual time: the servo at byte level, with its tick, its speed register and an adapter that
+holds replies back. One servo is ideal but for reversing late, weaker and slower than commanded;
+the other is an RX-24F by physics. The stamps of the scans jitter, and the lidar's clock is off.
+Reversals and middles of the legs are those of the shaft's true motion.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,11 @@ from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from nodlidar_sim.devices.rx24f import Rx24fEmulator
 from nodlidar_sim.devices.rx24f_motor import TICK
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.servo.motion import PhysicalServo
+from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +39,8 @@ SETTLING = 2.0  # from rest to the nod
 LIDAR_PPM = 200.0
 TRUE_BEAM_NS = 1e8 / 1024 / (1.0 + LIDAR_PPM * 1e-6)
 STAMP_JITTER = 0.001  # width of the scatter [s]
-LATENCY_TIMER = 0.016
+LATENCY_TIMER = 0.016  # of an adapter as it is sold: 62 Hz
+SHORT_LATENCY_TIMER = 0.001  # of one that is set up: 100 Hz
 STEP = 2.0 * math.pi / 1024
 URG = ScanGeometry(682, -340 * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
 NOMINAL_SPEED = SPAN / (SAMPLES_PER_SWEEP * 0.1 / 1024)
@@ -66,12 +71,21 @@ class LoadedMotion(ServoMotion):
 
 
 class Rig:
-    """An emulated servo and its loop in virtual time."""
+    """An emulated servo, loaded or by physics, and its loop in virtual time."""
 
-    def __init__(self, faults: Faults, seed: int) -> None:
-        self.motion = LoadedMotion(faults, seed)
+    def __init__(
+        self,
+        servo: Faults | ServoParameters,
+        seed: int,
+        latency_timer: float = LATENCY_TIMER,
+    ) -> None:
+        self.motion: ServoShaft = (
+            LoadedMotion(servo, seed)
+            if isinstance(servo, Faults)
+            else PhysicalServo(servo, 0.2, seed, history=1e6)
+        )
         self.clock = VirtualClock(START_NS)
-        emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=LATENCY_TIMER)
+        emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=latency_timer)
         port = VirtualPort(emulator, self.clock)
         self.commands = NodCommands(ServoConfig())
         self.servo = Servo(port, ServoConfig(), self.clock)
@@ -99,9 +113,20 @@ class Rig:
         """Return the instants of all reversals so far [ns], after SETTLING."""
         finder = ReversalFinder()
         times = np.arange(START_NS, self.clock(), NS_PER_S // 1000)
-        found = map(finder.add, times.tolist(), self.motion.position(times).tolist())
+        found = map(finder.add, times.tolist(), self.motion.shaft_position(times).tolist())
         reversals = np.array([each for each in found if each is not None], dtype=np.int64)
         return reversals[reversals > START_NS + round(SETTLING * NS_PER_S)]
+
+    def middles_ns(self) -> NDArray[np.int64]:
+        """Return the instants at which the shaft was level, after SETTLING [ns]."""
+        begin_ns = START_NS + round(SETTLING * NS_PER_S)
+        times = np.arange(begin_ns, self.clock(), NS_PER_S // 1000)
+        pitch = self.motion.shaft_position(times)
+        before = np.flatnonzero(np.signbit(pitch[:-1]) != np.signbit(pitch[1:]))
+        share = pitch[before] / (pitch[before] - pitch[before + 1])
+        after = np.rint(share * np.diff(times)[before]).astype(np.int64)
+        middles: NDArray[np.int64] = times[before] + after
+        return middles
 
 
 class Tied:
@@ -156,34 +181,62 @@ def by_speed_commands(rig: Rig) -> Callable[[], object]:
 
 
 NODS = {'phase locked': locked, 'speed commands only': by_speed_commands}
+RX24F = load_servo('rx24f')
+LOOPS: list[tuple[str, str, Faults | ServoParameters, float]] = [
+    ('phase locked', 'late, loaded', LOADED, LATENCY_TIMER),
+    ('phase locked', 'RX-24F by physics', RX24F, LATENCY_TIMER),
+    ('phase locked', 'RX-24F by physics', RX24F, SHORT_LATENCY_TIMER),
+    ('speed commands only', 'late, loaded', LOADED, LATENCY_TIMER),
+    ('speed commands only', 'RX-24F by physics', RX24F, LATENCY_TIMER),
+]
 TITLE = (
     f'Phase of the nod to the lidar, {DURATION:.0f} s at N_s = {SAMPLES_PER_SWEEP}, '
-    f'62 Hz, lidar {LIDAR_PPM:.0f} ppm off'
+    f'lidar {LIDAR_PPM:.0f} ppm off'
 )
 
 
 def results() -> list[Row]:
     """Return measured N_s and phase errors, locked and with speed commands only."""
-    rows = []
-    for name, cycle_of in NODS.items():
-        rig = Rig(LOADED, seed=1)
-        rig.run(cycle_of(rig), START_NS + round((SETTLING + DURATION) * NS_PER_S))
-        rows.append({'nod': name, 'servo': 'late, loaded', **_figures(rig.reversals_ns())})
-    return rows
+    return [
+        {'nod': nod, 'servo': name, 'joint states [Hz]': 62 if timer == LATENCY_TIMER else 100}
+        | figures(locked_rig(nod, servo, timer))
+        for nod, name, servo, timer in LOOPS
+    ]
 
 
-def _figures(reversals_ns: NDArray[np.int64]) -> Row:
+def locked_rig(
+    nod: str, servo: Faults | ServoParameters, latency_timer: float, duration: float = DURATION
+) -> Rig:
+    """Return a rig after a nod of a duration [s]."""
+    rig = Rig(servo, seed=1, latency_timer=latency_timer)
+    rig.run(NODS[nod](rig), START_NS + round((SETTLING + duration) * NS_PER_S))
+    return rig
+
+
+def figures(rig: Rig) -> Row:
     """Return N_s as the slope of a line through the reversals, and errors of the phase."""
+    reversals_ns = rig.reversals_ns()
     beams = (reversals_ns - START_NS) / TRUE_BEAM_NS
-    number = np.arange(len(beams))
-    first = round((beams[0] + 0.5) / SAMPLES_PER_SWEEP)
-    error = beams + 0.5 - (first + number) * SAMPLES_PER_SWEEP
-    error = error * TRUE_BEAM_NS / NS_PER_S
+    error = _lateness(reversals_ns, 0.0)
     early, late = reversals_ns - reversals_ns[0] < 60e9, reversals_ns[-1] - reversals_ns < 60e9
-    slope = float(np.polyfit(number, beams, 1)[0])
+    slope = float(np.polyfit(np.arange(len(beams)), beams, 1)[0])
     return {
         f'measured N_s, less {SAMPLES_PER_SWEEP}': slope - SAMPLES_PER_SWEEP,
-        'phase error RMS, first minute [ms]': math.sqrt(float(np.mean(error[early] ** 2))) * 1e3,
-        'last minute [ms]': math.sqrt(float(np.mean(error[late] ** 2))) * 1e3,
+        'phase error RMS, first minute [ms]': _rms(error[early]) * 1e3,
+        'last minute [ms]': _rms(error[late]) * 1e3,
         'mean [ms]': float(error[late].mean()) * 1e3,
+        'in mid-leg, RMS [ms]': _rms(_lateness(rig.middles_ns(), 0.5)) * 1e3,
     }
+
+
+def _lateness(instants_ns: NDArray[np.int64], place: float) -> NDArray[np.float64]:
+    """Return how late instants at a place of each leg are [s]."""
+    beams = (instants_ns - START_NS) / TRUE_BEAM_NS + 0.5
+    first = round(beams[0] / SAMPLES_PER_SWEEP - place)
+    legs = first + np.arange(len(beams)) + place
+    late: NDArray[np.float64] = (beams - legs * SAMPLES_PER_SWEEP) * TRUE_BEAM_NS / NS_PER_S
+    return late
+
+
+def _rms(values: NDArray[np.float64]) -> float:
+    return math.sqrt(float(np.mean(values**2)))

@@ -29,8 +29,8 @@ NOD = NodTrajectory(-0.6136, 0.6136, SWEEP, 4001, START_NS)
 class Bench:
     """A loop on an emulated servo in virtual time, with a commander that can fall silent."""
 
-    def __init__(self, latency_timer=0.0, rate=100.0):
-        self.motion = ServoMotion(0.2, history=1e6)
+    def __init__(self, latency_timer=0.0, rate=100.0, motion=None):
+        self.motion = motion or ServoMotion(0.2, history=1e6)
         self.emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=latency_timer)
         self.faults = FaultyDevice(self.emulator, seed=1)
         self.clock = VirtualClock(START_NS)

@@ -1,0 +1,103 @@
+"""How each servo by physics does the reference nod: its motion against the commanded triangle.
+
+In the fast mode, commanded as by the servo node, joint states at 100 Hz. Motion is that of the
+shaft. A reversal is where the shaft is farthest, the middle of a leg where it is level.
+"""
+
+from itertools import pairwise
+import time
+
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_sim.nodding import nodding_servo, SETTLING
+from nodlidar_sim.world.sensor_model import SensorModel
+from nodlidar_sim.world.servo.motion import PhysicalServo
+from nodlidar_sim.world.servo_section import load_servo, servo_names
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.reference import reference_nod, START_NS
+from bench.report import Row
+
+DURATION = 30.0
+EARLIEST = 0.1  # sweeps; a servo that is earlier counts as late on the leg before
+SLOW = 2.0  # times the duration of a sweep
+NODS = {'reference': 1.0, 'half as fast': SLOW}
+SENSOR = SensorModel(joint_rate=100.0, joint_latency=0.0015)
+TITLE = (
+    f'Servos by physics on the reference nod (span 1.2272 rad, pi rad/s) and on one at 1/{SLOW:g} '
+    f'of its speed, {DURATION:.0f} s, joint states at 100 Hz'
+)
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+
+
+def results() -> list[Row]:
+    """Return a row for each set of parameters, at the reference speed and slower."""
+    return [_row(name, nod) for nod in NODS for name in servo_names()]
+
+
+def nod_of(slower: float) -> NodTrajectory:
+    """Return the reference nod, slower by a factor."""
+    nod = reference_nod()
+    return NodTrajectory(
+        nod.pitch_min,
+        nod.pitch_max,
+        nod.sweep_duration * slower,
+        round(nod.samples_per_sweep * slower),
+        nod.reference_time_ns,
+    )
+
+
+def _row(name: str, nod_name: str) -> Row:
+    parameters, nod = load_servo(name), nod_of(NODS[nod_name])
+    end_ns = START_NS + round(DURATION * NS_PER_S)
+    begin = time.process_time()
+    servo = nodding_servo(parameters, nod, SENSOR, START_NS, end_ns, seed=1)
+    taken = time.process_time() - begin
+    times_ns = np.arange(START_NS, end_ns, NS_PER_S // 1000)
+    shaft = servo.shaft_position(times_ns)
+    return {
+        'servo': name,
+        'nod': nod_name,
+        'speed [rad/s]': nod.speed,
+        'no-load speed [rad/s]': parameters.no_load_speed,
+        'standstill torque [Nm]': parameters.standstill_torque,
+        **motion_figures(servo, nod, times_ns),
+        'lidar off the shaft, RMS [mrad]': _rms(servo.position(times_ns) - shaft) * 1e3,
+        'encoder off the shaft, RMS [mrad]': _rms(servo.encoder(times_ns) - shaft) * 1e3,
+        'times real time': (DURATION + SETTLING) / taken,
+    }
+
+
+def motion_figures(servo: PhysicalServo, nod: NodTrajectory, times_ns: Times) -> Row:
+    """Return how the shaft's motion differs from the commanded nod at times 1 ms apart."""
+    pitch = servo.shaft_position(times_ns)
+    extremes, reversals, middles = _legs(pitch, nod.sweeps(times_ns))
+    return {
+        'RMS deviation from the triangle [mrad]': _rms(pitch - nod.pitch(times_ns)) * 1e3,
+        'limits reached [share]': float(np.mean(extremes)) / (nod.span / 2.0),
+        'reversals late by [ms]': float(np.mean(reversals)) * nod.sweep_duration * 1e3,
+        'scatter of the reversals [ms]': float(np.std(reversals)) * nod.sweep_duration * 1e3,
+        'middles late by [ms]': float(np.mean(middles)) * nod.sweep_duration * 1e3,
+        'scatter of the middles [ms]': float(np.std(middles)) * nod.sweep_duration * 1e3,
+    }
+
+
+def _legs(pitch: Array, sweeps: Array) -> tuple[Array, Array, Array]:
+    """Return the extremes [rad], and how late they and the middles of the legs are [sweeps]."""
+    level = np.flatnonzero(np.signbit(pitch[:-1]) != np.signbit(pitch[1:]))
+    share = pitch[level] / (pitch[level] - pitch[level + 1])
+    middles = sweeps[level] + share * (sweeps[level + 1] - sweeps[level])
+    legs = np.floor(middles - 0.5 + EARLIEST)
+    farthest = np.array(
+        [
+            begin + 1 + int(np.argmax(np.abs(pitch[begin + 1 : end + 1])))
+            for begin, end in pairwise(level)
+        ]
+    )
+    return np.abs(pitch[farthest]), sweeps[farthest] - legs[:-1] - 1.0, middles - legs - 0.5
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
