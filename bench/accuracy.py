@@ -46,11 +46,11 @@ def results() -> list[Row]:
 
 
 def pitch_rms(simulated: Recording, estimator: PitchEstimator) -> float:
-    """Return the RMS error of the beams' pitch [rad]."""
+    """Return the RMS error of the beams' pitch [rad], against that of a perfect encoder."""
     offset = np.arange(len(simulated.azimuth), dtype=np.float64) * simulated.sensor.time_increment
     log = simulated_log(simulated)
     errors = []
-    for times_ns, true in zip(simulated.true_time_ns, simulated.true_pitch, strict=True):
+    for times_ns, true in zip(simulated.true_time_ns, simulated.true_encoder_pitch, strict=True):
         margin_ns = estimator.margin_ns
         around = log.samples_around(times_ns[0] - margin_ns, times_ns[-1] + margin_ns)
         samples = log.sample_ns[around], log.sample_pitch[around]

@@ -56,7 +56,8 @@ def _row(name: str, nod_name: str) -> Row:
     servo = nodding_servo(parameters, nod, SENSOR, START_NS, end_ns, seed=1)
     taken = time.process_time() - begin
     times_ns = np.arange(START_NS, end_ns, NS_PER_S // 1000)
-    shaft = servo.shaft_position(times_ns)
+    lidar, shaft = servo.position(times_ns), servo.shaft_position(times_ns)
+    encoder = servo.smooth_encoder(times_ns)
     return {
         'servo': name,
         'nod': nod_name,
@@ -64,8 +65,9 @@ def _row(name: str, nod_name: str) -> Row:
         'no-load speed [rad/s]': parameters.no_load_speed,
         'standstill torque [Nm]': parameters.standstill_torque,
         **motion_figures(servo, nod, times_ns),
-        'lidar off the shaft, RMS [mrad]': _rms(servo.position(times_ns) - shaft) * 1e3,
-        'encoder off the shaft, RMS [mrad]': _rms(servo.encoder(times_ns) - shaft) * 1e3,
+        'backlash, RMS [mrad]': _rms(lidar - shaft) * 1e3,
+        'nonlinearity, RMS [mrad]': _rms(encoder - shaft) * 1e3,
+        'both, RMS [mrad]': _rms(lidar - encoder) * 1e3,
         'times real time': (DURATION + SETTLING) / taken,
     }
 

@@ -46,8 +46,9 @@ class Recording:
     true_time_ns, true_pitch, true_range
         Time [ns], pitch of the lidar [rad] and range [m] of each beam, shape (s, b).
     true_encoder_pitch
-        Pitch of the servo's shaft [rad], which its encoder measures, at the same times, shape
-        (s, b): apart from true_pitch by the backlash.
+        Pitch [rad] that the encoder would report without steps and noise, at the same times, shape
+        (s, b). Backlash and the encoder's nonlinearity, which no joint sample shows, are what
+        true_pitch differs by.
     true_pose
         x [m], y [m], yaw [rad] of base_link in odom at the odometry's times, shape (o, 3).
     world
@@ -136,7 +137,7 @@ def simulate(
         true_time_ns=beams_ns,
         true_pitch=motion.position(beams_ns),
         true_range=true_range,
-        true_encoder_pitch=nodding.shaft(beams_ns),
+        true_encoder_pitch=nodding.smooth_encoder(beams_ns),
         true_pose=true_pose,
         world=world,
     )
@@ -144,10 +145,10 @@ def simulate(
 
 @dataclass(frozen=True, slots=True)
 class _Nodding:
-    """The motion of the lidar and of the shaft, and what the encoder reports of it."""
+    """The motion of the lidar, and what encoders without and with steps and noise report."""
 
     motion: Motion
-    shaft: Callable[[Times], Array]
+    smooth_encoder: Callable[[Times], Array]
     encoder: Callable[[Times], Array]
 
 
@@ -157,7 +158,7 @@ def _nodding(
     """Return the nod in an interval [ns], of an ideal servo or of the scene's."""
     if scene.servo is not None:
         servo = nodding_servo(scene.servo, nod, sensor, *interval_ns, seed)
-        return _Nodding(servo, servo.shaft_position, servo.encoder)
+        return _Nodding(servo, servo.smooth_encoder, servo.encoder)
     jitter = scene.effects.servo_jitter
     ideal = triangle_motion(nod, *interval_ns, sensor.acceleration, jitter, seed)
 

@@ -1,6 +1,7 @@
 """The nod of a servo by physics in the fast mode."""
 
 from dataclasses import replace
+import math
 import time
 
 from nodlidar_common.nod import NodTrajectory
@@ -41,25 +42,31 @@ def test_an_rx24f_keeps_its_phase_and_its_number_of_sweeps(rate, latency):
 
 
 def test_a_recording_has_the_truth_on_both_sides_of_the_backlash():
-    recording = simulate(WALL, NOD, 4.0, seed=1, start_ns=START_NS)
+    linear = replace(WALL, servo=replace(RX24F, encoder_nonlinearity=0.0))
+    recording = simulate(linear, NOD, 4.0, seed=1, start_ns=START_NS)
     apart = np.abs(recording.true_pitch - recording.true_encoder_pitch)
     assert 0.9 * 0.002 < np.median(apart) < 1.5 * 0.002
+
+
+def test_joint_samples_are_the_encoder_s_truth_in_ticks_with_noise():
+    recording = simulate(WALL, NOD, 20.0, seed=1, start_ns=START_NS)
     ticks = recording.joint_position / RX24F.tick
     np.testing.assert_allclose(ticks, np.rint(ticks), atol=1e-6)
-    shaft = np.interp(
-        recording.joint_stamp_ns - START_NS,
-        (recording.true_time_ns - START_NS).ravel(),
-        recording.true_encoder_pitch.ravel(),
-    )
-    inside = slice(5, -5)
-    error = (recording.joint_position - shaft)[inside]
-    # Nonlinearity, rounding and noise, and the interpolation over the dark part of scans.
-    assert np.sqrt(np.mean(error**2)) < 2.5 * RX24F.tick
-    assert (recording.true_range != np.inf).any()
+    times_ns, truth = recording.true_time_ns, recording.true_encoder_pitch
+    errors = []
+    for scan_ns, pitch in zip(times_ns, truth, strict=True):  # not over the dark parts
+        inside = (recording.joint_stamp_ns >= scan_ns[0]) & (
+            recording.joint_stamp_ns < scan_ns[-1]
+        )
+        at = np.interp(recording.joint_stamp_ns[inside] - START_NS, scan_ns - START_NS, pitch)
+        errors.append(recording.joint_position[inside] - at)
+    error = np.concatenate(errors) / RX24F.tick
+    assert error.std() == pytest.approx(math.sqrt(RX24F.encoder_noise**2 + 1.0 / 12.0), rel=0.1)
+    assert abs(error.mean()) < 0.05
 
 
 def test_without_backlash_both_sides_are_one_and_an_ideal_servo_has_one():
-    stiff = replace(WALL, servo=replace(RX24F, backlash=0.0))
+    stiff = replace(WALL, servo=replace(RX24F, backlash=0.0, encoder_nonlinearity=0.0))
     for scene in (stiff, replace(WALL, servo=None)):
         recording = simulate(scene, NOD, 1.0, start_ns=START_NS)
         np.testing.assert_array_equal(recording.true_pitch, recording.true_encoder_pitch)

@@ -190,7 +190,9 @@ def test_an_encoder_without_errors_rounds_to_its_ticks():
 def test_the_nonlinearity_is_smooth_and_within_its_bound():
     p = ServoParameters(tick=1e-5, encoder_nonlinearity=100.0)
     shaft = np.linspace(-math.pi, math.pi, 2001)
-    error = Encoder(p, 4).readings(shaft, np.zeros(2001, dtype=np.int64)) - shaft
+    encoder = Encoder(p, 4)
+    error = encoder.readings(shaft, np.zeros(2001, dtype=np.int64)) - shaft
+    assert np.abs(encoder.smooth(shaft) - shaft - error).max() <= 0.5001e-5
     assert 3e-4 < np.abs(error).max() <= 1e-3 + 1e-5
     assert error[0] == pytest.approx(error[-1], abs=2e-5)  # a turn
     assert np.abs(np.diff(error)).max() < 1e-3 * 2.0 * math.pi * 1.5 / 2000 + 2e-5

@@ -38,6 +38,15 @@ class Encoder:
             ticks += self._noise_of(period)
         return round(ticks) * self._tick
 
+    def smooth(self, shaft: Array) -> Array:
+        """Return the positions [rad] without steps and noise, with the smooth error."""
+        harmonics = zip(self._amplitudes, self._phases, strict=True)
+        error = sum(
+            amplitude * np.sin(number * shaft + phase)
+            for number, (amplitude, phase) in enumerate(harmonics, 1)
+        )
+        return np.asarray(shaft + self._tick * error)
+
     def readings(self, shaft: Array, periods: Times) -> Array:
         """Return the positions [rad] read in periods, same shape."""
         pairs = zip(shaft.ravel().tolist(), periods.ravel().tolist(), strict=True)

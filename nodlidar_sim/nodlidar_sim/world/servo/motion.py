@@ -89,6 +89,10 @@ class PhysicalServo:
         times = np.asarray(times_ns, dtype=np.int64)
         return self._encoder.readings(self.shaft_position(times), times // PERIOD_NS)
 
+    def smooth_encoder(self, times_ns: Times) -> Array:
+        """Return the pitch [rad] that an encoder without steps and noise would report."""
+        return self._encoder.smooth(self.shaft_position(times_ns))
+
     def measured(self, now_ns: int) -> tuple[float, float]:
         """Return pitch by the encoder [rad] and speed of the shaft [rad/s] at a time [ns]."""
         period = now_ns // PERIOD_NS
