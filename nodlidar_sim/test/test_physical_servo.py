@@ -250,3 +250,30 @@ def test_a_scene_overrides_a_set_and_may_bring_its_own(tmp_path):
 def test_a_scene_with_a_senseless_servo_is_refused(servo, named):
     with pytest.raises(ParameterError, match=named.replace('.', r'\.')):
         servo_parameters(Section({'servo': servo}, 'scene.yaml'))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    kt=st.floats(0.2, 3.0),
+    resistance=st.floats(1.0, 40.0),
+    armature=st.floats(1e-3, 0.03),
+    friction_load=st.floats(0.0, 0.4),
+    stribeck_load=st.floats(0.0, 0.4),
+    friction_coulomb=st.floats(0.0, 0.2),
+    p_gain=st.floats(0.5, 12.0),
+    d_gain=st.floats(0.0, 0.02),
+    backlash=st.floats(0.0, 0.02),
+    load_mass=st.floats(0.05, 0.5),
+    supply_resistance=st.floats(0.0, 2.0),
+    goals=st.lists(st.floats(-0.8, 0.8), min_size=2, max_size=5),
+)
+def test_any_servo_stays_within_the_speed_that_its_torques_can_reach(goals, **values):
+    p = ServoParameters(**values, load_inertia=1e-3, punch=0.03, margin=1.0, stiffness=100.0)
+    servo = PhysicalServo(p, history=10.0)
+    for number, goal in enumerate(goals):
+        servo.set_goal(NOW + 200 * number * MS, goal, 20.0)
+    speed = servo.shaft_velocity(times(0, 200 * len(goals)))
+    weight = p.load_mass * 9.81 * p.load_height
+    energy = p.no_load_speed**2 + 4.0 * weight / (p.armature + p.lidar_inertia)
+    assert np.abs(speed).max() <= 1.3 * math.sqrt(energy)
+    assert np.abs(servo.position(times(0, 200 * len(goals)))).max() < 3.2 * len(goals)
