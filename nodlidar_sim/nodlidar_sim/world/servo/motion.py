@@ -169,8 +169,10 @@ class PhysicalServo:
         missing = period - self._first - len(self._states) + 1
         if missing > _IDLE and self._target is None and self._states[-1].motion[1] == 0.0:
             self._skip(missing - 1)
+        state = self._states[-1]
         for number in range(self._first + len(self._states) - 1, period):
-            self._states.append(self._next(self._states[-1], number))
+            state = self._next(state, number)
+            self._states.append(state)
 
     def _skip(self, periods: int) -> None:
         assert self._first is not None

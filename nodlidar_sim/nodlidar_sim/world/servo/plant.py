@@ -60,6 +60,7 @@ class Plant:
         self._weight = p.load_mass * GRAVITY * p.load_height
         self._rigid = p.backlash == 0.0
         self._inertia = p.armature + (p.lidar_inertia if self._rigid else 0.0)
+        self._drive = self._brake = 0.0  # torque at rest and damping by the motor, in a period
         self._damping = 2.0 * CONTACT_DAMPING * math.sqrt(p.stiffness * p.contact_inertia)
 
     def advance(self, motion: Motion, duty: float | None, warmth: float) -> Motion:
@@ -75,9 +76,9 @@ class Plant:
             Temperature of the motor above the surroundings [K].
         """
         move = self._as_one if self._rigid else self._with_backlash
-        resistance = self.resistance(warmth)
+        self._drive, self._brake = self.drive(duty, motion[1], self.resistance(warmth))
         for _ in range(self._p.substeps):
-            motion = move(motion, duty, resistance)
+            motion = move(*motion)
         return motion if abs(motion[0]) < self._p.stop else self._stopped(motion)
 
     def _stopped(self, motion: Motion) -> Motion:
@@ -109,12 +110,10 @@ class Plant:
             volts = min(volts, (volts + share * p.kt * speed) / (1.0 + share * duty))
         return p.kt * duty * volts / resistance, p.kt * p.kt / resistance
 
-    def _speed(self, speed: float, duty: float | None, load: float, resistance: float) -> float:
+    def _speed(self, speed: float, load: float) -> float:
         """Return the speed of the shaft after a step, under a torque of the load [Nm]."""
-        p = self._p
-        drive, damping = self.drive(duty, speed, resistance)
-        torque = drive - damping * speed
-        self.torque = torque
+        p, step = self._p, self._step
+        self.torque = torque = self._drive - self._brake * speed
         transmitted = abs(torque - load)
         stribeck = math.exp(-(abs(speed / p.stribeck_speed) ** p.stribeck_exponent))
         friction = (
@@ -122,24 +121,23 @@ class Plant:
             + p.friction_load * transmitted
             + stribeck * (p.stribeck_coulomb + p.stribeck_load * transmitted)
         )
-        step = self._step
-        inertia = self._inertia + step * (damping + p.friction_viscous)
-        free = (self._inertia * speed + step * (drive + load)) / inertia
-        slowed = abs(free) - step * friction / inertia
-        return math.copysign(slowed, free) if slowed > 0.0 else 0.0
+        inertia = self._inertia + step * (self._brake + p.friction_viscous)
+        free = self._inertia * speed + step * (self._drive + load)
+        slowed = abs(free) - step * friction
+        return math.copysign(slowed / inertia, free) if slowed > 0.0 else 0.0
 
-    def _as_one(self, motion: Motion, duty: float | None, resistance: float) -> Motion:
-        shaft, speed, _, _ = motion
-        speed = self._speed(speed, duty, self.load(shaft), resistance)
+    def _as_one(self, shaft: float, speed: float, _: float, __: float) -> Motion:
+        speed = self._speed(speed, self.load(shaft))
         shaft += self._step * speed
         return shaft, speed, shaft, speed
 
-    def _with_backlash(self, motion: Motion, duty: float | None, resistance: float) -> Motion:
-        shaft, speed, lidar, lidar_speed = motion
+    def _with_backlash(
+        self, shaft: float, speed: float, lidar: float, lidar_speed: float
+    ) -> Motion:
         step = self._step
         contact = self._contact(shaft - lidar, speed - lidar_speed)
         lidar_speed += step * (self.load(lidar) + contact) / self._lidar_inertia
-        speed = self._speed(speed, duty, -contact, resistance)
+        speed = self._speed(speed, -contact)
         return shaft + step * speed, speed, lidar + step * lidar_speed, lidar_speed
 
     def _contact(self, lead: float, closing: float) -> float:
