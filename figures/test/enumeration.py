@@ -1,0 +1,76 @@
+"""The nodding lidar counted sample by sample, in integers, without the code of the packages."""
+
+from itertools import accumulate
+
+import numpy as np
+
+N_L = 1024
+
+
+def directions(steps, sweeps, phase=(1, 2)):
+    """Return azimuth step and height of each sample of a nod whose speed changes at reversals.
+
+    Parameters
+    ----------
+    steps
+        N_L.
+    sweeps
+        Pairs of N_s and a number of samples, one after the other. Each begins a phase after the
+        nod was at its lower limit, going up.
+    phase
+        Numerator and denominator [samples].
+
+    Returns
+    -------
+    pairs
+        Step, and height as a numerator over ``denominator(sweeps, phase)``, shape (n, 2).
+    """
+    whole = denominator(sweeps, phase)
+    begins = [0, *accumulate(count for _, count in sweeps)]
+    pairs = []
+    for (n_s, count), begin in zip(sweeps, begins, strict=False):
+        parts = np.arange(count, dtype=np.int64) * phase[1] + phase[0]  # of a sample
+        turn = 2 * n_s * phase[1]
+        height = np.minimum(parts % turn, turn - parts % turn) * (whole // (n_s * phase[1]))
+        pairs.append(np.stack([(begin + np.arange(count)) % steps, height], axis=1))
+    return np.concatenate(pairs)
+
+
+def denominator(sweeps, phase=(1, 2)):
+    """Return the number of equal parts of the span in which every height is whole."""
+    return int(np.prod([n_s for n_s, _ in sweeps], dtype=object)) * phase[1]
+
+
+def distinct(pairs):
+    """Return the number of distinct pairs of integers (n, 2)."""
+    return len(np.unique(pairs[:, 0] * (pairs[:, 1].max() + 1) + pairs[:, 1]))
+
+
+def hit_cells(n_s, count, columns, rows, cell, span):
+    """Return whether each cell of a full circle is hit by the first samples, shape (cells,)."""
+    return np.bincount(_cells(n_s, count, rows, cell, span), minlength=columns * rows) > 0
+
+
+def completion(n_s, columns, rows, cell, span):
+    """Return the index of the sample by which every cell of a full circle has been hit."""
+    count = 4 * N_L
+    while True:
+        cells = _cells(n_s, count, rows, cell, span)
+        seen, first = np.unique(cells, return_index=True)
+        if len(seen) == columns * rows:
+            return int(first.max())
+        count *= 2
+
+
+def crossings(n_s, columns, rows, cell, span):
+    """Return the number of crossings of all cells in one period of an odd N_s."""
+    cells = _cells(n_s, n_s * N_L, rows, cell, span)
+    return int(np.count_nonzero(cells != np.roll(cells, 1)))
+
+
+def _cells(n_s, count, rows, cell, span):
+    """Return the cell of each sample, at the phase of half a sample."""
+    step, halves = directions(N_L, [(n_s, count)]).T
+    column = np.floor(step * (2.0 * np.pi / N_L / cell) + 1e-9).astype(np.int64)
+    row = np.floor(halves * (span / (2 * n_s) / cell) + 1e-9).astype(np.int64)
+    return column * rows + np.minimum(row, rows - 1)
