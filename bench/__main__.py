@@ -25,6 +25,8 @@ from bench import (
     pitch_compensation,
     planner_speed,
     profiles,
+    published_choice,
+    published_repeats,
     sensing,
     servos,
     stages,
@@ -57,6 +59,8 @@ MEASUREMENTS = {
     'pitch_compensation': pitch_compensation,
     'planner_speed': planner_speed,
     'veils': veils,
+    'published_choice': published_choice,
+    'published_repeats': published_repeats,
 }
 
 
