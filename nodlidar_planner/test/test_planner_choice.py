@@ -125,7 +125,7 @@ def test_what_never_completes_is_refused_by_name():
         plans(Task(0.02, 2.0), np.array([17]), Objective())
     with pytest.raises(ParameterError, match="'azimuth' must be such that each of the"):
         plans(Task(azimuth=3.0), BAND, Objective())
-    circle = Task(0.3, 2.0, full_circle=True, steps_per_revolution=43)  # its last column is narrow
+    circle = Task(0.3, 2.0, full_circle=True, steps_per_revolution=37)  # columns between its steps
     with pytest.raises(ParameterError, match="'object_size' must be such that each of the"):
         plans(circle, BAND, Objective())
     with pytest.raises(ParameterError, match='timing_error'):

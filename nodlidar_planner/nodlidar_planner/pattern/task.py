@@ -15,6 +15,8 @@ AZIMUTH_OF_STEP_0 = -0.75 * math.pi
 MEASURED_FROM, MEASURED_TO = (44 - 384) * math.tau / 1024, (725 - 384) * math.tau / 1024
 # Tolerance of a quotient for rounding: a beam on the line between two cells is in the upper one.
 ON_THE_LINE = 1e-9
+# A remainder above the rows, in cells, that joins the last row: no nod might ever hit it.
+LEFT_OVER = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,13 +109,20 @@ class Task:
 
     @property
     def columns(self) -> int:
-        """Number of columns; the last may be narrower than a cell."""
-        return _cells_in(math.tau if self.full_circle else 2.0 * self.azimuth, self.cell)
+        """Number of columns; the last may be narrower than a cell.
+
+        On a full circle it may be less than a step wider: a remainder without a step joins it.
+        """
+        if not self.full_circle:
+            return _cells_in(2.0 * self.azimuth, self.cell)
+        columns, step = _cells_in(math.tau, self.cell), math.tau / self.steps_per_revolution
+        last_step = math.floor((math.tau - step) / self.cell + ON_THE_LINE)
+        return columns - 1 if last_step == columns - 2 and self.cell >= step else columns
 
     @property
     def rows(self) -> int:
-        """Number of rows; the last may be lower than a cell."""
-        return _cells_in(self.span, self.cell)
+        """Number of rows; the last may be lower than a cell, or up to LEFT_OVER higher."""
+        return _cells_in(self.span, self.cell, LEFT_OVER)
 
     @property
     def cells(self) -> int:
@@ -181,8 +190,8 @@ def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], N
     return begins[order], widths[order]
 
 
-def _cells_in(extent: float, cell: float) -> int:
-    return max(1, math.ceil(extent / cell - ON_THE_LINE))
+def _cells_in(extent: float, cell: float, left_over: float = ON_THE_LINE) -> int:
+    return max(1, math.ceil(extent / cell - left_over))
 
 
 def _cell_of(offset: NDArray[np.float64], cell: float, count: int) -> NDArray[np.int64]:

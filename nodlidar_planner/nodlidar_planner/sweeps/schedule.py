@@ -67,7 +67,7 @@ def whole_rows(task: Task) -> Task:
 
 
 def even_rows(task: Task) -> Task:
-    """Return the task for a slightly smaller object, so that all rows are equally high.
+    """Return the task for a slightly different object, so that all rows are equally high.
 
     For a nod whose limits are fixed; see whole_rows. A single row is even already.
     """

@@ -1,0 +1,49 @@
+"""A full circle is seldom a whole number of cells: what is left over must not be refused."""
+
+import json
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_planner.choice.choice import quick_choice
+from nodlidar_planner.coverage.coverage import Coverage
+from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.plan_scan.command import main
+import pytest
+
+CENTIMETRES = range(30, 601)
+
+
+@pytest.mark.parametrize('begin', CENTIMETRES[::96])
+def test_every_distance_has_a_nod_that_completes(begin):
+    for distance in CENTIMETRES[begin - 30 : begin + 66]:
+        task = Task(0.10, distance / 100.0, full_circle=True)
+        n_s = quick_choice(task, samples_in_band(task)[::50])
+        assert math.isfinite(Coverage(task, Pattern(1024, n_s)).completion_time()), distance
+
+
+@pytest.mark.parametrize('distance', ['0.59', '1.63', '2.5', '3.25'])
+def test_plan_scan_answers_where_a_sliver_is_left_over(distance, capsys):
+    assert main(['--full-circle', '--distance', distance, '--json']) == 0
+    plan = json.loads(capsys.readouterr().out)
+    assert plan['never_hit_share'] == 0.0
+    assert plan['completion_time'] > plan['lower_bound'] > 0.0
+
+
+@given(st.integers(1, 2000), st.floats(1e-3, 2.0))
+def test_columns_are_cells_wide_but_the_last_is_less_than_a_step_wider(steps, size):
+    task = Task(size, 1.0, full_circle=True, steps_per_revolution=steps)
+    last = math.tau - (task.columns - 1) * task.cell
+    assert -1e-6 < last < task.cell + math.tau / steps + 1e-6
+    if task.cell >= math.tau / steps:
+        assert set(task.column_of_step().tolist()) == set(range(task.columns))
+
+
+@given(st.floats(1e-3, 2.0), st.floats(0.1, 1.5))
+def test_rows_are_cells_high_but_the_last_is_up_to_a_hundredth_higher(size, limit):
+    task = Task(size, 1.0, -limit, limit)
+    last = task.span - (task.rows - 1) * task.cell
+    assert last < 1.01 * task.cell * (1.0 + 1e-6)
+    assert task.rows == 1 or last > 0.01 * task.cell * (1.0 - 1e-6)
