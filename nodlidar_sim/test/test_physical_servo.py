@@ -5,6 +5,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
+from nodlidar_sim.world.scene import parse_scene
 from nodlidar_sim.world.section import Section
 from nodlidar_sim.world.servo.encoder import Encoder
 from nodlidar_sim.world.servo.firmware import Compliance, Firmware
@@ -250,6 +251,13 @@ def test_a_scene_overrides_a_set_and_may_bring_its_own(tmp_path):
 def test_a_scene_with_a_senseless_servo_is_refused(servo, named):
     with pytest.raises(ParameterError, match=named.replace('.', r'\.')):
         servo_parameters(Section({'servo': servo}, 'scene.yaml'))
+
+
+def test_jitter_of_the_ideal_servo_is_refused_beside_a_servo():
+    text = 'servo: {model: rx24f}\neffects: {servo_jitter: 0.001}\nobjects: {}\n'
+    with pytest.raises(ParameterError, match=r'effects\.servo_jitter'):
+        parse_scene(text, 'scene')
+    assert parse_scene(text.replace('0.001', '0.0'), 'scene').servo == RX24F
 
 
 @settings(max_examples=60, deadline=None)

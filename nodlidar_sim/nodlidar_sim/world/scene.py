@@ -181,6 +181,9 @@ def _scene(root: Section, base: Section) -> Scene:
         servo=servo_parameters(root),
         lidar=lidar_parameters(root) or LidarParameters(),
     )
+    if scene.servo is not None and scene.effects.servo_jitter > 0.0:
+        limit = '0 with a servo by physics, which has its own'
+        raise root.error('effects.servo_jitter', limit, scene.effects.servo_jitter)
     ideal = root.truth('ideal', False)
     for section in (root, sensor, base):
         section.close()
