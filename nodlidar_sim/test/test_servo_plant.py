@@ -187,7 +187,7 @@ def test_with_backlash_momentum_only_changes_by_the_torques():
 
 @pytest.mark.parametrize('backlash', [0.0, 0.004])
 @pytest.mark.parametrize('name', servo_names())
-def test_half_the_step_halves_the_error(name, backlash):
+def test_the_error_is_in_proportion_to_the_step(name, backlash):
     p = load_servo(name)
 
     def swing(substeps):
@@ -200,10 +200,9 @@ def test_half_the_step_halves_the_error(name, backlash):
         return np.array(pitch)
 
     exact = swing(100)
-    errors = [float(np.sqrt(np.mean((swing(n) - exact) ** 2))) for n in (2, 4, 8)]
-    assert errors[1] < 0.6 * errors[0]
-    assert errors[2] < 0.6 * errors[1]
-    assert errors[0] < 5e-3
+    coarse, fine = (float(np.sqrt(np.mean((swing(n) - exact) ** 2))) for n in (2, 8))
+    assert fine < 0.4 * coarse  # a quarter, but for the instants at which friction holds
+    assert coarse < 2e-3
 
 
 @pytest.mark.parametrize(
