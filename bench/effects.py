@@ -13,6 +13,7 @@ from nodlidar_demo.evaluation import points_of, simulated_log, simulated_odometr
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.base import to_space
 from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.scene import load_scene, Scene, scene_names
 import numpy as np
 
@@ -35,7 +36,8 @@ TYPICAL = Effects(
 """Of a URG-04LX, a servo that follows its nod, a quartz clock, and wheels on a floor."""
 LEAST_CHANGE = 0.10  # of the RMS distance, that counts
 LEAST_SHARE = 0.01  # of the points lost, or of the beams repeated, that counts
-NONE, PEOPLE, ALL = 'none', 'people', 'all'
+NONE, LIDAR, PEOPLE, ALL = 'none', 'lidar', 'people', 'all'
+LIDAR_SET = 'urg_04lx_ug01'
 LINEAR = 0.58  # pitch up to which the nod is steady; beyond, it reverses [rad]
 THINNING = 10  # one of so many points is compared with the surfaces
 
@@ -68,7 +70,7 @@ class Figures:
 
 def results() -> list[Row]:
     """Return a row for each scene and effect."""
-    return [row for name in scene_names() for row in scene_rows(load_scene(name))]
+    return [row for name in scene_names() for row in scene_rows(load_scene(name, ideal=True))]
 
 
 def scene_rows(scene: Scene, rounds: int = ROUNDS) -> list[Row]:
@@ -94,15 +96,21 @@ def scene_rows(scene: Scene, rounds: int = ROUNDS) -> list[Row]:
 
 
 def variants(scene: Scene) -> dict[str, Scene]:
-    """Return a scene without effects, with each alone, and with all, by the effect's name."""
-    bare = replace(scene, effects=Effects(), movers={})
+    """Return a scene without effects, with each alone, and with all, by the effect's name.
+
+    All are those of Effects and the people. The lidar's set, with its own noise and lost beams, is
+    only tried alone.
+    """
+    bare = replace(scene.ideal(), movers={})
     alone = {f.name: {f.name: getattr(TYPICAL, f.name)} for f in fields(Effects)}
+    lidar = {LIDAR: replace(bare, lidar=load_lidar(LIDAR_SET))}
     people = {PEOPLE: replace(bare, movers=scene.movers)} if scene.movers else {}
     return {
         NONE: bare,
         **{name: replace(bare, effects=Effects(**effect)) for name, effect in alone.items()},
+        **lidar,
         **people,
-        ALL: replace(scene, effects=TYPICAL),
+        ALL: replace(scene.ideal(), effects=TYPICAL),
     }
 
 
@@ -117,7 +125,9 @@ def moved(found: Figures, without: Figures) -> str:
 
 
 def size_in_words(name: str) -> str:
-    """Return the size of an effect with its unit; empty for no effect and for people."""
+    """Return the size of an effect with its unit, or the lidar's set; empty for the others."""
+    if name == LIDAR:
+        return LIDAR_SET
     unit = {f.name: limits_of(f).unit for f in fields(Effects)}
     return f'{getattr(TYPICAL, name):g} {unit[name]}'.strip() if name in unit else ''
 

@@ -90,7 +90,7 @@ class Rig:
         self._unheard: Stream | None = None
         self._rng = np.random.default_rng(seed)
         start_ns = time.time_ns()
-        room = load_scene('room')
+        room = load_scene('room', ideal=True)
         self._scene = replace(room, effects=replace(room.effects, range_noise=RANGE_NOISE))
         self.motion = FaultyServo(ServoMotion(), seed)
         self.truth = Truth(self.motion.shaft)

@@ -45,7 +45,10 @@ def measure(arguments: list[str]) -> Row:
         values = {'/**': {'ros__parameters': {'feedback_rate': 62.0}}}
         (folder / 'servo.yaml').write_text(yaml.safe_dump(values))
         given = [argument.format(folder=folder) for argument in arguments]
-        with launched_sensor(folder / 'launch.log', *given) as sensor, _receiver() as receiver:
+        with (
+            launched_sensor(folder / 'launch.log', 'ideal:=true', *given) as sensor,
+            _receiver() as receiver,
+        ):
             record(folder / 'warm_up', 2.0, sensor, Console(quiet=True))
             before, received_before = _cpu_seconds(sensor.process.pid), _seconds(receiver)
             record(folder / 'bag', DURATION, sensor, Console(quiet=True))

@@ -170,7 +170,7 @@ def _run(nod: NodTrajectory, seed: int) -> tuple[float, float, float, float]:
 
 
 def _scene_rows(name: str, nods: Sequence[Row]) -> Iterator[Row]:
-    scene = load_scene(name)
+    scene = load_scene(name, ideal=True)
     effects = replace(scene.effects, servo_jitter=REVERSAL_ERROR)
     scene = replace(
         scene, effects=effects, base_velocity=(0.0, 0.0), base_legs=(), base_repeat=False

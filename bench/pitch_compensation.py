@@ -72,7 +72,7 @@ def results() -> list[Row]:
     """Return repeats and evenness over the height, with and without compensation."""
     rows = []
     for name, start, end in DRIVES:
-        scene = load_scene(name)
+        scene = load_scene(name, ideal=True)
         fixed, steered = (drive(scene, start, end, compensate) for compensate in (False, True))
         span = float(np.ptp(fixed.pitch))
         figures = [_figures(each, span / N_S) for each in (fixed, steered)]

@@ -50,7 +50,7 @@ def simulated_room(
     velocity
         Of the base, constant [m/s, rad/s].
     """
-    room = load_scene('room')
+    room = load_scene('room', ideal=True)
     effects = replace(room.effects, servo_jitter=reversal_error)
     scene = replace(room, effects=effects, base_velocity=velocity)
     return simulate(scene, reference_nod(), duration, start_ns=START_NS, sensor=sensor)

@@ -23,7 +23,7 @@ def draw(folder: Path, console: Console) -> Table:
         row: Row = {'scene': name}
         for limits, compensate in LIMITS.items():
             with console.status(f'Fig. 11: {name}, {limits}'):
-                points = drive(load_scene(name), start, end, compensate).points
+                points = drive(load_scene(name, ideal=True), start, end, compensate).points
             counts, _ = np.histogram(points[:, 2], bins=BINS)
             shown.stairs(counts / 1e3, BINS, orientation='horizontal', label=limits, linewidth=2)
             row[limits] = variation(points)

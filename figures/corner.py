@@ -33,7 +33,9 @@ SHOWN = 'nearest', 'slerp'
 
 def draw(folder: Path, console: Console) -> Table:
     """Draw the corner in profile into corner.png; return the errors of each estimator."""
-    simulated = simulate(load_scene('corner'), reference_nod(), DURATION, start_ns=START_NS)
+    simulated = simulate(
+        load_scene('corner', ideal=True), reference_nod(), DURATION, start_ns=START_NS
+    )
     near = near_beams(simulated_log(simulated))
     rows: list[Row] = []
     figure, axes = plt.subplots(1, len(SHOWN), figsize=(8.0, 5.0), sharex=True, sharey=True)

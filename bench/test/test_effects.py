@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 
 from bench import effects
-from bench.effects import ALL, Figures, moved, NONE, PEOPLE, recording, size_in_words, variants
+from bench.effects import (
+    ALL,
+    Figures,
+    LIDAR,
+    moved,
+    NONE,
+    PEOPLE,
+    recording,
+    size_in_words,
+    variants,
+)
 from bench.report import recorded
 
 NAMES = [field.name for field in fields(Effects)]
@@ -23,8 +33,9 @@ def short():
 
 
 def test_every_effect_is_tried_alone_and_with_all_others():
-    found = variants(replace(load_scene('room'), effects=Effects(range_noise=0.5)))
-    assert list(found) == [NONE, *NAMES, ALL]
+    found = variants(replace(load_scene('room', ideal=True), effects=Effects(range_noise=0.5)))
+    assert list(found) == [NONE, *NAMES, LIDAR, ALL]
+    assert [name for name in found if not found[name].lidar.ideal] == [LIDAR]
     assert found[NONE].effects == Effects()
     for name in NAMES:
         on = [other for other in NAMES if getattr(found[name].effects, other) > 0.0]
@@ -33,7 +44,7 @@ def test_every_effect_is_tried_alone_and_with_all_others():
 
 
 def test_people_are_an_effect_where_a_scene_has_them():
-    found = variants(load_scene('crossing'))
+    found = variants(load_scene('crossing', ideal=True))
     assert not found[NONE].movers
     assert not found['dropouts'].movers
     assert list(found[PEOPLE].movers) == list(found[ALL].movers) == ['person']
@@ -50,10 +61,10 @@ def test_a_figure_counts_beyond_its_threshold():
 def test_the_rows_of_a_scene_compare_each_effect_with_none(monkeypatch):
     """All effects take less than the ray casts of the room do: a ratio in one run."""
     monkeypatch.setattr(effects, 'SEEDS', range(1))
-    rows = effects.scene_rows(load_scene('room'), rounds=5)
-    assert [row['effect'] for row in rows] == [NONE, *NAMES, ALL]
+    rows = effects.scene_rows(load_scene('room', ideal=True), rounds=5)
+    assert [row['effect'] for row in rows] == [NONE, *NAMES, LIDAR, ALL]
     assert (rows[0]['to that of none'], rows[0]['points lost [%]']) == (1.0, 0.0)
-    assert all(row['to that of none'] < 2.0 for row in rows)
+    assert all(row['to that of none'] < 2.0 for row in rows if row['effect'] != LIDAR)
 
 
 def test_sizes_have_their_units():
@@ -67,6 +78,7 @@ def test_sizes_have_their_units():
     [
         ('wall', 'range_noise', 'RMS'),
         ('wall', 'dropouts', 'points'),
+        ('room', LIDAR, 'RMS'),
         ('wall', 'odometry_error', ''),
         ('wall', 'heading_drift', ''),
         ('corridor', 'odometry_error', 'RMS'),
@@ -75,14 +87,14 @@ def test_sizes_have_their_units():
 )
 def test_what_a_scene_requires_is_found(scene, effect, expected):
     """Odometry matters to a robot that drives, and a person to a map."""
-    found = variants(load_scene(scene))
+    found = variants(load_scene(scene, ideal=True))
     bare, spoilt = (effects.figures(recording(found[name])) for name in (NONE, effect))
     assert moved(spoilt, bare) == expected
 
 
 def test_a_beam_repeats_one_in_its_row_of_the_same_step(monkeypatch):
     """The coprime nod never does, but for rounding; with one row for a degree, nearly all do."""
-    simulated = recording(load_scene('wall'))
+    simulated = recording(load_scene('wall', ideal=True))
     assert effects.repeats(simulated) < 5e-4
     monkeypatch.setattr(effects, 'SAMPLES_PER_SWEEP', 70)
     rows = 2 * effects.LINEAR / effects.SPAN * 70 + 2
@@ -106,4 +118,5 @@ def test_the_documentation_says_what_was_found():
     expected = {(name, effect): f for name in scene_names() for effect, f in everywhere.items()}
     wheels = ('odometry_error', 'wheel_slip', 'heading_drift')
     expected |= {('corridor', effect): 'RMS' for effect in wheels}
+    expected |= {(name, LIDAR): 'RMS, points' for name in scene_names()} | {('room', LIDAR): 'RMS'}
     assert required == expected | {('crossing', PEOPLE): 'RMS'}

@@ -32,7 +32,7 @@ FAULT = Episode(
 
 @pytest.fixture(scope='module')
 def recording():
-    scene = replace(load_scene('room'), effects=Effects(range_noise=0.002))
+    scene = replace(load_scene('room', ideal=True), effects=Effects(range_noise=0.002))
     sensor = SensorModel(joint_rate=1000.0, joint_tick=1e-6)
     return simulate(scene, reference_nod(), DURATION, start_ns=START_NS, sensor=sensor)
 

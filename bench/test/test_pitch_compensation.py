@@ -16,7 +16,9 @@ def of_finest_grid(pitch, row):
 
 @pytest.mark.parametrize(('name', 'start', 'end'), DRIVES)
 def test_points_are_twice_as_even_and_repeat_less_with_compensated_limits(name, start, end):
-    fixed, followed = (drive(load_scene(name), start, end, c, FRAMES) for c in (False, True))
+    fixed, followed = (
+        drive(load_scene(name, ideal=True), start, end, c, FRAMES) for c in (False, True)
+    )
     assert variation(followed.points) <= variation(fixed.points) / 2.0
     row = np.ptp(fixed.pitch) / N_S
     ratio = of_finest_grid(followed.pitch, row) / of_finest_grid(fixed.pitch, row)

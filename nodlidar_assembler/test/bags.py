@@ -14,7 +14,7 @@ NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
 
 def recording(duration, scene='room', velocity=(0.0, 0.0)):
     """Return what the reference sensor publishes on a base that drives and turns."""
-    scene = replace(load_scene(scene), base_velocity=velocity)
+    scene = replace(load_scene(scene, ideal=True), base_velocity=velocity)
     return simulate(scene, NOD, duration, start_ns=START_NS)
 
 

@@ -27,7 +27,7 @@ DURATION = 3.0
 @pytest.fixture(scope='module')
 def log():
     """Return what the reference sensor tells in the scene 'wall'."""
-    return sensor_log(simulated(load_scene('wall'), DURATION))
+    return sensor_log(simulated(load_scene('wall', ideal=True), DURATION))
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ class Bench:
 @pytest.fixture(scope='module')
 def messages():
     """Return half a second of scans and joint states, each with the time at which it comes."""
-    log = sensor_log(simulated(load_scene('wall'), 0.5))
+    log = sensor_log(simulated(load_scene('wall', ideal=True), 0.5))
     timed = [(s.stamp_ns + 66_600_000, SCAN, scan_message(s)) for s in log.scans]
     samples = zip(log.sample_ns.tolist(), log.sample_pitch, strict=True)
     timed += [(stamp_ns, STATE, state_message(stamp_ns, pitch)) for stamp_ns, pitch in samples]

@@ -40,7 +40,7 @@ def log():
 
 def driven(scene, duration, **motion):
     """Return what the sensor publishes on a robot in a scene, and its odometry."""
-    moving = replace(load_scene(scene), mount=MOUNT, **motion)
+    moving = replace(load_scene(scene, ideal=True), mount=MOUNT, **motion)
     recording = simulated(moving, duration)
     x, y, yaw = recording.odometry_pose.T
     zero = np.zeros_like(x)

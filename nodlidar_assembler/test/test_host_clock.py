@@ -32,7 +32,7 @@ class Clock:
 @pytest.fixture(scope='module')
 def log():
     """Return what the reference sensor tells in the scene 'wall'."""
-    return sensor_log(simulated(load_scene('wall'), DURATION))
+    return sensor_log(simulated(load_scene('wall', ideal=True), DURATION))
 
 
 def timed(log):

@@ -242,7 +242,7 @@ def seen(recording):
 
 def test_on_the_way_to_a_wall_the_band_stays_covered():
     """Half the sector is 30 deg: the median range of a wall is its distance / cos 15 deg."""
-    rows = drive([load_scene('wall')] * 75, speed=0.4, start_x=-2.5)[20:]
+    rows = drive([load_scene('wall', ideal=True)] * 75, speed=0.4, start_x=-2.5)[20:]
     distance = (2.0 + 2.5 - rows[:, 0]) / math.cos(math.radians(15.0))
     expected = np.array([limits_at(CONFIG, d) for d in distance])
     np.testing.assert_allclose(rows[:, 1:], expected, rtol=CONFIG.hysteresis, atol=0.02)

@@ -28,7 +28,9 @@ BEAMS = Beams(GEOMETRY, REFERENCE_MOUNT)
 
 def scans_of_a_wall(duration, start_ns=START_NS, **changes):
     nod = NodTrajectory(-0.4, 0.4, 4001 * BEAM, 4001, START_NS)
-    recording = simulate(replace(load_scene('wall'), **changes), nod, duration, start_ns=start_ns)
+    recording = simulate(
+        replace(load_scene('wall', ideal=True), **changes), nod, duration, start_ns=start_ns
+    )
     return [
         (Scan(int(stamp), GEOMETRY, ranges.astype(np.float32)), pitch)
         for stamp, ranges, pitch in zip(

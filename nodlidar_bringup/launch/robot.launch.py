@@ -94,6 +94,7 @@ class Sensor:
                 f'--route={self.values["route"]}',
                 '--base',
                 self.values['base'],
+                *(['--ideal'] if self.values['ideal'] == 'true' else []),
             ],
             on_exit=end_all,
         )

@@ -37,7 +37,7 @@ def launched(tmp_path_factory):
         (DiagnosticArray, '/diagnostics'),
     ]:
         observer.subscribe(message_type, topic)
-    with launched_sensor(log, 'scene:=wall') as running:
+    with launched_sensor(log, 'scene:=wall', 'ideal:=true') as running:
         # Each topic is found in its own time.
         least = {'scan': 10, 'joint_states': 100, 'points': SCANS, 'nod_command': 1}
         nodding = lambda: all(  # noqa: E731
@@ -105,7 +105,7 @@ def test_clouds_have_the_documented_fields_and_lie_on_the_scene(launched):
             for cloud in clouds[5:]
         ]
     )
-    world = World(load_scene('wall'), ServoMotion())
+    world = World(load_scene('wall', ideal=True), ServoMotion())
     distance = world.surface_distance(xyz.astype(np.float64), np.array([0]))
     assert np.sqrt(np.mean(distance**2)) < 0.02
 

@@ -30,7 +30,13 @@ def drive(tmp_path_factory):
     for kind, topic in topics.items():
         observer.subscribe(kind, topic)
     log = tmp_path_factory.mktemp('launch') / 'launch.log'
-    arguments = 'scene:=wall', 'route:=approach', 'base:=odometry', 'adapt_limits:=true'
+    arguments = (
+        'scene:=wall',
+        'ideal:=true',
+        'route:=approach',
+        'base:=odometry',
+        'adapt_limits:=true',
+    )
     odometry = observer.messages['odom']
     with launched_sensor(log, *arguments) as running:
         driven = lambda: odometry and odometry[-1].pose.pose.position.x > WAY  # noqa: E731

@@ -23,7 +23,8 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
         observer.subscribe(JointState, f'{side}/joint_states')
         observer.subscribe(PointCloud2, f'{side}/points')
     arguments = {
-        side: (f'namespace:=/{side}', f'frame_prefix:={side}_', 'scene:=wall') for side in sides
+        side: (f'namespace:=/{side}', f'frame_prefix:={side}_', 'scene:=wall', 'ideal:=true')
+        for side in sides
     }
     with (
         launched_sensor(tmp_path / 'left.log', *arguments['left']),
@@ -77,7 +78,7 @@ def test_a_profile_is_the_assembler_s_and_sets_the_servo_s_rate(tmp_path):
     observer.subscribe(JointState, 'joint_states')
     observer.subscribe(PointCloud2, 'points')
     client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
-    with launched_sensor(tmp_path / 'launch.log', 'profile:=fast', 'scene:=wall'):
+    with launched_sensor(tmp_path / 'launch.log', 'profile:=fast', 'scene:=wall', 'ideal:=true'):
         heard = observer.messages['points'], observer.messages['joint_states']
         observer.spin_until(lambda: all(len(topic) > 10 for topic in heard), 'both topics')
         observer.spin_until(client.service_is_ready, 'the assembler')
@@ -95,7 +96,7 @@ def test_the_lidar_s_place_is_the_assembler_s_and_the_model_s(tmp_path):
     client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
     mount = 'laser_xyz:=0.01 0 -5e-2', 'laser_rpy:=0 0 3.141592653589793'
     frames = 'nodlidar_tilt_link', 'laser', Time()
-    with launched_sensor(tmp_path / 'launch.log', 'scene:=wall', *mount):
+    with launched_sensor(tmp_path / 'launch.log', 'scene:=wall', 'ideal:=true', *mount):
         observer.spin_until(client.service_is_ready, 'the assembler')
         answer = client.call_async(GetParameters.Request(names=['laser_xyz', 'laser_rpy']))
         observer.spin_until(answer.done, 'parameters')

@@ -34,7 +34,7 @@ def test_the_wall_comes_nearer_as_odometry_says(tmp_path):
     for kind, topic in [(Odometry, 'odom'), (LaserScan, 'scan'), (JointState, 'joint_states')]:
         observer.subscribe(kind, topic)
     log = tmp_path / 'launch.log'
-    arguments = ('scene:=wall', 'route:=approach', 'base:=odometry')
+    arguments = ('scene:=wall', 'ideal:=true', 'route:=approach', 'base:=odometry')
     with launched_sensor(log, *arguments) as running:
         odometry, scans, states = map(observer.messages.get, ('odom', 'scan', 'joint_states'))
         enough = lambda: len(scans) > 20 and len(states) > 200 and len(odometry) > 100  # noqa: E731

@@ -41,7 +41,13 @@ def test_clouds_of_a_robot_that_drives_lie_on_the_room(tmp_path):
     The frame odom is where the base starts, which in the room is the origin of the world.
     """
     log = tmp_path / 'launch.log'
-    arguments = ('scene:=room', 'route:=figure_of_eight', 'base:=odometry', 'ego_motion:=beam')
+    arguments = (
+        'scene:=room',
+        'ideal:=true',
+        'route:=figure_of_eight',
+        'base:=odometry',
+        'ego_motion:=beam',
+    )
     with (
         observed((PointCloud2, 'points'), (Odometry, 'odom')) as observer,
         launched_sensor(log, *arguments) as running,
@@ -58,7 +64,7 @@ def test_clouds_of_a_robot_that_drives_lie_on_the_room(tmp_path):
         xyz.append(point_cloud2.read_points_numpy(cloud, field_names=['x', 'y', 'z']))
     points = np.concatenate(xyz).astype(np.float64)
     assert len(points) > 15_000
-    distance = load_scene('room').surfaces.surface_distance(points)
+    distance = load_scene('room', ideal=True).surfaces.surface_distance(points)
     assert np.sqrt(np.mean(distance**2)) < 0.01
 
 
@@ -88,7 +94,7 @@ def test_when_odometry_dies_scans_are_dropped_and_counted_until_it_lives_again(t
     topics = (PointCloud2, 'points'), (Odometry, 'odom'), (DiagnosticArray, '/diagnostics')
     with (
         observed(*topics) as observer,
-        launched_sensor(log, 'scene:=wall', 'ego_motion:=beam') as running,
+        launched_sensor(log, 'scene:=wall', 'ideal:=true', 'ego_motion:=beam') as running,
     ):
         clouds, odometry, diagnostics = map(observer.messages.get, [t for _, t in topics])
         with odometry_process(tmp_path) as process:

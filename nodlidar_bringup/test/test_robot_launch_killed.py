@@ -32,7 +32,7 @@ def wait_until(condition, what):
     ],
 )
 def test_a_kill_ends_all_nodes_with_torque_and_laser_off(tmp_path, victim, end):
-    devices = make_devices(load_scene('wall'), time.time_ns(), seed=0)
+    devices = make_devices(load_scene('wall', ideal=True), time.time_ns(), seed=0)
     links = {name: tmp_path / name for name in devices}
     lidar, servo = devices['lidar'].sensor, devices['servo'].table
     ports = [f'{name}_port:={link}' for name, link in links.items()]

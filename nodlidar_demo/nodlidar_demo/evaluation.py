@@ -1,15 +1,19 @@
 """Distance of a recorded sensor's points to the true surfaces; simulated recordings."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+import math
 
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.assembly import place, Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.lidar import Lidar
+from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.world import World
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +66,51 @@ def surface_rms(points: Points, world: World) -> float:
     """Return the RMS distance of points in nodlidar_base_link to the true surfaces [m]."""
     distance = world.surface_distance(xyz_of(points), points.time_ns)
     return float(np.sqrt(np.mean(distance**2)))
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedMotion:
+    """The motion of a log's joint, linear between its samples."""
+
+    log: SensorLog
+
+    def position(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the pitch [rad] at times [ns]."""
+        return np.interp(times_ns, self.log.sample_ns, self.log.sample_pitch)
+
+    def velocity(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the angular velocity [rad/s] at times [ns]."""
+        rates = np.diff(self.log.sample_pitch) / np.diff(self.log.sample_ns) * NS_PER_S
+        after = np.searchsorted(self.log.sample_ns[1:-1], times_ns, side='right')
+        return np.asarray(rates[after])
+
+
+def lidar_rms(log: SensorLog, scene: Scene, start_ns: int, seed: int = 0) -> float:
+    """Return the RMS distance [m] to the true surfaces that the errors of the lidar alone cause.
+
+    The scans of a log are measured anew, with the log's motion for the true one, and placed by it.
+
+    Parameters
+    ----------
+    log
+        Its scans give the instants of the beams, and range_max.
+    scene, start_ns
+        The scene, and when its objects and its base leave their start [ns].
+    seed
+        Of the errors of the lidar.
+    """
+    motion = RecordedMotion(log)
+    world = World(scene, motion, start_ns=start_ns)
+    lidar, pipeline = Lidar(scene.lidar, world, start_ns, seed), Pipeline(PipelineConfig())
+    squares, count = 0.0, 0
+    for scan in log.scans:
+        beams = pipeline.beams(scan.geometry)
+        times_ns = scan.stamp_ns + beams.offset_ns
+        ranges = lidar.ranges(times_ns, beams.azimuth).astype(np.float32)
+        placed = place(beams, ranges, motion.position(times_ns))
+        distance = world.surface_distance(placed.xyz.T, times_ns[placed.beams])
+        squares, count = squares + float(distance @ distance), count + len(distance)
+    return math.sqrt(squares / max(count, 1))
 
 
 def simulated_odometry(simulated: Recording) -> Odometry:

@@ -1,6 +1,7 @@
 """The tables at the end of the demo."""
 
 from collections.abc import Mapping
+import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_demo.delivery import Delivery
@@ -15,15 +16,16 @@ def print_report(
     delivery: Delivery,
     rms: Mapping[str, float],
     rms_by_odometry: Mapping[str, float],
+    lidar: float,
     console: Console,
 ) -> None:
     """Print what a recorded sensor delivered, and the accuracy of each estimator.
 
     The RMS distances [m] are by true poses of the base and by odometry; the latter are empty for a
-    base that does not drive.
+    base that does not drive. `lidar` is what the lidar's errors alone cause.
     """
     console.print(_delivery_table(log, delivery))
-    console.print(rms_table(rms, rms_by_odometry))
+    console.print(rms_table(rms, rms_by_odometry, lidar))
 
 
 def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
@@ -46,18 +48,29 @@ def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
     return table
 
 
-def rms_table(rms: Mapping[str, float], by_odometry: Mapping[str, float]) -> Table:
-    """Return the table of RMS distances [m] by estimator; see print_report."""
+def rms_table(
+    rms: Mapping[str, float], by_odometry: Mapping[str, float], lidar: float = 0.0
+) -> Table:
+    """Return the table of RMS distances [m] by estimator; see print_report.
+
+    An estimator's share is what remains of its squared distance without that of the lidar.
+    """
     best = min(rms.values())
     table = Table(title=f'RMS distance to the true surfaces, beams up to {FAR:g} m')
     headings = ['estimator', 'RMS', 'against the best']
     if by_odometry:
         headings = ['estimator', 'by true poses', 'against the best', 'by odometry']
+    if lidar:
+        headings.append('without the lidar')
     for heading in headings:
         table.add_column(heading, justify='left' if heading == 'estimator' else 'right')
     for estimator, distance in rms.items():
         row = [estimator, f'{distance * 1e3:.1f} mm', f'{distance / best:.1f} x']
         if by_odometry:
             row.append(f'{by_odometry[estimator] * 1e3:.1f} mm')
+        if lidar:
+            row.append(f'{math.sqrt(max(distance**2 - lidar**2, 0.0)) * 1e3:.1f} mm')
         table.add_row(*row)
+    if lidar:
+        table.caption = f"Of each, the lidar's own errors are {lidar * 1e3:.1f} mm"
     return table

@@ -25,7 +25,7 @@ from rich.console import Console
 def test_only_what_moves_is_told_and_only_a_base_that_drives_is_compensated(
     scene, route, expected
 ):
-    loaded = load_scene(scene, route)
+    loaded = load_scene(scene, route, ideal=True)
     assert launch_arguments(scene, route, loaded) == [f'scene:={scene}', *expected]
 
 

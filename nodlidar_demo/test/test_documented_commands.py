@@ -83,7 +83,9 @@ def test_plan_scan(command):
 @starting('ros2', 'run', 'nodlidar_assembler', 'assemble_bag')
 def test_assemble_bag(command, tmp_path, monkeypatch):
     nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
-    write_bag(simulate(load_scene('room'), nod, 2.0, start_ns=10**18), tmp_path / 'bag')
+    write_bag(
+        simulate(load_scene('room', ideal=True), nod, 2.0, start_ns=10**18), tmp_path / 'bag'
+    )
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'demo_output').mkdir()
     (tmp_path / 'bag').rename(tmp_path / 'demo_output' / 'bag')
@@ -131,7 +133,7 @@ def test_make(command):
         assert f'$({name})' in (WORKSPACE / 'Makefile').read_text()
         if name == 'DEMO_ARGS':
             chosen = parse(shlex.split(value), None)
-            load_scene(chosen.scene, chosen.route)
+            load_scene(chosen.scene, chosen.route, ideal=True)
 
 
 @starting('python', '-m')

@@ -23,7 +23,9 @@ START_NS = 1_700_000_000_000_000_000
 
 
 def drive(speed, turn_rate, start=(0.0, 0.0, 0.0), duration=12.0, scene='room'):
-    scene = replace(load_scene(scene), base_velocity=(speed, turn_rate), base_start=start)
+    scene = replace(
+        load_scene(scene, ideal=True), base_velocity=(speed, turn_rate), base_start=start
+    )
     nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
     return simulate(scene, nod, duration, start_ns=START_NS)
 

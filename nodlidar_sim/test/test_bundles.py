@@ -61,7 +61,10 @@ def random_world(rng):
         for number in range(3)
     }
     scene = replace(
-        load_scene('wall'), objects={'it': shapes}, surfaces=surfaces_of(shapes), movers=movers
+        load_scene('wall', ideal=True),
+        objects={'it': shapes},
+        surfaces=surfaces_of(shapes),
+        movers=movers,
     )
     route = random_plan(rng).route(rng.uniform(-2.0, 2.0, 3), S)
     return World(scene, triangle_motion(NOD, 0, 5 * S), route, S)
@@ -154,7 +157,7 @@ class Counted:
 
 
 def counted_room():
-    room = load_scene('room')
+    room = load_scene('room', ideal=True)
     objects = {
         name: tuple(s if isinstance(s, Plane) else Counted(s) for s in shapes)
         for name, shapes in room.objects.items()
@@ -188,7 +191,7 @@ def test_only_beams_around_a_ball_are_tried_on_it(azimuth, share):
 def test_who_walks_out_of_view_is_not_tried_at_all():
     walker = Counted(Sphere(np.array([0.0, 0.0, 1.0]), 0.3))
     mover = Mover((walker,), (-3.0, 0.0, 0.0), Plan((0.1, 0.0)))
-    scene = replace(load_scene('wall'), movers={'walker': mover})
+    scene = replace(load_scene('wall', ideal=True), movers={'walker': mover})
     World(scene, triangle_motion(NOD, 0, S)).ranges(*scans(4))
     assert walker.rays == 0
 
@@ -196,7 +199,9 @@ def test_who_walks_out_of_view_is_not_tried_at_all():
 def test_a_scene_of_planes_needs_no_bundles(monkeypatch):
     monkeypatch.setattr(raycast, 'Bundles', None)
     times, azimuth = scans(1)
-    ranges = World(load_scene('wall'), triangle_motion(NOD, 0, S)).ranges(times, azimuth)
+    ranges = World(load_scene('wall', ideal=True), triangle_motion(NOD, 0, S)).ranges(
+        times, azimuth
+    )
     assert np.isfinite(ranges).any()
 
 

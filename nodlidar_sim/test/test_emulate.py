@@ -176,7 +176,7 @@ def test_arguments_of_ros_are_ignored():
 def test_the_lidar_sees_the_wall_that_the_servo_points_it_at():
     """At pitch p a beam of length r ends r cos p - z_off sin p ahead: at the wall, 2 m away."""
     start_ns = 10**18
-    scene = load_scene('wall')
+    scene = load_scene('wall', ideal=True)
     devices = make_devices(scene, start_ns, seed=0)
     clock = VirtualClock(start_ns)
     servo = VirtualPort(devices['servo'], clock, timeout=0.1)

@@ -123,7 +123,7 @@ def test_spots_in_a_room_equal_a_sum_over_random_rays():
     for number, rays in enumerate(cone(directions, 0.005, points)):
         starts = np.repeat(origins[number][None], len(rays), axis=0)
         echoes = scene.surfaces.echoes(starts, rays)
-        weight = echoes.cosine / echoes.ranges**2
+        weight = echoes.brightness * echoes.cosine / echoes.ranges**2
         apart.append(found[number] - (weight * echoes.ranges).sum() / weight.sum())
     mixed = np.abs(found - world.ranges(times, azimuth)) > 0.05
     assert mixed.sum() >= 8

@@ -17,7 +17,7 @@ S = 1_000_000_000
 START_NS = 1_800_000_000 * S
 NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS - 48_828)
 RX24F = load_servo('rx24f')
-WALL = replace(load_scene('wall'), servo=RX24F)
+WALL = replace(load_scene('wall', ideal=True), servo=RX24F)
 
 
 def middles(pitch, times_ns):

@@ -15,7 +15,7 @@ def random_rays(count, seed=0):
 
 @pytest.fixture(scope='module')
 def room():
-    return load_scene('room')
+    return load_scene('room', ideal=True)
 
 
 def all_shapes(scene):

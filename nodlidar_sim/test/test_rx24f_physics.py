@@ -110,7 +110,7 @@ def test_torque_off_lets_the_lidar_fall_to_its_stop():
 
 
 def test_a_scene_with_a_servo_gives_the_emulator_one():
-    scene = replace(load_scene('wall'), servo=RX24F)
+    scene = replace(load_scene('wall', ideal=True), servo=RX24F)
     for chosen, kind in ((scene, 'PhysicalServo'), (replace(scene, servo=None), 'ServoMotion')):
         servo = make_devices(chosen, 0, 1)['servo']
         assert type(servo.motor._motion).__name__ == kind

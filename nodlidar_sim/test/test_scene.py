@@ -12,6 +12,7 @@ from nodlidar_common.yaml_file import YamlError
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world import objects as objects_module
 from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene, parse_scene, route_names, scene_names
 from nodlidar_sim.world.section import SceneError
@@ -32,7 +33,7 @@ def test_these_scenes_are_shipped():
 
 @pytest.mark.parametrize('name', ['corner', 'corridor', 'crossing', 'room', 'wall'])
 def test_a_shipped_scene_is_seen_by_the_sensor(name):
-    scene = load_scene(name)
+    scene = load_scene(name, ideal=True)
     assert scene.name == name
     recording = simulate(scene, NOD, 4.0)
     ahead = np.abs(recording.azimuth) < 0.3
@@ -42,7 +43,13 @@ def test_a_shipped_scene_is_seen_by_the_sensor(name):
 
 
 def test_in_the_room_every_beam_gets_an_answer():
-    assert np.isfinite(simulate(load_scene('room'), NOD, 4.0).ranges).all()
+    assert np.isfinite(simulate(load_scene('room', ideal=True), NOD, 4.0).ranges).all()
+
+
+@pytest.mark.parametrize('name', scene_names())
+def test_a_shipped_scene_names_a_real_lidar_and_can_be_ideal(name):
+    assert load_scene(name).lidar == load_lidar('urg_04lx_ug01')
+    assert load_scene(name, ideal=True).lidar.ideal
 
 
 def test_everything_in_the_room_is_seen():

@@ -23,12 +23,12 @@ def record(scene, duration=4.0, **options):
 
 
 def with_effects(name='room', **effects):
-    return dataclasses.replace(load_scene(name), effects=Effects(**effects))
+    return dataclasses.replace(load_scene(name, ideal=True), effects=Effects(**effects))
 
 
 @pytest.fixture(scope='module')
 def room():
-    return record(load_scene('room'))
+    return record(load_scene('room', ideal=True))
 
 
 def test_a_scan_is_stamped_with_its_first_measured_beam(room):
@@ -72,7 +72,7 @@ def test_joint_samples_are_ticks_at_62_hz_that_enclose_every_beam(room):
 
 
 def test_odometry_comes_at_50_hz_in_odom():
-    recording = record(load_scene('corridor'))
+    recording = record(load_scene('corridor', ideal=True))
     np.testing.assert_array_equal(np.diff(recording.odometry_stamp_ns), S // 50)
     elapsed = (recording.odometry_stamp_ns - START_NS) / S
     np.testing.assert_allclose(recording.odometry_pose[:, 0], 0.3 * elapsed)
@@ -82,7 +82,7 @@ def test_odometry_comes_at_50_hz_in_odom():
 def test_a_driven_beam_is_cast_from_the_true_pose_of_its_instant():
     """In a figure of eight before one wall: by the circles' equations, beam by beam."""
     wall = 'objects: {w: {shapes: [{plane: {point: [3, 0, 0], normal: [1, 0, 0]}}]}}'
-    eight = load_scene('wall', 'figure_of_eight')
+    eight = load_scene('wall', 'figure_of_eight', ideal=True)
     scene = dataclasses.replace(
         parse_scene(wall, 'w'), base_legs=eight.base_legs, base_repeat=eight.base_repeat
     )
@@ -110,14 +110,14 @@ def arrays(recording):
 
 
 def test_the_same_seed_gives_the_same_recording():
-    scene = dataclasses.replace(load_scene('corridor'), effects=ALL)
+    scene = dataclasses.replace(load_scene('corridor', ideal=True), effects=ALL)
     one, same = arrays(record(scene, seed=3)), arrays(record(scene, seed=3))
     for name, array in one.items():
         np.testing.assert_array_equal(array, same[name], err_msg=name)
 
 
 def test_another_seed_gives_other_noise_turns_and_odometry():
-    scene = dataclasses.replace(load_scene('corridor'), effects=ALL)
+    scene = dataclasses.replace(load_scene('corridor', ideal=True), effects=ALL)
     one, other = arrays(record(scene, seed=3)), arrays(record(scene, seed=4))
     differ = {name for name, array in one.items() if not np.array_equal(array, other[name])}
     assert {'ranges', 'true_pitch', 'joint_position', 'odometry_pose'} <= differ
@@ -139,7 +139,10 @@ def test_a_fast_lidar_clock_shortens_the_revolutions():
 
 
 def test_servo_jitter_moves_the_nod_and_not_only_its_measurement():
-    exact, jittery = record(load_scene('room')), record(with_effects(servo_jitter=0.005))
+    exact, jittery = (
+        record(load_scene('room', ideal=True)),
+        record(with_effects(servo_jitter=0.005)),
+    )
     difference = jittery.true_pitch - exact.true_pitch
     assert 0.002 < difference.std() < 0.02
     measured = np.interp(jittery.true_time_ns, jittery.joint_stamp_ns, jittery.joint_position)
@@ -147,7 +150,7 @@ def test_servo_jitter_moves_the_nod_and_not_only_its_measurement():
 
 
 def test_odometry_drifts_only_where_it_is_asked_for():
-    exact = record(load_scene('corridor'))
+    exact = record(load_scene('corridor', ideal=True))
     np.testing.assert_array_equal(exact.odometry_pose, exact.true_pose)
     drifting = record(with_effects('corridor', odometry_error=0.05), seed=1)
     np.testing.assert_array_equal(drifting.true_pose, exact.true_pose)
@@ -166,7 +169,7 @@ def test_an_effect_that_is_off_creates_nothing():
 @pytest.mark.parametrize('name', scene_names())
 def test_a_scene_without_effects_draws_no_random_number(name, monkeypatch):
     """Nor makes anything that would: noise, late turns or wheels that err."""
-    scene = load_scene(name)
+    scene = load_scene(name, ideal=True)
     assert scene.effects == Effects()
     monkeypatch.setattr(np.random, 'default_rng', None)
     record(scene, 1.0)
@@ -203,7 +206,7 @@ def test_another_lidar_can_be_simulated():
     sensor = SensorModel(
         steps=1440, first_step=0, last_step=1439, front_step=720, scan_time=0.05, range_max=30.0
     )
-    recording = record(load_scene('room'), 1.0, sensor=sensor)
+    recording = record(load_scene('room', ideal=True), 1.0, sensor=sensor)
     assert recording.ranges.shape == (20, 1440)
     assert recording.azimuth[0] == pytest.approx(-math.pi)
 
@@ -211,7 +214,7 @@ def test_another_lidar_can_be_simulated():
 @pytest.mark.parametrize('duration', [0.0, 0.09, -1.0])
 def test_a_recording_too_short_for_a_scan_is_refused(duration):
     with pytest.raises(ParameterError, match=r"'duration' must be at least 0\.1 s, one scan"):
-        record(load_scene('wall'), duration)
+        record(load_scene('wall', ideal=True), duration)
 
 
 @pytest.mark.parametrize(
@@ -231,7 +234,7 @@ def test_a_sensor_that_cannot_be_is_refused(options, key):
 def test_a_nod_that_is_too_quick_is_refused():
     nod = NodTrajectory(-0.6, 0.6, 0.1, 1024, 0)
     with pytest.raises(ParameterError, match='sweep_duration'):
-        simulate(load_scene('wall'), nod, 1.0)
+        simulate(load_scene('wall', ideal=True), nod, 1.0)
 
 
 def test_nothing_in_range_is_infinitely_far():

@@ -35,7 +35,9 @@ def test_the_lever_arm_moves_the_optical_centre_back_when_pitched_up(pitch):
 
 
 def test_positive_pitch_is_up():
-    _, up = World(load_scene('room'), still(0.4)).rays(np.zeros(1, dtype=int), np.zeros(1))
+    _, up = World(load_scene('room', ideal=True), still(0.4)).rays(
+        np.zeros(1, dtype=int), np.zeros(1)
+    )
     np.testing.assert_allclose(up, [[math.cos(0.4), 0.0, math.sin(0.4)]])
 
 
@@ -93,7 +95,7 @@ def test_every_beam_has_the_pose_of_its_own_instant():
 
 
 def test_what_is_seen_at_once_or_beam_by_beam_is_the_same():
-    world = moving_world(load_scene('room'))
+    world = moving_world(load_scene('room', ideal=True))
     times = np.arange(682) * 97656
     azimuth = np.linspace(-2.0, 2.0, 682)
     one_by_one = [world.ranges(times[[i]], azimuth[[i]])[0] for i in range(0, 682, 11)]
@@ -102,7 +104,7 @@ def test_what_is_seen_at_once_or_beam_by_beam_is_the_same():
 
 def test_points_by_the_model_lie_on_the_surfaces():
     """The beam's end in nodlidar_base_link, by its formula, is in the frame of that instant."""
-    world = moving_world(load_scene('room'))
+    world = moving_world(load_scene('room', ideal=True))
     times = np.linspace(0, 2 * S, 500).astype(np.int64)
     theta = np.linspace(-2.0, 2.0, 500)
     r, phi = world.ranges(times, theta), world.motion.position(times)
@@ -181,6 +183,6 @@ def test_who_crosses_is_seen_at_walking_pace():
 
 
 def test_without_a_base_of_its_own_a_world_takes_the_route_of_the_scene():
-    scene = load_scene('corridor')
+    scene = load_scene('corridor', ideal=True)
     world = World(scene, still(0.0))
     np.testing.assert_allclose(world.base.poses(np.array([2 * S])), [[0.6, 0.0, 0.0]])

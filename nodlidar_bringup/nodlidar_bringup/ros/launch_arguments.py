@@ -40,6 +40,13 @@ ARGUMENTS = [
         'figure_of_eight, turn or a YAML file',
     ),
     DeclareLaunchArgument(
+        'ideal',
+        default_value='false',
+        choices=['true', 'false'],
+        description='true: simulated devices and odometry without errors (hardware:=sim); false: '
+        'with those that the scene names',
+    ),
+    DeclareLaunchArgument(
         'base',
         default_value='route',
         choices=['route', 'odometry', 'cmd_vel'],

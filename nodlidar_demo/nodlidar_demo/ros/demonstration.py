@@ -18,6 +18,7 @@ from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.whole_file import named
 from nodlidar_demo.delivery import read_delivery, read_start_ns
 from nodlidar_demo.evaluation import (
+    lidar_rms,
     moved_surface_rms,
     near_beams,
     points_of,
@@ -66,6 +67,9 @@ def parse(argv: Sequence[str] | None, description: str | None) -> argparse.Names
     parser = LineParser('demo', description)
     parser.add_argument('--scene', default='room', help='a scene of nodlidar_sim or a YAML file')
     parser.add_argument('--route', help="route of the base, in place of the scene's own")
+    parser.add_argument(
+        '--ideal', action='store_true', help='switch all errors of devices and odometry off'
+    )
     parser.add_argument('--duration', type=float, default=20.0, help='seconds of clouds to record')
     parser.add_argument(
         '--output', type=Path, default=Path('demo_output'), help='folder for the results'
@@ -77,25 +81,30 @@ def parse(argv: Sequence[str] | None, description: str | None) -> argparse.Names
 
 
 def _demo(options: argparse.Namespace, console: Console) -> None:
-    scene, output = load_scene(options.scene, options.route), options.output
+    scene = load_scene(options.scene, options.route, ideal=options.ideal)
+    output = options.output
     bag = output / 'bag'
     output.mkdir(parents=True, exist_ok=True)
     if bag.exists():
         shutil.rmtree(bag)
     keep_apart()
     arguments = launch_arguments(options.scene, options.route, scene)
+    if options.ideal:
+        arguments.append('ideal:=true')
     with launched_sensor(output / 'launch.log', *arguments) as sensor:
         record(bag, options.duration, sensor, console)
     with console.status('Measuring'):
         log = read_bag(bag, 'nod_joint')
-        world = World(scene, ServoMotion(), start_ns=read_start_ns(bag) if scene.moves else 0)
+        start_ns = read_start_ns(bag) if scene.moves else log.scans[0].stamp_ns
+        world = World(scene, ServoMotion(), start_ns=start_ns)
+        lidar = 0.0 if scene.lidar.ideal else lidar_rms(near_beams(log), scene, start_ns)
         rms = {e: surface_rms(points_of(near_beams(log), e), world) for e in ESTIMATORS}
         rms_by_odometry = {}
         if scene.drives:
             log = replace(log, odometry=read_odometry(bag, 'odom', 'nodlidar_base_link'))
             rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
         _draw(log, scene, output, f"'{scene.name}', {options.duration:g} s")
-    print_report(log, read_delivery(bag), rms, rms_by_odometry, console)
+    print_report(log, read_delivery(bag), rms, rms_by_odometry, lidar, console)
     console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
 
 
