@@ -6,7 +6,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_bench import BEAM_PERIOD, bench, sensor_log, simulated
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_common.errors import ParameterError
@@ -35,7 +34,10 @@ def log():
     [
         ((), PROFILES['balanced']),
         (('profile:=fast',), PROFILES['fast']),
-        (('profile:=accurate', 'estimator:=ends'), AssemblerConfig(estimator='ends')),
+        (
+            ('profile:=accurate', 'estimator:=ends'),
+            replace(PROFILES['accurate'], estimator='ends'),
+        ),
     ],
 )
 def test_parameters_that_are_not_given_are_those_of_the_profile(parameters, config):
