@@ -5,6 +5,8 @@ from hypothesis.extra.numpy import arrays
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.scan_assembler import ScanAssembler
 import numpy as np
 import pytest
 
@@ -97,3 +99,15 @@ def test_the_pipeline_removes_and_counts_them(angle, points):
     assert len(assembled.clouds[0].data) == points
     assert pipeline.veil_points == 6 - points
     np.testing.assert_array_equal(assembled.scan.ranges, ranges)
+
+
+def test_what_is_removed_is_counted_among_the_remarks():
+    assembler = ScanAssembler(AssemblerConfig(veil_angle=0.2))
+    assert not assembler.remarks
+    ranges = np.array([1.0, 1.0, 1.6, 2.4, 3.0, 3.0], dtype=np.float32)
+    assembler.add_joint_sample(0, 0.0)
+    assembler.add_scan(Scan(10**6, geometry(6), ranges), 0)
+    assembler.add_joint_sample(10**7, 0.0)
+    (outcome,) = assembler.ready(10**7)
+    assert len(outcome.assembled.placed.beams) == 3
+    assert assembler.remarks == {'points removed as mixed pixels': 3}
