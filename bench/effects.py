@@ -15,6 +15,7 @@ from nodlidar_sim.world.base import to_space
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.scene import load_scene, Scene, scene_names
+from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
 from bench.hot_paths import interleaved
@@ -36,8 +37,8 @@ TYPICAL = Effects(
 """Of a URG-04LX, a servo that follows its nod, a quartz clock, and wheels on a floor."""
 LEAST_CHANGE = 0.10  # of the RMS distance, that counts
 LEAST_SHARE = 0.01  # of the points lost, or of the beams repeated, that counts
-NONE, LIDAR, PEOPLE, ALL = 'none', 'lidar', 'people', 'all'
-LIDAR_SET = 'urg_04lx_ug01'
+NONE, LIDAR, SERVO, PEOPLE, ALL = 'none', 'lidar', 'servo', 'people', 'all'
+SETS = {LIDAR: 'urg_04lx_ug01', SERVO: 'rx24f'}
 LINEAR = 0.58  # pitch up to which the nod is steady; beyond, it reverses [rad]
 THINNING = 10  # one of so many points is compared with the surfaces
 
@@ -98,17 +99,20 @@ def scene_rows(scene: Scene, rounds: int = ROUNDS) -> list[Row]:
 def variants(scene: Scene) -> dict[str, Scene]:
     """Return a scene without effects, with each alone, and with all, by the effect's name.
 
-    All are those of Effects and the people. The lidar's set, with its own noise and lost beams, is
-    only tried alone.
+    All are those of Effects and the people. The sets of lidar and servo, with their own errors,
+    are only tried alone.
     """
     bare = replace(scene.ideal(), movers={})
     alone = {f.name: {f.name: getattr(TYPICAL, f.name)} for f in fields(Effects)}
-    lidar = {LIDAR: replace(bare, lidar=load_lidar(LIDAR_SET))}
+    sets = {
+        LIDAR: replace(bare, lidar=load_lidar(SETS[LIDAR])),
+        SERVO: replace(bare, servo=load_servo(SETS[SERVO])),
+    }
     people = {PEOPLE: replace(bare, movers=scene.movers)} if scene.movers else {}
     return {
         NONE: bare,
         **{name: replace(bare, effects=Effects(**effect)) for name, effect in alone.items()},
-        **lidar,
+        **sets,
         **people,
         ALL: replace(scene.ideal(), effects=TYPICAL),
     }
@@ -125,9 +129,9 @@ def moved(found: Figures, without: Figures) -> str:
 
 
 def size_in_words(name: str) -> str:
-    """Return the size of an effect with its unit, or the lidar's set; empty for the others."""
-    if name == LIDAR:
-        return LIDAR_SET
+    """Return the size of an effect with its unit, or the set of a device; empty for the others."""
+    if name in SETS:
+        return SETS[name]
     unit = {f.name: limits_of(f).unit for f in fields(Effects)}
     return f'{getattr(TYPICAL, name):g} {unit[name]}'.strip() if name in unit else ''
 
