@@ -31,6 +31,7 @@ STILL_AT = (-0.35, -0.05, 0.2)  # rad
 NODDING, STILL = 'pi rad/s', 'still'
 ROUNDS = 2000
 REMOVED, LOST, SHARE = 'veil points removed [%]', 'others removed [%]', 'veil points [%]'
+RMS, RMS_KEPT = 'RMS to the surfaces [mm]', 'with the filter [mm]'
 TIME = 'time of the filter per scan [us]'
 CONFIG: VeilConfig = PROFILES['accurate']
 TITLE = (
@@ -84,7 +85,25 @@ def results(drawn: int = DRAWN) -> list[Row]:
                 {'scene': scene, 'lidar': name, 'nod': kind, **count.row()}
                 for scene, count in groups.items()
             ]
-    return [*rows, {TIME: time_per_scan() * 1e6}]
+    return [*rows, *rms_rows(), {TIME: time_per_scan() * 1e6}]
+
+
+def rms_rows() -> list[Row]:
+    """Return the RMS distances of the points to the surfaces, with and without the filter."""
+    rows: list[Row] = []
+    for name in LIDARS:
+        for scene in shipped_scenes():
+            seen = simulate(
+                replace(scene, lidar=load_lidar(name)), reference_nod(), 6.0, start_ns=START_NS
+            )
+            measured = np.isfinite(seen.ranges)
+            distance = _distance(seen, measured)
+            kept = distance[~removed_points(seen)[measured]]
+            rms, rms_kept = (float(np.sqrt(np.mean(each**2))) for each in (distance, kept))
+            rows.append(
+                {'scene': scene.name, 'lidar': name, RMS: rms * 1e3, RMS_KEPT: rms_kept * 1e3}
+            )
+    return rows
 
 
 def counted(scene: Scene, lidar: LidarParameters, kind: str) -> Count:
@@ -120,10 +139,8 @@ def veil_points(seen: Recording, spot_only: Recording, lidar: LidarParameters) -
         mixed = np.abs(spot_only.ranges - seen.true_range) >= sigma
     mixed |= np.isinf(seen.true_range) & np.isfinite(spot_only.ranges)
     chosen = measured & mixed
-    points = _placed(seen, ranges)[chosen]
     far = np.zeros(measured.shape, dtype=np.bool_)
-    distance = seen.world.surface_distance(points, seen.true_time_ns[chosen])
-    far[chosen] = distance > SIGMAS * sigma[chosen]
+    far[chosen] = _distance(seen, chosen) > SIGMAS * sigma[chosen]
     return far
 
 
@@ -144,9 +161,11 @@ def time_per_scan(rounds: int = ROUNDS) -> float:
     return float(seconds)
 
 
-def _placed(seen: Recording, ranges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the end points of beams in nodlidar_base_link [m], shape (scans, beams, 3)."""
-    azimuth, up, level = seen.azimuth[None], np.sin(seen.true_pitch), np.cos(seen.true_pitch)
-    ahead, arm = ranges * np.cos(azimuth), seen.world.scene.optical_offset
-    left = ranges * np.sin(azimuth)
-    return np.stack([ahead * level - arm * up, left, ahead * up + arm * level], axis=-1)
+def _distance(seen: Recording, chosen: Mask) -> NDArray[np.float64]:
+    """Return the distance of some points, placed with the true pitch, to the surfaces [m]."""
+    azimuth = np.broadcast_to(seen.azimuth, chosen.shape)[chosen]
+    ranges, pitch = seen.ranges[chosen], seen.true_pitch[chosen]
+    ahead, left = ranges * np.cos(azimuth), ranges * np.sin(azimuth)
+    up, level, arm = np.sin(pitch), np.cos(pitch), seen.world.scene.optical_offset
+    points = np.stack([ahead * level - arm * up, left, ahead * up + arm * level], axis=1)
+    return seen.world.surface_distance(points, seen.true_time_ns[chosen])
