@@ -24,7 +24,7 @@ def limits_of(command):
 
 def test_limits_follow_the_wall_from_one_command_to_the_next(log):
     """The wall is 2 m ahead; half of the sector is 30 degrees, so the median is at 15."""
-    with bench('adapt_limits:=true', 'limits_rate:=0.5') as running:
+    with bench('samples_per_sweep:=4001', 'adapt_limits:=true', 'limits_rate:=0.5') as running:
         running.feed(log)
         commands = running.out[NodCommand]
         expected = pytest.approx(limits_at(PitchLimitsConfig(), 2.0 / 0.9659), abs=0.02)

@@ -38,7 +38,7 @@ def feed_in_time(running, log):
 
 def test_sweeps_follow_each_other_as_chosen(log):
     """Each command is for later, from a turn of the one before on, near to the planned N_s."""
-    with bench('nod_mode:=feedback', 'use_sim_time:=true') as running:
+    with bench('nod_mode:=feedback', 'samples_per_sweep:=4001', 'use_sim_time:=true') as running:
         feed_in_time(running, log)
         commands = running.out[NodCommand]
         running.spin_until(lambda: len({time_ns(c.start_time) for c in commands}) >= 5)

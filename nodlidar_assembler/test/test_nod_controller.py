@@ -35,11 +35,11 @@ def run(controller, scans, first=0, since_ns=BEGIN_NS, beams=BEAMS):
 
 
 def test_before_the_first_scan_there_is_no_command():
-    assert NodController(AssemblerConfig()).command is None
+    assert NodController(AssemblerConfig(samples_per_sweep=4001)).command is None
 
 
 def test_coprime_is_the_nod_that_is_tied_to_the_lidar():
-    commands = run(NodController(AssemblerConfig()), 20)
+    commands = run(NodController(AssemblerConfig(samples_per_sweep=4001)), 20)
     clock = NodClock(NodShape(-0.6136, 0.6136, 4001), 1024)
     for number, (nod, start_ns) in enumerate(commands):
         clock.add_scan(URG, BEGIN_NS + number * 100_000_000)
@@ -48,7 +48,7 @@ def test_coprime_is_the_nod_that_is_tied_to_the_lidar():
 
 
 def test_feedback_commands_one_sweep_after_the_other():
-    commands = run(NodController(AssemblerConfig(nod_mode='feedback')), 60)
+    commands = run(NodController(AssemblerConfig(nod_mode='feedback', samples_per_sweep=4001)), 60)
     starts = [start_ns for _, start_ns in commands]
     assert starts == sorted(starts)
     assert 12 <= len(set(starts)) <= 18  # 6 s of sweeps of 0.39 s
@@ -56,7 +56,7 @@ def test_feedback_commands_one_sweep_after_the_other():
 
 
 def test_another_shape_goes_on_from_the_sweep_that_was_chosen():
-    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    controller = NodController(AssemblerConfig(nod_mode='feedback', samples_per_sweep=4001))
     run(controller, 43)
     before, start_ns = controller.command
     now_ns = max(start_ns, BEGIN_NS + 42 * 100_000_000 + LATER_NS)
@@ -72,7 +72,7 @@ def test_another_shape_goes_on_from_the_sweep_that_was_chosen():
 
 
 def test_the_same_shape_changes_nothing():
-    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    controller = NodController(AssemblerConfig(nod_mode='feedback', samples_per_sweep=4001))
     run(controller, 20)
     command = controller.command
     assert not controller.change(NodShape(-0.6136, 0.6136, 4001), BEGIN_NS + 2_000_000_000)
@@ -82,7 +82,7 @@ def test_the_same_shape_changes_nothing():
 @pytest.mark.parametrize('back', [30, 3600])
 def test_sweeps_are_chosen_again_after_the_clock_was_set_back(back):
     """What was chosen is for a time that is far ahead by then."""
-    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    controller = NodController(AssemblerConfig(nod_mode='feedback', samples_per_sweep=4001))
     run(controller, 43)
     begin_ns = BEGIN_NS - back * 1_000_000_000
     commands = run(controller, 60, since_ns=begin_ns)
@@ -93,7 +93,7 @@ def test_sweeps_are_chosen_again_after_the_clock_was_set_back(back):
 
 def test_another_shape_goes_on_from_the_sweep_that_is_under_way():
     """The one that was chosen does not count before its start."""
-    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    controller = NodController(AssemblerConfig(nod_mode='feedback', samples_per_sweep=4001))
     ((under_way, _),) = run(controller, 1)
     jumps = []
     for number in range(1, 60):
@@ -153,7 +153,7 @@ def test_interlaced_does_not_mind_a_lidar_that_turns_to_the_right():
 
 def test_a_lidar_that_sweeps_cannot_be_chosen_for_keeps_the_nod_in_its_phase():
     reversed_urg = ScanGeometry(682, 340 * STEP, -STEP, 0.1 / 1024, 0.02, 5.6)
-    controller = NodController(AssemblerConfig(nod_mode='feedback'))
+    controller = NodController(AssemblerConfig(nod_mode='feedback', samples_per_sweep=4001))
     clock = NodClock(NodShape(-0.6136, 0.6136, 4001), 1024)
     for number in range(20):  # whose clock is 100 ppm slow
         with pytest.raises(ParameterError, match='angle_increment'):

@@ -59,7 +59,7 @@ def add(monitor, scan, pitch, odometry=None):
 
 
 def test_a_wall_gives_the_limits_of_its_median_range():
-    monitor = SceneMonitor(AssemblerConfig())
+    monitor = SceneMonitor(AssemblerConfig(samples_per_sweep=4001))
     assert monitor.shape() is None
     for scan, pitch in scans_of_a_wall(3.0):
         add(monitor, scan, pitch)
@@ -182,7 +182,7 @@ def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
         )
         thinned = Scan(scan.stamp_ns, geometry, scan.ranges[::thinning])
         # At 0.5 rad/s the span takes more than the planned N_s.
-        monitor = SceneMonitor(AssemblerConfig(max_nod_speed=0.5))
+        monitor = SceneMonitor(AssemblerConfig(samples_per_sweep=4001, max_nod_speed=0.5))
         monitor.cover(assembled(thinned, Beams(geometry, REFERENCE_MOUNT), pitch[::thinning]))
         shapes.append(monitor.shape())
     assert shapes[0].samples_per_sweep > BAND * 4001

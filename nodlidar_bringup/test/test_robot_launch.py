@@ -4,6 +4,7 @@ import math
 
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import GetState
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import launched_sensor
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_from_message
@@ -22,6 +23,7 @@ from tf2_msgs.msg import TFMessage
 
 STEP = 2 * math.pi / 1024
 SCANS = 30
+N_S = AssemblerConfig().samples_per_sweep
 
 
 @pytest.fixture(scope='module')
@@ -71,8 +73,8 @@ def test_joint_states_follow_the_command(launched):
     observer, _, _ = launched
     nod = nod_from_message(observer.messages['nod_command'][-1])
     assert (nod.pitch_min, nod.pitch_max) == pytest.approx((-0.6136, 0.6136))
-    assert nod.samples_per_sweep == 4001
-    assert nod.sweep_duration == pytest.approx(4001 * 0.1 / 1024, rel=1e-3)
+    assert nod.samples_per_sweep == N_S
+    assert nod.sweep_duration == pytest.approx(N_S * 0.1 / 1024, rel=1e-3)
     states = observer.messages['joint_states']
     assert all(list(state.name) == ['nod_joint'] for state in states)
     recent = states[-100:]

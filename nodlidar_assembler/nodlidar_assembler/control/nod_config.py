@@ -5,10 +5,17 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
+from nodlidar_planner.pattern.servo import (
+    MAX_ACCELERATION,
+    MAX_SPEED,
+    shortest_sweep,
+    TIMING_ERROR,
+)
 from nodlidar_planner.pattern.task import Task
 
 NOD_MODES = ('coprime', 'feedback', 'interlaced')
 LEAST_SPAN = 1e-6  # of the nod [rad]
+_TASK = Task()
 
 
 @dataclass(frozen=True)
@@ -20,20 +27,20 @@ class NodConfig:
         'Command the nod; if false, only assemble clouds',
     )
     pitch_min: float = parameter(
-        -0.6136, 'Lower limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
+        _TASK.pitch_min, 'Lower limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
     )
     pitch_max: float = parameter(
-        0.6136, 'Upper limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
+        _TASK.pitch_max, 'Upper limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
     )
     samples_per_sweep: int = parameter(
-        4001,
+        7547,  # what plan_scan chooses for these parameters
         'N_s: lidar steps in one sweep, from one limit to the other, dark steps included; '
         'coprime with steps_per_revolution',
         minimum=1,
         maximum=10_000_000,
     )
     steps_per_revolution: int = parameter(
-        1024,
+        _TASK.steps_per_revolution,
         'N_L: lidar steps in a revolution, dark steps included; if scans show another number, '
         'that one counts, and N_s is adjusted to it',
         minimum=1,
@@ -62,14 +69,14 @@ class NodConfig:
         maximum=60.0,
     )
     max_nod_speed: float = parameter(
-        6.0,
+        MAX_SPEED,
         'Speed that the servo can hold; N_s rises where adapted limits would exceed it',
         unit='rad/s',
         minimum=0.01,
         maximum=100.0,
     )
     max_nod_acceleration: float = parameter(
-        150.0,
+        MAX_ACCELERATION,
         'Acceleration that the servo reaches for certain; N_s rises where a reversal would take '
         'more than the whole sweep, as with narrow limits',
         unit='rad/s^2',
@@ -77,7 +84,7 @@ class NodConfig:
         maximum=10_000.0,
     )
     timing_error: float = parameter(
-        0.003,
+        TIMING_ERROR,
         "Standard deviation of the servo's reversal times; the choice of N_s for adapted limits "
         'allows for it',
         unit='s',
@@ -85,14 +92,14 @@ class NodConfig:
         maximum=0.1,
     )
     object_size: float = parameter(
-        0.1,
+        _TASK.object_size,
         'Smallest object to be seen; sets the size of the coverage cells',
         unit='m',
         minimum=0.02,
         maximum=10.0,
     )
     object_distance: float = parameter(
-        2.0,
+        _TASK.distance,
         'Distance up to which the smallest object is to be seen',
         unit='m',
         minimum=0.05,
@@ -113,11 +120,10 @@ class NodConfig:
     def fewest_samples(self, span: float, beam_period: float) -> int:
         """Return the least N_s with which the servo gets over a span [rad].
 
-        From reversal to reversal it accelerates and brakes, which takes at least
-        2 sqrt(span / max_nod_acceleration). The beam period [s] counts dark steps.
+        The beam period [s] counts dark steps.
         """
-        accelerating = 2.0 * math.sqrt(span / self.max_nod_acceleration)
-        return math.ceil(max(span / self.max_nod_speed, accelerating) / beam_period)
+        sweep = shortest_sweep(span, self.max_nod_speed, self.max_nod_acceleration)
+        return math.ceil(sweep / beam_period)
 
     def check_together(self) -> None:
         """Raise ParameterError for limits without a span, or an object that cannot be seen."""

@@ -7,9 +7,9 @@ from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 
-# The useful N_s for an N_L of 1024, in proportion for others: faster nods are beyond the servo,
-# slower ones take too long.
-USEFUL_SAMPLES, OF_STEPS = (1001, 8000), 1024
+# The published band of N_s, for an N_L of 1024 and 10 revolutions per second: so long a sweep
+# takes at least and at most [s].
+USEFUL_SWEEP = 1001 / 10_240, 8000 / 10_240
 MAX_CHOICES = 200_000
 
 
@@ -18,7 +18,7 @@ def samples_in_band(
 ) -> NDArray[np.int64]:
     """Return the N_s that are coprime with N_L and have a nod speed [rad/s] within a band.
 
-    A limit defaults to the one of USEFUL_SAMPLES.
+    A limit defaults to the one of USEFUL_SWEEP.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def samples_in_band(
         if speed is not None and not 0.0 < speed < math.inf:
             raise ParameterError(key, 'above 0 rad/s and finite', speed)
     one_sample = task.speed(1)
-    fewest, most = (n_s * task.steps_per_revolution / OF_STEPS for n_s in USEFUL_SAMPLES)
+    fewest, most = (duration / task.sample_time for duration in USEFUL_SWEEP)
     if speed_max is not None:
         fewest = one_sample / speed_max
     if speed_min is not None:

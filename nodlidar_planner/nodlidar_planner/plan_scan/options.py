@@ -13,6 +13,12 @@ from nodlidar_common.parameters import check, limits_of, parameter
 from nodlidar_planner.choice.front import PATIENCE
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.coverage.coverage import MAX_SAMPLES_PER_SWEEP
+from nodlidar_planner.pattern.servo import (
+    MAX_ACCELERATION,
+    MAX_SPEED,
+    shortest_sweep,
+    TIMING_ERROR,
+)
 from nodlidar_planner.pattern.task import Task
 
 PICTURES = ('.png', '.pdf', '.svg')
@@ -40,10 +46,14 @@ class Request:
     """
 
     speed_min: float | None = parameter(
-        None, 'Slowest nod [default: that of 8000 samples per sweep]', unit='rad/s', minimum=1e-6
+        None, 'Slowest nod [default: a sweep takes 0.78 s]', unit='rad/s', minimum=1e-6
     )
     speed_max: float | None = parameter(
-        None, 'Fastest nod [default: that of 1001 samples per sweep]', unit='rad/s', minimum=1e-6
+        None,
+        f'Fastest nod [default: that of the servo, {MAX_SPEED:g}, or less if reversals at '
+        f'{MAX_ACCELERATION:g} rad/s^2 take longer]',
+        unit='rad/s',
+        minimum=1e-6,
     )
     start_pitch: float | None = parameter(
         None,
@@ -73,9 +83,10 @@ class Request:
         minimum=1e-6,
         maximum=180.0,
     )
-    timing_error: float = parameter(
-        0.0,
-        'Standard deviation of the instants at which the servo reverses',
+    timing_error: float | None = parameter(
+        None,
+        'Standard deviation of the instants at which the servo reverses [default: '
+        f'{TIMING_ERROR:g} where completion alone counts, else 0]',
         unit='s',
         minimum=0.0,
         maximum=1.0,
@@ -102,6 +113,24 @@ class Request:
             self._check_alone()
         if self.plot is not None:
             _check_picture(Path(self.plot))
+
+    @property
+    def error(self) -> float:
+        """The timing error to plan for [s]."""
+        if self.timing_error is not None:
+            return self.timing_error
+        alone = not self.on_the_front and objective_of(self.objective).only_completion
+        return TIMING_ERROR if alone else 0.0
+
+    def fastest(self, task: Task) -> float:
+        """Return the highest speed for a task [rad/s]; raises ParameterError if it is too low."""
+        if self.speed_max is not None:
+            return self.speed_max
+        fastest = task.span / shortest_sweep(task.span)
+        if self.speed_min is not None and self.speed_min > fastest:
+            limit = f'at most {fastest:.4g} rad/s, that of the servo, or speed_max given as well'
+            raise ParameterError('speed_min', limit, self.speed_min)
+        return fastest
 
     @property
     def on_the_front(self) -> bool:

@@ -63,12 +63,12 @@ def find(task: Task, request: Request) -> Answer:
     if request.on_the_front:
         return _on_the_front(task, request)
     objective = objective_of(request.objective)
-    start, error = request.start_pitch, request.timing_error
+    start, error = request.start_pitch, request.error
     if request.samples_per_sweep is not None:
         n_s = request.samples_per_sweep
         plan = evaluate(task, n_s, start, error, objective.hole_after, progress=progress)
         return Answer(task, objective, [plan])
-    samples = samples_in_band(task, request.speed_min, request.speed_max)
+    samples = samples_in_band(task, request.speed_min, request.fastest(task))
     count = request.top or (1 if request.json else 10)
     best = plans(task, samples, objective, start, error, count, progress)
     if error == 0.0:
@@ -82,7 +82,7 @@ def find(task: Task, request: Request) -> Answer:
 def _on_the_front(task: Task, request: Request) -> Answer:
     """Return the nod at the corner of the front that satisfies a request's limits."""
     samples = _samples(task, request)
-    front = Front(task, samples, request.start_pitch, request.timing_error, progress)
+    front = Front(task, samples, request.start_pitch, request.error, progress)
     largest = None if request.max_hole is None else math.radians(request.max_hole)
     corner = front.choose(request.time_budget, largest)
     objective = Objective(hole_after=corner.time)
@@ -90,7 +90,7 @@ def _on_the_front(task: Task, request: Request) -> Answer:
         task,
         corner.samples_per_sweep,
         request.start_pitch,
-        request.timing_error,
+        request.error,
         corner.time,
         fewest_samples=int(samples.min()),
         progress=progress,
@@ -102,8 +102,8 @@ def _samples(task: Task, request: Request) -> NDArray[np.int64]:
     """Return the N_s to choose from; only some with a timing error, whose runs take long."""
     if request.samples_per_sweep is not None:
         return np.array([request.samples_per_sweep])
-    samples = samples_in_band(task, request.speed_min, request.speed_max)
-    return samples if request.timing_error == 0.0 else _thinned(samples, ON_FRONT_UNDER_ERROR)
+    samples = samples_in_band(task, request.speed_min, request.fastest(task))
+    return samples if request.error == 0.0 else _thinned(samples, ON_FRONT_UNDER_ERROR)
 
 
 def _thinned(samples: NDArray[np.int64], most: int) -> NDArray[np.int64]:
@@ -120,14 +120,14 @@ def _plot(path: Path, answer: Answer, request: Request) -> None:
         instant = answer.objective.hole_after
         write_front_picture(path, answer.task, answer.plans[0], instant, answer.front)
         return
-    samples = samples_in_band(answer.task, request.speed_min, request.speed_max)
+    samples = samples_in_band(answer.task, request.speed_min, request.fastest(answer.task))
     figures = survey(answer.task, samples, request.start_pitch, progress)
     completion = np.array([each.completion_time for each in figures])
     some = _thinned(samples, SHOWN_UNDER_ERROR)
     errors = []
-    if request.timing_error > 0.0:
+    if request.error > 0.0:
         errors = survey_under_error(
-            answer.task, some, request.timing_error, request.start_pitch, progress
+            answer.task, some, request.error, request.start_pitch, progress
         )
     candidates = Candidates(samples, completion, list(zip(some.tolist(), errors, strict=False)))
     write_picture(path, answer.task, answer.plans, candidates, answer.nominal)
