@@ -1,13 +1,16 @@
 """Each mode of the nod with the loop closed: scans, the node's choice, its command, the servo.
 
-In virtual time, with the servo at byte level and late at reversals; every beam has the pitch of
-the true motion. Coverage is counted alike for all modes.
+In virtual time, with the servo at byte level: one that is late at reversals, and servos by
+physics. Every beam has the pitch of the true motion. Coverage is counted alike for all modes.
 """
 
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
+from nodlidar_assembler.control.nod_config import NOD_MODES
 from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_sim.world.servo.parameters import ServoParameters
+from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
 from bench.phase_lock import Faults, Rig, TRUE_BEAM_NS, URG
@@ -17,15 +20,16 @@ from bench.report import Row
 TITLE = 'Rounds of coverage with the emulated servo, 10 cm at 2 m in what the URG-04LX sees'
 DURATION = 120.0
 SETTLED = 50  # scans until the servo is on the nod
-LATENESS = (0.001, 0.003)  # of the servo's reversals: they are late by |N(0, lateness)| [s]
+SEEDS = range(3)
+SERVOS: dict[str, Faults | ServoParameters] = {
+    'late by 3 ms': Faults(0.003),  # by |N(0, 3 ms)| at each reversal
+    'RX-24F': load_servo('rx24f'),
+    'MX-28': load_servo('mx28'),
+}
+DEFAULT = AssemblerConfig().samples_per_sweep
 MODES = (
-    ('coprime', 2501),
-    ('feedback', 2501),
-    ('coprime', 4001),
-    ('feedback', 4001),
-    ('coprime', 13565),
-    ('interlaced', 4001),
-    ('interlaced', 12001),
+    *((mode, n_s) for n_s in (2501, 4001, DEFAULT) for mode in NOD_MODES),
+    ('coprime', 39101),
     ('interlaced', 40001),
 )
 DELAY_NS = 30_000_000  # from a scan's last beam until its cloud is assembled
@@ -33,25 +37,23 @@ BEAMS = Beams(URG, REFERENCE_MOUNT)
 
 
 def results() -> list[Row]:
-    """Return the times of the rounds of coverage."""
-    return [_row(*mode, lateness) for mode in MODES for lateness in LATENESS]
+    """Return the times of the rounds of coverage; infinite if there was none."""
+    return [_row(*mode) for mode in MODES]
 
 
-def _row(mode: str, n_s: int, lateness: float) -> Row:
-    taken = rounds(mode, n_s, lateness)
-    return {
-        'nod_mode': mode,
-        'N_s': n_s,
-        'late by [ms]': lateness * 1e3,
-        'median [s]': float(np.median(taken)),
-        'longest [s]': max(taken),
-    }
+def _row(mode: str, n_s: int) -> Row:
+    row: Row = {'nod_mode': mode, 'N_s': n_s}
+    for name, servo in SERVOS.items():
+        taken = [time for seed in SEEDS for time in rounds(mode, n_s, servo, seed)]
+        row[f'{name}: median [s]'] = float(np.median(taken or [np.inf]))
+        row[f'{name}: longest [s]'] = max(taken, default=np.inf)
+    return row
 
 
-def rounds(mode: str, n_s: int, lateness: float) -> list[float]:
+def rounds(mode: str, n_s: int, servo: Faults | ServoParameters, seed: int) -> list[float]:
     """Return how long each round of coverage took [s], with one mode of the nod."""
     config = AssemblerConfig(nod_mode=mode, samples_per_sweep=n_s)
-    rig = Rig(Faults(lateness), seed=1)
+    rig = Rig(servo, seed)
     controller, taken = NodController(config), {}
     seen: ChosenSweeps | None = None
     for revolution in range(round(DURATION * 10)):

@@ -1,15 +1,30 @@
-"""Coverage feedback with the loop closed does what the documentation says."""
+"""Coverage with the loop closed does what the documentation says."""
 
 import numpy as np
 import pytest
 
 from bench import feedback_loop
+from bench.phase_lock import Faults
 
 
-@pytest.mark.parametrize('lateness', feedback_loop.LATENESS)
+@pytest.mark.parametrize('lateness', [0.001, 0.003])
 def test_with_the_emulated_servo_all_cells_are_seen_again_and_again(monkeypatch, lateness):
     monkeypatch.setattr(feedback_loop, 'DURATION', 60.0)
-    rounds = feedback_loop.rounds('feedback', 4001, lateness)
+    rounds = feedback_loop.rounds('feedback', 4001, Faults(lateness), 1)
     assert len(rounds) >= 4
     assert max(rounds) < 14.0
     assert float(np.median(rounds)) < 9.0
+
+
+@pytest.mark.parametrize('servo', ['RX-24F', 'MX-28'])
+def test_the_default_nod_sees_all_cells_soonest_of_its_speed_with_a_servo_by_physics(servo):
+    default, feedback, published = (
+        np.median(feedback_loop.rounds(mode, n_s, feedback_loop.SERVOS[servo], 1))
+        for mode, n_s in (
+            ('coprime', feedback_loop.DEFAULT),
+            ('feedback', feedback_loop.DEFAULT),
+            ('coprime', 4001),
+        )
+    )
+    assert default <= feedback
+    assert default < 0.8 * published
