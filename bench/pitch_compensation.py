@@ -1,27 +1,28 @@
 """Fig. 11: a drive toward an object ahead, with fixed and with compensated pitch limits.
 
-The drive takes N_s frames. Repeats are beams in a cell of the finest grid (lidar steps x rows of
-span/N_s, of the fixed limits) that an earlier beam has hit. Repeats in space are points ahead and
-in the band of heights that share a cube with an earlier point. The fixed limits see the whole band
-from the start.
+Three arms: the node's default limits without compensation; fixed limits that see just the band of
+heights from the start; and the node's own control (SceneMonitor), which moves limits and N_s by
+scans and odometry.
+
+The drive takes 4001 frames. Repeats are beams in a cell of the finest grid (lidar steps x rows of
+span/N_s, of the default limits) that an earlier beam has hit. Repeats in space are points ahead
+and in the band of heights that share a cube with an earlier point.
 
 The nod is that of the servo loop with all its faults (phase_lock), commanded as in the node: tied
 to the lidar's revolutions, with new limits in mid-sweep. Points are assembled from the joint
-samples by slerp. Odometry is exact.
+samples by slerp. Odometry is exact, at 50 Hz, and comes through the history of the TF input.
 """
 
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.ego_motion import Odometry
+from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
-from nodlidar_assembler.control.pitch_limits import (
-    limits_at,
-    PitchLimits,
-    PitchLimitsConfig,
-    ranges_that_count,
-)
+from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig, ranges_that_count
+from nodlidar_assembler.control.scene_monitor import SceneMonitor, SceneMonitorConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import xyz_of
 from nodlidar_sim.world.scene import load_scene, Scene
@@ -31,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.phase_lock import LOADED, Rig, Tied, TRUE_BEAM_NS, URG
-from bench.reference import START_NS
+from bench.reference import SPAN, START_NS
 from bench.report import Row
 
 Floats = NDArray[np.float64]
@@ -39,6 +40,8 @@ Floats = NDArray[np.float64]
 TITLE = 'Fig. 11: drive toward an object ahead, share of repeats and evenness over the height'
 
 CONFIG = PitchLimitsConfig()
+DEFAULT, FIXED, COMPENSATED = ARMS = ('default', 'fixed to the band', 'compensated')
+POINTS = 'points in the band [1000]'
 # Scene, start and end of the drive [m].
 DRIVES = (('wall', -2.0, 1.0), ('room', -1.0, 1.0))
 N_S = 4001
@@ -46,6 +49,7 @@ SCAN_TIME = 1024 * TRUE_BEAM_NS / NS_PER_S
 SETTLING = 20  # scans from rest to the nod, before the robot drives
 BRACKET = 0.03  # time after a scan within which joint samples come [s]
 HISTORY = 100  # joint samples kept: more than a second
+ODOMETRY_NS = 20_000_000  # from one sample to the next [ns]
 SENSOR = SensorModel()
 CUBES = (0.0025, 0.005, 0.01)  # m
 SEED = 1  # of the servo's faults
@@ -62,43 +66,56 @@ class Drive:
         In the world, ahead and in the band of heights, shape (n, 3).
     pitch
         Of every beam [rad], shape (scans, beams).
+    samples_per_sweep
+        N_s at each scan, shape (scans,).
     """
 
     points: Floats
     pitch: Floats
+    samples_per_sweep: NDArray[np.int64]
 
 
 def results() -> list[Row]:
-    """Return repeats and evenness over the height, with and without compensation."""
+    """Return points, repeats and evenness over the height of each arm, and ratios."""
     rows = []
     for name, start, end in DRIVES:
         scene = load_scene(name, ideal=True)
-        fixed, steered = (drive(scene, start, end, compensate) for compensate in (False, True))
-        span = float(np.ptp(fixed.pitch))
-        figures = [_figures(each, span / N_S) for each in (fixed, steered)]
-        ratio = {key: figures[1][key] / figures[0][key] for key in figures[0]}
-        for limits, row in zip(('fixed', 'compensated', 'ratio'), (*figures, ratio), strict=True):
-            rows.append({'scene': name, 'limits': limits, **row})
+        arms = {arm: _figures(drive(scene, start, end, arm)) for arm in ARMS}
+        rows += [{'scene': name, 'limits': arm, **figures} for arm, figures in arms.items()]
+        for other in (DEFAULT, FIXED):
+            ratio = {
+                key: value / arms[other][key]
+                for key, value in arms[COMPENSATED].items()
+                if isinstance(value, float)
+            }
+            rows.append({'scene': name, 'limits': f'{COMPENSATED} / {other}', **ratio})
     return rows
 
 
-def drive(scene: Scene, start: float, end: float, compensate: bool, frames: int = N_S) -> Drive:
+def drive(scene: Scene, start: float, end: float, arm: str, frames: int = N_S) -> Drive:
     """Drive from a place to another [m] in so many frames; the loop is closed scan by scan."""
     speed = (end - start) / (frames * SCAN_TIME)
     there = replace(scene, base_start=(start, 0.0, 0.0), base_velocity=(speed, 0.0))
-    sensor = NoddingSensor(there, limits_at(CONFIG, _first_range(scene, start)), SEED)
-    limits, points, pitch = PitchLimits(CONFIG), [], []
-    for now_ns, x, seen in sensor.scans(frames):
-        limits.update(now_ns, ranges_that_count(CONFIG, seen))
-        limits.add_motion(speed * SCAN_TIME)
-        followed = limits.limits(now_ns)
-        if compensate and limits.range:
-            sensor.change(followed)
+    config = SceneMonitorConfig(adapt_limits=arm == COMPENSATED)
+    limits = config.pitch_min, config.pitch_max
+    if arm == FIXED:
+        limits = limits_at(CONFIG, _first_range(scene, start))
+    sensor, monitor = NoddingSensor(there, limits, SEED), SceneMonitor(config)
+    points, pitch, samples = [], [], []
+    for assembled, odometry, seen in sensor.scans(frames):
+        monitor.cover(assembled)
+        if config.adapt_limits:
+            monitor.follow(assembled, odometry)
+            shape = monitor.shape()
+            if shape is not None:
+                sensor.change(shape)
         ahead = np.abs(np.arctan2(seen[:, 1], seen[:, 0])) <= CONFIG.sector
         in_band = (seen[:, 2] > CONFIG.z_bottom) & (seen[:, 2] < CONFIG.z_top)
+        x = sensor.place(assembled.scan.stamp_ns)
         points.append(seen[ahead & in_band] + (x, 0.0, 0.0))
-        pitch.append(sensor.pitch)
-    return Drive(np.concatenate(points), np.array(pitch))
+        pitch.append(assembled.pitch)
+        samples.append(sensor.samples_per_sweep)
+    return Drive(np.concatenate(points), np.array(pitch), np.array(samples))
 
 
 def _first_range(scene: Scene, start: float) -> float:
@@ -118,11 +135,6 @@ class NoddingSensor:
         Of the nod at the start [rad].
     seed
         Of the servo's faults.
-
-    Attributes
-    ----------
-    pitch
-        Of the last scan's beams, by the assembler [rad], shape (n,).
     """
 
     def __init__(self, scene: Scene, limits: tuple[float, float], seed: int) -> None:
@@ -134,20 +146,29 @@ class NoddingSensor:
         arm = (0.0, 0.0, scene.optical_offset)
         self._pipeline = Pipeline(PipelineConfig(laser_xyz=arm))
         self._samples: deque[tuple[int, float]] = deque(maxlen=HISTORY)
-        self.pitch: Floats = np.zeros(0)
+        self._odometry = OdometryHistory()
+        self._odometry_ns = START_NS
 
-    def change(self, limits: tuple[float, float]) -> None:
-        """Command other limits [rad]."""
-        shape = NodShape(*limits, N_S)
+    @property
+    def samples_per_sweep(self) -> int:
+        """N_s that is commanded."""
+        return self._tied.nod.shape.samples_per_sweep
+
+    def change(self, shape: NodShape) -> None:
+        """Command another nod."""
         if shape != self._tied.nod.shape:
             self._tied.nod.change(shape, self._rig.clock())
             self._tied.command()
 
-    def scans(self, count: int) -> Iterator[tuple[int, float, Floats]]:
+    def place(self, time_ns: int) -> float:
+        """Return x of the base at an instant [m]."""
+        return float(self._world.base.poses(np.array([time_ns]))[0, 0])
+
+    def scans(self, count: int) -> Iterator[tuple[Assembled, Odometry, Floats]]:
         """Yield each scan of the drive when it has been assembled.
 
-        Yield the time [ns], x of the base at the begin of the scan [m], and the points: x, y from
-        there and the height [m], shape (n, 3).
+        Yield the scan, the odometry from its first beam on, and the points: x, y from the place of
+        the base at that beam and the height [m], shape (n, 3).
         """
         for scan in range(SETTLING, SETTLING + count):
             beams = scan * SENSOR.steps + np.arange(SENSOR.first_step, SENSOR.last_step + 1)
@@ -155,29 +176,45 @@ class NoddingSensor:
             while self._rig.clock() < beams_ns[-1] + BRACKET * NS_PER_S:
                 for sample in self._tied.cycle():
                     self._samples.append((sample.stamp_ns, sample.pitch))
-            x = float(self._world.base.poses(beams_ns[:1])[0, 0])
-            yield self._rig.clock(), x, self._assembled(beams_ns, x)
+            assembled = self._assembled(beams_ns)
+            seen = self._seen(assembled, self.place(int(beams_ns[0])))
+            yield assembled, self._odometry_since(int(beams_ns[0])), seen
 
-    def _assembled(self, beams_ns: NDArray[np.int64], x: float) -> Floats:
+    def _assembled(self, beams_ns: NDArray[np.int64]) -> Assembled:
         ranges = self._world.ranges(beams_ns, SENSOR.azimuth)
         scan = Scan(int(beams_ns[0]), URG, SENSOR.rounded_ranges(ranges).astype(np.float32))
         stamps, pitch = (np.array(each) for each in zip(*self._samples, strict=True))
-        assembled = self._pipeline.add_scan(scan, stamps, pitch)
-        self.pitch, (cloud,) = assembled.pitch, assembled.clouds
+        return self._pipeline.add_scan(scan, stamps, pitch)
+
+    def _seen(self, assembled: Assembled, x: float) -> Floats:
+        (cloud,) = assembled.clouds
         driven = self._world.base.poses(cloud.time_ns)[:, :1] - x
         in_base = self._world.scene.mount.to_parent(xyz_of(cloud))
         return in_base + driven * (1.0, 0.0, 0.0)
 
+    def _odometry_since(self, begin_ns: int) -> Odometry:
+        while self._odometry_ns <= self._rig.clock():
+            position = (self.place(self._odometry_ns), 0.0, 0.0)
+            self._odometry.add(self._odometry_ns, position, (0.0, 0.0, 0.0, 1.0))
+            self._odometry_ns += ODOMETRY_NS
+        return self._odometry.around(begin_ns, self._odometry_ns)
 
-def _figures(driven: Drive, row: float) -> Row:
-    """Return shares of repeats, and the evenness over height; `row` is the grid's [rad]."""
-    beams = np.broadcast_to(np.arange(driven.pitch.shape[1]), driven.pitch.shape)
-    grid = np.stack([beams.ravel(), np.floor(driven.pitch.ravel() / row)], axis=1)
+
+def _figures(driven: Drive) -> Row:
+    """Return points in the band, shares of repeats, the evenness over height, and N_s."""
     return {
-        'repeats, finest grid': repeats(grid),
+        POINTS: len(driven.points) / 1000.0,
+        'repeats, finest grid': repeats(of_finest_grid(driven.pitch)),
         **{f'{1e3 * cube:g} mm': repeats(np.floor(driven.points / cube)) for cube in CUBES},
         'CV over height': variation(driven.points),
+        'N_s': f'{driven.samples_per_sweep.min()} .. {driven.samples_per_sweep.max()}',
     }
+
+
+def of_finest_grid(pitch: Floats) -> Floats:
+    """Return the cell of each beam on the default nod's finest grid, shape (n, 2)."""
+    beams = np.broadcast_to(np.arange(pitch.shape[1]), pitch.shape)
+    return np.stack([beams.ravel(), np.floor(pitch.ravel() / (SPAN / N_S))], axis=1)
 
 
 def variation(points: Floats) -> float:

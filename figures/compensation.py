@@ -8,11 +8,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from bench.pitch_compensation import BINS, drive, DRIVES, variation
+from bench.pitch_compensation import ARMS, BINS, drive, DRIVES, variation
 from bench.report import Row, table
 from figures.saving import save
-
-LIMITS = {'fixed': False, 'compensated': True}
 
 
 def draw(folder: Path, console: Console) -> Table:
@@ -21,9 +19,9 @@ def draw(folder: Path, console: Console) -> Table:
     figure, axes = plt.subplots(1, len(DRIVES), figsize=(9.0, 4.5), sharey=True)
     for shown, (name, start, end) in zip(axes, DRIVES, strict=True):
         row: Row = {'scene': name}
-        for limits, compensate in LIMITS.items():
+        for limits in ARMS:
             with console.status(f'Fig. 11: {name}, {limits}'):
-                points = drive(load_scene(name, ideal=True), start, end, compensate).points
+                points = drive(load_scene(name, ideal=True), start, end, limits).points
             counts, _ = np.histogram(points[:, 2], bins=BINS)
             shown.stairs(counts / 1e3, BINS, orientation='horizontal', label=limits, linewidth=2)
             row[limits] = variation(points)

@@ -1,25 +1,35 @@
-"""Limits that follow the range save repeats and make points even over the height."""
+"""What limits that follow the range are good for, against two nods with fixed limits."""
 
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
-from bench.pitch_compensation import drive, DRIVES, N_S, repeats, variation
+from bench.pitch_compensation import ARMS, drive, DRIVES, of_finest_grid, repeats, variation
 
 FRAMES = 600
 
 
-def of_finest_grid(pitch, row):
-    beams = np.broadcast_to(np.arange(pitch.shape[1]), pitch.shape)
-    return repeats(np.stack([beams.ravel(), np.floor(pitch.ravel() / row)], axis=1))
+@pytest.fixture(scope='module', params=DRIVES, ids=lambda each: each[0])
+def arms(request):
+    name, start, end = request.param
+    return [drive(load_scene(name, ideal=True), start, end, arm, FRAMES) for arm in ARMS]
 
 
-@pytest.mark.parametrize(('name', 'start', 'end'), DRIVES)
-def test_points_are_twice_as_even_and_repeat_less_with_compensated_limits(name, start, end):
-    fixed, followed = (
-        drive(load_scene(name, ideal=True), start, end, c, FRAMES) for c in (False, True)
-    )
-    assert variation(followed.points) <= variation(fixed.points) / 2.0
-    row = np.ptp(fixed.pitch) / N_S
-    ratio = of_finest_grid(followed.pitch, row) / of_finest_grid(fixed.pitch, row)
-    assert ratio < (0.677 if name == 'wall' else 0.9)
+def test_compensated_limits_put_more_points_into_the_band_than_the_default_ones(arms):
+    default, _, compensated = arms
+    assert len(compensated.points) > 1.5 * len(default.points)
+
+
+def test_they_are_more_even_and_repeat_less_than_limits_fixed_to_the_band(arms):
+    _, fixed, compensated = arms
+    assert len(compensated.points) > 0.95 * len(fixed.points)
+    assert variation(compensated.points) < variation(fixed.points) / 2.0
+    shares = [repeats(of_finest_grid(each.pitch)) for each in (compensated, fixed)]
+    assert shares[0] < 0.85 * shares[1]
+
+
+def test_the_controller_chooses_odd_n_s_as_the_span_changes(arms):
+    *others, compensated = arms
+    assert len(np.unique(compensated.samples_per_sweep)) > 1
+    assert (compensated.samples_per_sweep % 2 == 1).all()
+    assert all((other.samples_per_sweep == 4001).all() for other in others)
