@@ -1,10 +1,14 @@
-"""Fig. 6a-c: completion, revisit and hit frequency over N_s and the start pitch."""
+"""Fig. 6: completion (a) and revisit (b) over N_s and start pitch, hit frequency (c) over cells.
+
+The number of cells of Fig. 6c follows from the distance at which the object is to be found.
+"""
 
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
 import matplotlib.pyplot as plt
 from nodlidar_planner.coverage.coverage import Coverage
@@ -18,11 +22,11 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from bench.published_choice import DISTANCES, figures_of, PUBLISHED, task_at
 from bench.reference import FULL_CIRCLE
 from figures.saving import save
 
 STARTS = np.arange(91)
-PUBLISHED = 2745
 # N_s that a process computes at a time.
 CHUNK = 50
 
@@ -30,13 +34,12 @@ Floats = NDArray[np.float64]
 PANELS = {
     'completion': 'Fig. 6a: time until every cell was hit [s]',
     'revisit': 'Fig. 6b: longest time between two crossings of a cell, mean over cells [s]',
-    'frequency': 'Fig. 6c: crossings of a cell per second [Hz]',
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Maps:
-    """The three panels, each (N_s, starts), and the N_s."""
+    """Completion and revisit (N_s, starts), hit frequency (N_s, distances), and the N_s."""
 
     samples: NDArray[np.int64]
     completion: Floats
@@ -49,10 +52,9 @@ def draw(folder: Path, console: Console) -> Table:
     maps = compute(samples_in_band(FULL_CIRCLE), console)
     figure, axes = plt.subplots(4, 1, figsize=(11.0, 13.0), height_ratios=(2, 1.3, 1.3, 1.3))
     _draw_completions(axes[0], maps)
-    for shown, (name, title) in zip(axes[1:], PANELS.items(), strict=True):
+    for shown, (name, title) in zip(axes[1:3], PANELS.items(), strict=True):
         values = getattr(maps, name)
-        low, high = np.quantile(values, [0.001, 0.95])
-        norm = LogNorm(low, high)
+        norm = _colours(values)
         edges = maps.samples[0], maps.samples[-1], STARTS[0], STARTS[-1]
         image = shown.imshow(
             values.T, origin='lower', aspect='auto', extent=edges, norm=norm, cmap='viridis',
@@ -61,6 +63,7 @@ def draw(folder: Path, console: Console) -> Table:
         shown.axvline(PUBLISHED, color='white', linewidth=0.8, linestyle=':')
         shown.set(title=title, ylabel='start above limit [deg]', xlabel='N_s')
         figure.colorbar(image, ax=shown, pad=0.01)
+    figure.colorbar(_draw_frequency(axes[3], maps), ax=axes[3], pad=0.01)
     save(figure, folder / 'coverage.png', dpi=100)
     return _findings(maps)
 
@@ -75,19 +78,24 @@ def compute(samples: NDArray[np.int64], console: Console) -> Maps:
 
 
 def _rows_of_maps(samples: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
-    """Return completion, revisit and hit frequency of some N_s, each (N_s, starts)."""
+    """Return completion, revisit (N_s, starts) and hit frequency (N_s, distances) of some N_s."""
     panels = np.array([maps_of(FULL_CIRCLE, int(n_s)) for n_s in samples])
-    return panels[:, 0], panels[:, 1], panels[:, 2]
+    return panels[:, 0], panels[:, 1], np.array([frequencies_of(int(n_s)) for n_s in samples])
+
+
+def frequencies_of(samples_per_sweep: int) -> list[float]:
+    """Return the hit frequency at each of the DISTANCES [Hz]."""
+    return [figures_of(task_at(each), samples_per_sweep).hit_frequency for each in DISTANCES]
 
 
 def maps_of(task: Task, samples_per_sweep: int) -> Floats:
-    """Return completion, revisit and hit frequency for every start, shape (3, starts).
+    """Return completion and revisit for every start, shape (2, starts).
 
     The phase is the one nearest to the start that is half a sample past a whole one.
     """
     whole = np.minimum(STARTS * samples_per_sweep // STARTS[-1], samples_per_sweep - 1)
     stride = Pattern(task.steps_per_revolution, samples_per_sweep).stride
-    panels = np.empty((3, len(STARTS)))
+    panels = np.empty((2, len(STARTS)))
     for rest in np.unique(whole % stride):
         pattern = Pattern(task.steps_per_revolution, samples_per_sweep, rest + HALF_SAMPLE)
         coverage = Coverage(task, pattern)
@@ -96,8 +104,22 @@ def maps_of(task: Task, samples_per_sweep: int) -> Floats:
             # The pattern of this phase is that of the rest, some revolutions later.
             begun = int(pattern.whole_revolutions(whole[start] - rest))
             completion = coverage.completion_time(begun)
-            panels[:, start] = completion, figures.revisit_mean, figures.hit_frequency
+            panels[:, start] = completion, figures.revisit_mean
     return panels
+
+
+def _draw_frequency(axes: Axes, maps: Maps) -> QuadMesh:
+    cells = [task_at(each).cells for each in DISTANCES]
+    norm = _colours(maps.frequency)
+    image = axes.pcolormesh(maps.samples, cells, maps.frequency.T, norm=norm, shading='nearest')
+    axes.axvline(PUBLISHED, color='white', linewidth=0.8, linestyle=':')
+    axes.set(yscale='log', ylabel='number of cells', xlabel='N_s')
+    axes.set_title(f'Fig. 6c: crossings of a cell per second [Hz], {DISTANCES[0]} to 4 m')
+    return image
+
+
+def _colours(values: Floats) -> LogNorm:
+    return LogNorm(*np.quantile(values, [0.001, 0.95]))
 
 
 def _draw_completions(axes: Axes, maps: Maps) -> None:
@@ -137,11 +159,16 @@ def _findings(maps: Maps) -> Table:
         f'longest / shortest over the starts: median {np.median(spread):.2f}, '
         f'90 % below {np.quantile(spread, 0.9):.2f}, largest {spread.max():.1f}',
     )
-    for panel, values, unit in (('6b', maps.revisit, 's'), ('6c', maps.frequency, 'Hz')):
-        change = (values.max(axis=1) / values.min(axis=1)).max() - 1.0
+    change = (maps.revisit.max(axis=1) / maps.revisit.min(axis=1)).max() - 1.0
+    table.add_row(
+        f'Fig. 6b: N_s = {PUBLISHED} is in a good band',
+        f'{maps.revisit[published, 0]:.2f} s; median of all N_s {np.median(maps.revisit):.2f}; '
+        f'changes by up to {change:.1%} with the start',
+    )
+    for at in (1.0, 2.0, 4.0):
+        found = maps.frequency[:, DISTANCES.index(at)]
         table.add_row(
-            f'Fig. {panel}: N_s = {PUBLISHED} is in a good band',
-            f'{values[published, 0]:.2f} {unit}; median of all N_s {np.median(values):.2f}; '
-            f'changes by up to {change:.1%} with the start',
+            f'Fig. 6c: hit frequency of {task_at(at).cells} cells',
+            f'{found[published]:.3f} Hz; all N_s {found.min():.3f} to {found.max():.3f}',
         )
     return table
