@@ -47,7 +47,6 @@ DRIVES = (('wall', -2.0, 1.0), ('room', -1.0, 1.0))
 N_S = 4001
 SCAN_TIME = 1024 * TRUE_BEAM_NS / NS_PER_S
 SETTLING = 20  # scans from rest to the nod, before the robot drives
-BRACKET = 0.03  # time after a scan within which joint samples come [s]
 HISTORY = 100  # joint samples kept: more than a second
 ODOMETRY_NS = 20_000_000  # from one sample to the next [ns]
 SENSOR = SensorModel()
@@ -173,7 +172,7 @@ class NoddingSensor:
         for scan in range(SETTLING, SETTLING + count):
             beams = scan * SENSOR.steps + np.arange(SENSOR.first_step, SENSOR.last_step + 1)
             beams_ns = START_NS + np.rint(beams * TRUE_BEAM_NS).astype(np.int64)
-            while self._rig.clock() < beams_ns[-1] + BRACKET * NS_PER_S:
+            while not self._samples or self._samples[-1][0] <= beams_ns[-1]:
                 for sample in self._tied.cycle():
                     self._samples.append((sample.stamp_ns, sample.pitch))
             assembled = self._assembled(beams_ns)
