@@ -48,6 +48,7 @@ N_S = 4001
 SCAN_TIME = 1024 * TRUE_BEAM_NS / NS_PER_S
 SETTLING = 20  # scans from rest to the nod, before the robot drives
 HISTORY = 100  # joint samples kept: more than a second
+SLACK_NS = 1_000_000  # the lidar's beams come a little sooner than its scan states [ns]
 ODOMETRY_NS = 20_000_000  # from one sample to the next [ns]
 SENSOR = SensorModel()
 CUBES = (0.0025, 0.005, 0.01)  # m
@@ -172,7 +173,7 @@ class NoddingSensor:
         for scan in range(SETTLING, SETTLING + count):
             beams = scan * SENSOR.steps + np.arange(SENSOR.first_step, SENSOR.last_step + 1)
             beams_ns = START_NS + np.rint(beams * TRUE_BEAM_NS).astype(np.int64)
-            while not self._samples or self._samples[-1][0] <= beams_ns[-1]:
+            while not self._samples or self._samples[-1][0] < beams_ns[-1] + SLACK_NS:
                 for sample in self._tied.cycle():
                     self._samples.append((sample.stamp_ns, sample.pitch))
             assembled = self._assembled(beams_ns)
