@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2, PointField
 from sensor_msgs_py import point_cloud2
-from sensor_msgs_py.point_cloud2 import read_points, read_points_numpy
+from sensor_msgs_py.point_cloud2 import create_cloud, read_points, read_points_numpy
+from std_msgs.msg import Header
 
 FIELDS = [
     PointField(name='x', offset=0, datatype=PointField.FLOAT32, count=1),
@@ -52,9 +53,30 @@ def test_fields_of_one_type_make_an_array(cloud):
         read_points_numpy(cloud)
 
 
+@pytest.mark.parametrize('step', [12, 16])
+def test_a_created_cloud_is_read_as_it_was(step):
+    layout = {
+        'names': ['x', 'ring', 'y'],
+        'formats': ['f4', 'u2', 'f4'],
+        'offsets': [0, 4, 8],
+        'itemsize': step,
+    }
+    points = np.array(POINTS, np.dtype(layout))
+    header = Header(frame_id='laser')
+    cloud = create_cloud(header, FIELDS, points, None if step == 12 else step)
+    assert read_points(cloud).tolist() == POINTS
+    assert (cloud.header.frame_id, cloud.height, cloud.width) == ('laser', 1, 2)
+    assert (cloud.point_step, cloud.row_step, cloud.is_dense) == (step, 2 * step, False)
+    assert create_cloud(header, FIELDS, points[:0], step).width == 0
+    with pytest.raises(AssertionError, match='do not match'):
+        create_cloud(header, FIELDS, points, 20)
+
+
 def test_what_is_not_covered_is_named(cloud):
-    with pytest.raises(NotImplementedError, match=r'point_cloud2\.create_cloud'):
-        _ = point_cloud2.create_cloud
+    with pytest.raises(NotImplementedError, match=r'point_cloud2\.read_points_list'):
+        _ = point_cloud2.read_points_list
+    with pytest.raises(NotImplementedError, match='structured'):
+        create_cloud(Header(), FIELDS, [(1.0, 2, 3.0)])
     with pytest.raises(NotImplementedError, match=r'read_points\(skip_nans=\)'):
         read_points(cloud, skip_nans=True)
     cloud.fields[0].count = 3
