@@ -30,6 +30,7 @@ from bench import (
     sensing,
     servos,
     stages,
+    standard_packages,
     veils,
 )
 from bench.names import parsed
@@ -58,6 +59,7 @@ MEASUREMENTS = {
     'limit_changes': limit_changes,
     'pitch_compensation': pitch_compensation,
     'planner_speed': planner_speed,
+    'standard_packages': standard_packages,
     'veils': veils,
     'published_choice': published_choice,
     'published_repeats': published_repeats,
