@@ -156,6 +156,24 @@ def test_fig_6c_the_hit_frequency_falls_as_the_number_of_cells_grows(distance, f
     assert crossed == pytest.approx(frequency, rel=0.01)
 
 
+# Fig. 8
+
+
+def test_fig_8_one_pitch_for_each_scan_shows_what_is_ahead_twice():
+    """The beam straight ahead, step 384, comes 340 samples after the first one, step 44."""
+    rows = directions(N_L, [(4000, 200 * N_L)])[:, 1].reshape(200, N_L) / 2.0  # of the finest grid
+    error = rows[:, 44] - rows[:, 384]
+    up, down = np.isclose(error, -340.0), np.isclose(error, 340.0)
+    assert 0.4 < up.mean() < 0.5
+    assert 0.4 < down.mean() < 0.5
+    # Apart by 0.21 rad at pi rad/s; the pitches between two samples leave one image.
+    images_apart = 2 * 340 * SPAN / 4000
+    assert images_apart == pytest.approx(0.2086, abs=1e-4)
+    between = rows[:, 44] + (rows[:, 725] - rows[:, 44]) * (340 / 681)
+    reverses = np.abs(rows[:, 725] - rows[:, 44]) < 680.5
+    assert np.abs(between - rows[:, 384])[~reverses].max() < 1e-9
+
+
 # Fig. 10 and Table I
 
 
