@@ -11,6 +11,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader
 
 TOPICS = ('arrival', 'points', 'diagnostics')
 
@@ -27,12 +28,16 @@ class Delivery:
         Drops that the nodes reported in their last diagnostics, counted by reason.
     clouds, points
         Numbers received.
+    nods
+        Commanded nods whose limits or N_s differ from the one before: lower and upper limit [rad]
+        and N_s, shape (n, 3).
     """
 
     latency: NDArray[np.float64]
     dropped: Counter[str]
     clouds: int
     points: int
+    nods: NDArray[np.float64]
 
 
 def read_delivery(bag: Path) -> Delivery:
@@ -57,8 +62,25 @@ def read_delivery(bag: Path) -> Delivery:
         else:
             dropped |= {status.name: _drops_of(status) for status in message.status}
     return Delivery(
-        _latency(arrivals, clouds), sum(dropped.values(), Counter()), len(clouds), points
+        _latency(arrivals, clouds),
+        sum(dropped.values(), Counter()),
+        len(clouds),
+        points,
+        read_nods(bag),
     )
+
+
+def read_nods(bag: Path) -> NDArray[np.float64]:
+    """Return the commanded nods in a bag, by the definition in it; see Delivery."""
+    nods: list[tuple[float, float, float]] = []
+    with AnyReader([bag]) as reader:
+        topics = [each for each in reader.connections if _name(each.topic) == 'nod_command']
+        for topic, _, data in reader.messages(topics) if topics else ():
+            message: Any = reader.deserialize(data, topic.msgtype)
+            nod = message.pitch_min, message.pitch_max, float(message.samples_per_sweep)
+            if not nods or nod != nods[-1]:
+                nods.append(nod)
+    return np.array(nods, dtype=np.float64).reshape(-1, 3)
 
 
 def _name(topic: str) -> str:

@@ -45,7 +45,23 @@ def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
         median, high = np.percentile(delivery.latency, [50, 99]) * 1e3
         table.add_row('latency, last byte to cloud: p50', f'{median:.1f} ms')
         table.add_row('latency, last byte to cloud: p99', f'{high:.1f} ms')
+    for name, value in nod_rows(delivery):
+        table.add_row(name, value)
     return table
+
+
+def nod_rows(delivery: Delivery) -> list[tuple[str, str]]:
+    """Return how the nod was adapted to the range, in words: first and last, and changes."""
+    if not len(delivery.nods):
+        return []
+    ends = [f'{low:+.2f} to {high:+.2f} rad' for low, high, _ in delivery.nods[[0, -1]]]
+    samples = [f'{n_s:.0f}' for n_s in delivery.nods[[0, -1], 2]]
+    return [
+        ('limits of the nod at first', ends[0]),
+        ('limits of the nod at last', ends[1]),
+        ('N_s, first and last', ', '.join(samples)),
+        ('changes of limits or N_s', f'{len(delivery.nods) - 1}'),
+    ]
 
 
 def rms_table(

@@ -1,13 +1,16 @@
 """The demo: what it launches for which scene, and its table of distances."""
 
+from collections import Counter
 import errno
 import io
 
+from nodlidar_demo.delivery import Delivery
 from nodlidar_demo.demo import main
-from nodlidar_demo.report import rms_table
+from nodlidar_demo.report import nod_rows, rms_table
 from nodlidar_demo.ros import demonstration
 from nodlidar_demo.ros.demonstration import launch_arguments
 from nodlidar_sim.world.scene import load_scene
+import numpy as np
 import pytest
 import rclpy
 from rich.console import Console
@@ -26,7 +29,11 @@ def test_only_what_moves_is_told_and_only_a_base_that_drives_is_compensated(
     scene, route, expected
 ):
     loaded = load_scene(scene, route, ideal=True)
-    assert launch_arguments(scene, route, loaded) == [f'scene:={scene}', *expected]
+    assert launch_arguments(scene, route, loaded) == [
+        f'scene:={scene}',
+        'adapt_limits:=true',
+        *expected,
+    ]
 
 
 def test_the_distances_by_odometry_stand_beside_those_by_true_poses():
@@ -35,6 +42,16 @@ def test_the_distances_by_odometry_stand_beside_those_by_true_poses():
     assert ['slerp', '2.0', 'mm', '1.0', 'x', '25.0', 'mm'] in lines
     assert ['ends', '30.0', 'mm', '15.0', 'x', '40.0', 'mm'] in lines
     assert ['ends', '30.0', 'mm', '15.0', 'x'] in rows(rms_table(rms, {}))
+
+
+def test_the_summary_shows_how_the_nod_was_adapted():
+    nods = np.array([(-0.61, 0.61, 7547), (-0.4, 0.5, 7547), (-0.35, 0.33, 9435)])
+    told = dict(nod_rows(Delivery(np.empty(0), Counter(), 0, 0, nods)))
+    assert told['limits of the nod at first'] == '-0.61 to +0.61 rad'
+    assert told['limits of the nod at last'] == '-0.35 to +0.33 rad'
+    assert told['N_s, first and last'] == '7547, 9435'
+    assert told['changes of limits or N_s'] == '2'
+    assert nod_rows(Delivery(np.empty(0), Counter(), 0, 0, nods[:0])) == []
 
 
 def rows(table):

@@ -125,10 +125,10 @@ def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
 def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[str]:
     """Return the launch arguments for a scene, loaded by that name and route.
 
-    If anything moves, the simulation publishes its start; if the base drives, also odometry, and
-    clouds are in odom.
+    Limits and speed of the nod follow the range. If anything moves, the simulation publishes its
+    start; if the base drives, also odometry, and clouds are in odom.
     """
-    arguments = [f'scene:={scene_name}']
+    arguments = [f'scene:={scene_name}', 'adapt_limits:=true']
     if route is not None:
         arguments.append(f'route:={route}')
     if scene.moves:
