@@ -14,7 +14,6 @@ from nodlidar_common.ros.messages import time_message
 from nodlidar_demo.evaluation import simulated_log
 import numpy as np
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Header
 from transforms3d.quaternions import rotate_vector
 
 from bench.hot_paths import Action, interleaved
@@ -46,7 +45,8 @@ def _messages() -> dict[str, Action]:
 
     def by_hand() -> PointCloud2:
         message = PointCloud2(fields=given.fields, **layout(points.data))
-        message.header = Header(stamp=time_message(points.time_ns[0]), frame_id='frame')
+        message.header.stamp = time_message(points.time_ns[0])
+        message.header.frame_id = 'frame'
         data = array('B')
         data.frombytes(points.data.view(np.uint8).data)
         message.data = data
