@@ -37,8 +37,6 @@ def _errors(rate: float, tick: float) -> dict[str, float]:
     sensor = SensorModel(joint_rate=rate, joint_tick=tick)
     simulated = simulated_room(DURATION, REVERSAL_ERROR, sensor)
     return {
-        name: pitch_rms(
-            simulated, PitchEstimator(EstimatorConfig(estimator=name, joint_step=tick))
-        )
+        name: pitch_rms(simulated, PitchEstimator(EstimatorConfig(estimator=name)))
         for name in ESTIMATORS
     }

@@ -4,8 +4,9 @@ from collections import Counter
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.joint_order import JointSamplesConfig
-from nodlidar_assembler.clouds.leg_model import leg_pitch, LegModelError
 from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, require_reversals_sampled
+from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
+from nodlidar_assembler.clouds.spline_fit import SplineError
 from nodlidar_assembler.clouds.usual_gap import UsualGap
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
@@ -13,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ESTIMATORS = ('nearest', 'ends', 'slerp', 'trajectory')
-JOINT_STEP = 0.00511  # of the RX-24F's encoder, 300 degrees / 1024 [rad]
-LEG_MARGIN = 0.2  # half a leg of the reference nod [s]
+SMOOTHING_MARGIN = 0.15  # with less, reversals are less exact [s]
 
 
 @dataclass(frozen=True)
@@ -24,32 +24,25 @@ class EstimatorConfig(JointSamplesConfig):
     estimator: str = parameter(
         'slerp',
         'Estimator of the pitch of a beam: nearest (one joint sample per scan), ends (linear from '
-        'the first to the last beam), slerp (interpolated per beam) or trajectory (legs of '
-        'constant speed fitted to the joint samples; slerp where the fit fails)',
+        'the first to the last beam), slerp (interpolated per beam) or trajectory (smoothed over '
+        'the joint samples around the scan)',
         choices=ESTIMATORS,
     )
-    leg_margin: float = parameter(
-        LEG_MARGIN,
-        'Time before and after a scan from which trajectory fits joint samples; clouds are later '
-        'by as much, or by the deadline if that is less',
+    smoothing_margin: float = parameter(
+        SMOOTHING_MARGIN,
+        'Time after a scan for whose joint samples trajectory waits; clouds are later by as much, '
+        'or by the deadline if that is less',
         unit='s',
         minimum=0.0,
         maximum=2.0,
-    )
-    joint_step: float = parameter(
-        JOINT_STEP,
-        'Step of the joint encoder; trajectory rejects a fit that a sample misses by more',
-        unit='rad',
-        minimum=1e-6,
-        maximum=0.1,
     )
 
 
 class PitchEstimator:
     """Computes the pitch of each beam of a scan.
 
-    ``trajectory`` is leg_model.leg_pitch, or ``slerp`` where the fit fails; for the others see
-    pitch.beam_pitch.
+    ``trajectory`` is pitch_smoother.PitchSmoother, or ``slerp`` where the samples determine no
+    spline; for the others see pitch.beam_pitch.
 
     Attributes
     ----------
@@ -60,12 +53,10 @@ class PitchEstimator:
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
-        self._name = config.estimator
-        self._interpolation = 'slerp' if self._name == 'trajectory' else self._name
+        self._smoother = PitchSmoother() if config.estimator == 'trajectory' else None
+        self._interpolation = 'slerp' if self._smoother else config.estimator
         self._max_joint_gap = config.max_joint_gap
-        self._joint_step = config.joint_step
-        leg_margin = config.leg_margin if self._name == 'trajectory' else 0.0
-        self.margin_ns = round(leg_margin * NS_PER_S)
+        self.margin_ns = round(config.smoothing_margin * NS_PER_S) if self._smoother else 0
         self._usual_gap = UsualGap()
         self.fallbacks: Counter[str] = Counter()
 
@@ -93,15 +84,13 @@ class PitchEstimator:
         samples = ordered_samples(sample_ns, sample_pitch)
         usual_gap = self._usual_gap.add(samples[0])
         pitch = beam_pitch(self._interpolation, start_ns, offset, *samples, self._max_joint_gap)
-        if self._name == 'nearest':
+        if self._interpolation == 'nearest':
             return pitch
-        fallback = Counter[str]()
-        if self._name == 'trajectory':
-            try:
-                return leg_pitch(start_ns, offset, *samples, self._joint_step)
-            except LegModelError as error:
-                fallback[str(error)] += 1
         times = (samples[0] - start_ns) / NS_PER_S
         require_reversals_sampled(offset, times, samples[1], usual_gap)
-        self.fallbacks += fallback
+        if self._smoother is not None:
+            try:
+                return self._smoother.pitch(start_ns, offset, *samples)
+            except SplineError as error:
+                self.fallbacks[str(error)] += 1
         return pitch

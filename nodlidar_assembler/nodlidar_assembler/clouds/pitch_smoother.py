@@ -1,0 +1,215 @@
+"""The pitch of every beam, smoothed from the joint samples around the scan.
+
+How rough the motion of a servo is and how noisy its encoder is, nobody knows. So splines of
+several roughnesses (spline_fit) compete with the interpolation between the samples. Each counts by
+how well it has predicted samples from the others (leave-one-out cross-validation, Stone 1974).
+"""
+
+from dataclasses import dataclass, replace
+
+from nodlidar_assembler.clouds.spline_fit import fit, KNOT, KNOT_NS, ROUGHNESS, Splines, value
+from nodlidar_assembler.clouds.white_noise import WhiteNoise
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+
+BEFORE_NS = 100_000_000  # time before a scan from which samples are used: a revolution
+SAME = 1e-6  # difference of samples at the same step of the encoder, at most [rad]
+LEAST_STEP = 4e-4  # of an encoder [rad]; the stamps are no better than that
+FIRST_INTENSITY = 3.0 * ROUGHNESS  # of an interval that no scan has fitted yet
+LEAST_REST = 1e-3  # share of a sample's residual that the fit leaves, at least
+FAR_OFF = 3.0  # standard deviations; a sample that is farther off counts less
+MISSED = 0.3  # share of the samples that a method may miss, as at a reversal,
+MISSED_WITHIN = 0.1  # ... by an angle within this range [rad]
+SCORE_MEMORY = 0.997  # weight of a sample in the score, over that of the next one
+NOISE_MEMORY = 0.96  # the same in the learned noise
+NOISE_EVERY = 4  # scans, as noise changes slowly
+LEAST_VARIANCE = 1e-10  # of a prediction [rad2]
+# The roughest spline takes all errors beyond rounding as motion.
+LEARNS_NOISE = ROUGHNESS.max() > ROUGHNESS
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """The samples around a scan, and what is known about them from the scans before.
+
+    Attributes
+    ----------
+    first_knot
+        Index of the knot at or before the first sample, counted from time 0.
+    time_ns, pitch, weight
+        Of the samples [ns], [rad] from their mean, and with which each counts, shape (n,).
+    intensity
+        q of each interval between knots, for each spline, shape (m, intervals).
+    """
+
+    first_knot: int
+    time_ns: Times
+    pitch: Array
+    weight: Array
+    intensity: Array
+
+    @property
+    def place(self) -> Array:
+        """Places of the samples in knots from the first one, shape (n,)."""
+        return (self.time_ns - self.first_knot * KNOT_NS) / KNOT_NS
+
+    @classmethod
+    def of(cls, time_ns: Times, pitch: Array) -> '_Window':
+        """Return the window of samples [ns], [rad] of which nothing is known."""
+        first, last = int(time_ns[0]) // KNOT_NS, int(time_ns[-1]) // KNOT_NS
+        intensity = np.repeat(FIRST_INTENSITY, last - first + 1, axis=1)
+        return cls(first, time_ns, pitch, np.ones(len(time_ns)), intensity)
+
+    def take_over(self, last: '_Window') -> None:
+        """Take over what is known from the last window, where the two overlap."""
+        shift = self.first_knot - last.first_knot
+        here, there = max(0, -shift), max(0, shift)
+        known = last.intensity[:, there:][:, : max(0, self.intensity.shape[1] - here)]
+        self.intensity[:, here : here + known.shape[1]] = known
+        same = np.searchsorted(last.time_ns, self.time_ns)
+        same[same == len(last.time_ns)] = 0
+        is_known = last.time_ns[same] == self.time_ns
+        self.weight[is_known] = last.weight[same[is_known]]
+
+
+class PitchSmoother:
+    """Smooths the joint samples around each scan, and learns from them.
+
+    Scans come in the order of time; after a step of the clock it learns anew.
+    """
+
+    def __init__(self) -> None:
+        self._step = np.inf  # of the encoder, inf if unknown [rad]
+        self._white_noise = WhiteNoise()
+        self._noise = np.zeros_like(ROUGHNESS)  # beyond rounding, for each spline [rad2]
+        self._line_noise = 0.0  # the same for the interpolation [rad2]
+        self._score = np.zeros(len(ROUGHNESS) + 1)  # log probability; the last interpolates
+        self._scans = 0  # that had new samples
+        self._start_ns = 0  # of the last scan [ns]
+        self._last: _Window | None = None
+
+    def pitch(self, start_ns: int, offset: Array, sample_ns: Times, sample_pitch: Array) -> Array:
+        """Return the pitch of each beam [rad], shape (n,).
+
+        It differs from the interpolated samples by at most half of the largest step from sample to
+        sample, which a reversal between two samples can cause, plus two steps of the encoder.
+
+        Parameters
+        ----------
+        start_ns
+            Instant of the first beam [ns].
+        offset
+            Time of each beam after the first [s], ascending, shape (n,).
+        sample_ns, sample_pitch
+            Joint samples [ns], [rad], ascending, shape (m,), which bracket the beams.
+
+        Raises
+        ------
+        SplineError
+            If the samples do not determine a spline.
+        """
+        first = max(0, int(np.searchsorted(sample_ns, start_ns - BEFORE_NS, side='right')) - 1)
+        sample_ns, sample_pitch = sample_ns[first:], sample_pitch[first:]
+        middle = float(np.mean(sample_pitch))
+        window = _Window.of(sample_ns, sample_pitch - middle)
+        if self._last is not None:
+            window.take_over(self._last)
+        self._learn_step(window.pitch)
+        splines = self._fit(window)
+        self._learn(splines, window, start_ns)
+        share = np.exp(self._score - self._score.max())
+        share /= share.sum()
+        place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
+        line = np.interp(place, window.place, window.pitch)
+        pitch = value(share[:-1] @ splines.coefficients, place) + share[-1] * line
+        beyond = np.max(np.abs(np.diff(window.pitch)), initial=0.0) / 2.0 + 2.0 * self._cell
+        return np.asarray(np.clip(pitch, line - beyond, line + beyond) + middle)
+
+    def _learn_step(self, pitch: Array) -> None:
+        steps = np.diff(np.sort(pitch))
+        self._step = float(np.min(steps[steps > SAME], initial=self._step))
+
+    @property
+    def _cell(self) -> float:
+        """Width of the range of angles that the encoder reports as one [rad]."""
+        return max(self._step, LEAST_STEP) if self._step < np.inf else LEAST_STEP
+
+    def _fit(self, window: _Window) -> Splines:
+        variance = self._cell**2 / 12.0 + self._noise
+        return fit(window.place, window.pitch, variance, window.weight, window.intensity)
+
+    def _learn(self, splines: Splines, window: _Window, start_ns: int) -> None:
+        """Learn from a fit: noise and score from the samples since the last scan."""
+        rounding = self._cell**2 / 12.0
+        rest = 1.0 - splines.variance * window.weight / (rounding + self._noise)
+        rest = np.maximum(rest, LEAST_REST)
+        error, variance = (window.pitch - splines.pitch) / rest, splines.variance / rest
+        weight = _weight(error[-1], variance[-1] + rounding + self._noise[-1])
+        first, last = np.searchsorted(window.time_ns, [self._start_ns, start_ns])
+        new = slice(max(1, int(first)), min(len(window.time_ns) - 1, int(last)))
+        if new.start < new.stop:
+            line = _off_line(window, new)
+            self._learn_score(error[:, new], variance[:, new], line)
+            self._scans += 1
+            if self._scans % NOISE_EVERY == 0:
+                self._learn_noise(splines, window, new, line)
+        self._start_ns = start_ns
+        self._last = replace(window, intensity=splines.intensity, weight=weight)
+
+    def _learn_score(self, error: Array, variance: Array, line: Array) -> None:
+        """Score the methods by their errors at samples that are left out.
+
+        A method is right if it predicts the step that the encoder reads.
+
+        Parameters
+        ----------
+        error, variance
+            Of the splines [rad], [rad2], shape (m, k).
+        line
+            Errors of the interpolation [rad], shape (k,).
+        """
+        error = np.vstack([error, line])
+        variance = np.vstack([variance + self._noise, np.full_like(line, self._line_noise)])
+        deviation = np.sqrt(variance + LEAST_VARIANCE)
+        half = self._cell / 2.0
+        hit = ndtr((error + half) / deviation) - ndtr((error - half) / deviation)
+        missed = MISSED * self._cell / MISSED_WITHIN
+        score = np.log((1.0 - MISSED) * hit + missed).sum(axis=1)
+        self._score = self._score * SCORE_MEMORY ** len(line) + score
+
+    def _learn_noise(self, splines: Splines, window: _Window, new: slice, line: Array) -> None:
+        """Learn the noise beyond rounding: what a spline leaves, if it is white.
+
+        Vibrations, which a smooth spline leaves as well, are motion.
+        """
+        rounding = self._cell**2 / 12.0
+        memory = NOISE_MEMORY ** len(line)
+        square = (window.pitch[new] - splines.pitch[:, new]) ** 2 + splines.variance[:, new]
+        square = np.minimum(square, (2.0 * FAR_OFF) ** 2 * (rounding + self._noise))
+        left = square.mean(axis=1, keepdims=True) - rounding
+        noise = memory * self._noise + (1.0 - memory) * left
+        white = self._white_noise.add(window.pitch, new) - rounding
+        self._noise = np.where(LEARNS_NOISE, np.maximum(0.0, np.minimum(noise, white)), 0.0)
+        left_by_line = float(np.mean(line**2)) - rounding
+        line_noise = memory * self._line_noise + (1.0 - memory) * left_by_line
+        self._line_noise = max(line_noise, rounding / 2.0)
+
+
+def _weight(error: Array, variance: Array) -> Array:
+    """Return the weights of samples with errors [rad] of a variance [rad2] if left out, (n,)."""
+    far = FAR_OFF**2 * variance
+    return np.asarray(far / np.maximum(error**2, far))
+
+
+def _off_line(window: _Window, samples: slice) -> Array:
+    """Return how far samples are off the line between their neighbours [rad], shape (k,)."""
+    before = slice(samples.start - 1, samples.stop - 1)
+    after = slice(samples.start + 1, samples.stop + 1)
+    time, pitch = window.place, window.pitch
+    share = (time[samples] - time[before]) / (time[after] - time[before])
+    line = pitch[before] + share * (pitch[after] - pitch[before])
+    return np.asarray(pitch[samples] - line)

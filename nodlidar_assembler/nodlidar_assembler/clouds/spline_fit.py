@@ -1,0 +1,136 @@
+"""Cubic splines of several roughnesses, fitted to joint samples.
+
+The pitch is a cubic spline with a knot every KNOT, so its jerk is constant from knot to knot. The
+jerk of an interval is normal with variance q / KNOT, where each interval has its own intensity q:
+the larger it is, the more the motion may bend there. q follows from the samples by expectation
+maximisation for a Student's t distribution of the jerk with NU degrees of freedom and scale q0. So
+legs become smooth and reversals sharp, without any assumption about the shape of either.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
+
+Array = NDArray[np.float64]
+
+KNOT_NS = 10_000_000
+KNOT = KNOT_NS / NS_PER_S
+ROUGHNESS = np.array([[1e3], [1e4], [1e5], [1e7]])  # q0 of each spline [rad2/s5]
+NU = 0.3  # the smaller, the heavier the tails
+STRIDE = 2.0  # expectation maximisation is slow: each of its steps is taken so many times
+RIDGE = 1e-6  # keeps a spline finite where no sample is [1 / rad2]
+ACCELERATION = 1e4  # that no servo reaches, for the same reason [rad/s2]
+
+# Four basis functions, as polynomials of the share of an interval.
+_BASIS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
+
+
+class SplineError(NodlidarError):
+    """The joint samples do not determine a spline."""
+
+
+@dataclass(frozen=True, slots=True)
+class Splines:
+    """Splines of m roughnesses with c coefficients each, fitted to n samples.
+
+    Attributes
+    ----------
+    coefficients
+        Shape (m, c).
+    pitch, variance
+        At the samples [rad], [rad2], shape (m, n).
+    intensity
+        q of each interval, improved by these samples, shape (m, c - 3).
+    """
+
+    coefficients: Array
+    pitch: Array
+    variance: Array
+    intensity: Array
+
+
+def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Array) -> Splines:
+    """Fit a spline of each roughness to the samples, and improve its intensities by one step.
+
+    Parameters
+    ----------
+    place, pitch
+        Of the samples, in knots from the first one, and [rad], shape (n,).
+    noise
+        Variance of the samples, for each spline [rad2], shape (m, 1).
+    weight
+        With which each sample counts, shape (n,).
+    intensity
+        q of each interval, for each spline, shape (m, c - 3).
+    """
+    samples, intervals = len(place), intensity.shape[1]
+    basis, jerk = _basis(place, intervals), _jerk(intervals)
+    weighted = basis.T * weight
+    information = (jerk.T * (KNOT / intensity)[:, None, :]) @ jerk + _weak_prior(intervals)
+    information += (weighted @ basis) / noise[:, :, None]
+    rows = np.vstack([basis, jerk])
+    coefficients, half = _solved(information, (weighted @ pitch) / noise)
+    mean = coefficients @ rows.T
+    variance = 2.0 * np.einsum('mkj,kj->mk', rows @ half, rows)
+    power = KNOT * (mean[:, samples:] ** 2 + variance[:, samples:])
+    improved = (NU * ROUGHNESS + power) / (NU + 1.0)
+    return Splines(
+        coefficients,
+        mean[:, :samples],
+        variance[:, :samples],
+        intensity * (improved / intensity) ** STRIDE,
+    )
+
+
+def value(coefficients: Array, place: Array) -> Array:
+    """Return a spline [rad] of coefficients (c,) at places in knots from the first one, (n,)."""
+    polynomials = np.stack([coefficients[k : len(coefficients) - 3 + k] for k in range(4)], 1)
+    polynomials = polynomials @ _BASIS
+    first = place.astype(np.intp)
+    share = place - first
+    constant, linear, square, cube = polynomials.T[:, first]
+    return np.asarray(((cube * share + square) * share + linear) * share + constant)
+
+
+def _basis(place: Array, intervals: int) -> Array:
+    """Return the basis functions at places, shape (n, intervals + 3)."""
+    first = place.astype(np.intp)
+    share = place - first
+    powers = np.stack([np.ones_like(share), share, share**2, share**3], 1)
+    basis = np.zeros((len(place), intervals + 3))
+    basis[np.arange(len(place))[:, None], first[:, None] + np.arange(4)] = powers @ _BASIS.T
+    return basis
+
+
+@cache
+def _jerk(intervals: int) -> Array:
+    """Return the matrix from coefficients to the jerk of each interval."""
+    return np.diff(np.eye(intervals + 3), 3, axis=0) / KNOT**3
+
+
+@cache
+def _weak_prior(intervals: int) -> Array:
+    """Return information that keeps a spline finite where no sample is."""
+    acceleration = np.diff(np.eye(intervals + 3), 2, axis=0) / KNOT**2 / ACCELERATION
+    return RIDGE * np.eye(intervals + 3) + acceleration.T @ acceleration
+
+
+def _solved(information: Array, wanted: Array) -> tuple[Array, Array]:
+    """Return the solutions (m, c), and halves of the inverses (m, c, c).
+
+    An inverse is the sum of its half and of the half's transpose.
+    """
+    solutions, halves = np.empty_like(wanted), np.empty_like(information)
+    for matrix, target, solution, half in zip(information, wanted, solutions, halves, strict=True):
+        factor, failed = dpotrf(matrix.T, overwrite_a=1)
+        if failed:
+            raise SplineError('the joint samples do not determine a spline')
+        solution[:] = dpotrs(factor, target)[0]
+        half[:] = dpotri(factor, overwrite_c=1)[0]
+    np.einsum('mii->mi', halves)[:] /= 2.0
+    return solutions, halves
