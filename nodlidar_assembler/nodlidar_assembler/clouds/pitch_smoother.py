@@ -40,29 +40,27 @@ class _Window:
     ----------
     first_knot
         Index of the knot at or before the first sample, counted from time 0.
-    time_ns, pitch, weight
-        Of the samples [ns], [rad] from their mean, and with which each counts, shape (n,).
+    time_ns, place, pitch, weight
+        Of the samples [ns], in knots from the first one, [rad] from their mean, and with which
+        each counts, shape (n,).
     intensity
         q of each interval between knots, for each spline, shape (m, intervals).
     """
 
     first_knot: int
     time_ns: Times
+    place: Array
     pitch: Array
     weight: Array
     intensity: Array
-
-    @property
-    def place(self) -> Array:
-        """Places of the samples in knots from the first one, shape (n,)."""
-        return (self.time_ns - self.first_knot * KNOT_NS) / KNOT_NS
 
     @classmethod
     def of(cls, time_ns: Times, pitch: Array) -> '_Window':
         """Return the window of samples [ns], [rad] of which nothing is known."""
         first, last = int(time_ns[0]) // KNOT_NS, int(time_ns[-1]) // KNOT_NS
+        place = (time_ns - first * KNOT_NS) / KNOT_NS
         intensity = np.repeat(FIRST_INTENSITY, last - first + 1, axis=1)
-        return cls(first, time_ns, pitch, np.ones(len(time_ns)), intensity)
+        return cls(first, time_ns, place, pitch, np.ones(len(time_ns)), intensity)
 
     def take_over(self, last: '_Window') -> None:
         """Take over what is known from the last window, where the two overlap."""
@@ -70,7 +68,7 @@ class _Window:
         here, there = max(0, -shift), max(0, shift)
         known = last.intensity[:, there:][:, : max(0, self.intensity.shape[1] - here)]
         self.intensity[:, here : here + known.shape[1]] = known
-        same = np.searchsorted(last.time_ns, self.time_ns)
+        same = last.time_ns.searchsorted(self.time_ns)
         same[same == len(last.time_ns)] = 0
         is_known = last.time_ns[same] == self.time_ns
         self.weight[is_known] = last.weight[same[is_known]]
@@ -112,9 +110,9 @@ class PitchSmoother:
         SplineError
             If the samples do not determine a spline.
         """
-        first = max(0, int(np.searchsorted(sample_ns, start_ns - BEFORE_NS, side='right')) - 1)
+        first = max(0, int(sample_ns.searchsorted(start_ns - BEFORE_NS, side='right')) - 1)
         sample_ns, sample_pitch = sample_ns[first:], sample_pitch[first:]
-        middle = float(np.mean(sample_pitch))
+        middle = float(sample_pitch.mean())
         window = _Window.of(sample_ns, sample_pitch - middle)
         if self._last is not None:
             window.take_over(self._last)
@@ -126,8 +124,9 @@ class PitchSmoother:
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
         line = np.interp(place, window.place, window.pitch)
         pitch = value(share[:-1] @ splines.coefficients, place) + share[-1] * line
-        beyond = np.max(np.abs(np.diff(window.pitch)), initial=0.0) / 2.0 + 2.0 * self._cell
-        return np.asarray(np.clip(pitch, line - beyond, line + beyond) + middle)
+        largest = float(np.abs(window.pitch[1:] - window.pitch[:-1]).max(initial=0.0))
+        beyond = largest / 2.0 + 2.0 * self._cell
+        return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond) + middle)
 
     def _learn_step(self, pitch: Array) -> None:
         steps = np.diff(np.sort(pitch))
@@ -149,7 +148,7 @@ class PitchSmoother:
         rest = np.maximum(rest, LEAST_REST)
         error, variance = (window.pitch - splines.pitch) / rest, splines.variance / rest
         weight = _weight(error[-1], variance[-1] + rounding + self._noise[-1])
-        first, last = np.searchsorted(window.time_ns, [self._start_ns, start_ns])
+        first, last = window.time_ns.searchsorted((self._start_ns, start_ns))
         new = slice(max(1, int(first)), min(len(window.time_ns) - 1, int(last)))
         if new.start < new.stop:
             line = _off_line(window, new)
