@@ -17,6 +17,7 @@ from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene, parse_scene, route_names, scene_names
 from nodlidar_sim.world.section import SceneError
 from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.servo_section import load_servo
 from nodlidar_sim.world.world import World
 import numpy as np
 import pytest
@@ -47,9 +48,11 @@ def test_in_the_room_every_beam_gets_an_answer():
 
 
 @pytest.mark.parametrize('name', scene_names())
-def test_a_shipped_scene_names_a_real_lidar_and_can_be_ideal(name):
+def test_a_shipped_scene_names_real_devices_and_can_be_ideal(name):
     assert load_scene(name).lidar == load_lidar('urg_04lx_ug01')
+    assert load_scene(name).servo == load_servo('rx24f')
     assert load_scene(name, ideal=True).lidar.ideal
+    assert load_scene(name, ideal=True).servo is None
 
 
 def test_everything_in_the_room_is_seen():
