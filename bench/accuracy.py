@@ -1,6 +1,11 @@
-"""The error of each estimator in the room, encoder steps and reversals included."""
+"""The error of each estimator in the room: with the errors of real devices, and ideal.
+
+Pitch counts against what a perfect encoder would report. Points count against the surfaces, so
+the backlash between encoder and lidar and the errors of the ranges are in them.
+"""
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_demo.evaluation import (
     FAR,
     near_beams,
@@ -9,40 +14,64 @@ from nodlidar_demo.evaluation import (
     surface_rms,
 )
 from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.lidar_parameters import LidarParameters
+from nodlidar_sim.world.lidar_section import load_lidar
 import numpy as np
 
-from bench.reference import simulated_room
+from bench.reference import joints_at, real_room, simulated_room
 from bench.report import Row
 
-DURATION = 40.0
-REVERSAL_ERRORS = (0.0, 0.003, 0.008)
+DURATION = 20.0
+RATES = (62.0, 100.0)
+BETTER = {
+    'URG-04LX': load_lidar('urg_04lx'),
+    'noise of 1 mm': LidarParameters(noise=0.001),
+}
+VEIL_ANGLE = PROFILES['accurate'].veil_angle
+RATE = 'joint states [Hz]'
+PITCH, IDEAL_PITCH = 'pitch, RX-24F [mrad]', 'pitch, ideal servo [mrad]'
+REAL, FILTERED = 'URG-04LX-UG01 [mm]', 'URG-04LX-UG01, filtered [mm]'
+IDEAL_LIDAR, IDEAL = 'ideal lidar [mm]', 'ideal lidar and servo [mm]'
 TITLE = (
-    f'Accuracy in the room, {DURATION:.0f} s at N_s = 4001, span 1.2272 rad, joint states at 62 Hz'
+    f'RMS errors in the room, {DURATION:.0f} s at N_s = 4001, RX-24F by physics; of points [mm]: '
+    f'distance to the surfaces, beams up to {FAR:g} m; filtered: veil_angle = {VEIL_ANGLE:g}'
 )
 
 
 def results() -> list[Row]:
-    """Return the errors of pitch and of the points, by estimator."""
-    recordings = {error: simulated_room(DURATION, error) for error in REVERSAL_ERRORS}
-    exact = recordings[0.0]
-    near = near_beams(simulated_log(exact))
+    """Return the errors of pitch and of the points, by rate of the joint states and estimator."""
+    return [row for rate in RATES for row in _rows(rate)]
+
+
+def _rows(rate: float) -> list[Row]:
+    sensor = joints_at(rate)
+    real = real_room(DURATION, sensor)
+    better = {name: real_room(DURATION, sensor, lidar=lidar) for name, lidar in BETTER.items()}
+    exact = real_room(DURATION, sensor, lidar=LidarParameters())
+    ideal = simulated_room(DURATION, sensor=sensor)
     return [
         {
-            'estimator': estimator,
+            RATE: rate,
+            'estimator': name,
+            PITCH: pitch_rms(real, PitchEstimator(EstimatorConfig(estimator=name))) * 1e3,
+            REAL: points_rms(real, name) * 1e3,
+            FILTERED: points_rms(real, name, VEIL_ANGLE) * 1e3,
             **{
-                f'RMS pitch error, reversals {error * 1e3:.0f} ms off [mrad]': pitch_rms(
-                    r, PitchEstimator(EstimatorConfig(estimator=estimator))
-                )
-                * 1e3
-                for error, r in recordings.items()
+                f'{lidar}, filtered [mm]': points_rms(recording, name, VEIL_ANGLE) * 1e3
+                for lidar, recording in better.items()
             },
-            f'RMS distance to the surfaces, beams up to {FAR:g} m [mm]': surface_rms(
-                points_of(near, estimator), exact.world
-            )
-            * 1e3,
+            IDEAL_LIDAR: points_rms(exact, name) * 1e3,
+            IDEAL_PITCH: pitch_rms(ideal, PitchEstimator(EstimatorConfig(estimator=name))) * 1e3,
+            IDEAL: points_rms(ideal, name) * 1e3,
         }
-        for estimator in ESTIMATORS
+        for name in ESTIMATORS
     ]
+
+
+def points_rms(simulated: Recording, estimator: str, veil_angle: float = 0.0) -> float:
+    """Return the RMS distance [m] of the points to the true surfaces, of beams up to FAR."""
+    log = near_beams(simulated_log(simulated))
+    return surface_rms(points_of(log, estimator, veil_angle), simulated.world)
 
 
 def pitch_rms(simulated: Recording, estimator: PitchEstimator) -> float:

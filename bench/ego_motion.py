@@ -1,6 +1,10 @@
-"""The error that the robot's motion adds: a robot that stands, one that drives and rotates."""
+"""The error that the robot's motion adds: a robot that stands, one that drives and rotates.
+
+With the errors of lidar and servo, and without. Odometry has no errors.
+"""
 
 from dataclasses import replace
+from functools import partial
 
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
 from nodlidar_demo.evaluation import (
@@ -15,20 +19,26 @@ from nodlidar_demo.evaluation import (
 from nodlidar_sim.simulation import Recording
 import numpy as np
 
-from bench.reference import DRIVING, REVERSAL_ERROR, simulated_room, STANDING
+from bench.reference import DRIVING, joints_at, real_room, simulated_room, STANDING
 from bench.report import Row
 
 DURATION = 12.0  # almost a circle
-DISTANCE = f'RMS distance to the surfaces, beams up to {FAR:g} m [mm]'
+JOINT_RATE = 100.0
+DISTANCE = 'RMS distance, real devices [mm]'
+IDEAL = 'RMS distance, ideal devices [mm]'
 TITLE = (
     f'Ego-motion: {DURATION:.0f} s in the room, {DRIVING[0]} m/s and {DRIVING[1]} rad/s, odometry '
-    f'at 50 Hz, joint states at 62 Hz, reversals {REVERSAL_ERROR * 1e3:.0f} ms off'
+    f'at 50 Hz, joint states at {JOINT_RATE:g} Hz, distance of beams up to {FAR:g} m'
 )
 
 
-def recording(velocity: tuple[float, float]) -> Recording:
-    """Return the reference sensor's recording from a robot in the room."""
-    return simulated_room(DURATION, REVERSAL_ERROR, velocity=velocity)
+def recordings(velocity: tuple[float, float]) -> dict[str, Recording]:
+    """Return the recordings from a robot in the room, with real devices and with ideal ones."""
+    sensor = joints_at(JOINT_RATE)
+    return {
+        DISTANCE: real_room(DURATION, sensor, velocity),
+        IDEAL: simulated_room(DURATION, sensor=sensor, velocity=velocity),
+    }
 
 
 def beam_rms(simulated: Recording, estimator: str = 'slerp') -> float:
@@ -50,15 +60,21 @@ def scan_rms(simulated: Recording, instant: float, estimator: str = 'slerp') -> 
 
 def results() -> list[Row]:
     """Return the RMS distance to the surfaces by the poses that are used."""
-    standing = beam_rms(recording(STANDING))
-    driving = recording(DRIVING)
+    standing, driving = recordings(STANDING), recordings(DRIVING)
     return [
-        {'robot': robot, 'poses': poses, DISTANCE: rms * 1e3, 'to standing': rms / standing}
+        {
+            'robot': robot,
+            'poses': poses,
+            **{
+                column: rms(standing[column] if robot == 'stands' else driving[column]) * 1e3
+                for column in (DISTANCE, IDEAL)
+            },
+        }
         for robot, poses, rms in (
-            ('stands', 'one per beam', standing),
-            ('drives', 'one per beam', beam_rms(driving)),
-            ('drives', 'one per scan, at its middle', scan_rms(driving, 0.5)),
-            ('drives', 'one per scan, at its first beam', scan_rms(driving, 0.0)),
-            ('drives', 'one per scan, a quarter on: the best', scan_rms(driving, 0.25)),
+            ('stands', 'one per beam', beam_rms),
+            ('drives', 'one per beam', beam_rms),
+            ('drives', 'one per scan, at its middle', partial(scan_rms, instant=0.5)),
+            ('drives', 'one per scan, at its first beam', partial(scan_rms, instant=0.0)),
+            ('drives', 'one per scan, a quarter on: the best', partial(scan_rms, instant=0.25)),
         )
     ]

@@ -12,7 +12,7 @@ from nodlidar_sim.simulation import Recording
 import numpy as np
 from transforms3d.quaternions import quat2mat
 
-from bench.ego_motion import beam_rms, DISTANCE, recording, scan_rms
+from bench.ego_motion import beam_rms, DISTANCE, IDEAL, JOINT_RATE, recordings, scan_rms
 from bench.hot_paths import Action, interleaved
 from bench.reference import DRIVING
 from bench.report import Row
@@ -27,14 +27,14 @@ EGO_MOTION: dict[str, Callable[[Recording, str], float]] = {
 }
 TITLE = (
     f'Estimators and ego-motion: a robot in the room at {DRIVING[0]} m/s and {DRIVING[1]} rad/s, '
-    'joint states at 62 Hz, odometry at 50 Hz'
+    f'joint states at {JOINT_RATE:g} Hz, odometry at 50 Hz'
 )
 
 
 def results() -> list[Row]:
     """Return a row for each estimator with each way to compensate the motion."""
-    simulated = recording(DRIVING)
-    log, odometry = simulated_log(simulated), simulated_odometry(simulated)
+    driving = recordings(DRIVING)
+    log, odometry = simulated_log(driving[DISTANCE]), simulated_odometry(driving[DISTANCE])
     both = list(product(ESTIMATORS, EGO_MOTION))
     actions = {f'{one}, {other}': _action(one, other, log, odometry) for one, other in both}
     times = dict(zip(both, interleaved(actions, ROUNDS), strict=True))
@@ -42,7 +42,10 @@ def results() -> list[Row]:
         {
             'estimator': estimator,
             'ego-motion': motion,
-            DISTANCE: EGO_MOTION[motion](simulated, estimator) * 1e3,
+            **{
+                column: EGO_MOTION[motion](driving[column], estimator) * 1e3
+                for column in (DISTANCE, IDEAL)
+            },
             'time per scan [us]': times[estimator, motion][0] * 1e6,
             'latency after the last beam [ms]': latency(
                 log, _pipeline(estimator), odometry if motion == 'per beam' else None

@@ -1,4 +1,4 @@
-"""Cost and accuracy of each profile: the same room, with the servo's errors, without range noise.
+"""Cost and accuracy of each profile in the room: with the errors of real devices, and ideal.
 
 Computation is the work on arrays, from scans and joint samples to the cloud message and the
 observed coverage. Callbacks are those of the real node, publishing included, without the time in
@@ -16,12 +16,11 @@ from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_sim.simulation import Recording
-from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 
 from bench.accuracy import pitch_rms
 from bench.hot_paths import interleaved
-from bench.reference import REVERSAL_ERROR, simulated_room
+from bench.reference import joints_at, real_room, simulated_room
 from bench.replay import messages_of, times_per_scan
 from bench.report import Row
 from bench.scans import latency, samples_for
@@ -32,18 +31,23 @@ SCANS_PER_S = 10
 FEEDBACK_RATE = {'fast': 20.0, 'balanced': 100.0, 'accurate': 100.0}  # nodlidar_bringup/config
 BALANCED = 'balanced'
 ERROR, COMPUTATION = 'distance to balanced', 'computation to balanced'
+DISTANCE, IDEAL = 'RMS distance, real devices [mm]', 'RMS distance, ideal devices [mm]'
 TITLE = (
-    f'Profiles: the room, {DURATION:.0f} s at N_s = 4001, '
-    f'reversals {REVERSAL_ERROR * 1e3:.0f} ms off'
+    f'Profiles: the room, {DURATION:.0f} s at N_s = 4001, URG-04LX-UG01 on an RX-24F, or ideal '
+    f'devices; distance to the surfaces, beams up to {FAR:g} m'
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """RMS of pitch [rad] and of the distance to the surfaces [m], latency, times per scan [s]."""
+    """RMS distance to the surfaces with real and ideal devices [m], latency, times per scan [s].
+
+    `pitch` is the RMS error of pitch with real devices [rad].
+    """
 
     pitch: float
     surface: float
+    ideal: float
     latency: float
     computation: float
     callbacks: float
@@ -51,13 +55,16 @@ class Found:
 
 def results(rounds: int = ROUNDS) -> list[Row]:
     """Return errors, latency and times of each profile, and their ratios to balanced."""
-    recordings = {name: _recording(rate) for name, rate in FEEDBACK_RATE.items()}
+    sensors = {name: joints_at(rate) for name, rate in FEEDBACK_RATE.items()}
+    recordings = {name: real_room(DURATION, sensor) for name, sensor in sensors.items()}
+    ideal = {name: simulated_room(DURATION, sensor=sensor) for name, sensor in sensors.items()}
     computation = computation_times(recordings, rounds)
     callbacks = callback_times(recordings, rounds)
     found = {
         name: Found(
             pitch_rms(recordings[name], Pipeline(config).estimator),
             _surface_rms(recordings[name], config),
+            _surface_rms(ideal[name], config),
             latency(simulated_log(recordings[name]), Pipeline(config)),
             computation[name],
             callbacks[name],
@@ -72,18 +79,15 @@ def _row(name: str, own: Found, balanced: Found) -> Row:
         'profile': name,
         'joint states [Hz]': FEEDBACK_RATE[name],
         'RMS pitch error [mrad]': own.pitch * 1e3,
-        f'RMS distance to the surfaces, beams up to {FAR:g} m [mm]': own.surface * 1e3,
+        DISTANCE: own.surface * 1e3,
         ERROR: own.surface / balanced.surface,
+        IDEAL: own.ideal * 1e3,
         'latency after the last beam [ms]': own.latency * 1e3,
         'computation per scan [us]': own.computation * 1e6,
         COMPUTATION: own.computation / balanced.computation,
         'callbacks per scan [us]': own.callbacks * 1e6,
         'callbacks to balanced': own.callbacks / balanced.callbacks,
     }
-
-
-def _recording(feedback_rate: float) -> Recording:
-    return simulated_room(DURATION, REVERSAL_ERROR, SensorModel(joint_rate=feedback_rate))
 
 
 def _surface_rms(simulated: Recording, config: AssemblerConfig) -> float:

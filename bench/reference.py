@@ -1,7 +1,12 @@
-"""The set-up that measurements share: the reference sensor, nodding at pi rad/s in the room."""
+"""The set-up that measurements share: the reference sensor, nodding at pi rad/s in the room.
+
+`real_room` is the scene as shipped: a URG-04LX-UG01 with its errors, on an RX-24F by physics.
+`simulated_room` is the ideal one.
+"""
 
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_planner.pattern.task import Task
@@ -17,6 +22,7 @@ BEAM_PERIOD = 0.1 / 1024
 FULL_CIRCLE = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
 STANDING, DRIVING = (0.0, 0.0), (0.4, 0.5)  # speed of the base [m/s, rad/s]
 REVERSAL_ERROR = 0.003  # of a typical servo, standard deviation [s]
+FAST_ADAPTER = 0.0015  # latency of an adapter whose timer is set to 1 ms [s]
 
 
 def reference_nod() -> NodTrajectory:
@@ -30,13 +36,46 @@ def reference_nod() -> NodTrajectory:
     )
 
 
+def joints_at(rate: float) -> SensorModel:
+    """Return the reference sensor with a rate of joint states [Hz], as the adapters give it.
+
+    Above 62 Hz the adapter's latency timer is set to 1 ms, else to 16 ms.
+    """
+    if rate > SensorModel().joint_rate:
+        return SensorModel(joint_rate=rate, joint_latency=FAST_ADAPTER)
+    return SensorModel(joint_rate=rate)
+
+
+def real_room(
+    duration: float,
+    sensor: SensorModel | None = None,
+    velocity: tuple[float, float] = STANDING,
+    **errors: Any,
+) -> Recording:
+    """Return a recording of the room as shipped, with the errors of lidar and servo.
+
+    Parameters
+    ----------
+    duration
+        In seconds.
+    sensor
+        By default the reference sensor.
+    velocity
+        Of the base, constant [m/s, rad/s].
+    **errors
+        Attributes of the scene instead of its own: `lidar`, `servo`.
+    """
+    scene = replace(load_scene('room'), base_velocity=velocity, **errors)
+    return simulate(scene, reference_nod(), duration, start_ns=START_NS, sensor=sensor)
+
+
 def simulated_room(
     duration: float,
     reversal_error: float = 0.0,
     sensor: SensorModel | None = None,
     velocity: tuple[float, float] = STANDING,
 ) -> Recording:
-    """Return a recording of the room.
+    """Return a recording of the room with an ideal lidar and servo.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ def draw(folder: Path, _console: Console) -> Table:
             label=f'{estimator}, ego-motion {motion}',
         )
     axes.set(xscale='log', yscale='log', xlabel='time per scan [µs]')
-    axes.set(ylabel='RMS distance to the surfaces [mm]')
+    axes.set(ylabel=DISTANCE)
     axes.set_xticks(TIMES, map(str, TIMES))
     axes.set_yticks(DISTANCES, map(str, DISTANCES))
     axes.minorticks_off()

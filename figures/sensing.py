@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from bench.report import recorded, table
-from bench.sensing import ESTIMATORS, TICKS
+from bench.sensing import column, ESTIMATORS, REAL, TICKS
 from figures.estimators import COLOURS
 from figures.saving import save
 
@@ -23,14 +23,14 @@ def draw(folder: Path, _console: Console) -> Table:
         rows = [row for row in found['rows'] if row['encoder [bits]'] == bits]
         axes.plot(
             [row['joint states [Hz]'] for row in rows],
-            [row[f'{estimator} [mrad]'] for row in rows],
+            [row[column(estimator, REAL)] for row in rows],
             LINES[bits],
             color=COLOURS[estimator],
             marker='o',
             label=f'{estimator}, {bits} bits',
         )
     axes.set(xscale='log', yscale='log', xlabel='joint states per second')
-    axes.set(ylabel='RMS pitch error [mrad]')
+    axes.set(ylabel=f'RMS pitch error, {REAL} [mrad]')
     rates = sorted({row['joint states [Hz]'] for row in found['rows']})
     axes.set_xticks(rates, [f'{rate:g}' for rate in rates])
     axes.minorticks_off()

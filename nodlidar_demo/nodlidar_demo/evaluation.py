@@ -26,9 +26,10 @@ class EvaluationError(NodlidarError):
     """A log without points."""
 
 
-def points_of(log: SensorLog, estimator: str) -> Points:
+def points_of(log: SensorLog, estimator: str, veil_angle: float = 0.0) -> Points:
     """Return all points of a log; raises EvaluationError if there are none."""
-    clouds, drops = assemble_log(log, Pipeline(PipelineConfig(estimator=estimator)))
+    config = PipelineConfig(estimator=estimator, veil_angle=veil_angle)
+    clouds, drops = assemble_log(log, Pipeline(config))
     if not clouds:
         raise EvaluationError(f'the log gives no points; scans dropped: {dict(drops)}')
     origin = clouds[0].origin
