@@ -1,6 +1,6 @@
 """The estimators of pitch, and ways to compensate motion: error, time per scan, added latency."""
 
-from collections.abc import Callable
+from functools import partial
 from itertools import product
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
@@ -8,21 +8,28 @@ from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry, xyz_of
-from nodlidar_sim.simulation import Recording
 import numpy as np
 from transforms3d.quaternions import quat2mat
 
-from bench.ego_motion import beam_rms, DISTANCE, IDEAL, JOINT_RATE, recordings, scan_rms
+from bench.ego_motion import (
+    beam_rms,
+    DISTANCE,
+    Distance,
+    distances,
+    JOINT_RATE,
+    recordings,
+    scan_rms,
+)
 from bench.hot_paths import Action, interleaved
 from bench.reference import DRIVING
 from bench.report import Row
 from bench.scans import end_ns, latency, odometry_for, samples_for
 
 ROUNDS = 40
-EGO_MOTION: dict[str, Callable[[Recording, str], float]] = {
+EGO_MOTION: dict[str, Distance] = {
     # The consumer of a cloud uses the pose at its stamp, that of the first beam.
-    'off': lambda simulated, estimator: scan_rms(simulated, 0.0, estimator),
-    'per scan': lambda simulated, estimator: scan_rms(simulated, 0.5, estimator),
+    'off': partial(scan_rms, instant=0.0),
+    'per scan': partial(scan_rms, instant=0.5),
     'per beam': beam_rms,
 }
 TITLE = (
@@ -42,10 +49,7 @@ def results() -> list[Row]:
         {
             'estimator': estimator,
             'ego-motion': motion,
-            **{
-                column: EGO_MOTION[motion](driving[column], estimator) * 1e3
-                for column in (DISTANCE, IDEAL)
-            },
+            **distances(EGO_MOTION[motion], driving, estimator),
             'time per scan [us]': times[estimator, motion][0] * 1e6,
             'latency after the last beam [ms]': latency(
                 log, _pipeline(estimator), odometry if motion == 'per beam' else None

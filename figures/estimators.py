@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 from rich.console import Console
 from rich.table import Table
 
-from bench.ego_motion import DISTANCE
+from bench.ego_motion import FILTERED
 from bench.report import recorded, table
 from figures.saving import save
 
@@ -28,14 +28,14 @@ def draw(folder: Path, _console: Console) -> Table:
         estimator, motion = row['estimator'], row['ego-motion']
         axes.scatter(
             row['time per scan [us]'],
-            row[DISTANCE],
+            row[FILTERED],
             color=COLOURS[estimator],
             marker=MARKERS[motion],
             s=60,
             label=f'{estimator}, ego-motion {motion}',
         )
     axes.set(xscale='log', yscale='log', xlabel='time per scan [µs]')
-    axes.set(ylabel=DISTANCE)
+    axes.set(ylabel='RMS distance to the surfaces, filtered [mm]')
     axes.set_xticks(TIMES, map(str, TIMES))
     axes.set_yticks(DISTANCES, map(str, DISTANCES))
     axes.minorticks_off()

@@ -5,7 +5,7 @@ from nodlidar_bringup.ros.launched import keep_apart
 import pytest
 import yaml
 
-from bench.profiles import COMPUTATION, ERROR, FEEDBACK_RATE, results
+from bench.profiles import COMPUTATION, DISTANCE, FEEDBACK_RATE, results
 from bench.report import RESULTS
 
 PROFILE_FILES = RESULTS.parent.parent / 'nodlidar_bringup' / 'config' / 'profiles'
@@ -24,8 +24,9 @@ def test_rates_are_those_that_are_launched():
         assert given['/**']['ros__parameters']['feedback_rate'] == rate
 
 
-def test_accurate_errs_at_most_half_as_much_as_balanced(rows):
-    assert rows['accurate'][ERROR] <= 0.5
+def test_each_step_up_errs_a_tenth_less_with_real_devices(rows):
+    assert rows['balanced'][DISTANCE] <= 0.9 * rows['fast'][DISTANCE]
+    assert rows['accurate'][DISTANCE] <= 0.9 * rows['balanced'][DISTANCE]
 
 
 def test_fast_computes_much_less_than_balanced(rows):
