@@ -10,7 +10,7 @@ from bench.ego_motion import FILTERED
 from bench.report import recorded, table
 from figures.saving import save
 
-TIMES, DISTANCES = [20, 50, 100, 200, 500, 1000], [0.5, 1, 2, 5, 10, 20, 50, 100]
+TIMES, DISTANCES = [20, 50, 100, 200, 500, 1000], [10, 20, 50, 100]
 MARKERS = {'off': 'o', 'per scan': 's', 'per beam': '^'}
 COLOURS = {
     'nearest': 'tab:red',
