@@ -14,7 +14,7 @@ from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 
 Array = NDArray[np.float64]
 
@@ -74,9 +74,10 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
     information = (jerk.T * (KNOT / intensity)[:, None, :]) @ jerk + _weak_prior(intervals)
     information += (weighted @ basis) / noise[:, :, None]
     rows = np.vstack([basis, jerk])
-    coefficients, half = _solved(information, (weighted @ pitch) / noise)
+    coefficients, root = _solved(information, (weighted @ pitch) / noise)
     mean = coefficients @ rows.T
-    variance = 2.0 * np.einsum('mkj,kj->mk', rows @ half, rows)
+    spread = rows @ root
+    variance = np.einsum('mkj,mkj->mk', spread, spread)
     power = KNOT * (mean[:, samples:] ** 2 + variance[:, samples:])
     improved = (NU * ROUGHNESS + power) / (NU + 1.0)
     return Splines(
@@ -121,16 +122,16 @@ def _weak_prior(intervals: int) -> Array:
 
 
 def _solved(information: Array, wanted: Array) -> tuple[Array, Array]:
-    """Return the solutions (m, c), and halves of the inverses (m, c, c).
+    """Return the solutions (m, c), and roots V of the inverses V V^T, shape (m, c, c).
 
-    An inverse is the sum of its half and of the half's transpose.
+    No call here is one that a BLAS library spreads over threads: for matrices of this size that
+    takes milliseconds if the processors are busy. dpotri is such a call.
     """
-    solutions, halves = np.empty_like(wanted), np.empty_like(information)
-    for matrix, target, solution, half in zip(information, wanted, solutions, halves, strict=True):
+    solutions, roots = np.empty_like(wanted), np.empty_like(information)
+    for matrix, target, solution, root in zip(information, wanted, solutions, roots, strict=True):
         factor, failed = dpotrf(matrix.T, overwrite_a=1)
         if failed:
             raise SplineError('the joint samples do not determine a spline')
         solution[:] = dpotrs(factor, target)[0]
-        half[:] = dpotri(factor, overwrite_c=1)[0]
-    np.einsum('mii->mi', halves)[:] /= 2.0
-    return solutions, halves
+        root[:] = dtrtri(factor, overwrite_c=1)[0]
+    return solutions, roots
