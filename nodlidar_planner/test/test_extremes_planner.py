@@ -49,6 +49,9 @@ IMPOSSIBLE = {
         'speed_min',
         'at least 3.05 rad/s, for 200000 choices',
     ),
+    # A sweep of a useful duration has a dozen beams, or millions.
+    ('scan_rate', 0.01): ('object_size', 'so large that some N_s hits every row'),
+    ('scan_rate', 2000.0): ('speed_min', 'at least 6.28 rad/s, for 200000 choices'),
 }
 
 
