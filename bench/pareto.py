@@ -1,8 +1,9 @@
 """Speed for accuracy: what a faster or a slower nod gains and loses, in three scenes.
 
-For each speed the planner chooses an N_s, the simulator records it with the errors of the servo,
-and the cloud is assembled by `slerp`, as the node does by default. A nod on a front is one that
-the servo holds, and no other such nod is better at both.
+For each speed the planner chooses an N_s, the simulator records it with the errors of lidar and
+servo, and the cloud is assembled by `slerp`, as the node does by default, and filtered. Beside it
+are the completion and the cloud of ideal devices. A nod on a front is one that the servo holds,
+and no other such nod is better at both.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,15 +26,16 @@ from nodlidar_demo.evaluation import (
 from nodlidar_planner.choice.choice import quick_choice
 from nodlidar_planner.pattern.band import samples_in_band
 from nodlidar_planner.pattern.task import Task
+from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.simulation import Recording, simulate
-from nodlidar_sim.world.effects import RangeFaults
 from nodlidar_sim.world.motion import triangle_motion
 from nodlidar_sim.world.scene import load_scene, Scene
-from nodlidar_sim.world.sensor_model import SensorModel
+from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.reference import BEAM_PERIOD, reference_nod, REVERSAL_ERROR, START_NS
+from bench.accuracy import points_rms, VEIL_ANGLE
+from bench.reference import BEAM_PERIOD, joints_at, reference_nod, REVERSAL_ERROR, START_NS
 from bench.report import Row
 
 Floats = NDArray[np.float64]
@@ -48,28 +50,27 @@ EARLY, AFTER = (
     0.5,
     5.0,
 )  # holes are those after these times; density and repeats after the latter [s]
-RUNS = 15  # with other errors of the reversals; of completion, hole and repeats the median counts
-NOISE = 0.010  # of a range [m]
+RUNS = 5  # with other errors of the encoder; of completion, hole and repeats the median counts
 NOD = Task()
-# What nods of up to 5 rad/s reach: they reverse short of the limits.
+# What ideal nods of up to 5 rad/s reach: they reverse short of the limits.
 REGION = replace(NOD, pitch_min=-0.55, pitch_max=0.55)
 # The same in squares as wide as a step of azimuth, one around every step.
 FINE = replace(REGION, object_size=4.0 * sin(pi / 1024), azimuth=340.5 * tau / 1024)
 NEAR, QUERIES = 0.1, 200  # density: distance [m] from so many points of the surfaces
 
-SENSOR = SensorModel()
+SENSOR, RX24F = joints_at(100.0), load_servo('rx24f')
 HELD, CANNOT_REVERSE = 'holds it', 'cannot reverse so soon'
 
 SCENE, N_S, SPEED, SERVO = 'scene', 'N_s', 'speed [rad/s]', 'servo'
-COMPLETION = 'completion [s]'
+COMPLETION, IDEAL_COMPLETION = 'completion [s]', 'completion, ideal servo [s]'
 EARLY_HOLE, HOLE = (f'largest hole after {after:g} s [°]' for after in (EARLY, AFTER))
 DENSITY, SPARSE = 'density [points/m2]', 'of the sparsest tenth [points/m2]'
-REPEATS, RMS = 'repeats [%]', 'RMS distance [mm]'
-NOISY = f'with {NOISE * 1e3:g} mm of range noise [mm]'
+REPEATS = 'repeats [%]'
+RMS, IDEAL = 'RMS distance [mm]', 'RMS distance, ideal devices [mm]'
 FRONTS = {'front of completion': COMPLETION, f'front of holes after {EARLY:g} s': EARLY_HOLE}
 TITLE = (
-    f'10 cm at 2 m within 0.55 rad of level, nod 0.6136 rad up and down, reversals '
-    f'{REVERSAL_ERROR * 1e3:g} ms off, joint states at 62 Hz, beams up to {FAR:g} m'
+    '10 cm at 2 m within 0.55 rad of level, nod 0.6136 rad up and down, URG-04LX-UG01 on an '
+    f'RX-24F, joint states at 100 Hz, beams up to {FAR:g} m, filtered'
 )
 
 
@@ -144,21 +145,27 @@ def _coverage_row(samples_per_sweep: int) -> Row:
     row: Row = {N_S: samples_per_sweep, SPEED: speed, SERVO: HELD}
     if speed > AssemblerConfig().max_nod_speed:
         row[SERVO] = 'too fast under load'
+    nod = nod_of(samples_per_sweep)
+    times_ns = SENSOR.beam_times_ns(START_NS, round(DURATION / SENSOR.scan_time), 1.0)
+    end_ns = int(times_ns[-1, -1])
     try:
-        runs = [_run(nod_of(samples_per_sweep), seed) for seed in range(RUNS)]
+        ideal = triangle_motion(nod, START_NS, end_ns, SENSOR.acceleration)
     except ParameterError:
         return row | {SERVO: CANNOT_REVERSE}
+    servos = [nodding_servo(RX24F, nod, SENSOR, START_NS, end_ns, seed) for seed in range(RUNS)]
+    runs = [_figures(times_ns, servo.position(times_ns)) for servo in servos]
     completion, *others = np.quantile(runs, 0.5, axis=0, method='higher')
-    row[COMPLETION] = completion if isfinite(completion) else None
+    row[COMPLETION] = _finite(completion)
+    row[IDEAL_COMPLETION] = _finite(_figures(times_ns, ideal.position(times_ns))[0])
     return row | dict(zip((EARLY_HOLE, HOLE, REPEATS), others, strict=True))
 
 
-def _run(nod: NodTrajectory, seed: int) -> tuple[float, float, float, float]:
+def _finite(value: float) -> float | None:
+    return float(value) if isfinite(value) else None
+
+
+def _figures(times_ns: Times, pitch: Floats) -> tuple[float, float, float, float]:
     """Return completion [s], the early and the later hole [deg] and repeats [%] of one run."""
-    times_ns = SENSOR.beam_times_ns(START_NS, round(DURATION / SENSOR.scan_time), 1.0)
-    end_ns = int(times_ns[-1, -1])
-    motion = triangle_motion(nod, START_NS, end_ns, SENSOR.acceleration, REVERSAL_ERROR, seed)
-    pitch = motion.position(times_ns)
     first = first_hits(times_ns, pitch, FINE)
     early_hole, hole = (
         degrees(largest_square(first >= after) * FINE.cell) for after in (EARLY, AFTER)
@@ -170,36 +177,42 @@ def _run(nod: NodTrajectory, seed: int) -> tuple[float, float, float, float]:
 
 
 def _scene_rows(name: str, nods: Sequence[Row]) -> Iterator[Row]:
-    scene = load_scene(name, ideal=True)
-    effects = replace(scene.effects, servo_jitter=REVERSAL_ERROR)
-    scene = replace(
-        scene, effects=effects, base_velocity=(0.0, 0.0), base_legs=(), base_repeat=False
+    real, ideal = (
+        replace(
+            load_scene(name, ideal=ideal),
+            base_velocity=(0.0, 0.0),
+            base_legs=(),
+            base_repeat=False,
+        )
+        for ideal in (False, True)
     )
-    queries = _surface_points(scene)
+    queries = _surface_points(ideal)
     for nod in nods:
         row = {SCENE: name, **nod}
         if nod[SERVO] != CANNOT_REVERSE:
-            recording = simulate(scene, nod_of(nod[N_S]), DURATION, start_ns=START_NS)
+            recording = _recording(real, nod_of(nod[N_S]))
             row |= _cloud_row(recording, queries)
+            row[IDEAL] = points_rms(_recording(ideal, nod_of(nod[N_S])), 'slerp') * 1e3
         yield row
+
+
+def _recording(scene: Scene, nod: NodTrajectory) -> Recording:
+    return simulate(scene, nod, DURATION, start_ns=START_NS, sensor=SENSOR)
 
 
 def _cloud_row(recording: Recording, queries: Floats) -> Row:
     cloud = _cloud(recording)
     early = cloud.time_ns < START_NS + AFTER * NS_PER_S
     density = local_density(xyz_of(cloud)[early], queries)
-    ranges = RangeFaults(NOISE, 0.0, seed=1)(recording.true_range)
-    noisy = replace(recording, ranges=SENSOR.rounded_ranges(ranges))
     return {
         DENSITY: float(density.mean()),
         SPARSE: float(np.quantile(density, 0.1)),
         RMS: surface_rms(cloud, recording.world) * 1e3,
-        NOISY: surface_rms(_cloud(noisy), recording.world) * 1e3,
     }
 
 
 def _cloud(recording: Recording) -> Points:
-    return points_of(near_beams(simulated_log(recording)), 'slerp')
+    return points_of(near_beams(simulated_log(recording)), 'slerp', VEIL_ANGLE)
 
 
 def _mark_fronts(rows: Sequence[Row]) -> None:
@@ -210,7 +223,6 @@ def _mark_fronts(rows: Sequence[Row]) -> None:
 
 def _surface_points(scene: Scene) -> Floats:
     """Return some points of the surfaces that the sensor sees, in its frame."""
-    recording = simulate(scene, reference_nod(), DURATION, start_ns=START_NS)
-    xyz = xyz_of(_cloud(recording))
+    xyz = xyz_of(_cloud(_recording(scene, reference_nod())))
     chosen: Floats = xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]
     return chosen
