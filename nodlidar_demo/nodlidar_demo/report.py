@@ -1,6 +1,7 @@
 """The tables at the end of the demo."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
@@ -11,21 +12,35 @@ from rich.console import Console
 from rich.table import Table
 
 
-def print_report(
-    log: SensorLog,
-    delivery: Delivery,
-    rms: Mapping[str, float],
-    rms_by_odometry: Mapping[str, float],
-    lidar: float,
-    console: Console,
-) -> None:
-    """Print what a recorded sensor delivered, and the accuracy of each estimator.
+@dataclass(frozen=True, slots=True)
+class Distances:
+    """RMS distances of the points to the true surfaces [m], by estimator.
 
-    The RMS distances [m] are by true poses of the base and by odometry; the latter are empty for a
-    base that does not drive. `lidar` is what the lidar's errors alone cause.
+    Attributes
+    ----------
+    rms
+        By true poses of the base.
+    filtered
+        The same without mixed pixels.
+    by_odometry
+        By odometry; empty for a base that does not drive.
+    lidar
+        What the lidar's errors alone cause, without mixed pixels. These are so few and so far off
+        that two recordings differ by more than an estimator's share.
     """
+
+    rms: Mapping[str, float]
+    filtered: Mapping[str, float] = field(default_factory=dict)
+    by_odometry: Mapping[str, float] = field(default_factory=dict)
+    lidar: float = 0.0
+
+
+def print_report(
+    log: SensorLog, delivery: Delivery, distances: Distances, console: Console
+) -> None:
+    """Print what a recorded sensor delivered, and the accuracy of each estimator."""
     console.print(_delivery_table(log, delivery))
-    console.print(rms_table(rms, rms_by_odometry, lidar))
+    console.print(rms_table(distances))
 
 
 def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
@@ -64,29 +79,38 @@ def nod_rows(delivery: Delivery) -> list[tuple[str, str]]:
     ]
 
 
-def rms_table(
-    rms: Mapping[str, float], by_odometry: Mapping[str, float], lidar: float = 0.0
-) -> Table:
-    """Return the table of RMS distances [m] by estimator; see print_report.
+def rms_table(distances: Distances) -> Table:
+    """Return the table of RMS distances by estimator.
 
-    An estimator's share is what remains of its squared distance without that of the lidar.
+    An estimator's share is what remains of its squared distance, without mixed pixels, without
+    that of the lidar.
     """
-    best = min(rms.values())
+    lidar, best = distances.lidar, min(distances.rms.values())
     table = Table(title=f'RMS distance to the true surfaces, beams up to {FAR:g} m')
-    headings = ['estimator', 'RMS', 'against the best']
-    if by_odometry:
-        headings = ['estimator', 'by true poses', 'against the best', 'by odometry']
-    if lidar:
-        headings.append('without the lidar')
-    for heading in headings:
+    columns = {
+        'estimator': {name: name for name in distances.rms},
+        'by true poses' if distances.by_odometry else 'RMS': _in_mm(distances.rms),
+        'against the best': {e: f'{own / best:.1f} x' for e, own in distances.rms.items()},
+        'by odometry': _in_mm(distances.by_odometry),
+        'without mixed pixels': _in_mm(distances.filtered),
+        'and without the lidar': _in_mm(_without(lidar, distances.filtered)),
+    }
+    shown = {heading: values for heading, values in columns.items() if values}
+    for heading in shown:
         table.add_column(heading, justify='left' if heading == 'estimator' else 'right')
-    for estimator, distance in rms.items():
-        row = [estimator, f'{distance * 1e3:.1f} mm', f'{distance / best:.1f} x']
-        if by_odometry:
-            row.append(f'{by_odometry[estimator] * 1e3:.1f} mm')
-        if lidar:
-            row.append(f'{math.sqrt(max(distance**2 - lidar**2, 0.0)) * 1e3:.1f} mm')
-        table.add_row(*row)
+    for estimator in distances.rms:
+        table.add_row(*(values[estimator] for values in shown.values()))
     if lidar:
-        table.caption = f"Of each, the lidar's own errors are {lidar * 1e3:.1f} mm"
+        table.caption = f"Without mixed pixels, the lidar's own errors are {lidar * 1e3:.1f} mm"
     return table
+
+
+def _without(lidar: float, rms: Mapping[str, float]) -> dict[str, float]:
+    """Return what remains of distances without the lidar's; empty for a lidar without errors."""
+    if not lidar:
+        return {}
+    return {name: math.sqrt(max(own**2 - lidar**2, 0.0)) for name, own in rms.items()}
+
+
+def _in_mm(distances: Mapping[str, float]) -> dict[str, str]:
+    return {name: f'{distance * 1e3:.1f} mm' for name, distance in distances.items()}

@@ -6,7 +6,7 @@ import io
 
 from nodlidar_demo.delivery import Delivery
 from nodlidar_demo.demo import main
-from nodlidar_demo.report import nod_rows, rms_table
+from nodlidar_demo.report import Distances, nod_rows, rms_table
 from nodlidar_demo.ros import demonstration
 from nodlidar_demo.ros.demonstration import launch_arguments
 from nodlidar_sim.world.scene import load_scene
@@ -31,17 +31,16 @@ def test_only_what_moves_is_told_and_only_a_base_that_drives_is_compensated(
     loaded = load_scene(scene, route, ideal=True)
     assert launch_arguments(scene, route, loaded) == [
         f'scene:={scene}',
-        'adapt_limits:=true',
         *expected,
     ]
 
 
 def test_the_distances_by_odometry_stand_beside_those_by_true_poses():
     rms, by_odometry = {'ends': 0.03, 'slerp': 0.002}, {'ends': 0.04, 'slerp': 0.025}
-    lines = rows(rms_table(rms, by_odometry))
+    lines = rows(rms_table(Distances(rms, by_odometry=by_odometry)))
     assert ['slerp', '2.0', 'mm', '1.0', 'x', '25.0', 'mm'] in lines
     assert ['ends', '30.0', 'mm', '15.0', 'x', '40.0', 'mm'] in lines
-    assert ['ends', '30.0', 'mm', '15.0', 'x'] in rows(rms_table(rms, {}))
+    assert ['ends', '30.0', 'mm', '15.0', 'x'] in rows(rms_table(Distances(rms)))
 
 
 def test_the_summary_shows_how_the_nod_was_adapted():

@@ -5,7 +5,7 @@ import math
 
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_demo.evaluation import lidar_rms, points_of, simulated_log, surface_rms
-from nodlidar_demo.report import rms_table
+from nodlidar_demo.report import Distances, rms_table
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.scene import load_scene, parse_scene
@@ -44,8 +44,17 @@ def test_estimator_and_lidar_add_up_in_squares():
     assert math.hypot(own, alone) == pytest.approx(whole, rel=0.05)
 
 
+def test_mixed_pixels_are_left_out_on_demand():
+    """A spot is on the edge of an object and the wall behind it: a point between both."""
+    room = load_scene('room', ideal=True)
+    scene = replace(room, lidar=LidarParameters(divergence=0.01))
+    log = simulated_log(simulate(scene, NOD, 4.0))
+    assert lidar_rms(log, scene, 0, veil_angle=0.2) < 0.5 * lidar_rms(log, scene, 0)
+
+
 def test_the_table_states_what_remains_without_the_lidar():
-    table = rms_table({'slerp': 0.013, 'ends': 0.005}, {}, 0.012)
+    filtered = {'slerp': 0.013, 'ends': 0.005}
+    table = rms_table(Distances({'slerp': 0.03, 'ends': 0.04}, filtered, lidar=0.012))
     cells = list(table.columns[-1].cells)
     assert cells == ['5.0 mm', '0.0 mm']
     assert '12.0 mm' in str(table.caption)

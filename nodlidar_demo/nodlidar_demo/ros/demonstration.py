@@ -12,6 +12,7 @@ from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError, ParameterError
@@ -26,7 +27,7 @@ from nodlidar_demo.evaluation import (
     xyz_of,
 )
 from nodlidar_demo.pictures import write_picture
-from nodlidar_demo.report import print_report
+from nodlidar_demo.report import Distances, print_report
 from nodlidar_demo.ros.recorder import Recorder
 from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.servo_motion import ServoMotion
@@ -38,6 +39,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 START_TIMEOUT = 60.0
+VEIL_ANGLE = PROFILES['accurate'].veil_angle  # of the filter of mixed pixels
 LONGEST = 3600.0  # s; a longer recording may not fit into memory
 
 
@@ -97,14 +99,20 @@ def _demo(options: argparse.Namespace, console: Console) -> None:
         log = read_bag(bag, 'nod_joint')
         start_ns = read_start_ns(bag) if scene.moves else log.scans[0].stamp_ns
         world = World(scene, ServoMotion(), start_ns=start_ns)
-        lidar = 0.0 if scene.lidar.ideal else lidar_rms(near_beams(log), scene, start_ns)
-        rms = {e: surface_rms(points_of(near_beams(log), e), world) for e in ESTIMATORS}
+        lidar = 0.0
+        if not scene.lidar.ideal:
+            lidar = lidar_rms(near_beams(log), scene, start_ns, veil_angle=VEIL_ANGLE)
+        rms, filtered = (
+            {e: surface_rms(points_of(near_beams(log), e, angle), world) for e in ESTIMATORS}
+            for angle in (0.0, VEIL_ANGLE)
+        )
         rms_by_odometry = {}
         if scene.drives:
             log = replace(log, odometry=read_odometry(bag, 'odom', 'nodlidar_base_link'))
             rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
         _draw(log, scene, output, f"'{scene.name}', {options.duration:g} s")
-    print_report(log, read_delivery(bag), rms, rms_by_odometry, lidar, console)
+    distances = Distances(rms, filtered, rms_by_odometry, lidar)
+    print_report(log, read_delivery(bag), distances, console)
     console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
 
 
@@ -114,8 +122,8 @@ def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
 
 
 def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
-    """Write a log's points, and draw them as seen from the start of the sensor."""
-    points = points_of(log, 'slerp')
+    """Write a log's points without mixed pixels, and draw them as seen from the sensor's start."""
+    points = points_of(log, 'slerp', VEIL_ANGLE)
     with open_output(output / 'cloud.ply', 'odom') as file:
         file.write(points, 'odom' if scene.drives else 'nodlidar_base_link', points.time_ns[-1])
     xyz = scene.mount.to_child(xyz_of(points)) if scene.drives else xyz_of(points)
@@ -125,10 +133,10 @@ def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
 def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[str]:
     """Return the launch arguments for a scene, loaded by that name and route.
 
-    Limits and speed of the nod follow the range. If anything moves, the simulation publishes its
-    start; if the base drives, also odometry, and clouds are in odom.
+    If anything moves, the simulation publishes its start; if the base drives, also odometry, and
+    clouds are in odom.
     """
-    arguments = [f'scene:={scene_name}', 'adapt_limits:=true']
+    arguments = [f'scene:={scene_name}']
     if route is not None:
         arguments.append(f'route:={route}')
     if scene.moves:
@@ -140,6 +148,9 @@ def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[s
 
 def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console) -> None:
     """Record a sensor into a bag, for a time [s] from the first cloud on.
+
+    The first half is with the whole nod, which shows floor and ceiling. In the second, limits and
+    speed of the nod follow the range.
 
     Raises
     ------
@@ -158,8 +169,12 @@ def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console)
         executor.add_node(recorder)
         with _progress(console) as progress:
             task = progress.add_task('waiting for the first cloud', total=duration)
+            adapted = False
             for done in _seconds_of_clouds(recorder, executor, sensor, duration):
                 progress.update(task, completed=done, description=_counts(recorder))
+                if not adapted and done >= duration / 2.0:
+                    adapted = True
+                    recorder.adapt_limits()
 
 
 def _progress(console: Console) -> Progress:

@@ -9,6 +9,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from nodlidar_msgs.msg import NodCommand
 from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosbags.interfaces import (
     Qos,
@@ -51,6 +53,7 @@ class Recorder(Node):
     def __init__(self, bag: Path) -> None:
         super().__init__('recorder')
         self.counts: Counter[str] = Counter()
+        self._assembler = AsyncParameterClient(self, 'assembler')
         self._writer = Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
         types = get_typestore(Stores.ROS2_JAZZY)
@@ -61,6 +64,10 @@ class Recorder(Node):
     def complete(self) -> bool:
         """Return whether scans, joint states and clouds arrive; DDS finds topics one by one."""
         return all(self.counts[topic] for topic in ('scan', 'joint_states', 'points'))
+
+    def adapt_limits(self) -> None:
+        """Let the limits of the nod follow the range from now on."""
+        self._assembler.set_parameters([Parameter('adapt_limits', value=True)])
 
     def close(self) -> None:
         """Finish the bag."""
