@@ -10,6 +10,7 @@ PAGES = tuple(
         'README.md',
         'nodlidar_servo/README.md',
         'docs/faults.md',
+        'docs/moving_robot.md',
         'docs/tradeoffs.md',
         'docs/nod_schedules.md',
         'docs/physics.md',
