@@ -64,6 +64,24 @@ def spin_until(executor, condition, timeout=20.0):
         executor.spin_once(timeout_sec=0.1)
 
 
+def test_the_assembler_is_asked_to_adapt_its_limits(tmp_path):
+    rclpy.init()
+    recorder, assembler = Recorder(tmp_path / 'bag'), Node('assembler')
+    assembler.declare_parameter('adapt_limits', False)
+    executor = SingleThreadedExecutor()
+    for node in (recorder, assembler):
+        executor.add_node(node)
+    service = '/assembler/set_parameters'
+    spin_until(executor, lambda: recorder.count_services(service) == 1)
+    recorder.adapt_limits()
+    spin_until(executor, lambda: assembler.get_parameter('adapt_limits').value)
+    recorder.close()
+    executor.shutdown()
+    for node in (recorder, assembler):
+        node.destroy_node()
+    rclpy.shutdown()
+
+
 def test_it_is_complete_with_scans_joint_states_and_clouds_only(recorded):
     _, complete = recorded
     assert [topic for topic, done in complete.items() if done] == ['scan']
