@@ -351,8 +351,8 @@ def test_what_is_no_objective(text):
 @pytest.mark.parametrize(
     ('options', 'speeds'),
     [
-        ('--samples-per-sweep 1 --timing-error 0', (3.1, 3.2)),
-        ('--samples-per-sweep 1024 --timing-error 0', (3.1, 3.2)),
+        ('--samples-per-sweep 1', (3.1, 3.2)),
+        ('--samples-per-sweep 1024', (3.1, 3.2)),
         ('--samples-per-sweep 4000', (3.1, 3.2)),
         ('--samples-per-sweep 30001 --timing-error 0.003', (3.1, 3.2)),
         ('--samples-per-sweep 3001 --object 3', (3.1, 3.2)),
@@ -364,13 +364,14 @@ def test_what_is_no_objective(text):
         ('--samples-per-sweep 1001 --steps-per-revolution 1 --full-circle', (0.1, 0.2)),
         ('--samples-per-sweep 1001 --steps-per-revolution 360', (3.1, 3.2)),
         ('--samples-per-sweep 1001 --steps-per-revolution 1440', (3.1, 3.2)),
-        ('--samples-per-sweep 9001 --steps-per-revolution 16384 --timing-error 0', (22.0, 22.1)),
+        ('--samples-per-sweep 9001 --steps-per-revolution 16384', (22.0, 22.1)),
         ('--objective hole', (3.14, 3.15)),
     ],
 )
 def test_extremes_have_a_plan_and_a_picture(run, plan_of, tmp_path, options, speeds):
     band = [f'--speed-min={speeds[0]}', f'--speed-max={speeds[1]}']
-    options = [*options.split(), *band, '--plot', str(tmp_path / 'plan.png')]
+    plot = ['--plot', str(tmp_path / 'plan.png')]
+    options = ['--timing-error=0', *options.split(), *band, *plot]
     plan = plan_of(*options)
     assert (tmp_path / 'plan.png').stat().st_size > 5_000
     assert (plan['completion_time'] is None) == (plan['never_hit_share'] > 0.0)
