@@ -27,8 +27,13 @@ DURATION = 20.0
 TITLE = f'The launched sensor in the room, {DURATION:.0f} s'
 SETUPS = {
     **{f'profile {name}': [f'profile:={name}'] for name in PROFILES},
+    'estimator trajectory': ['assembler_params:={folder}/assembler.yaml'],
     # The rate of an adapter with a latency timer of 16 ms.
     'joint states at 62 Hz': ['servo_params:={folder}/servo.yaml'],
+}
+PARAMETERS: dict[str, Row] = {
+    'servo': {'feedback_rate': 62.0},
+    'assembler': {'estimator': 'trajectory'},
 }
 
 
@@ -42,8 +47,9 @@ def measure(arguments: list[str]) -> Row:
     keep_apart()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        values = {'/**': {'ros__parameters': {'feedback_rate': 62.0}}}
-        (folder / 'servo.yaml').write_text(yaml.safe_dump(values))
+        for node, values in PARAMETERS.items():
+            file = {'/**': {'ros__parameters': values}}
+            (folder / f'{node}.yaml').write_text(yaml.safe_dump(file))
         given = [argument.format(folder=folder) for argument in arguments]
         with (
             launched_sensor(folder / 'launch.log', 'ideal:=true', *given) as sensor,
