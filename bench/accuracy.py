@@ -5,7 +5,7 @@ the backlash between encoder and lidar and the errors of the ranges are in them.
 """
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
-from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.clouds.veils import VeilConfig
 from nodlidar_demo.evaluation import (
     FAR,
     near_beams,
@@ -27,7 +27,7 @@ BETTER = {
     'URG-04LX': load_lidar('urg_04lx'),
     'noise of 1 mm': LidarParameters(noise=0.001),
 }
-VEIL_ANGLE = PROFILES['accurate'].veil_angle
+VEIL_ANGLE = VeilConfig().veil_angle
 RATE = 'joint states [Hz]'
 PITCH, IDEAL_PITCH = 'pitch, RX-24F [mrad]', 'pitch, ideal servo [mrad]'
 REAL, FILTERED = 'URG-04LX-UG01 [mm]', 'URG-04LX-UG01, filtered [mm]'

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
-from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
@@ -33,7 +32,7 @@ ROUNDS = 2000
 REMOVED, LOST, SHARE = 'veil points removed [%]', 'others removed [%]', 'veil points [%]'
 RMS, RMS_KEPT = 'RMS to the surfaces [mm]', 'with the filter [mm]'
 TIME = 'time of the filter per scan [us]'
-CONFIG: VeilConfig = PROFILES['accurate']
+CONFIG = VeilConfig()
 TITLE = (
     f'Mixed pixels, veil_angle = {CONFIG.veil_angle} rad; drawn: {DRAWN} furnished rooms; still: '
     f'at {", ".join(map(str, STILL_AT))} rad'

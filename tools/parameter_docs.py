@@ -13,7 +13,7 @@ import textwrap
 from typing import Any
 
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.profiles import governed, ProfileConfig
+from nodlidar_assembler.profiles import governed, ProfileConfig, PROFILES
 from nodlidar_common.parameters import Limits, limits_of
 from nodlidar_driver.config import DriverConfig
 from nodlidar_servo.config import ServoConfig
@@ -115,7 +115,7 @@ def profile_table() -> str:
         path.stem: yaml.safe_load(path.read_text())['/**']['ros__parameters']['feedback_rate']
         for path in (WORKSPACE / 'nodlidar_bringup' / 'config' / 'profiles').glob('*.yaml')
     }
-    names = sorted(rates, key=list(governed()['estimator']).index)
+    names = sorted(rates, key=list(PROFILES).index)
     named = {f'`{name}`': values for name, values in governed().items()}
     rows = [f'| parameter | {" | ".join(names)} |', '| --- ' * (len(names) + 1) + '|']
     for name, values in (named | {'`feedback_rate` of the servo': rates}).items():

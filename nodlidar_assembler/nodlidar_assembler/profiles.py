@@ -9,7 +9,6 @@ from nodlidar_common.parameters import parameter
 PROFILES = {
     'fast': AssemblerConfig(command_rate=4.0, coverage_window=0.0),
     'balanced': AssemblerConfig(),
-    'accurate': AssemblerConfig(estimator='trajectory', veil_angle=0.2),
 }
 
 

@@ -56,15 +56,15 @@ def test_parameters_come_from_the_node_s_file_and_options_win(tmp_path):
 
 def test_the_profile_gives_what_neither_file_nor_options_do(tmp_path):
     file = tmp_path / 'mine.yaml'
-    file.write_text('/**: {ros__parameters: {profile: accurate, cloud_mode: sweep}}')
-    accurate = replace(PROFILES['accurate'], cloud_mode='sweep')
-    assert configuration(file, {}) == accurate
-    assert configuration(file, {'profile': 'fast'}) == replace(
-        PROFILES['fast'], cloud_mode='sweep'
+    file.write_text('/**: {ros__parameters: {profile: fast, cloud_mode: sweep}}')
+    fast = replace(PROFILES['fast'], cloud_mode='sweep')
+    assert configuration(file, {}) == fast
+    assert configuration(file, {'profile': 'balanced'}) == replace(
+        PROFILES['balanced'], cloud_mode='sweep'
     )
-    assert configuration(file, {'estimator': 'ends'}) == replace(accurate, estimator='ends')
+    assert configuration(file, {'estimator': 'ends'}) == replace(fast, estimator='ends')
     file.write_text('/**: {ros__parameters: {profile: best}}')
-    with pytest.raises(ParameterError, match="'profile' must be one of fast, balanced, accurate"):
+    with pytest.raises(ParameterError, match="'profile' must be one of fast, balanced"):
         configuration(file, {})
 
 

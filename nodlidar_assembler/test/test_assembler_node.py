@@ -35,8 +35,8 @@ def log():
         ((), PROFILES['balanced']),
         (('profile:=fast',), PROFILES['fast']),
         (
-            ('profile:=accurate', 'estimator:=ends'),
-            replace(PROFILES['accurate'], estimator='ends'),
+            ('profile:=fast', 'estimator:=ends'),
+            replace(PROFILES['fast'], estimator='ends'),
         ),
     ],
 )
@@ -47,7 +47,7 @@ def test_parameters_that_are_not_given_are_those_of_the_profile(parameters, conf
 
 def test_an_unknown_profile_is_refused():
     rclpy.init(args=['--ros-args', '-p', 'profile:=best'])
-    with pytest.raises(ParameterError, match="'profile' must be one of fast, balanced, accurate"):
+    with pytest.raises(ParameterError, match="'profile' must be one of fast, balanced"):
         Assembler()
     rclpy.shutdown()
 

@@ -17,7 +17,7 @@ class VeilConfig:
     """Veils."""
 
     veil_angle: float = parameter(
-        0.0,
+        0.2,
         'Points whose connection with a nearer neighbour in the scan is within this angle of the '
         'beam are taken for mixed pixels and removed; 0 keeps all',
         unit='rad',

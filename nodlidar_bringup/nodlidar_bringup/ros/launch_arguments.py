@@ -57,7 +57,7 @@ ARGUMENTS = [
     DeclareLaunchArgument(
         'profile',
         default_value='balanced',
-        choices=['fast', 'balanced', 'accurate'],
+        choices=['fast', 'balanced'],
         description='trades computation time for accuracy (docs/tradeoffs.md); the parameter '
         'files override it',
     ),

@@ -12,7 +12,7 @@ from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.clouds.veils import VeilConfig
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError, ParameterError
@@ -39,7 +39,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 START_TIMEOUT = 60.0
-VEIL_ANGLE = PROFILES['accurate'].veil_angle  # of the filter of mixed pixels
+VEIL_ANGLE = VeilConfig().veil_angle  # of the filter of mixed pixels
 LONGEST = 3600.0  # s; a longer recording may not fit into memory
 
 
