@@ -19,9 +19,10 @@ class Bench:
     """A listener that gets messages by hand, and its samples."""
 
     def __init__(self, node):
-        self.history, self.samples, self.backs = OdometryHistory(), 0, 0
+        self.history, self.samples, self.backs, self.drops = OdometryHistory(), 0, 0, []
+        survival = Survival(pytest.fail)
         self.tf = TfOdometry(
-            node, 'odom', 'pivot', self._sampled, self._went_back, Survival(pytest.fail)
+            node, 'odom', 'pivot', self._sampled, self._went_back, survival, self.drops.append
         )
 
     def _sampled(self, *pose):
@@ -125,6 +126,50 @@ def test_time_of_frames_elsewhere_may_go_back(bench):
     bench.hear(5_020, 6.0)
     assert bench.backs == 0
     assert bench.noted() == [(5_000, 5.0), (5_020, 6.0)]
+
+
+# The other way round, a frame over the carrier, and one over that of odometry.
+LOOPS = {
+    'inverse': [('base', 'odom')],
+    'above the carrier': [('base', 'arm'), ('arm', 'base')],
+    'above odometry': [('map', 'odom'), ('odom', 'map')],
+}
+
+
+@pytest.mark.parametrize('loop', LOOPS.values(), ids=LOOPS)
+def test_after_a_loop_of_frames_odometry_continues(bench, loop):
+    bench.hear(0, 1.0)
+    for parent, child in loop:
+        bench.hear(10, 9.0, parent, child)
+    assert (bench.drops, bench.tf.missing_input) == ([TfOdometry.LOOP], TfOdometry.LOOP)
+    for ms, x in ((20, 2.0), (40, 3.0)):
+        bench.hear(ms, x)
+    assert bench.noted() == [(0, 1.0), (20, 2.0), (40, 3.0)]
+    assert (bench.backs, bench.tf.missing_input) == (0, '')
+
+
+def test_time_may_go_back_after_a_loop_of_frames(bench):
+    bench.hear(5_000, 5.0)
+    bench.hear(5_010, parent='base', child='odom')
+    bench.hear(9_000, 9.0)
+    bench.hear(100, 1.0)
+    assert bench.backs == 1
+    assert bench.noted() == [(100, 1.0)]
+
+
+def test_a_loop_of_fixed_frames_is_reported(bench):
+    bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'pivot', 'odom')]))
+    bench.hear(0)
+    assert (bench.samples, bench.tf.missing_input) == (0, TfOdometry.LOOP)
+
+
+@pytest.mark.parametrize(('parent', 'child'), [('', 'base'), ('odom', ''), ('base', 'base')])
+def test_a_transform_that_is_not_between_two_frames_is_dropped(bench, parent, child):
+    bench.hear(0)
+    bench.hear(10, parent=parent, child=child)
+    bench.hear(20)
+    assert bench.drops == [TfOdometry.MALFORMED]
+    assert bench.samples == 2
 
 
 def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):

@@ -19,7 +19,9 @@ class TfOdometry(TransformListener):
 
     A buffer interpolates between two transforms, however far apart they are. To keep gaps and
     jumps visible, each pose is looked up at its own time. When the time of a transform between
-    the two frames goes back by more than TIME_JUMP_NS, all earlier ones are forgotten.
+    the two frames goes back by more than TIME_JUMP_NS, all earlier ones are forgotten. So are
+    they when the parents form a loop, of which the last message is not added: a buffer keeps
+    parents for good, so a single wrong message would end the odometry.
 
     Parameters
     ----------
@@ -34,7 +36,7 @@ class TfOdometry(TransformListener):
     survival
         Catches errors of the callbacks.
     on_drop
-        Called with the reason for each transform that is malformed.
+        Called with the reason for each transform that is malformed, and for each loop.
 
     Attributes
     ----------
@@ -44,7 +46,8 @@ class TfOdometry(TransformListener):
         Why there is none, in words; empty if there is one.
     """
 
-    MALFORMED = 'transform that is not finite, or not of 1970 to 2038'
+    MALFORMED = 'transform that is not finite, not between two frames, or not of 1970 to 2038'
+    LOOP = 'transform that closes a loop of frames'
 
     def __init__(
         self,
@@ -66,9 +69,15 @@ class TfOdometry(TransformListener):
         super().__init__(Buffer(node=node), node)
 
     def restart(self) -> None:
-        """Forget the moving transforms: their times are of another clock."""
-        self.buffer.clear()
+        """Forget the moving transforms and the newest pose: their times are of another clock."""
+        self._forget()
         self.newest_ns = None
+
+    def _forget(self) -> None:
+        """Forget the moving transforms."""
+        self.buffer.clear()
+        for child in self._newest_of:
+            self._parents.pop(child, None)
         self._newest_of.clear()
 
     def unregister(self) -> None:
@@ -92,14 +101,19 @@ class TfOdometry(TransformListener):
         return TFMessage(transforms=good)
 
     def _add(self, data: TFMessage) -> None:
-        self._note_parents(data)
         if self._goes_back(data):
             self.restart()
             self._on_time_back()
+        self._note_parents(data)
         for transform in data.transforms:
             newest_ns = self._newest_of.get(transform.child_frame_id, 0)
             stamp_ns = time_ns(transform.header.stamp)
             self._newest_of[transform.child_frame_id] = max(newest_ns, stamp_ns)
+        if self._loops():
+            self.missing_input = self.LOOP
+            self._on_drop(self.LOOP)
+            self._forget()
+            return
         super().callback(data)
         self._sample()
 
@@ -122,6 +136,11 @@ class TfOdometry(TransformListener):
             for t in data.transforms
             if t.child_frame_id in between
         )
+
+    def _loops(self) -> bool:
+        """Return whether the way up from a frame comes back to it, or to one on the way."""
+        ends = (self._frame, self._odom_frame)
+        return any(self._above(end) <= self._parents.keys() for end in ends)
 
     def _above(self, frame: str) -> set[str]:
         """Return a frame and its ancestors."""
@@ -151,7 +170,9 @@ class TfOdometry(TransformListener):
 
 
 def is_pose(transform: TransformStamped) -> bool:
-    """Return whether a transform has a valid time and finite numbers."""
+    """Return whether a transform has a valid time, two frames and finite numbers."""
+    frame, child = transform.header.frame_id, transform.child_frame_id
     p, q = transform.transform.translation, transform.transform.rotation
     finite = all(map(math.isfinite, (p.x, p.y, p.z, q.x, q.y, q.z, q.w)))
-    return finite and 0 <= time_ns(transform.header.stamp) <= LATEST_NS
+    named = bool(frame and child) and frame != child
+    return named and finite and 0 <= time_ns(transform.header.stamp) <= LATEST_NS
