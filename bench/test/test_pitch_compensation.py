@@ -6,7 +6,7 @@ import pytest
 
 from bench.pitch_compensation import ARMS, drive, DRIVES, of_finest_grid, repeats, variation
 
-FRAMES = 600
+FRAMES = 300
 
 
 @pytest.fixture(scope='module', params=DRIVES, ids=lambda each: each[0])

@@ -77,7 +77,8 @@ def test_each_is_run_by_a_test():
 @starting('ros2', 'run', 'nodlidar_planner', 'plan_scan')
 def test_plan_scan(command):
     refused = '--time-budget' in command  # its page shows the error
-    assert plan_scan(options(command)) == (2 if refused else 0)
+    fewer = ['--speed-min', '4']  # nods to choose from, to save time
+    assert plan_scan([*fewer, *options(command)]) == (2 if refused else 0)
 
 
 @starting('ros2', 'run', 'nodlidar_assembler', 'assemble_bag')

@@ -352,9 +352,8 @@ def test_what_is_no_objective(text):
     ('options', 'speeds'),
     [
         ('--samples-per-sweep 1', (3.1, 3.2)),
-        ('--samples-per-sweep 1024', (3.1, 3.2)),
         ('--samples-per-sweep 4000', (3.1, 3.2)),
-        ('--samples-per-sweep 30001 --timing-error 0.003', (3.1, 3.2)),
+        ('--samples-per-sweep 30001 --timing-error 0.003', (3.1, 3.11)),
         ('--samples-per-sweep 3001 --object 3', (3.1, 3.2)),
         ('--samples-per-sweep 3001 --object 0.005 --azimuth 0.3', (3.1, 3.11)),
         ('--samples-per-sweep 2001 --azimuth 3.14159', (3.1, 3.2)),
@@ -362,7 +361,6 @@ def test_what_is_no_objective(text):
         ('--samples-per-sweep 3001 --pitch-max=-0.6135', (3e-4, 3.1e-4)),
         ('--samples-per-sweep 1001 --steps-per-revolution 1', (0.1, 0.2)),
         ('--samples-per-sweep 1001 --steps-per-revolution 1 --full-circle', (0.1, 0.2)),
-        ('--samples-per-sweep 1001 --steps-per-revolution 360', (3.1, 3.2)),
         ('--samples-per-sweep 1001 --steps-per-revolution 1440', (3.1, 3.2)),
         ('--samples-per-sweep 9001 --steps-per-revolution 16384', (22.0, 22.1)),
         ('--objective hole', (3.14, 3.15)),
@@ -372,12 +370,12 @@ def test_extremes_have_a_plan_and_a_picture(run, plan_of, tmp_path, options, spe
     band = [f'--speed-min={speeds[0]}', f'--speed-max={speeds[1]}']
     plot = ['--plot', str(tmp_path / 'plan.png')]
     options = ['--timing-error=0', *options.split(), *band, *plot]
-    plan = plan_of(*options)
-    assert (tmp_path / 'plan.png').stat().st_size > 5_000
+    plan = plan_of(*options[:-2])
     assert (plan['completion_time'] is None) == (plan['never_hit_share'] > 0.0)
     assert bool(plan['notes']) or plan['never_hit_share'] == 0.0
     status, out, _ = run(*options)
     assert status == 0
+    assert (tmp_path / 'plan.png').stat().st_size > 5_000
     assert 'nan' not in out
     assert ('never hit' in out) == (plan['never_hit_share'] > 0.0)
 

@@ -21,8 +21,10 @@ def lateness(bench):
     return (sweeps - 0.5 - first - np.arange(len(sweeps))) * SWEEP
 
 
-@pytest.mark.parametrize('latency_timer', [0.016, 0.001])
-@pytest.mark.parametrize('name', ['rx24f', 'mx28', 'xl430'])
+@pytest.mark.parametrize(
+    ('name', 'latency_timer'),
+    [('rx24f', 0.016), ('rx24f', 0.001), ('mx28', 0.016), ('xl430', 0.001)],
+)
 def test_the_phase_of_a_servo_that_can_is_locked(name, latency_timer):
     motion = PhysicalServo(load_servo(name), 0.2, seed=3, history=1e6)
     bench = Bench(latency_timer, motion=motion)
