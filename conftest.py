@@ -1,5 +1,6 @@
 """Every test run talks on a domain of its own, and only on this machine."""
 
+import itertools
 import os
 
 import pytest
@@ -15,6 +16,8 @@ def isolated_domain():
     from domain_coordinator import domain_id
 
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    with domain_id() as domain:
+    # Not always from 1 on: nodes of a run that was killed may still be there.
+    candidates = itertools.count(os.getpid())
+    with domain_id(lambda: next(candidates) % 100 + 1) as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
         yield

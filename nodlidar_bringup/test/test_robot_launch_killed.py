@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 
 from nodlidar_bringup.ros.launched import launched_sensor
@@ -54,3 +56,29 @@ def test_a_kill_ends_all_nodes_with_torque_and_laser_off(tmp_path, victim, end):
         running.process.wait(LONGEST)
         _, left = psutil.wait_procs(processes, LONGEST)
         assert not left
+
+
+LAUNCHER = """
+import pathlib, sys, time
+from nodlidar_bringup.ros.launched import launched_sensor
+with launched_sensor(pathlib.Path(sys.argv[1])) as running:
+    print(running.process.pid, flush=True)
+    time.sleep(600)
+"""
+
+
+def test_the_launch_ends_when_who_launched_it_is_killed(tmp_path, monkeypatch):
+    """A stand-in for ros2 that runs until it is interrupted."""
+    (tmp_path / 'ros2').write_text('#!/bin/sh\nexec sleep 600\n')
+    (tmp_path / 'ros2').chmod(0o755)
+    monkeypatch.setenv('PATH', f'{tmp_path}:{os.environ["PATH"]}')
+    command = [sys.executable, '-c', LAUNCHER, tmp_path / 'launch.log']
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as launcher:
+        launch = psutil.Process(int(launcher.stdout.readline()))
+        wait_until(lambda: launch.name() == 'sleep', 'the launch does not start')
+        launcher.kill()
+    try:
+        launch.wait(LONGEST)
+    except psutil.TimeoutExpired:
+        launch.kill()
+        raise

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
+import shutil
 import signal
 import subprocess
 
@@ -13,7 +14,7 @@ STOP_TIMEOUT = 20.0
 
 
 class LaunchedSensor:
-    """The running launch file.
+    """The running launch file; it ends when the thread that made it ends, even by SIGKILL.
 
     Attributes
     ----------
@@ -28,6 +29,8 @@ class LaunchedSensor:
         # A background job of a script ignores SIGINT, and launch would inherit that.
         command = ['env', '--default-signal=SIGINT', 'ros2', 'launch', 'nodlidar_bringup']
         command += ['robot.launch.py', *arguments]
+        if shutil.which('setpriv'):
+            command = ['setpriv', '--pdeathsig', 'INT', *command]
         with log.open('wb') as output:
             # No terminal: launch assumes that its children got Ctrl-C from it, too.
             self.process = subprocess.Popen(
