@@ -20,6 +20,7 @@ S = 1_000_000_000
 START_NS = 1_700_000_000 * S
 BEAM = 0.1 / 1024
 ERROR = 0.003
+DEFAULT = NodConfig().samples_per_sweep
 MOUNT = PitchLimitsConfig()
 WIDE = PitchLimitsConfig(pitch_min=-1.2, pitch_max=1.2)
 STEPS = st.sampled_from([1024, 1440, 400, 1])
@@ -82,13 +83,13 @@ def test_what_is_chosen_completes_sooner_than_what_is_planned():
     """Median over ranges, hence spans and cells, of the medians of simulated runs."""
     gains = []
     for distance in np.geomspace(0.5, 4.0, 14):
-        shape = approach(adaptation(MOUNT), [distance] * 20)[-1]
+        shape = approach(adaptation(MOUNT, planned=DEFAULT), [distance] * 20)[-1]
         low, high = limits_at(MOUNT, distance)
         assert (shape.pitch_min, shape.pitch_max) == pytest.approx((low, high))
         task = with_whole_rows(min(distance, 2.0), low, high)
         chosen, planned = (
             under_error(task, Pattern(1024, n_s), ERROR, range(10)).median
-            for n_s in (shape.samples_per_sweep, 4001)
+            for n_s in (shape.samples_per_sweep, DEFAULT)
         )
         gains.append(chosen / planned)
     assert np.median(gains) < 0.8
