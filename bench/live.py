@@ -11,7 +11,6 @@ import subprocess
 import sys
 import tempfile
 
-from nodlidar_assembler.profiles import PROFILES
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
 from nodlidar_demo.delivery import read_delivery
 from nodlidar_demo.ros.demonstration import record
@@ -21,12 +20,13 @@ from rich.console import Console
 import yaml
 
 from bench.node_processes import node_processes, NODES
+from bench.profiles import FEEDBACK_RATE
 from bench.report import Row
 
 DURATION = 20.0
 TITLE = f'The launched sensor in the room, {DURATION:.0f} s'
 SETUPS = {
-    **{f'profile {name}': [f'profile:={name}'] for name in PROFILES},
+    **{f'profile {name}': [f'profile:={name}'] for name in FEEDBACK_RATE},
     'estimator trajectory': ['assembler_params:={folder}/assembler.yaml'],
     # The rate of an adapter with a latency timer of 16 ms.
     'joint states at 62 Hz': ['servo_params:={folder}/servo.yaml'],

@@ -69,9 +69,9 @@ def results(rounds: int = ROUNDS) -> list[Row]:
             computation[name],
             callbacks[name],
         )
-        for name, config in PROFILES.items()
+        for name, config in ((name, PROFILES[name]) for name in FEEDBACK_RATE)
     }
-    return [_row(name, found[name], found[BALANCED]) for name in PROFILES]
+    return [_row(name, own, found[BALANCED]) for name, own in found.items()]
 
 
 def _row(name: str, own: Found, balanced: Found) -> Row:

@@ -18,7 +18,7 @@ def rows():
 
 
 def test_rates_are_those_that_are_launched():
-    assert set(FEEDBACK_RATE) == set(PROFILES)
+    assert set(FEEDBACK_RATE) == set(PROFILES) - {'slam'}  # other clouds of the same accuracy
     for name, rate in FEEDBACK_RATE.items():
         given = yaml.safe_load((PROFILE_FILES / f'{name}.yaml').read_text())
         assert given['/**']['ros__parameters']['feedback_rate'] == rate

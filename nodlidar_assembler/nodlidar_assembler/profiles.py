@@ -9,6 +9,7 @@ from nodlidar_common.parameters import parameter
 PROFILES = {
     'fast': AssemblerConfig(command_rate=4.0, coverage_window=0.0),
     'balanced': AssemblerConfig(),
+    'slam': AssemblerConfig(cloud_mode='sweep', ego_motion='deskew'),
 }
 
 

@@ -15,7 +15,6 @@ MOST_WAITING = 1000
 Waiting = TypeVar('Waiting')
 Found = TypeVar('Found')
 
-EGO_MOTION_MODES = ('off', 'beam')
 WITHOUT_ODOMETRY = ('drop', 'uncompensated')
 
 
@@ -33,12 +32,6 @@ class WaitingConfig(PipelineConfig):
         unit='s',
         minimum=0.001,
         maximum=10.0,
-    )
-    ego_motion: str = parameter(
-        'off',
-        'off: clouds in frame_id; beam: clouds in odom_frame, every beam from the pose of the '
-        'robot at its instant, by odometry from TF',
-        choices=EGO_MOTION_MODES,
     )
     odom_frame: str = parameter(
         'odom',

@@ -155,7 +155,7 @@ def test_points_that_were_moved_have_the_times_of_the_others_if_so_asked():
     ranges = np.ones(682, dtype=np.float32)
     ranges[:7] = np.inf
     given = Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682)
-    bare, timed = assemble(*given, poses=poses), assemble(*given, poses=poses, moved_point=POINT)
+    bare, timed = assemble(*given, poses=poses), assemble(*given, poses=poses, point=POINT)
     assert timed.data.dtype == POINT
     for name in MOVED_POINT.names:
         np.testing.assert_array_equal(timed.data[name], bare.data[name])

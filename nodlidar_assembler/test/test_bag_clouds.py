@@ -100,7 +100,7 @@ def of_pipeline(bag, config):
 
 @pytest.mark.parametrize('estimator', ['nearest', 'ends', 'slerp', 'trajectory'])
 @pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])
-@pytest.mark.parametrize('ego_motion', ['off', 'beam'])
+@pytest.mark.parametrize('ego_motion', ['off', 'beam', 'deskew'])
 def test_they_are_the_pipeline_s(driving_bag, tmp_path, estimator, cloud_mode, ego_motion):
     config = AssemblerConfig(estimator=estimator, cloud_mode=cloud_mode, ego_motion=ego_motion)
     expected, drops = of_pipeline(driving_bag, config)
@@ -109,14 +109,15 @@ def test_they_are_the_pipeline_s(driving_bag, tmp_path, estimator, cloud_mode, e
     assert len(found) == len(expected) > 0
     # At either end the log as a whole lacks the same joint states and odometry, called otherwise.
     assert summary.assembler.drops.total() == drops.total()
-    frame = 'nodlidar_base_link' if ego_motion == 'off' else 'odom'
+    frame = 'odom' if ego_motion == 'beam' else 'nodlidar_base_link'
     for (recorded_ns, message, points), cloud in zip(found, expected, strict=True):
         assert message.header.frame_id == frame
-        assert time_ns(message.header.stamp) == cloud.time_ns[0]
+        stamp_ns = cloud.time_ns[-1 if ego_motion == 'deskew' else 0]
+        assert time_ns(message.header.stamp) == stamp_ns
         assert recorded_ns >= cloud.time_ns[-1]
         assert points.dtype.names == cloud.data.dtype.names
         for name in points.dtype.names:
-            if name in 'xyz' and ego_motion == 'beam':
+            if name in 'xyz' and ego_motion != 'off':
                 np.testing.assert_allclose(points[name], cloud.data[name], atol=2e-6)
             else:
                 np.testing.assert_array_equal(points[name], cloud.data[name])

@@ -55,7 +55,8 @@ class OdometryBench(NodeBench):
     """An assembler node that compensates the motion, and odometry on TF."""
 
     def __init__(self, parameters):
-        super().__init__(('ego_motion:=beam', 'command_nod:=false', *parameters))
+        beam = () if 'profile:=slam' in parameters else ('ego_motion:=beam',)
+        super().__init__((*beam, 'command_nod:=false', *parameters))
         kinds = (PointCloud2, DiagnosticArray, NodCommand)
         self.clouds, self.diagnostics, self.commands = (self.out[kind] for kind in kinds)
         static = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -101,10 +102,11 @@ def transform(parent, child, stamp_ns, position, orientation):
     return message
 
 
-def offline(log, cloud_mode='scan'):
+def offline(log, cloud_mode='scan', ego_motion='beam'):
     """Return the clouds that the same data give without ROS."""
     moved = replace(log, odometry=log.odometry.mounted(MOUNT))
-    clouds, drops = assemble_log(moved, Pipeline(PipelineConfig(cloud_mode=cloud_mode)))
+    config = PipelineConfig(cloud_mode=cloud_mode, ego_motion=ego_motion)
+    clouds, drops = assemble_log(moved, Pipeline(config))
     assert not drops
     return clouds
 
@@ -114,10 +116,10 @@ def part_of(odometry, kept, shift=0.0):
     return Odometry(odometry.time_ns[kept], poses)
 
 
-def assert_same(clouds, expected):
+def assert_same(clouds, expected, frame_id='odom', point=0):
     for cloud, points in zip(clouds, expected, strict=True):
-        assert cloud.header.frame_id == 'odom'
-        assert time_ns(cloud.header.stamp) == points.time_ns[0]
+        assert cloud.header.frame_id == frame_id
+        assert time_ns(cloud.header.stamp) == points.time_ns[point]
         got = point_cloud2.read_points(cloud)
         assert got.dtype.names == ('x', 'y', 'z', 'intensity', 'ring')
         for name in got.dtype.names:
@@ -131,6 +133,14 @@ def test_clouds_are_those_of_the_same_data_offline_also_when_tf_is_late(log, clo
         running.feed(log, delay_ns)
         running.spin_until(lambda: len(running.clouds) >= len(expected))
         assert_same(running.clouds, expected)
+
+
+def test_the_profile_for_slam_gives_deskewed_sweeps(log):
+    expected = offline(log, 'sweep', 'deskew')
+    with bench('profile:=slam', 'deadline:=10.0') as running:
+        running.feed(log)
+        running.spin_until(lambda: len(running.clouds) >= len(expected))
+        assert_same(running.clouds, expected, 'nodlidar_base_link', -1)
 
 
 @pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])

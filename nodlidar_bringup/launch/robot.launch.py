@@ -132,14 +132,14 @@ class Sensor:
     def assembler(self):
         """Return the assembler."""
         files = [self.profile(), self.values['assembler_params']]
-        if self.in_odom:
-            files.append(share('nodlidar_bringup', 'config/ego_motion.yaml'))
         own = {
             'frame_id': text(self.frame('nodlidar_base_link')),
             'joint_name': text(self.frame('nod_joint')),
             'laser_xyz': arguments.numbers('laser_xyz', self.values['laser_xyz']),
             'laser_rpy': arguments.numbers('laser_rpy', self.values['laser_rpy']),
         }
+        if self.values['ego_motion']:
+            own['ego_motion'] = self.values['ego_motion']
         if self.values['adapt_limits']:
             own['adapt_limits'] = self.values['adapt_limits'] == 'true'
         return self.node(

@@ -76,9 +76,9 @@ class BagAssembly:
         for outcome in self.assembler.ready(self._now_ns):
             if (assembled := outcome.assembled) is None:
                 continue
-            frame = self._config.frame_id
             for cloud in assembled.clouds:
-                if assembled.odometry is not None:
+                frame = self._config.frame_id
+                if assembled.in_odometry:
                     frame = frame_of(cloud.origin, self._config.odom_frame)
                 self.counts.update(clouds=1, points=len(cloud.data))
                 self._publish(cloud, frame, self._now_ns)

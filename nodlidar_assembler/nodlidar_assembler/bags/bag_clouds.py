@@ -172,6 +172,9 @@ def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:
         raise OutputError(f"'{path}' is the input bag, or in it")
     if path.is_dir():
         raise OutputError(f"'{path}' is a folder")
+    if config.ego_motion == 'deskew' and path.suffix != '.mcap':
+        what = 'with ego_motion deskew, each cloud is where the robot was at its own instant'
+        raise OutputError(f'{what}, which only an .mcap file holds')
     frames = config.ego_motion != 'off' and config.without_odometry != 'drop'
     if frames and path.suffix != '.mcap':
         what = "without_odometry = 'uncompensated' gives clouds in two frames"

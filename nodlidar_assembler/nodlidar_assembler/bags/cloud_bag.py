@@ -80,7 +80,7 @@ def _message(cloud: Points, frame_id: str) -> Any:
     """Return an unorganised, dense cloud."""
     data = cloud.data
     return TYPES[CLOUD](
-        header=_header(int(cloud.time_ns[0]), frame_id),
+        header=_header(cloud.stamp_ns, frame_id),
         fields=[TYPES['sensor_msgs/msg/PointField'](*field) for field in fields(data.dtype)],
         data=data.view(np.uint8),
         **layout(data),

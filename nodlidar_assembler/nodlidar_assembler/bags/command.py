@@ -8,11 +8,10 @@ import sys
 from typing import Any
 
 from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
-from nodlidar_assembler.clouds.pipeline import CLOUD_MODES
+from nodlidar_assembler.clouds.pipeline import CLOUD_MODES, EGO_MOTION_MODES
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
-from nodlidar_assembler.waiting import EGO_MOTION_MODES
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values

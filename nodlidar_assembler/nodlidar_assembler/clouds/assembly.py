@@ -15,7 +15,7 @@ _LARGEST = float(np.finfo(np.float32).max)
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points in the base frame or in the frame of odometry; oldest first.
+    """Points in nodlidar_base_link or in the frame of odometry; oldest first.
 
     Attributes
     ----------
@@ -25,11 +25,26 @@ class Points:
         Array of POINT or MOVED_POINT, shape (n,); ``time`` counts from the first point.
     origin
         Origin of the coordinates in the frame of odometry [m], see `origins`.
+    poses
+        Poses of nodlidar_base_link in the frame of odometry at each point's instant, by which
+        points of several instants are still to be joined, shape (n,); else None.
+    stamp_ns
+        Instant of the cloud [ns]; by default that of the first point.
     """
 
     time_ns: NDArray[np.int64]
     data: NDArray[np.void]
     origin: Origin = OF_ODOMETRY
+    poses: Poses | None = None
+    stamp_ns: int = -1
+
+    def __post_init__(self) -> None:
+        if self.stamp_ns < 0 and len(self.time_ns):
+            object.__setattr__(self, 'stamp_ns', int(self.time_ns[0]))
+
+    def __getitem__(self, chosen: slice) -> 'Points':
+        poses = None if self.poses is None else self.poses[chosen]
+        return Points(self.time_ns[chosen], self.data[chosen], self.origin, poses)
 
     def counted_from(self, origin: Origin) -> 'Points':
         """Return the same points in coordinates from another origin."""
@@ -97,7 +112,7 @@ def points_of(
     start_ns: int,
     intensities: NDArray[np.float32] | None = None,
     poses: Poses | None = None,
-    moved_point: np.dtype[np.void] = MOVED_POINT,
+    point: np.dtype[np.void] | None = None,
 ) -> Points:
     """Return the points of a scan, in nodlidar_base_link or, with `poses`, in that of odometry.
 
@@ -113,8 +128,8 @@ def points_of(
         Intensities as in the LaserScan; the field is 0 unless there is one per beam.
     poses
         Poses of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,).
-    moved_point
-        Type of points in the frame of odometry: MOVED_POINT, or POINT to keep their times.
+    point
+        Type of the points; by default POINT, with `poses` MOVED_POINT, without times.
 
     Raises
     ------
@@ -122,7 +137,7 @@ def points_of(
         If a pose is too far away to resolve millimetres.
     """
     valid, xyz = placed.beams, placed.xyz
-    data = np.zeros(len(valid), dtype=POINT if poses is None else moved_point)
+    data = np.zeros(len(valid), dtype=point or (POINT if poses is None else MOVED_POINT))
     origin = OF_ODOMETRY
     if poses is not None:
         origin = origin_near(poses.position[0].tolist())

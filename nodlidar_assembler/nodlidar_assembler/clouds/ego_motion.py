@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.odometry_steps import dots, lengths, Steps
@@ -83,6 +84,14 @@ class Poses:
 
     def __getitem__(self, chosen: slice | NDArray[np.intp]) -> Poses:
         return Poses(self.position[chosen], self.orientation[chosen])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Poses]) -> Poses:
+        """Return poses one after the other."""
+        return cls(
+            np.concatenate([part.position for part in parts]),
+            np.concatenate([part.orientation for part in parts]),
+        )
 
     def take(self, indices: NDArray[np.intp]) -> Poses:
         """Return the poses at indices, with each coordinate contiguous for `to_parent`."""

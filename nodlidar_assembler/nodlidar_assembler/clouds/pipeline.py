@@ -1,9 +1,10 @@
 """The whole assembly, live or offline: scans, joint samples and odometry in, clouds out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from nodlidar_assembler.clouds.assembly import place, Placed, Points, points_of
-from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
+from nodlidar_assembler.clouds.deskew import DESKEW_INSTANTS, deskewed
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
 from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 LONGEST_SWEEP = 30.0
 
 CLOUD_MODES = ('scan', 'sweep')
+EGO_MOTION_MODES = ('off', 'beam', 'deskew')
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,19 @@ class PipelineConfig(OdometryConfig, MountConfig, VeilConfig, EstimatorConfig):
         'Sweeps in one cloud if cloud_mode is sweep; no cloud lasts longer than 30 s',
         minimum=1,
         maximum=100,
+    )
+    ego_motion: str = parameter(
+        'off',
+        'off: clouds in frame_id; beam: clouds in odom_frame, every beam from the pose of the '
+        'robot at its instant, by odometry from TF; deskew: the same points in frame_id as of one '
+        'instant, for SLAM',
+        choices=EGO_MOTION_MODES,
+    )
+    deskew_to: str = parameter(
+        'last',
+        'With ego_motion deskew: the point of a cloud whose instant is that of all points, and '
+        'the stamp',
+        choices=tuple(DESKEW_INSTANTS),
     )
     time_in_compensated_clouds: bool = parameter(
         False,
@@ -68,6 +83,8 @@ class Assembled:
         Odometry that compensated the motion of the base; None without compensation.
     clouds
         Clouds that this scan completed.
+    in_odometry
+        Whether its points are in the frame of odometry, else in nodlidar_base_link.
     """
 
     scan: Scan
@@ -76,6 +93,7 @@ class Assembled:
     placed: Placed
     odometry: Odometry | None
     clouds: list[Points]
+    in_odometry: bool = False
 
 
 class Pipeline:
@@ -95,6 +113,7 @@ class Pipeline:
         self.estimator = PitchEstimator(config)
         self._motion_limits: OdometryConfig = config
         self._mount = config.mount
+        self._deskews, self._deskew_to = config.ego_motion == 'deskew', config.deskew_to
         self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
         self._beams: Beams | None = None
         self._reversals = ReversalFinder()
@@ -131,8 +150,8 @@ class Pipeline:
     ) -> Assembled:
         """Assemble a scan from the joint samples around it.
 
-        With odometry of nodlidar_base_link, points are in the frame of odometry, each beam placed
-        by the pose at its own instant.
+        With odometry of nodlidar_base_link, each beam is placed by the pose at its own instant:
+        in the frame of odometry, or, deskewed, in nodlidar_base_link as of one instant.
 
         Raises
         ------
@@ -147,10 +166,18 @@ class Pipeline:
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
         placed = place(beams, self._unveiled(scan), pitch)
-        points = points_of(
-            placed, beams, scan.stamp_ns, scan.intensities, poses, self._moved_point
-        )
-        return Assembled(scan, beams, pitch, placed, odometry, self._gathered(points))
+        points = self._points(scan, placed, beams, poses)
+        in_odometry = poses is not None and not self._deskews
+        clouds = self._gathered(points)
+        return Assembled(scan, beams, pitch, placed, odometry, clouds, in_odometry)
+
+    def _points(self, scan: Scan, placed: Placed, beams: Beams, poses: Poses | None) -> Points:
+        given = placed, beams, scan.stamp_ns, scan.intensities
+        if poses is None:
+            return points_of(*given)
+        if not self._deskews:
+            return points_of(*given, poses, self._moved_point)
+        return replace(points_of(*given, point=MOVED_POINT), poses=poses.take(placed.beams))
 
     def _unveiled(self, scan: Scan) -> NDArray[np.float32]:
         """Return the ranges of a scan, NaN for mixed pixels."""
@@ -162,6 +189,7 @@ class Pipeline:
 
     def _gathered(self, points: Points) -> list[Points]:
         """Return the clouds that the points of the latest scan complete."""
+        clouds = [points] if len(points.data) else []
         if self._sweeps is not None:
-            return self._sweeps.add_scan(points)
-        return [points] if len(points.data) else []
+            clouds = self._sweeps.add_scan(points)
+        return [deskewed(cloud, self._deskew_to) for cloud in clouds]

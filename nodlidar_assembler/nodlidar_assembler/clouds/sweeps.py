@@ -4,6 +4,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 
@@ -84,8 +85,8 @@ class SweepGatherer:
         before, after = [], []
         for scan in self._scans:
             cut = int(np.searchsorted(scan.time_ns, end_ns, side='left'))
-            before.append(Points(scan.time_ns[:cut], scan.data[:cut], scan.origin))
-            after.append(Points(scan.time_ns[cut:], scan.data[cut:], scan.origin))
+            before.append(scan[:cut])
+            after.append(scan[cut:])
         self._scans = [scan for scan in after if len(scan.data)]
         return _joined([scan for scan in before if len(scan.data)])
 
@@ -102,4 +103,5 @@ def _joined(scans: list[Points]) -> Points | None:
     if 'time' in (data.dtype.names or ()):
         data['time'] = (time_ns - time_ns[0]) / NS_PER_S
     data['ring'] = np.repeat(np.arange(len(scans)), [len(scan.data) for scan in scans])
-    return Points(time_ns, data, origin)
+    poses = [scan.poses for scan in scans if scan.poses is not None]
+    return Points(time_ns, data, origin, Poses.joined(poses) if poses else None)

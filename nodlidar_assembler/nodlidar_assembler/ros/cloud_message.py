@@ -16,7 +16,7 @@ _FIELDS = {
 
 def cloud_message(points: Points, frame_id: str) -> PointCloud2:
     """Return an unorganised, dense cloud; the points' bytes are copied once."""
-    header = Header(stamp=time_message(points.time_ns[0]), frame_id=frame_id)
+    header = Header(stamp=time_message(points.stamp_ns), frame_id=frame_id)
     message = create_cloud(header, _FIELDS[points.data.dtype], points.data, points.data.itemsize)
     message.is_dense = True  # create_cloud clears it
     return message

@@ -141,9 +141,7 @@ class Assembler(Node):
         self._adapt(assembled, outcome.odometry)
 
     def _frame_id(self, assembled: Assembled, cloud: Points) -> str:
-        if assembled.odometry is None:
-            return self.config.frame_id
-        return self._frames.frame(cloud)
+        return self._frames.frame(cloud) if assembled.in_odometry else self.config.frame_id
 
     def _adapt(self, assembled: Assembled, odometry: Odometry | None) -> None:
         """Choose the nod by observed coverage and, with adapt_limits, by the range ahead."""

@@ -57,16 +57,18 @@ ARGUMENTS = [
     DeclareLaunchArgument(
         'profile',
         default_value='balanced',
-        choices=['fast', 'balanced'],
-        description='trades computation time for accuracy (docs/tradeoffs.md); the parameter '
+        choices=['fast', 'balanced', 'slam'],
+        description='fast or balanced: trades computation time for accuracy '
+        '(docs/tradeoffs.md); slam: one deskewed cloud per sweep (docs/moving_robot.md); the parameter '
         'files override it',
     ),
     DeclareLaunchArgument(
         'ego_motion',
         default_value='',
-        choices=['', 'beam'],
+        choices=['', 'beam', 'deskew'],
         description="beam: clouds in odom, each beam placed by the robot's pose from TF at its "
-        'instant; if empty, assembler_params decides',
+        'instant; deskew: the same points as the robot sees them at the instant of the last one; '
+        'if empty, assembler_params decides',
     ),
     DeclareLaunchArgument(
         'adapt_limits',
