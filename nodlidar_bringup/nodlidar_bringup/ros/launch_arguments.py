@@ -59,8 +59,8 @@ ARGUMENTS = [
         default_value='balanced',
         choices=['fast', 'balanced', 'slam'],
         description='fast or balanced: trades computation time for accuracy '
-        '(docs/tradeoffs.md); slam: one deskewed cloud per sweep (docs/moving_robot.md); the parameter '
-        'files override it',
+        '(docs/tradeoffs.md); slam: one deskewed cloud per sweep (docs/moving_robot.md); '
+        'the parameter files override it',
     ),
     DeclareLaunchArgument(
         'ego_motion',
