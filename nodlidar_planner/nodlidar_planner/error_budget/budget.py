@@ -1,0 +1,133 @@
+"""The expected error of a point: the displacement from its true place, by first order."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+import math
+from types import MappingProxyType
+
+from nodlidar_planner.error_budget.parameters import ErrorParameters
+from nodlidar_planner.error_budget.pitch_error import pitch_variance
+from nodlidar_planner.error_budget.swing import Swing
+from nodlidar_planner.pattern.task import Task
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SOURCES = (
+    'range noise',
+    'range bias',
+    'pitch estimate',
+    'backlash',
+    'joint delay',
+    'scan delay',
+    'mount',
+    'odometry',
+)
+REFERENCE_LEVER = 0.080
+"""Height of the optical centre above the nod axis [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beams:
+    """Ranges [m], azimuths in the scan plane [rad] and pitches [rad] of beams, of one shape."""
+
+    ranges: Array
+    azimuth: Array
+    pitch: Array
+
+    def from_axis(self, lever: float) -> Array:
+        """Return the squared distance [m2] of the end points from the nod axis."""
+        return np.asarray((self.ranges * np.cos(self.azimuth)) ** 2 + lever**2)
+
+    def from_base(self) -> Array:
+        """Return the squared horizontal distance [m2] of the end points from the nod axis."""
+        ahead = np.cos(self.azimuth) * np.cos(self.pitch)
+        return np.asarray(self.ranges**2 * (ahead**2 + np.sin(self.azimuth) ** 2))
+
+
+class ErrorBudget:
+    """Mean square displacements of points by source; the sources are independent.
+
+    By first order, an error of the range moves a point by as much, an error e of the pitch by
+    rho e, with rho its distance from the nod axis, and a delay t by rho times the speed times t.
+    The derivations are in docs/error_budget.md.
+
+    Parameters
+    ----------
+    parameters
+        Errors of the devices.
+    swing
+        The nod.
+    lever
+        Height of the optical centre above the nod axis [m].
+
+    Attributes
+    ----------
+    pitch_variance
+        Mean square error of the estimated pitch [rad2].
+    """
+
+    def __init__(
+        self, parameters: ErrorParameters, swing: Swing, lever: float = REFERENCE_LEVER
+    ) -> None:
+        self._parameters, self._swing, self._lever = parameters, swing, lever
+        self.pitch_variance = pitch_variance(parameters, swing)
+
+    def squares(self, beams: Beams) -> Mapping[str, Array]:
+        """Return the mean square displacement [m2] of each beam's point, by source."""
+        p, shape = self._parameters, np.ones_like(beams.ranges)
+        rho2 = beams.from_axis(self._lever)
+        turned = rho2 * self._swing.mean_square_speed
+        values = (
+            p.range_noise**2 + (p.range_noise_growth * beams.ranges) ** 2,
+            p.range_bias**2 * shape,
+            rho2 * self.pitch_variance,
+            rho2 * (p.backlash**2 / 4.0 + p.encoder_error**2),
+            turned * p.joint_delay_error**2,
+            (turned + self._of_driving(beams)) * p.scan_delay_error**2,
+            3.0 * p.mount_position_error**2 + 2.0 * (beams.ranges * p.mount_angle_error) ** 2,
+            self._of_odometry(beams),
+        )
+        return MappingProxyType(dict(zip(SOURCES, values, strict=True)))
+
+    def rms(self, beams: Beams) -> dict[str, float]:
+        """Return the RMS displacement [m] over all beams, by source, and 'total'."""
+        squares = {name: float(np.mean(each)) for name, each in self.squares(beams).items()}
+        squares['total'] = sum(squares.values())
+        return {name: math.sqrt(each) for name, each in squares.items()}
+
+    def sigma(self, beams: Beams) -> Array:
+        """Return the RMS displacement [m] of each beam's point, of all sources together."""
+        return np.asarray(np.sqrt(np.sum(list(self.squares(beams).values()), axis=0)))
+
+    def _of_driving(self, beams: Beams) -> Array:
+        """Return the squared speed [m2/s2] with which the robot's motion moves the points."""
+        p = self._parameters
+        return p.robot_speed**2 + p.robot_turn_rate**2 * beams.from_base()
+
+    def _of_odometry(self, beams: Beams) -> Array:
+        """Return the mean square displacement [m2] against the first point of the cloud.
+
+        Errors of speed v and turn rate w grow to v t and w t, and the wrong heading leads the
+        robot aside by speed w t^2 / 2. The means of t^2 and t^4 over a cloud of time T are T^2 / 3
+        and T^4 / 5.
+        """
+        p, time = self._parameters, self._parameters.cloud_time
+        steady = p.odometry_speed_error**2 + p.odometry_turn_error**2 * beams.from_base()
+        aside = (p.robot_speed * p.odometry_turn_error) ** 2 / 4.0
+        return np.asarray(steady * time**2 / 3.0 + aside * time**4 / 5.0)
+
+
+def beams_at(task: Task, distance: float) -> Beams:
+    """Return beams all over the window of a task's lidar and its limits, at one distance [m]."""
+    azimuth = np.linspace(task.window_min, task.window_max, 61)
+    pitch = np.linspace(task.pitch_min, task.pitch_max, 31)
+    both = np.meshgrid(azimuth, pitch)
+    return Beams(np.full_like(both[0], distance), *both)
+
+
+def budget_of(task: Task, speed: float, parameters: ErrorParameters) -> ErrorBudget:
+    """Return the budget of a task's lidar and limits, nodding at a speed [rad/s]."""
+    swing = Swing(speed, task.span / speed, parameters.reversal_acceleration)
+    return ErrorBudget(parameters, swing)

@@ -1,0 +1,97 @@
+"""The error of the estimated pitch of a beam, from joint samples and the motion between them."""
+
+import math
+
+from nodlidar_planner.error_budget.parameters import ErrorParameters
+from nodlidar_planner.error_budget.swing import Swing
+import numpy as np
+
+_HARMONICS = np.arange(1, 50)
+_PHASES, _TIMES = 48, 1500  # of the samples and of the nod, at which the motion is interpolated
+
+
+def pitch_variance(parameters: ErrorParameters, swing: Swing) -> float:
+    """Return the mean square of the error of the estimated pitch [rad2].
+
+    It counts against what a perfect encoder would report. Interpolation has the errors of its
+    samples and that of the motion between them, which are independent. 'trajectory' chooses
+    between interpolation and smoothing by what predicts the samples better.
+
+    Parameters
+    ----------
+    parameters
+        Estimator, rate of the joint states and encoder.
+    swing
+        The nod.
+    """
+    interpolated = of_samples(parameters, swing) + between_samples(parameters, swing)
+    if parameters.estimator == 'slerp':
+        return interpolated
+    return min(interpolated, of_smoothing(parameters, swing))
+
+
+def sample_variance(parameters: ErrorParameters) -> float:
+    """Return the mean square error of a joint sample [rad2]: noise, and rounding to steps."""
+    return parameters.encoder_noise**2 + parameters.encoder_step**2 / 12.0
+
+
+def sample_covariance(parameters: ErrorParameters, swing: Swing) -> float:
+    """Return the mean product of the errors of neighbouring samples on a leg [rad2].
+
+    The rounding error is a sawtooth over the pitch, blurred by the noise: its harmonic k has the
+    power step^2 / (2 pi^2 k^2), and the noise s of two samples damps it by
+    exp(-(2 pi k s / step)^2). Two samples are speed / rate apart. So neighbouring errors are equal
+    where the nod hardly moves, and unrelated where the noise is half a step (Widrow and Kollar,
+    "Quantization Noise", 2008).
+    """
+    step = parameters.encoder_step
+    turn = 2.0 * np.pi * _HARMONICS / step
+    power = step**2 / (2.0 * np.pi**2 * _HARMONICS**2)
+    damped = power * np.exp(-((turn * parameters.encoder_noise) ** 2))
+    return float(np.sum(damped * np.cos(turn * swing.speed / parameters.joint_rate)))
+
+
+def of_samples(parameters: ErrorParameters, swing: Swing) -> float:
+    """Return what the errors of the samples add to an interpolated pitch [rad2].
+
+    Linear interpolation at a share u weighs two errors by 1 - u and u. The mean over u of the
+    squares of the weights is 2/3, of twice their product 1/3.
+    """
+    own, shared = sample_variance(parameters), sample_covariance(parameters, swing)
+    return (2.0 * own + shared) / 3.0
+
+
+def between_samples(parameters: ErrorParameters, swing: Swing) -> float:
+    """Return the mean square error of an interpolation of exact samples [rad2].
+
+    A mean over all phases of nod and samples. On a leg there is none; a reversal loses its tip.
+    """
+    period = 1.0 / parameters.joint_rate
+    phase = (np.arange(_PHASES)[:, None] + 0.5) / _PHASES * period
+    times = (np.arange(_TIMES) + 0.5) / _TIMES * 2.0 * swing.sweep_duration
+    before = np.floor((times - phase) / period) * period + phase
+    share = (times - before) / period
+    estimate = (1.0 - share) * swing.pitch(before) + share * swing.pitch(before + period)
+    return float(np.mean((estimate - swing.pitch(times)) ** 2))
+
+
+def of_smoothing(parameters: ErrorParameters, swing: Swing) -> float:
+    """Return the mean square error of the best smoother of the samples [rad2].
+
+    For a motion whose derivative of order m is white, of intensity q, and samples of variance v at
+    a rate f, the Wiener smoother leaves the integral over w of q R / (q + R w^2m) / 2 pi, with
+    R = v / f (Wiener, "Extrapolation, interpolation and smoothing of stationary time series",
+    1949). That is R (q / R)^(1/2m) / (2 m sin(pi / 2m)). A reversal changes the acceleration twice
+    by a, so the jerk (m = 3) has the intensity 2 a^2 per sweep; a short reversal is a jump of the
+    speed by twice itself (m = 2). Smoothing does as well as the better of the two.
+    """
+    r = sample_variance(parameters) / parameters.joint_rate
+    jerk = 2.0 * swing.acceleration**2 / swing.sweep_duration
+    jump = (2.0 * swing.speed) ** 2 / swing.sweep_duration
+    return min(_wiener(r, jerk, 3), _wiener(r, jump, 2))
+
+
+def _wiener(noise: float, intensity: float, order: int) -> float:
+    power = 0.5 / order
+    scale = power / math.sin(math.pi * power)
+    return scale * math.pow(noise, 1.0 - power) * math.pow(intensity, power)

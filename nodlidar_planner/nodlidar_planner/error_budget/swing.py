@@ -1,0 +1,57 @@
+"""The nod as it is driven: straight legs, joined by parabolas."""
+
+from dataclasses import dataclass
+
+from nodlidar_common.errors import ParameterError
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Swing:
+    """A nod with a speed [rad/s], a sweep duration [s] and an acceleration of reversals [rad/s2].
+
+    Raises
+    ------
+    ParameterError
+        If a sweep is too short for its reversals.
+    """
+
+    speed: float
+    sweep_duration: float
+    acceleration: float
+
+    def __post_init__(self) -> None:
+        if not self.speed > 0.0:
+            raise ParameterError('speed', 'above 0 rad/s', self.speed)
+        least = self.reversal_time
+        if self.sweep_duration < least:
+            limit = f'at least {least:.4g} s, for reversals at {self.acceleration:g} rad/s2'
+            raise ParameterError('sweep_duration', limit, self.sweep_duration)
+
+    @property
+    def reversal_time(self) -> float:
+        """Duration of a reversal [s]."""
+        return 2.0 * self.speed / self.acceleration
+
+    @property
+    def mean_square_speed(self) -> float:
+        """Mean of the squared speed [rad2/s2].
+
+        Within a reversal the speed falls and rises linearly, so its mean square there is a third.
+        """
+        reversing = self.reversal_time / self.sweep_duration
+        return self.speed**2 * (1.0 - 2.0 / 3.0 * reversing)
+
+    def pitch(self, times: Array) -> Array:
+        """Return the pitch [rad] from the middle of the span, at times from a lower limit [s]."""
+        since_limit = np.mod(times, self.sweep_duration)
+        to_reversal = np.minimum(since_limit, self.sweep_duration - since_limit)
+        rounded = np.maximum(self.reversal_time / 2.0 - to_reversal, 0.0)
+        downward = np.mod(np.floor(times / self.sweep_duration), 2.0)
+        side = np.where(since_limit < self.sweep_duration / 2.0, 1.0, -1.0)
+        direction = 1.0 - 2.0 * downward
+        line = direction * self.speed * (since_limit - self.sweep_duration / 2.0)
+        return np.asarray(line + direction * side * self.acceleration / 2.0 * rounded**2)

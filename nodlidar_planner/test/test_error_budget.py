@@ -1,0 +1,215 @@
+"""The error budget against brute force: simulated samples, integrals and displaced points."""
+
+from dataclasses import fields, replace
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_common.errors import ParameterError
+from nodlidar_planner.error_budget.budget import Beams, beams_at, budget_of, ErrorBudget, SOURCES
+from nodlidar_planner.error_budget.parameters import ErrorParameters
+from nodlidar_planner.error_budget.pitch_error import (
+    between_samples,
+    of_samples,
+    of_smoothing,
+    pitch_variance,
+)
+from nodlidar_planner.error_budget.swing import Swing
+from nodlidar_planner.pattern.task import Task
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+SWING = Swing(3.14, 0.39, 200.0)
+NOTHING = ErrorParameters(
+    estimator='slerp',
+    **{f.name: 0.0 for f in fields(ErrorParameters) if f.default != 'slerp'}
+    | {'joint_rate': 1e4, 'encoder_step': 1e-7, 'reversal_acceleration': 200.0},
+)
+BEAMS = Beams(
+    np.array([0.5, 1.0, 2.0, 4.0, 3.0]),
+    np.array([0.0, 0.7, -1.4, 2.0, -0.3]),
+    np.array([0.0, -0.6, 0.3, 0.6, -0.2]),
+)
+LEVER = 0.08
+
+
+def places(ranges, azimuth, pitch, shift=0.0, turn=0.0):
+    """Return the points (n, 3), with errors of the lidar's place (3,) and rotation vector (3,)."""
+    local = np.stack([ranges * np.cos(azimuth), ranges * np.sin(azimuth), 0.0 * ranges], axis=-1)
+    x, y, z = (local + np.cross(turn * np.ones(3), local) + [0.0, 0.0, LEVER] + shift).T
+    c, s = np.cos(pitch), np.sin(pitch)
+    return np.stack([x * c - z * s, y, x * s + z * c], axis=-1)
+
+
+def true_places():
+    return places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch)
+
+
+def squares(name, swing=SWING, **errors):
+    """Return the mean squares of one source, the only one with errors but for the encoder's."""
+    found = ErrorBudget(replace(NOTHING, **errors), swing, LEVER).squares(BEAMS)
+    rest = sum(np.abs(found[other]).max() for other in SOURCES if other != name)
+    assert rest < 1e-5 * found[name].max()
+    return found[name]
+
+
+def test_the_swing_joins_legs_by_parabolas():
+    times = np.linspace(0.0, 0.78, 780_001)
+    pitch = SWING.pitch(times)
+    speed = np.gradient(pitch, times)
+    assert np.mean(speed**2) == pytest.approx(SWING.mean_square_speed, rel=1e-4)
+    assert np.abs(speed).max() == pytest.approx(3.14, rel=1e-6)
+    bends = np.abs(np.gradient(speed, times))
+    assert np.mean(bends > 100.0) == pytest.approx(SWING.reversal_time / 0.39, rel=1e-2)
+    assert np.interp([0.1, 0.195, 0.585], times, pitch) == pytest.approx([-0.2983, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ('step', 'noise', 'speed', 'rate'),
+    [
+        (0.005, 0.0, 3.14, 100.0),
+        (0.005, 0.0, 0.05, 100.0),  # neighbours have almost the same error
+        (0.005, 0.0015, 0.3, 100.0),
+        (0.001, 0.0003, 0.07, 150.0),
+        (0.005, 0.01, 1.0, 50.0),
+    ],
+)
+def test_errors_of_the_samples_are_those_of_simulated_ones(step, noise, speed, rate):
+    rng = np.random.default_rng(1)
+    exact = rng.uniform(-1.0, 1.0, 200_000)[:, None] + [0.0, speed / rate]
+    errors = np.rint((exact + rng.normal(0.0, noise, exact.shape)) / step) * step - exact
+    share = rng.random(len(errors))
+    simulated = np.mean(((1.0 - share) * errors[:, 0] + share * errors[:, 1]) ** 2)
+    parameters = replace(NOTHING, encoder_step=step, encoder_noise=noise, joint_rate=rate)
+    assert of_samples(parameters, replace(SWING, speed=speed)) == pytest.approx(
+        simulated, rel=0.02
+    )
+
+
+def test_a_sharp_reversal_loses_a_ninetieth():
+    """A bend of 2 w in an interval T costs 4 w^2 T^3 / 90 a sweep, on average over its place."""
+    swing = Swing(2.0, 0.5, 1e5)
+    expected = 4.0 * 2.0**2 * 0.02**3 / 90.0 / 0.5
+    assert between_samples(replace(NOTHING, joint_rate=50.0), swing) == pytest.approx(
+        expected, rel=0.02
+    )
+
+
+def test_a_long_reversal_costs_the_sagitta_of_its_parabola():
+    """A chord errs by a u (1 - u) T^2 / 2, squared a^2 T^4 / 120."""
+    swing = Swing(2.0, 0.5, 10.0)
+    expected = 10.0**2 * 0.005**4 / 120.0 * swing.reversal_time / 0.5
+    assert between_samples(replace(NOTHING, joint_rate=200.0), swing) == pytest.approx(
+        expected, rel=0.03
+    )
+
+
+@pytest.mark.parametrize(('speed', 'acceleration'), [(3.0, 50.0), (0.5, 1000.0)])
+def test_smoothing_leaves_what_a_wiener_smoother_leaves(speed, acceleration):
+    swing = Swing(speed, 1.0, acceleration)
+    parameters = replace(NOTHING, encoder_noise=2e-3, joint_rate=80.0)
+    noise = 2e-3**2 / 80.0
+
+    def left(m, q):
+        density = lambda w: q * noise / (q + noise * w ** (2 * m)) / math.pi  # noqa: E731
+        return quad(density, 0.0, 1e4, limit=500)[0]
+
+    expected = min(left(2, (2.0 * speed) ** 2), left(3, 2.0 * acceleration**2))
+    assert of_smoothing(parameters, swing) == pytest.approx(expected, rel=1e-3)
+
+
+def test_trajectory_is_never_worse_than_slerp():
+    for rate in (10.0, 60.0, 1000.0):
+        slerp = replace(ErrorParameters(), joint_rate=rate)
+        smooth = replace(slerp, estimator='trajectory')
+        assert pitch_variance(smooth, SWING) <= pitch_variance(slerp, SWING)
+
+
+def test_an_error_of_the_range_moves_the_point_along_its_beam():
+    found = squares('range noise', range_noise=0.006, range_noise_growth=0.004)
+    assert found == pytest.approx(0.006**2 + (0.004 * BEAMS.ranges) ** 2)
+    assert squares('range bias', range_bias=0.01) == pytest.approx(1e-4)
+
+
+def test_an_error_of_the_pitch_turns_the_point_about_the_axis():
+    moved = places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch + 1e-5) - true_places()
+    per_rad2 = np.sum(moved**2, axis=1) / 1e-10
+    assert squares('backlash', backlash=0.004) == pytest.approx(per_rad2 * 0.002**2, rel=1e-4)
+    assert squares('backlash', encoder_error=0.003) == pytest.approx(per_rad2 * 9e-6, rel=1e-4)
+    found = squares('pitch estimate', encoder_noise=0.002)
+    assert found == pytest.approx(per_rad2 * 2.0 / 3.0 * 0.002**2, rel=1e-2)
+
+
+def test_a_delay_turns_it_by_the_motion_in_that_time():
+    times = np.linspace(0.0, 0.78, 20_000)
+    late = SWING.pitch(times + 1e-5) - SWING.pitch(times)
+    points = places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch)
+    turned = places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch + np.sqrt(np.mean(late**2)))
+    expected = np.sum((turned - points) ** 2, axis=1) * (0.001 / 1e-5) ** 2
+    assert squares('joint delay', joint_delay_error=0.001) == pytest.approx(expected, rel=1e-3)
+    assert squares('scan delay', scan_delay_error=0.001) == pytest.approx(expected, rel=1e-3)
+
+
+def test_errors_of_the_mount_are_those_of_displaced_lidars():
+    expected = np.zeros(len(BEAMS.ranges))
+    for axis in np.eye(3):
+        for error in ({'shift': 0.003 * axis}, {'turn': 0.002 * axis}):
+            moved = places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch, **error) - true_places()
+            expected += np.sum(moved**2, axis=1)
+    found = squares('mount', mount_position_error=0.003, mount_angle_error=0.002)
+    assert found == pytest.approx(expected)
+
+
+def test_errors_of_odometry_are_those_of_a_robot_that_goes_astray():
+    """All around, since the first order neglects what differs between left and right."""
+    azimuth = np.linspace(-math.pi, math.pi, 72, endpoint=False)
+    beams = Beams(np.full(72, 2.0), azimuth, np.full(72, 0.3))
+    errors = {'odometry_speed_error': 0.02, 'odometry_turn_error': 0.03}
+    parameters = replace(NOTHING, robot_speed=0.5, cloud_time=1.5, **errors)
+    found = ErrorBudget(parameters, SWING, 0.0).squares(beams)['odometry']
+    x, y, _ = places(beams.ranges, azimuth, beams.pitch).T
+    x = x + LEVER * math.sin(0.3)
+    expected = []
+    for speed_error, turn_error in ((0.02, 0.0), (0.0, 0.03)):
+        for t in (np.arange(100) + 0.5) / 100 * 1.5:
+            yaw = turn_error * t
+            ahead, aside = (0.5 + speed_error) * t, 0.5 * turn_error * t**2 / 2.0
+            moved_x = ahead + x * math.cos(yaw) - y * math.sin(yaw) - (0.5 * t + x)
+            moved_y = aside + x * math.sin(yaw) + y * math.cos(yaw) - y
+            expected.append(np.mean(moved_x**2 + moved_y**2))
+    assert np.mean(found) == pytest.approx(2.0 * np.mean(expected), rel=0.01)
+
+
+def test_a_late_scan_of_a_driving_robot_is_moved_along():
+    parameters = replace(NOTHING, scan_delay_error=0.01, robot_speed=0.5, robot_turn_rate=0.8)
+    still = replace(parameters, robot_speed=0.0, robot_turn_rate=0.0)
+    driving, standing = (
+        ErrorBudget(each, SWING, 0.0).squares(BEAMS)['scan delay'] for each in (parameters, still)
+    )
+    x, y, _ = places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch).T
+    x = x + LEVER * np.sin(BEAMS.pitch)
+    assert driving - standing == pytest.approx(1e-4 * (0.25 + 0.64 * (x**2 + y**2)))
+
+
+@given(st.floats(0.3, 6.0), st.floats(0.2, 8.0), st.sampled_from(['slerp', 'trajectory']))
+def test_the_sources_add_up(speed, distance, estimator):
+    budget = budget_of(Task(), speed, ErrorParameters(estimator=estimator))
+    beams = beams_at(Task(), distance)
+    rms = budget.rms(beams)
+    total = rms.pop('total')
+    assert tuple(rms) == SOURCES
+    assert total == pytest.approx(math.sqrt(sum(each**2 for each in rms.values())))
+    assert total == pytest.approx(math.sqrt(np.mean(budget.sigma(beams) ** 2)))
+    assert total >= rms['range noise'] > 0.006
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(ParameterError, match="'sweep_duration' must be at least"):
+        Swing(3.0, 0.1, 30.0)
+    with pytest.raises(ParameterError, match="'speed' must be above 0 rad/s"):
+        Swing(0.0, 0.1, 30.0)
+    with pytest.raises(ParameterError, match="'estimator' must be one of slerp, trajectory"):
+        ErrorParameters(estimator='ends')
+    with pytest.raises(ParameterError, match="'joint_rate' must be between 1"):
+        ErrorParameters(joint_rate=0.0)
