@@ -205,7 +205,7 @@ def test_the_sources_add_up(speed, distance, estimator):
 
 
 def test_what_cannot_be_is_refused():
-    with pytest.raises(ParameterError, match="'sweep_duration' must be at least"):
+    with pytest.raises(ParameterError, match="'reversal_acceleration' must be at least 60 rad"):
         Swing(3.0, 0.1, 30.0)
     with pytest.raises(ParameterError, match="'speed' must be above 0 rad/s"):
         Swing(0.0, 0.1, 30.0)

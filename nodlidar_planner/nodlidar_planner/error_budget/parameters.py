@@ -27,13 +27,15 @@ class ErrorParameters:
         0.004, 'Standard deviation of a far range, per metre', minimum=0.0, maximum=0.5
     )
     range_bias: float = parameter(
-        0.003,
+        0.005,
         'RMS bias of the ranges, over the surfaces of the scene',
         unit='m',
         minimum=0.0,
         maximum=1.0,
     )
-    estimator: str = parameter('slerp', 'Estimator of the pitch', choices=ESTIMATORS)
+    estimator: str = parameter(
+        'slerp', 'Estimator of the pitch, slerp or trajectory', choices=ESTIMATORS
+    )
     joint_rate: float = parameter(
         100.0, 'Joint states per second', unit='Hz', minimum=1.0, maximum=1e4
     )

@@ -26,10 +26,10 @@ class Swing:
     def __post_init__(self) -> None:
         if not self.speed > 0.0:
             raise ParameterError('speed', 'above 0 rad/s', self.speed)
-        least = self.reversal_time
-        if self.sweep_duration < least:
-            limit = f'at least {least:.4g} s, for reversals at {self.acceleration:g} rad/s2'
-            raise ParameterError('sweep_duration', limit, self.sweep_duration)
+        least = 2.0 * self.speed / self.sweep_duration
+        if self.acceleration < least:
+            limit = f'at least {least:.4g} rad/s2, for sweeps of {self.sweep_duration:.4g} s'
+            raise ParameterError('reversal_acceleration', limit, self.acceleration)
 
     @property
     def reversal_time(self) -> float:

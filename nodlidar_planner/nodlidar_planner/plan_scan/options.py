@@ -1,18 +1,18 @@
 """The command line of plan_scan, whose options are the fields of two dataclasses."""
 
-import argparse
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, Field, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 import os
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.parameters import check, limits_of, parameter
+from nodlidar_common.parameters import check, parameter
 from nodlidar_planner.choice.front import PATIENCE
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.coverage.coverage import MAX_SAMPLES_PER_SWEEP
+from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_planner.pattern.servo import (
     MAX_ACCELERATION,
     MAX_SPEED,
@@ -20,6 +20,7 @@ from nodlidar_planner.pattern.servo import (
     TIMING_ERROR,
 )
 from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.plan_scan.option_fields import add_option, flag
 
 PICTURES = ('.png', '.pdf', '.svg')
 _OBJECTIVE = 'completion, revisit, hole, or weights such as completion=1,revisit=0.5,hole=10'
@@ -28,11 +29,6 @@ _DESCRIPTION = (
     'finds an object soonest or leaves the smallest hole between its beams. Angles are in radians '
     'unless another unit is stated; positive pitch is up.'
 )
-_NAMED_OTHERWISE = {
-    'object_size': '--object',
-    'duration': '--time-budget, or hole_after of --objective,',
-}
-_KINDS = {int: ('N', 'a whole number'), float: ('X', 'a number'), str: ('TEXT', 'a text')}
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +93,9 @@ class Request:
         minimum=1,
         maximum=MAX_SAMPLES_PER_SWEEP,
     )
+    error_budget: bool = parameter(
+        False, 'Also state the expected error of a point by its sources; --plot draws it'
+    )
     json: bool = parameter(False, 'Print one JSON object, with null for infinite values')
     plot: str | None = parameter(None, 'Draw into this .png, .pdf or .svg file')
     top: int | None = parameter(
@@ -144,8 +143,15 @@ class Request:
                 raise ParameterError(key, 'left out with --time-budget and --max-hole', value)
 
 
-def parse(argv: Sequence[str] | None) -> tuple[Task, Request]:
-    """Return the task and the request of a command line.
+_GROUPS: dict[Any, str] = {
+    Task: 'object, region and lidar',
+    Request: 'the nod',
+    ErrorParameters: 'with --error-budget',
+}
+
+
+def parse(argv: Sequence[str] | None) -> tuple[Task, Request, ErrorParameters]:
+    """Return the task, the request and the devices' errors of a command line.
 
     Raises
     ------
@@ -155,18 +161,18 @@ def parse(argv: Sequence[str] | None) -> tuple[Task, Request]:
         After --help, or with status 2 and a line on stderr for an unknown option.
     """
     parser = LineParser('plan_scan', _DESCRIPTION)
-    for title, of in (('object, region and lidar', Task), ('the nod', Request)):
+    for of, title in _GROUPS.items():
         group = parser.add_argument_group(title)
         for option_field in fields(of):
-            _add_option(group, option_field)
+            add_option(group, option_field)
     values = vars(parser.parse_args(argv))
-    task, request = ({f.name: values[f.name] for f in fields(of)} for of in (Task, Request))
-    return Task(**task), Request(**request)
+    task, request, errors = ({f.name: values[f.name] for f in fields(of)} for of in _GROUPS)
+    return Task(**task), Request(**request), ErrorParameters(**errors)
 
 
 def as_option(error: ParameterError) -> ParameterError:
     """Return the error of a field with the name of its option."""
-    return ParameterError(_flag(error.key), error.limit, error.value)
+    return ParameterError(flag(error.key), error.limit, error.value)
 
 
 def objective_of(text: str) -> Objective:
@@ -208,52 +214,3 @@ def _check_picture(path: Path) -> None:
     writable = path if path.exists() else path.parent
     if path.is_dir() or not path.parent.is_dir() or not os.access(writable, os.W_OK):
         raise ParameterError('plot', 'a file in a writable folder', str(path))
-
-
-def _flag(name: str) -> str:
-    return _NAMED_OTHERWISE.get(name) or '--' + name.replace('_', '-')
-
-
-def _add_option(group: Any, option_field: 'Field[Any]') -> None:
-    """Add the option of a dataclass field; the dataclass checks its range."""
-    flag, name, limits = _flag(option_field.name), option_field.name, limits_of(option_field)
-    if option_field.type is bool:
-        group.add_argument(flag, dest=name, action='store_true', help=limits.description)
-        return
-    kind: Any = next(iter(get_args(option_field.type)), option_field.type)
-    metavar = limits.unit or _KINDS[kind][0]
-    group.add_argument(
-        flag,
-        dest=name,
-        type=_reader(kind),
-        metavar=metavar,
-        default=option_field.default,
-        help=_help(option_field),
-    )
-
-
-def _help(option_field: 'Field[Any]') -> str:
-    limits, default = limits_of(option_field), option_field.default
-    text = limits.description
-    if limits.minimum is not None:
-        text += f'; {limits.in_words()}'
-    if default is not None:
-        text += (
-            f' [default: {default:.6g}]'
-            if isinstance(default, float)
-            else f' [default: {default}]'
-        )
-    return text.replace('%', '%%')
-
-
-def _reader(kind: type[Any]) -> Callable[[str], Any]:
-    """Return the function that converts an option's text; argparse prefixes its error."""
-
-    def read(text: str) -> Any:
-        try:
-            return kind(text)
-        except ValueError:
-            message = f'must be {_KINDS[kind][1]}, but is {text!r}'
-            raise argparse.ArgumentTypeError(message) from None
-
-    return read

@@ -1,6 +1,7 @@
 """The work of plan_scan: finds plans, draws and prints them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 import json
 import math
 from pathlib import Path
@@ -12,8 +13,10 @@ from nodlidar_planner.choice.front import Front
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate
 from nodlidar_planner.choice.survey import survey, survey_under_error
+from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_planner.pattern.band import samples_in_band
 from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.plan_scan.error_report import error_report, write_error_picture
 from nodlidar_planner.plan_scan.options import as_option, objective_of, parse, Request
 from nodlidar_planner.plan_scan.progress import progress
 from nodlidar_planner.plan_scan.table import Answer, as_json, print_answer
@@ -44,9 +47,13 @@ def plan_scan(argv: Sequence[str] | None) -> None:
         raise as_option(error) from error
 
 
-def _plan_scan(task: Task, request: Request) -> None:
+def _plan_scan(task: Task, request: Request, errors: ErrorParameters) -> None:
     answer = find(task, request)
-    if request.plot is not None:
+    if request.error_budget:
+        answer = replace(answer, errors=error_report(task, answer.plans[0].speed, errors))
+    if request.plot is not None and request.error_budget:
+        write_error_picture(Path(request.plot), task, answer.plans[0].speed, errors)
+    elif request.plot is not None:
         _plot(Path(request.plot), answer, request)
     console = Console(
         width=None if sys.stdout.isatty() else WIDTH, markup=False, highlight=False, emoji=False

@@ -10,6 +10,7 @@ from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import Plan
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.plan_scan.error_report import error_json, ErrorReport, print_error_report
 from nodlidar_planner.plan_scan.words import angle, notes, number, seconds
 import numpy as np
 from rich import box
@@ -32,6 +33,8 @@ class Answer:
         choice.
     front
         Corners of the front of time and largest hole, if requested; includes the plan's.
+    errors
+        Error budget of the best plan, if requested.
     """
 
     task: Task
@@ -39,6 +42,7 @@ class Answer:
     plans: list[Plan]
     nominal: Plan | None = None
     front: Sequence[Corner] = ()
+    errors: ErrorReport | None = None
 
 
 def start_pitch(task: Task, plan: Plan) -> float:
@@ -62,6 +66,8 @@ def print_answer(answer: Answer, console: Console) -> None:
         console.print(_plans_table(answer))
     if answer.front:
         console.print(_front_table(answer))
+    if answer.errors is not None:
+        print_error_report(answer.errors, console)
 
 
 def as_json(answer: Answer, alternatives: bool) -> dict[str, Any]:
@@ -71,6 +77,7 @@ def as_json(answer: Answer, alternatives: bool) -> dict[str, Any]:
     result |= {'columns': task.columns, 'rows': task.rows, 'cell': task.cell}
     result |= {'hole_after': answer.objective.hole_after, 'notes': notes(task, best)}
     result['nominal'] = answer.nominal and _plan_json(task, answer.nominal)
+    result['error_budget'] = answer.errors and error_json(answer.errors)
     result['front'] = [asdict(corner) for corner in answer.front]
     if alternatives:
         result['alternatives'] = [_plan_json(task, plan) for plan in others]
