@@ -1,7 +1,7 @@
 """The supported servo models, and the units of their registers.
 
-All models use Protocol 1.0 and share one control table (ROBOTIS e-manual, RX-24F). They differ in
-the number of ticks, the speed unit and the speed.
+All models use Protocol 1.0 and share the registers used here (ROBOTIS e-manual, RX-24F). They
+differ in the number of ticks, the speed unit and the speed.
 """
 
 from dataclasses import dataclass

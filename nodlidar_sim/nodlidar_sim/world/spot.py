@@ -104,7 +104,7 @@ def merged(echoes: Echoes, excess: Array) -> Spots:
 
     A lidar that measures by phase adds up waves of the amplitudes and phases of all parts. Their
     sum has the phase of the weighted mean as long as the parts differ by a small share of the
-    ambiguity (3 m for the URG-04LX, which modulates at about 50 MHz); beyond, this is simplified.
+    ambiguity (3 m for light modulated at 50 MHz); beyond, this is simplified.
 
     Parameters
     ----------

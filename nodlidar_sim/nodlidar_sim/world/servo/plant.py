@@ -1,7 +1,7 @@
 """Motor, gear and lidar: their motion at a fixed step.
 
 The motor is a DC motor behind a gear: torque = kt (u - kt w) / R, with the voltage u = duty times
-supply. Friction is model M4 of Duclusaud, Passault, Padois and Daney, "Extended friction models
+supply. Friction is model M4 of Duclusaud, Passault, Padois and Ly, "Extended friction models
 for the physics simulation of servo actuators" (arXiv 2410.08650): with the torque tm of the motor
 and te of the load, it is at most
 
