@@ -129,8 +129,9 @@ class PitchSmoother:
         return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond) + middle)
 
     def _learn_step(self, pitch: Array) -> None:
-        steps = np.diff(np.sort(pitch))
-        self._step = float(np.min(steps[steps > SAME], initial=self._step))
+        ordered = np.sort(pitch)
+        steps = ordered[1:] - ordered[:-1]
+        self._step = float(steps[steps > SAME].min(initial=self._step))
 
     @property
     def _cell(self) -> float:

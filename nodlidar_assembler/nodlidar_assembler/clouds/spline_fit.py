@@ -14,7 +14,7 @@ from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
+from scipy.linalg.lapack import dpotrf, dtrtri
 
 Array = NDArray[np.float64]
 
@@ -69,12 +69,14 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
         q of each interval, for each spline, shape (m, c - 3).
     """
     samples, intervals = len(place), intensity.shape[1]
-    basis, jerk = _basis(place, intervals), _jerk(intervals)
-    weighted = basis.T * weight
-    information = (jerk.T * (KNOT / intensity)[:, None, :]) @ jerk + _weak_prior(intervals)
-    information += (weighted @ basis) / noise[:, :, None]
-    rows = np.vstack([basis, jerk])
-    coefficients, root = _solved(information, (weighted @ pitch) / noise)
+    basis = _basis(place, intervals)
+    rows = np.concatenate([basis, _jerk(intervals)])
+    weights = np.concatenate([weight / noise, KNOT / intensity], axis=1)
+    information = (rows.T * weights[:, None, :]) @ rows
+    information += _weak_prior(intervals)
+    root = _roots(information)
+    wanted = (weights[:, :samples] * pitch) @ basis
+    coefficients = (root @ (wanted[:, None, :] @ root).transpose(0, 2, 1))[:, :, 0]
     mean = coefficients @ rows.T
     spread = rows @ root
     variance = np.einsum('mkj,mkj->mk', spread, spread)
@@ -90,11 +92,10 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
 
 def value(coefficients: Array, place: Array) -> Array:
     """Return a spline [rad] of coefficients (c,) at places in knots from the first one, (n,)."""
-    polynomials = np.stack([coefficients[k : len(coefficients) - 3 + k] for k in range(4)], 1)
-    polynomials = polynomials @ _BASIS
+    polynomials = coefficients[_four(len(coefficients) - 3)] @ _BASIS
     first = place.astype(np.intp)
     share = place - first
-    constant, linear, square, cube = polynomials.T[:, first]
+    constant, linear, square, cube = polynomials.take(first, axis=0).T
     return np.asarray(((cube * share + square) * share + linear) * share + constant)
 
 
@@ -102,10 +103,17 @@ def _basis(place: Array, intervals: int) -> Array:
     """Return the basis functions at places, shape (n, intervals + 3)."""
     first = place.astype(np.intp)
     share = place - first
-    powers = np.stack([np.ones_like(share), share, share**2, share**3], 1)
+    square = share * share
+    powers = np.concatenate([np.ones_like(share), share, square, square * share]).reshape(4, -1)
     basis = np.zeros((len(place), intervals + 3))
-    basis[np.arange(len(place))[:, None], first[:, None] + np.arange(4)] = powers @ _BASIS.T
+    basis[np.arange(len(place)), _four(intervals)[first].T] = _BASIS @ powers
     return basis
+
+
+@cache
+def _four(intervals: int) -> NDArray[np.intp]:
+    """Return the indices of the coefficients that count in each interval, shape (intervals, 4)."""
+    return np.arange(intervals)[:, None] + np.arange(4)
 
 
 @cache
@@ -121,17 +129,16 @@ def _weak_prior(intervals: int) -> Array:
     return RIDGE * np.eye(intervals + 3) + acceleration.T @ acceleration
 
 
-def _solved(information: Array, wanted: Array) -> tuple[Array, Array]:
-    """Return the solutions (m, c), and roots V of the inverses V V^T, shape (m, c, c).
+def _roots(information: Array) -> Array:
+    """Return roots V of the inverses V V^T of matrices, shape (m, c, c).
 
     No call here is one that a BLAS library spreads over threads: for matrices of this size that
     takes milliseconds if the processors are busy. dpotri is such a call.
     """
-    solutions, roots = np.empty_like(wanted), np.empty_like(information)
-    for matrix, target, solution, root in zip(information, wanted, solutions, roots, strict=True):
+    roots = np.empty_like(information)
+    for matrix, root in zip(information, roots, strict=True):
         factor, failed = dpotrf(matrix.T, overwrite_a=1)
         if failed:
             raise SplineError('the joint samples do not determine a spline')
-        solution[:] = dpotrs(factor, target)[0]
         root[:] = dtrtri(factor, overwrite_c=1)[0]
-    return solutions, roots
+    return roots
