@@ -26,6 +26,7 @@ from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
 import psutil
+import yaml
 
 from bench.fault_recorder import RecorderProcess
 from bench.fault_truth import FaultyServo, Truth
@@ -33,6 +34,8 @@ from bench.node_processes import node_processes
 
 RANGE_NOISE = 0.002  # [m]; makes every scan different, also where nothing moves
 _SWITCH_INTERVAL = 2e-4  # of Python's threads [s]: no device waits for the other
+# Every valid beam is a point, so that a cloud's true points are known.
+ASSEMBLER_PARAMETERS = {'/**': {'ros__parameters': {'veil_angle': 0.0}}}
 START_TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # [s]
 
 
@@ -83,6 +86,8 @@ class Rig:
 
     def __init__(self, folder: Path, seed: int) -> None:
         self.folder = folder
+        self._assembler_params = folder / 'assembler.yaml'
+        self._assembler_params.write_text(yaml.safe_dump(ASSEMBLER_PARAMETERS))
         self.launches_ns: list[int] = []
         self.timer_error = 0
         self.timer_hit_ns: int | None = None
@@ -185,6 +190,7 @@ class Rig:
                 'hardware:=real',
                 f'lidar_port:={self.folder / "lidar"}',
                 f'servo_port:={self.folder / "servo"}',
+                f'assembler_params:={self._assembler_params}',
             )
         )
 
