@@ -9,6 +9,7 @@ PAGES = tuple(
     for page in (
         'README.md',
         'nodlidar_servo/README.md',
+        'docs/error_budget.md',
         'docs/faults.md',
         'docs/moving_robot.md',
         'docs/tradeoffs.md',

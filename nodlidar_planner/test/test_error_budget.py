@@ -11,8 +11,9 @@ from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_planner.error_budget.pitch_error import (
     between_samples,
     of_samples,
-    of_smoothing,
+    on_legs,
     pitch_variance,
+    smoothed,
 )
 from nodlidar_planner.error_budget.swing import Swing
 from nodlidar_planner.pattern.task import Task
@@ -105,18 +106,40 @@ def test_a_long_reversal_costs_the_sagitta_of_its_parabola():
     )
 
 
-@pytest.mark.parametrize(('speed', 'acceleration'), [(3.0, 50.0), (0.5, 1000.0)])
-def test_smoothing_leaves_what_a_wiener_smoother_leaves(speed, acceleration):
-    swing = Swing(speed, 1.0, acceleration)
-    parameters = replace(NOTHING, encoder_noise=2e-3, joint_rate=80.0)
+@pytest.mark.parametrize(('order', 'intensity'), [(2, 36.0), (3, 1e4), (3, 2e6)])
+def test_smoothing_leaves_what_a_wiener_smoother_leaves(order, intensity):
     noise = 2e-3**2 / 80.0
+    density = lambda w: intensity * noise / (intensity + noise * w ** (2 * order)) / math.pi  # noqa: E731
+    expected = quad(density, 0.0, 1e4, limit=500)[0]
+    assert smoothed(noise, intensity, order) == pytest.approx(expected, rel=1e-3)
 
-    def left(m, q):
-        density = lambda w: q * noise / (q + noise * w ** (2 * m)) / math.pi  # noqa: E731
-        return quad(density, 0.0, 1e4, limit=500)[0]
 
-    expected = min(left(2, (2.0 * speed) ** 2), left(3, 2.0 * acceleration**2))
-    assert of_smoothing(parameters, swing) == pytest.approx(expected, rel=1e-3)
+def test_smoothing_a_random_motion_leaves_as_much():
+    """The best linear estimate, by the covariances of a motion of white jerk and its samples."""
+    jerk, deviation, period = 1e4, 2e-3, 0.01
+    grid = np.arange(-0.3, 0.3, 1e-3)
+    samples = np.arange(-0.2, 0.2, period)[:, None]
+    beams = np.arange(-period / 2.0, period / 2.0, 1e-3)[:, None]
+    # Position by white jerk before it, and any start: an almost unknown parabola.
+    spread = math.sqrt(jerk * 1e-3)
+
+    def response(t):
+        by_jerk = spread * np.maximum(t - grid, 0.0) ** 2 / 2.0
+        return np.hstack([by_jerk, 1e2 * np.ones_like(t), 1e3 * t, 1e4 * t**2])
+
+    by_samples, by_beams = response(samples), response(beams)
+    covariance = by_samples @ by_samples.T + deviation**2 * np.eye(len(samples))
+    gain = np.linalg.solve(covariance, by_samples @ by_beams.T).T
+    left = np.sum((by_beams - gain @ by_samples) ** 2, axis=1)
+    left += deviation**2 * np.sum(gain**2, axis=1)
+    assert smoothed(deviation**2 * period, jerk, 3) == pytest.approx(left.mean(), rel=0.05)
+
+
+def test_a_reversal_adds_to_what_the_legs_have():
+    parameters = replace(ErrorParameters(), estimator='trajectory')
+    slow, fast = (pitch_variance(parameters, Swing(w, 1.2 / w, 200.0)) for w in (0.1, 5.0))
+    assert slow == pytest.approx(on_legs(parameters, Swing(0.1, 12.0, 200.0)), rel=0.05)
+    assert fast > 1.1 * slow
 
 
 def test_trajectory_is_never_worse_than_slerp():
@@ -136,6 +159,8 @@ def test_an_error_of_the_pitch_turns_the_point_about_the_axis():
     moved = places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch + 1e-5) - true_places()
     per_rad2 = np.sum(moved**2, axis=1) / 1e-10
     assert squares('backlash', backlash=0.004) == pytest.approx(per_rad2 * 0.002**2, rel=1e-4)
+    found = squares('backlash', backlash=0.004, deflection=0.001)
+    assert found == pytest.approx(per_rad2 * 0.003**2, rel=1e-4)
     assert squares('backlash', encoder_error=0.003) == pytest.approx(per_rad2 * 9e-6, rel=1e-4)
     found = squares('pitch estimate', encoder_noise=0.002)
     assert found == pytest.approx(per_rad2 * 2.0 / 3.0 * 0.002**2, rel=1e-2)

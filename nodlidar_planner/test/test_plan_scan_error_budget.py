@@ -14,7 +14,7 @@ PITCH = ('--encoder-step', '0.004', '--encoder-noise', '0.004')
 ONLY_RANGES = (
     *('--range-noise', '0.003', '--range-noise-growth', '0.002', '--range-bias', '0.004'),
     *('--encoder-step', '1e-7', '--encoder-noise', '0', '--encoder-error', '0'),
-    *('--backlash', '0', '--joint-rate', '10000', '--mount-angle-error', '0'),
+    *('--backlash', '0', '--deflection', '0', '--joint-rate', '10000', '--mount-angle-error', '0'),
     *('--mount-position-error', '0', '--joint-delay-error', '0', '--scan-delay-error', '0'),
 )
 

@@ -83,7 +83,7 @@ class ErrorBudget:
             p.range_noise**2 + (p.range_noise_growth * beams.ranges) ** 2,
             p.range_bias**2 * shape,
             rho2 * self.pitch_variance,
-            rho2 * (p.backlash**2 / 4.0 + p.encoder_error**2),
+            rho2 * ((p.backlash / 2.0 + p.deflection) ** 2 + p.encoder_error**2),
             turned * p.joint_delay_error**2,
             (turned + self._of_driving(beams)) * p.scan_delay_error**2,
             3.0 * p.mount_position_error**2 + 2.0 * (beams.ranges * p.mount_angle_error) ** 2,

@@ -59,6 +59,13 @@ class ErrorParameters:
     backlash: float = parameter(
         0.004, 'Free play between encoder and lidar', unit='rad', minimum=0.0, maximum=0.1
     )
+    deflection: float = parameter(
+        0.0003,
+        'RMS deflection of gear and bracket by the load, torque by stiffness',
+        unit='rad',
+        minimum=0.0,
+        maximum=0.1,
+    )
     reversal_acceleration: float = parameter(
         200.0, 'Acceleration of the reversals', unit='rad/s2', minimum=0.1, maximum=1e5
     )
