@@ -21,6 +21,7 @@ LIDARS = ('urg_04lx_ug01', 'urg_04lx')
 ESTIMATORS = ('slerp', 'trajectory')
 SPEEDS = (0.5, 5.5)  # rad/s; an RX-24F holds up to 6
 DRAWN = 'drawn'
+DRAW = 15  # 14 served to develop the budget, and no formula changed after this one
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,7 @@ class SetUp:
 
 def drawn_setup(seed: int) -> SetUp:
     """Return a random set-up; the first ones are in the shipped scenes."""
-    rng = np.random.default_rng([seed, 14])
+    rng = np.random.default_rng([seed, DRAW])
     scene = load_scene(SHIPPED[seed], ideal=True) if seed < len(SHIPPED) else drawn_room(seed)
     name, lidar = _lidar(rng)
     tick, noise = float(np.exp(rng.uniform(*np.log([7e-4, 6e-3])))), float(rng.uniform(0.0, 0.5))

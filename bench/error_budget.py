@@ -85,10 +85,10 @@ def _expected(parameters: ErrorParameters) -> Row:
     return {'pitch estimate [mrad]': pitch, **{f'at {d:g} m [mm]': at[d] for d in DISTANCES}}
 
 
-def row_of(setup: SetUp) -> Row:
-    """Return the budget and the simulated error of a set-up."""
+def row_of(setup: SetUp, duration: float = DURATION) -> Row:
+    """Return the budget and the simulated error of a set-up, of a recording [s]."""
     seen = simulate(
-        setup.scene, setup.nod, DURATION, setup.seed, start_ns=START_NS, sensor=setup.sensor
+        setup.scene, setup.nod, duration, setup.seed, start_ns=START_NS, sensor=setup.sensor
     )
     chosen = _chosen(seen, setup)
     parameters = _parameters(seen, setup, chosen)

@@ -1,7 +1,7 @@
 """The simulated error of points: their displacement from the true ends of their beams.
 
-What is constant in a recording (delays, mount) is set to the points of a cubature, which have the
-given standard deviations exactly; odometry is drawn anew for each of them, some times.
+What is constant in a recording (delays, mount, wheels) is set to the points of a cubature, which
+have the given standard deviations exactly. A hundred random draws would have them to 7 %.
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,8 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_sim.simulation import Recording
-from nodlidar_sim.world.odometry import Odometer
+from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.odometry import Base, Odometer
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,8 +30,6 @@ Mask = NDArray[np.bool_]
 
 IN_CLOUD = 8  # scans
 WARM_UP, COOL_DOWN = 8, 4  # scans; trajectory learns, and needs samples after a scan
-DRAWS = 6  # of the errors of odometry, for each of the constants
-CONSTANTS = 8  # two delays, and six numbers of the mount
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,42 +43,48 @@ class Constant:
 
 
 def constants(given: ErrorParameters) -> Iterator[Constant]:
-    """Yield the points of a cubature: sqrt(n) standard deviations out on each of n axes.
-
-    Their mean squares and products are those of independent errors (Arasaratnam and Haykin,
-    "Cubature Kalman filters", 2009).
-    """
+    """Yield the constant errors at the points of a cubature."""
     deviations = [
         given.joint_delay_error,
         given.scan_delay_error,
         *[given.mount_position_error] * 3,
         *[given.mount_angle_error] * 3,
     ]
+    for joint, scan, x, y, z, roll, pitch, yaw in cubature(deviations):
+        yield Constant(joint, scan, (x, y, z), (roll, pitch, yaw))
+
+
+def cubature(deviations: list[float]) -> Iterator[list[float]]:
+    """Yield points sqrt(n) standard deviations out on each of n axes, to both sides.
+
+    Their mean squares and products are those of independent errors (Arasaratnam and Haykin,
+    "Cubature Kalman filters", 2009).
+    """
+    count = len(deviations)
     for axis, deviation in enumerate(deviations):
         for side in (1.0, -1.0):
-            values = [0.0] * CONSTANTS
-            values[axis] = side * math.sqrt(CONSTANTS) * deviation
-            joint, scan, x, y, z, roll, pitch, yaw = values
-            yield Constant(joint, scan, (x, y, z), (roll, pitch, yaw))
+            values = [0.0] * count
+            values[axis] = side * math.sqrt(count) * deviation
+            yield values
 
 
 def simulated_rms(
     seen: Recording, setup: SetUp, given: ErrorParameters, chosen: Mask
 ) -> tuple[float, float]:
     """Return the RMS displacement [m] of the points, with measured and with true ranges."""
-    truth, moves = _true_points(seen, seen.true_pitch), any(setup.scene.base_velocity)
+    truth = _true_points(seen, seen.true_pitch)
+    robots = list(_robots(seen, setup))
     squares, count = np.zeros(2), 0
-    for number, constant in enumerate(constants(given)):
+    for constant in constants(given):
         config = PipelineConfig(
             estimator=given.estimator,
             veil_angle=0.0,
             laser_xyz=tuple(np.add(REFERENCE_MOUNT.position, constant.xyz).tolist()),
             laser_rpy=constant.rpy,
         )
-        draws = [_Poses(seen, setup, number * DRAWS + draw) for draw in range(DRAWS)]
         for scan, points in _assembled(seen, config, constant):
             which = chosen[scan]
-            for poses in draws if moves else draws[:1]:
+            for poses in robots:
                 for kind, own in enumerate(points):
                     off = poses.placed(own, scan, constant) - poses.true(truth[scan], scan)
                     squares[kind] += np.sum(off[which] ** 2)
@@ -145,12 +150,10 @@ class _Poses:
     The errors of odometry before that count as errors of the map, not of the cloud.
     """
 
-    def __init__(self, seen: Recording, setup: SetUp, draw: int) -> None:
-        self._seen, self._moves = seen, any(setup.scene.base_velocity)
-        if not self._moves:
+    def __init__(self, seen: Recording, odometer: Odometer | None) -> None:
+        self._seen, self._moves = seen, odometer is not None
+        if odometer is None:
             return
-        seed = setup.seed * 1000 + draw
-        odometer = Odometer(seen.world.base, setup.scene.effects, START_NS, seed)
         pose = odometer.poses(seen.odometry_stamp_ns)
         self._estimate = simulated_odometry(replace(seen, odometry_pose=pose))
         self._truth = simulated_odometry(replace(seen, odometry_pose=seen.true_pose))
@@ -175,3 +178,22 @@ class _Poses:
         c, s = np.cos(yaw), np.sin(yaw)
         x, y, z = (in_odom - origin.position[0]).T
         return np.stack([c * x + s * y, c * y - s * x, z], axis=1)
+
+
+class _GivenOdometer(Odometer):
+    """An odometer with given errors: shares of two wheels, then the drift [rad/s]."""
+
+    def __init__(self, base: Base, effects: Effects, errors: list[float]) -> None:
+        super().__init__(base, effects, START_NS)
+        *wheels, drift = errors
+        self._counted, self._drift = 1.0 + np.array(wheels), drift
+
+
+def _robots(seen: Recording, setup: SetUp) -> Iterator[_Poses]:
+    """Yield the poses of a robot with the errors of odometry at the points of a cubature."""
+    if not any(setup.scene.base_velocity):
+        yield _Poses(seen, None)
+        return
+    effects = setup.scene.effects
+    for errors in cubature([effects.odometry_error] * 2 + [effects.heading_drift]):
+        yield _Poses(seen, _GivenOdometer(seen.world.base, effects, errors))

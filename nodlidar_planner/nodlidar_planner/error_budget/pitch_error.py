@@ -7,7 +7,7 @@ from nodlidar_planner.error_budget.swing import Swing
 import numpy as np
 
 LEG_JERK = 1e4
-"""Intensity of the jerk on the legs of a servo [rad2/s5]; only its sixth root counts."""
+"""Of the jerk on the legs [rad2/s5], fitted to servos by physics; its sixth root counts."""
 MEMORY = 5
 """Samples to either side that smoothing on a leg uses, roughly."""
 
