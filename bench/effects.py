@@ -42,6 +42,8 @@ SETS = {LIDAR: 'urg_04lx_ug01', SERVO: 'rx24f'}
 LINEAR = 0.58  # pitch up to which the nod is steady; beyond, it reverses [rad]
 THINNING = 10  # one of so many points is compared with the surfaces
 
+# The building is of the corridor's kind.
+SCENES = [name for name in scene_names() if name != 'building']
 TITLE = (
     f'Effects of typical size: what they cost and what they move, {DURATION:.0f} s at N_s = '
     f'{SAMPLES_PER_SWEEP}, slerp; required for what they move: RMS by more than '
@@ -71,7 +73,7 @@ class Figures:
 
 def results() -> list[Row]:
     """Return a row for each scene and effect."""
-    return [row for name in scene_names() for row in scene_rows(load_scene(name, ideal=True))]
+    return [row for name in SCENES for row in scene_rows(load_scene(name, ideal=True))]
 
 
 def scene_rows(scene: Scene, rounds: int = ROUNDS) -> list[Row]:

@@ -16,6 +16,8 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import governed, ProfileConfig, PROFILES
 from nodlidar_common.parameters import Limits, limits_of
 from nodlidar_driver.config import DriverConfig
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.grid import GridConfig
 from nodlidar_servo.config import ServoConfig
 import yaml
 
@@ -24,12 +26,14 @@ NODES = {
     'assembler': (ProfileConfig, AssemblerConfig),
     'driver': (DriverConfig,),
     'servo': (ServoConfig,),
+    'mapper': (MapperConfig, GridConfig),
 }
 # Commented out in the YAML files, where they would override the profile.
 LEFT_TO_PROFILES = {
     'assembler': {'profile', *governed()},
     'driver': set(),
     'servo': {'feedback_rate'},
+    'mapper': set(),
 }
 WIDTH = 99
 

@@ -3,7 +3,7 @@
 from dataclasses import fields, replace
 
 from nodlidar_sim.world.effects import Effects
-from nodlidar_sim.world.scene import load_scene, scene_names
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
@@ -16,6 +16,7 @@ from bench.effects import (
     NONE,
     PEOPLE,
     recording,
+    SCENES,
     SERVO,
     size_in_words,
     variants,
@@ -117,10 +118,10 @@ def test_the_documentation_says_what_was_found():
         'servo_jitter': 'repeats',
         'clock_drift': 'repeats',
     }
-    expected = {(name, effect): f for name in scene_names() for effect, f in everywhere.items()}
+    expected = {(name, effect): f for name in SCENES for effect, f in everywhere.items()}
     wheels = ('odometry_error', 'wheel_slip', 'heading_drift')
     expected |= {('corridor', effect): 'RMS' for effect in wheels}
-    expected |= {(name, LIDAR): 'RMS, points' for name in scene_names()} | {('room', LIDAR): 'RMS'}
-    expected |= {(name, SERVO): 'RMS, repeats' for name in scene_names()}
+    expected |= {(name, LIDAR): 'RMS, points' for name in SCENES} | {('room', LIDAR): 'RMS'}
+    expected |= {(name, SERVO): 'RMS, repeats' for name in SCENES}
     expected |= {('crossing', PEOPLE): 'RMS', ('crossing', SERVO): 'RMS, points, repeats'}
     assert required == expected

@@ -55,7 +55,11 @@ def test_good_arguments_pass(values, change):
         ('namespace', 'a//b', "'namespace' must be letters, digits"),
         ('driver_params', 'none.yaml', "'driver_params' must be a YAML file of parameters"),
         ('servo_params', '', "'servo_params' must be a YAML file of parameters"),
-        ('scene', 'moon', "'scene' must be one of corner, corridor, crossing, room, wall, or a"),
+        (
+            'scene',
+            'moon',
+            "'scene' must be one of building, corner, corridor, crossing, room, wall, or a",
+        ),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],
 )

@@ -21,6 +21,8 @@ _LONGEST = 1000  # characters of an error line
 # Names of Python packages for pip, and for apt where Ubuntu 24.04 has them.
 _PACKAGES = {
     'matplotlib': ('matplotlib', 'python3-matplotlib'),
+    'plyfile': ('plyfile', None),
+    'scipy': ('scipy', 'python3-scipy'),
     'numpy': ('numpy', 'python3-numpy'),
     'rich': ('rich', 'python3-rich'),
     'rosbags': ('rosbags', None),

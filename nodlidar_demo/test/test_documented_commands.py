@@ -13,6 +13,7 @@ from launch import LaunchContext
 from nodlidar_assembler.assemble_bag import main as assemble_bag
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_demo.ros.demonstration import parse
+from nodlidar_mapper.map_bag import main as map_bag
 from nodlidar_planner.plan_scan.command import main as plan_scan
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
@@ -91,6 +92,16 @@ def test_assemble_bag(command, tmp_path, monkeypatch):
     (tmp_path / 'demo_output').mkdir()
     (tmp_path / 'bag').rename(tmp_path / 'demo_output' / 'bag')
     assert assemble_bag(options(command)) == 0
+
+
+@starting('ros2', 'run', 'nodlidar_mapper', 'map_bag')
+def test_map_bag(command, tmp_path, monkeypatch):
+    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+    (tmp_path / 'demo_output').mkdir()
+    drive = simulate(load_scene('corridor', ideal=True), nod, 3.0, start_ns=10**18)
+    write_bag(drive, tmp_path / 'demo_output' / 'bag')
+    monkeypatch.chdir(tmp_path)
+    assert map_bag(options(command)) == 0
 
 
 @starting('ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py')

@@ -17,7 +17,7 @@ FILES = [
     for path in WORKSPACE.glob(f'{folder}/**/*.*')
 ]
 FILE = re.compile(r'`([\w./]+\.(?:py|yaml|xacro|xml|msg|rviz|md))`')
-OF_THE_USER = {'lidar.yaml', 'metadata.yaml'}
+OF_THE_USER = {'lidar.yaml', 'map.yaml', 'metadata.yaml'}
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: str(page.relative_to(WORKSPACE)))

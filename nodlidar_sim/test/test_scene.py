@@ -29,16 +29,16 @@ WALL = 'objects: {wall: {shapes: [{plane: {point: [2, 0, 0], normal: [1, 0, 0]}}
 
 
 def test_these_scenes_are_shipped():
-    assert scene_names() == ['corner', 'corridor', 'crossing', 'room', 'wall']
+    assert scene_names() == ['building', 'corner', 'corridor', 'crossing', 'room', 'wall']
 
 
-@pytest.mark.parametrize('name', ['corner', 'corridor', 'crossing', 'room', 'wall'])
+@pytest.mark.parametrize('name', ['building', 'corner', 'corridor', 'crossing', 'room', 'wall'])
 def test_a_shipped_scene_is_seen_by_the_sensor(name):
     scene = load_scene(name, ideal=True)
     assert scene.name == name
     recording = simulate(scene, NOD, 4.0)
     ahead = np.abs(recording.azimuth) < 0.3
-    assert np.isfinite(recording.ranges[:, ahead]).all() or name == 'corridor'
+    assert np.isfinite(recording.ranges[:, ahead]).all() or name in ('building', 'corridor')
     assert np.isfinite(recording.true_range[:, ahead]).all()
     assert recording.true_range.min() > 0.3
 
@@ -69,7 +69,7 @@ def test_everything_in_the_room_is_seen():
     assert min(seen.values()) > 300, seen
 
 
-@pytest.mark.parametrize('name', ['corner', 'corridor', 'crossing', 'room', 'wall'])
+@pytest.mark.parametrize('name', ['building', 'corner', 'corridor', 'crossing', 'room', 'wall'])
 def test_a_scene_makes_the_shapes_and_the_people_that_it_names_once(name, monkeypatch):
     made = Counter()
     counted = {
@@ -86,7 +86,7 @@ def test_a_scene_makes_the_shapes_and_the_people_that_it_names_once(name, monkey
 
 def test_an_unknown_scene_lists_the_known_ones():
     with pytest.raises(
-        SceneError, match=r'one of corner, corridor, crossing, room, wall, or .*rooom'
+        SceneError, match=r'one of building, corner, corridor, crossing, room, wall, or .*rooom'
     ):
         load_scene('rooom')
 

@@ -31,7 +31,8 @@ ARGUMENTS = [
     DeclareLaunchArgument(
         'scene',
         default_value='room',
-        description='scene (hardware:=sim): room, corner, corridor, crossing, wall or a YAML file',
+        description='scene (hardware:=sim): room, building, corner, corridor, crossing, wall '
+        'or a YAML file',
     ),
     DeclareLaunchArgument(
         'route',

@@ -1,0 +1,157 @@
+"""Maps of drives through scenes: how far trajectory and map are off, and what they cost.
+
+With the errors of a URG-04LX-UG01 and an RX-24F, and with ideal devices but 10 mm of range noise.
+Odometry has errors of scale and slip. Paths are aligned at the first cloud, where the map begins.
+"""
+
+from dataclasses import dataclass, replace
+import time
+
+from nodlidar_assembler.profiles import PROFILES
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.offline import clouds_of, coordinates, odometry_at
+from nodlidar_mapper.poses import Array, inverse, moved, planar
+from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.route import Leg
+from nodlidar_sim.world.scene import load_scene, Scene
+import numpy as np
+
+from bench.reference import START_NS
+from bench.report import Row
+
+TITLE = 'Mapped drives, worst of the seeds; errors of trajectories as a share of the path'
+SEEDS = range(1, 6)
+DRIVES = (('room', 'figure_of_eight', 100.0), ('corridor', None, 120.0), ('building', None, 200.0))
+FASTER = (1.0, 2.0)  # than the scene's route
+ODOMETRY = {'odometry_error': 0.004, 'wheel_slip': 0.02}
+IDEAL_NOISE = 0.01  # m
+CONFIG = PROFILES['slam']
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mapped:
+    """A mapped drive.
+
+    Attributes
+    ----------
+    path
+        Its length [m].
+    live, final, odometry
+        RMS errors of the positions as known at the time, at the end, and by odometry [m].
+    surface
+        RMS distance of the map's points from the true surfaces [m].
+    seconds
+        Computing time of each cloud [s], shape (n,).
+    lost, loops
+        Clouds that did not fit the map, and loops closed.
+    """
+
+    path: float
+    live: float
+    final: float
+    odometry: float
+    surface: float
+    seconds: Array
+    lost: int
+    loops: int
+
+
+def scene_of(name: str, route: str | None, faster: float, ideal: bool) -> Scene:
+    """Return a scene with errors of odometry and a faster drive."""
+    scene = load_scene(name, route, ideal=ideal)
+    noise = {'range_noise': IDEAL_NOISE} if ideal else {}
+    legs = tuple(
+        Leg(leg.duration / faster, (leg.velocity[0] * faster, leg.velocity[1] * faster))
+        for leg in scene.base_legs
+    )
+    return replace(scene, effects=replace(scene.effects, **ODOMETRY, **noise), base_legs=legs)
+
+
+def recorded(scene: Scene, duration: float, seed: int) -> Recording:
+    """Return a recording of a drive with the default nod."""
+    n_s = CONFIG.samples_per_sweep
+    nod = NodTrajectory(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, START_NS)
+    return simulate(scene, nod, duration, seed, start_ns=START_NS)
+
+
+def mapped(recording: Recording, config: MapperConfig | None = None) -> Mapped:
+    """Map a recording, and compare it with the truth."""
+    log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
+    mapper, found, seconds, by_odometry = Mapper(config or MapperConfig()), [], [], []
+    for cloud in clouds_of(log, CONFIG):
+        points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
+        begin = time.perf_counter()
+        found.append(mapper.add(cloud.stamp_ns, points, odometry))
+        seconds.append(time.perf_counter() - begin)
+        by_odometry.append(odometry)
+    truth = true_poses(recording, np.array([each.stamp_ns for each in found]))
+    mount = by_odometry[0][2, 3]
+    truth[:, 2, 3] = mount
+    final = [mapper.pose_of(each) for each in found]
+    surface = lasting_surface(mapper.keyframes)
+    to_odom = truth[0] @ inverse(final[0])
+    x, y, yaw = recording.world.scene.base_start
+    in_world = moved(planar(x, y, yaw) @ to_odom, surface.points)
+    stamps = np.full(len(in_world), START_NS, dtype=np.int64)
+    off = recording.world.surface_distance_in_world(in_world, stamps)
+    way = np.linalg.norm(np.diff(truth[:, :3, 3], axis=0), axis=1)
+    return Mapped(
+        float(way.sum()),
+        rms(truth, [each.pose for each in found]),
+        rms(truth, final),
+        rms(truth, by_odometry),
+        float(np.sqrt(np.mean(off**2))),
+        np.array(seconds),
+        sum(bool(each.lost) for each in found[1:]),
+        mapper.loops,
+    )
+
+
+def true_poses(recording: Recording, stamps_ns: Array) -> Array:
+    """Return the true poses of the base at instants [ns], as matrices."""
+    since = recording.odometry_stamp_ns - START_NS
+    x, y = (np.interp(stamps_ns - START_NS, since, recording.true_pose[:, k]) for k in (0, 1))
+    yaw = np.interp(stamps_ns - START_NS, since, np.unwrap(recording.true_pose[:, 2]))
+    return np.stack([planar(*pose) for pose in zip(x, y, yaw, strict=True)])
+
+
+def rms(truth: Array, poses: list[Array]) -> float:
+    """Return the RMS error of positions, aligned at the first pose [m]."""
+    aligned = truth[0] @ inverse(poses[0]) @ np.stack(poses)
+    off = np.linalg.norm(aligned[:, :3, 3] - truth[:, :3, 3], axis=1)
+    return float(np.sqrt(np.mean(off**2)))
+
+
+def results() -> list[Row]:
+    """Return the errors and the cost of each drive, with real and with ideal devices."""
+    return [
+        _row(name, route, duration, faster, ideal)
+        for name, route, duration in DRIVES
+        for faster in FASTER
+        for ideal in (False, True)
+    ]
+
+
+def _row(name: str, route: str | None, duration: float, faster: float, ideal: bool) -> Row:
+    scene = scene_of(name, route, faster, ideal)
+    runs = [mapped(recorded(scene, duration / faster, seed)) for seed in SEEDS]
+    seconds = np.concatenate([run.seconds for run in runs])
+    speed = max(leg.velocity[0] for leg in scene.base_legs)
+    return {
+        'scene': name,
+        'devices': 'ideal, 10 mm of noise' if ideal else 'real',
+        'speed [m/s]': speed,
+        'path [m]': max(run.path for run in runs),
+        'odometry [%]': 100.0 * max(run.odometry / run.path for run in runs),
+        'live [%]': 100.0 * max(run.live / run.path for run in runs),
+        'final [%]': 100.0 * max(run.final / run.path for run in runs),
+        'map [mm]': 1e3 * max(run.surface for run in runs),
+        'loops': sum(run.loops for run in runs) / len(runs),
+        'clouds not matched': sum(run.lost for run in runs),
+        'computation per cloud [ms]': 1e3 * float(np.median(seconds)),
+        '99 % [ms]': 1e3 * float(np.percentile(seconds, 99)),
+    }

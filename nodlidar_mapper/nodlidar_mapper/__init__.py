@@ -1,0 +1,1 @@
+"""Maps of buildings from deskewed clouds and odometry."""

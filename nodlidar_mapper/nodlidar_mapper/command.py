@@ -1,0 +1,102 @@
+"""The options of the command map_bag, and its table."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+import sys
+import time
+from typing import TypeVar
+
+from nodlidar_assembler.bags.command import configuration
+from nodlidar_common.command_line import LineParser
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameter_file import file_values
+from nodlidar_common.parameters import check
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.grid import grid_of, GridConfig
+from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.map_files import write_grid, write_surface, write_trajectory
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.offline import clouds_of, drive_in, estimates
+from nodlidar_mapper.picture import write_picture
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+Config = TypeVar('Config', MapperConfig, GridConfig)
+
+WIDTH = 100  # of a table that does not go to a terminal
+
+
+def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
+    """Map the bag that a command line names, and print a summary.
+
+    Raises
+    ------
+    ParameterError
+        For a parameter that is not allowed.
+    BagError, OSError
+        If the bag cannot be read, or a file not be written.
+    SystemExit
+        After --help, or with status 2 and a line on stderr for an invalid option.
+    """
+    arguments = _parse(argv, description)
+    begin = time.perf_counter()
+    config = configuration(arguments.params, {'profile': 'slam'})
+    mapper = Mapper(_given(arguments.params, MapperConfig()))
+    cells = _given(arguments.params, GridConfig())
+    log = drive_in(arguments.bag, config)
+    clouds = clouds_of(log, config)
+    console = Console(stderr=True)
+    hidden = not console.is_terminal or console.is_dumb_terminal
+    bar = track(clouds, 'mapping', console=console, transient=True, disable=hidden)
+    found = estimates(mapper, bar, log)
+    poses = np.stack([mapper.pose_of(each) for each in found])
+    surface = lasting_surface(mapper.keyframes)
+    grid = grid_of(surface, mapper.keyframes, cells)
+    output = arguments.output
+    output.mkdir(parents=True, exist_ok=True)
+    write_surface(output / 'map.ply', surface)
+    write_grid(output, grid)
+    write_trajectory(output / 'trajectory.txt', [each.stamp_ns for each in found], poses)
+    write_picture(output / 'map.png', grid, poses)
+    seconds = time.perf_counter() - begin
+    recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
+    way = float(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1).sum())
+    table = Table(show_header=False)
+    table.add_column()
+    table.add_column(justify='right', overflow='fold')
+    for name, value in {
+        'written': output,
+        'clouds': len(clouds),
+        'clouds that do not fit the map': sum(bool(each.lost) for each in found[1:]),
+        'way': f'{way:.1f} m',
+        'keyframes': len(mapper.keyframes),
+        'loops closed': mapper.loops,
+        'points': len(surface.points),
+        'done in': f'{seconds:.1f} s',
+        'times real time': f'{recorded / seconds:.0f}',
+    }.items():
+        table.add_row(name, str(value))
+    Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False).print(table)
+
+
+def _given(params: Path | None, default: Config) -> Config:
+    """Return a configuration with the values of a parameter file."""
+    if params is None:
+        return default
+    config = replace(default, **file_values(params, 'mapper', type(default)))
+    check(config)
+    return config
+
+
+def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
+    parser = LineParser('map_bag', description)
+    parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
+    parser.add_argument('output', type=Path, help='folder to write to')
+    parser.add_argument(
+        '--params', type=Path, metavar='YAML', help='parameter file of assembler and mapper'
+    )
+    return parser.parse_args(argv)

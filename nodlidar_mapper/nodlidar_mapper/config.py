@@ -1,0 +1,47 @@
+"""The parameters of the mapper."""
+
+from dataclasses import dataclass
+
+from nodlidar_common.parameters import parameter
+from nodlidar_mapper.matching import MatchingConfig
+
+
+@dataclass(frozen=True)
+class MapperConfig(MatchingConfig):
+    """Map."""
+
+    point_spacing: float = parameter(
+        0.1,
+        'Distance between points of a cloud or of the map',
+        unit='m',
+        minimum=0.02,
+        maximum=1.0,
+    )
+    keyframe_distance: float = parameter(
+        0.5, 'Motion after which the map is extended', unit='m', minimum=0.05, maximum=10.0
+    )
+    keyframe_angle: float = parameter(
+        0.5, 'Turn after which the map is extended', unit='rad', minimum=0.05, maximum=3.0
+    )
+    map_radius: float = parameter(
+        8.0, 'The map within this distance is matched', unit='m', minimum=1.0, maximum=100.0
+    )
+    loop_distance: float = parameter(
+        15.0,
+        'Parts of the map that are farther along the way are matched as a loop',
+        unit='m',
+        minimum=1.0,
+        maximum=1000.0,
+    )
+    least_share: float = parameter(
+        0.4,
+        'Share of the points near the map that must match; with fewer, the robot counts as lost',
+        minimum=0.05,
+        maximum=1.0,
+    )
+    odometry_slip: float = parameter(
+        0.03,
+        'Standard deviation of odometry, as a share of the motion',
+        minimum=0.001,
+        maximum=1.0,
+    )

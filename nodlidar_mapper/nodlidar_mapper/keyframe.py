@@ -1,0 +1,62 @@
+"""What a map consists of, and where clouds were taken."""
+
+from dataclasses import dataclass
+
+from nodlidar_mapper.poses import Array
+from nodlidar_mapper.surface import Surface
+
+
+@dataclass(slots=True, eq=False)
+class Keyframe:
+    """A place of the map, with the surfaces first seen from there.
+
+    Attributes
+    ----------
+    stamp_ns
+        Of its cloud [ns].
+    pose
+        Of the cloud's frame in the map, as a matrix.
+    surface
+        In the cloud's frame.
+    points
+        The cloud, in its frame [m], shape (n, 3).
+    """
+
+    stamp_ns: int
+    pose: Array
+    surface: Surface
+    points: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """Where a cloud was taken.
+
+    Attributes
+    ----------
+    stamp_ns
+        Of the cloud [ns].
+    pose
+        Of its frame in the map, as a matrix.
+    map_from_odometry
+        Pose of the frame of odometry in the map.
+    covariance
+        Of the pose's change, shape (6, 6).
+    share, residual
+        Share of the points near the map that lie on it, and their RMS distance from it [m].
+    lost
+        Why the pose is that of odometry alone; empty if the cloud was matched.
+    keyframe, from_keyframe
+        Index of a keyframe nearby, and the pose in its frame: it moves with the keyframe when a
+        loop is closed.
+    """
+
+    stamp_ns: int
+    pose: Array
+    map_from_odometry: Array
+    covariance: Array
+    share: float
+    residual: float
+    lost: str
+    keyframe: int
+    from_keyframe: Array

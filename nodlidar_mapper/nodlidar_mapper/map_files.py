@@ -1,0 +1,59 @@
+"""Writes a map: points as PLY, the grid as map_server reads it, the trajectory as TUM."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.whole_file import whole_file
+from nodlidar_mapper.grid import FREE, Grid, OCCUPIED
+from nodlidar_mapper.poses import Array
+from nodlidar_mapper.surface import Surface
+import numpy as np
+from plyfile import PlyData, PlyElement
+from scipy.spatial.transform import Rotation
+import yaml
+
+GREY = {FREE: 254, OCCUPIED: 0}  # as map_saver of nav2 writes them; 205 where unknown
+UNKNOWN_GREY = 205
+AXES = ('x', 'y', 'z', 'nx', 'ny', 'nz')
+
+
+def write_surface(path: Path, surface: Surface) -> None:
+    """Write points and normals as a binary PLY file."""
+    vertices = np.empty(len(surface.points), dtype=[(axis, '<f4') for axis in AXES])
+    columns = np.concatenate([surface.points, surface.normals], axis=1).T
+    for axis, values in zip(AXES, columns, strict=True):
+        vertices[axis] = values
+    with whole_file(path) as part:
+        PlyData([PlyElement.describe(vertices, 'vertex')]).write(str(part))
+
+
+def write_grid(folder: Path, grid: Grid, name: str = 'map') -> None:
+    """Write NAME.pgm and NAME.yaml, which map_server of nav2 reads."""
+    grey = np.full(grid.cells.shape, UNKNOWN_GREY, dtype=np.uint8)
+    for value, shade in GREY.items():
+        grey[grid.cells == value] = shade
+    rows, columns = grey.shape
+    with whole_file(folder / f'{name}.pgm') as part:
+        part.write_bytes(f'P5\n{columns} {rows}\n255\n'.encode() + grey[::-1].tobytes())
+    description = {
+        'image': f'{name}.pgm',
+        'mode': 'trinary',
+        'resolution': grid.resolution,
+        'origin': [*grid.origin, 0.0],
+        'negate': 0,
+        'occupied_thresh': 0.65,
+        'free_thresh': 0.25,
+    }
+    with whole_file(folder / f'{name}.yaml') as part:
+        part.write_text(yaml.safe_dump(description, sort_keys=False))
+
+
+def write_trajectory(path: Path, stamps_ns: Sequence[int], poses: Array) -> None:
+    """Write poses (n, 4, 4) as lines of time [s], x, y, z [m] and quaternion x, y, z, w."""
+    quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
+    with whole_file(path) as part, part.open('w') as file:
+        for stamp_ns, position, turn in zip(stamps_ns, poses[:, :3, 3], quaternions, strict=True):
+            seconds, rest = divmod(stamp_ns, NS_PER_S)
+            values = ' '.join(f'{value:.6f}' for value in (*position, *turn))
+            file.write(f'{seconds}.{rest:09d} {values}\n')

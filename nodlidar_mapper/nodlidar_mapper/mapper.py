@@ -1,0 +1,228 @@
+"""The method: match each cloud to the map around, extend the map, close loops."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.keyframe import Estimate, Keyframe
+from nodlidar_mapper.matching import FREEDOMS, Match, match
+from nodlidar_mapper.odometer_scale import OdometerScale
+from nodlidar_mapper.pose_graph import distances_from, Edge, optimized
+from nodlidar_mapper.poses import Array, inverse, moved
+from nodlidar_mapper.surface import Surface, surface_of, thinned
+import numpy as np
+
+RECENT = 6  # clouds from which new surfaces are taken
+ODOMETRY_FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
+LOOP_SHARE = 0.6  # of the points that a loop must match
+LOOP_REACH = 1.0  # m
+MAPPED = 0.9  # share of the points; below it, the map is extended
+
+
+class Mapper:
+    """Takes deskewed clouds and odometry; keeps keyframes in a pose graph.
+
+    Attributes
+    ----------
+    keyframes, edges
+        The map.
+    loops
+        Number of loops closed.
+    """
+
+    def __init__(self, config: MapperConfig) -> None:
+        self._config = config
+        self._free = FREEDOMS[config.freedom]
+        self.keyframes: list[Keyframe] = []
+        self.edges: list[Edge] = []
+        self.loops = 0
+        self._scale = OdometerScale()
+        self._pose: Array | None = None  # of the last cloud, in the map
+        self._odometry = np.eye(4)  # its pose by odometry
+        self._covariance = np.diag([1e-6] * 6)
+        self._recent: deque[tuple[Array, Array]] = deque(maxlen=RECENT)
+        self._anchor = 0  # index of the keyframe nearest to the robot along the way
+        self._local = Surface.joined([])
+
+    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Estimate:
+        """Return where a cloud was taken, and extend the map if it shows anything new.
+
+        Parameters
+        ----------
+        stamp_ns
+            Instant of the cloud [ns].
+        points
+            In the cloud's frame [m], shape (n, 3).
+        odometry
+            Pose of the cloud's frame in the frame of odometry at that instant, as a matrix.
+        """
+        points = thinned(points, self._config.point_spacing)
+        guess = self._predicted(odometry)
+        found = self._matched(points, guess)
+        lost = self._lost(found)
+        pose = guess if lost else found.pose
+        self._recent.append((pose, points))
+        if not lost:
+            self._learn(guess, found)
+        self._pose, self._odometry = pose, odometry
+        if not self.keyframes or (not lost and self._is_new(pose)):
+            self._add_keyframe(stamp_ns, pose, points)
+            self._extend(pose)
+            if self._close_loop():
+                self._pose = pose = self.keyframes[-1].pose
+        elif not lost and found.mapped < MAPPED:
+            self._extend(pose)
+        return Estimate(
+            stamp_ns,
+            pose,
+            pose @ inverse(odometry),
+            self._covariance,
+            found.share,
+            found.residual,
+            lost,
+            self._anchor,
+            inverse(self.keyframes[self._anchor].pose) @ pose,
+        )
+
+    def pose_of(self, estimate: Estimate) -> Array:
+        """Return where a cloud was taken, by the map as it is now."""
+        return np.asarray(self.keyframes[estimate.keyframe].pose @ estimate.from_keyframe)
+
+    def _predicted(self, odometry: Array) -> Array:
+        """Return the pose by odometry since the last cloud; the covariance grows."""
+        if self._pose is None:
+            return odometry
+        motion = inverse(self._odometry) @ odometry
+        way = float(np.linalg.norm(motion[:3, 3]))
+        turn = float(np.arccos(np.clip((np.trace(motion[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
+        slip = self._config.odometry_slip
+        shift, rotation = ODOMETRY_FLOOR
+        self._covariance = self._covariance + np.diag(
+            [(shift + slip * way) ** 2] * 3 + [(rotation + slip * (turn + way)) ** 2] * 3
+        )
+        motion[:3, 3] *= self._scale.value
+        return self._pose @ motion
+
+    def _learn(self, guess: Array, found: Match) -> None:
+        """Learn the scale of odometry, and how certain the pose is, from a match."""
+        if self._pose is not None:
+            matched = found.pose[:3, 3] - self._pose[:3, 3]
+            counted = (guess[:3, 3] - self._pose[:3, 3]) / self._scale.value
+            position = self._covariance[:3, :3]
+            self._scale.add(matched, counted, found.information[:3, :3], position)
+        gained = np.linalg.inv(self._covariance) + found.information
+        self._covariance = np.linalg.inv(gained)
+
+    def _matched(self, points: Array, guess: Array) -> Match:
+        if not len(self._local.points):
+            return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
+        prior = np.linalg.inv(self._covariance)
+        return match(points, self._local, guess, prior, self._config)
+
+    def _lost(self, found: Match) -> str:
+        if not self.keyframes:
+            return 'no map yet'
+        if found.share < self._config.least_share:
+            return f'{found.share:.0%} of the points near the map lie on it'
+        return ''
+
+    def _is_new(self, pose: Array) -> bool:
+        """Return whether the robot is away from the nearest keyframe of the map around."""
+        here = np.stack([self.keyframes[i].pose for i in self._near])
+        way = np.linalg.norm(here[:, :3, 3] - pose[:3, 3], axis=1)
+        turned = np.einsum('nij,ij->n', here[:, :3, :3], pose[:3, :3])
+        turn = np.arccos(np.clip((turned - 1.0) / 2.0, -1.0, 1.0))
+        config = self._config
+        measure = way / config.keyframe_distance + turn / config.keyframe_angle
+        nearest = int(np.argmin(measure))
+        if self._near[nearest] != self._anchor:
+            self._anchor = self._near[nearest]
+            self._choose_local(pose)
+        return bool(measure[nearest] > 1.0)
+
+    # The map.
+
+    def _add_keyframe(self, stamp_ns: int, pose: Array, points: Array) -> None:
+        self.keyframes.append(Keyframe(stamp_ns, pose, Surface.joined([]), points))
+        last = len(self.keyframes) - 1
+        if last:
+            relative = inverse(self.keyframes[self._anchor].pose) @ pose
+            self.edges.append(self._edge(self._anchor, last, relative))
+        self._anchor = last
+
+    def _extend(self, pose: Array) -> None:
+        """Add the surfaces that the map does not have yet to the nearest keyframe."""
+        seen = np.concatenate([moved(*each) for each in self._recent])
+        fresh = thinned(seen, self._config.point_spacing)
+        if len(self._local.points):
+            gap, _ = self._local.tree.query(fresh, distance_upper_bound=self._config.point_spacing)
+            fresh = fresh[np.isinf(gap)]
+        surface = surface_of(fresh, np.concatenate([seen, self._local.points]))
+        towards = np.einsum('ni,ni->n', surface.normals, pose[:3, 3] - surface.points) > 0.0
+        surface = Surface(surface.points, np.where(towards[:, None], 1.0, -1.0) * surface.normals)
+        keyframe = self.keyframes[self._anchor]
+        added = surface.moved(inverse(keyframe.pose))
+        keyframe.surface = Surface.joined([keyframe.surface, added])
+        self._choose_local(pose)
+
+    def _edge(self, start: int, end: int, relative: Array) -> Edge:
+        way = float(np.linalg.norm(relative[:3, 3]))
+        shift, turn = 0.004 + 0.005 * way, 0.001 + 0.001 * way
+        return Edge(start, end, relative, np.diag([shift**-2] * 3 + [turn**-2] * 3))
+
+    def _choose_local(self, pose: Array) -> None:
+        """Choose the part of the map around that is near along the way."""
+        self._near = self._around(self._anchor, pose)
+        self._local = self._surface_of(self._near)
+
+    def _around(self, index: int, pose: Array) -> list[int]:
+        poses = np.stack([keyframe.pose for keyframe in self.keyframes])
+        way = distances_from(index, poses, self.edges)
+        near = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1) < self._config.map_radius
+        chosen = np.flatnonzero(near & (way < self._config.loop_distance))
+        return [int(index) for index in chosen]
+
+    def _surface_of(self, indices: Sequence[int]) -> Surface:
+        chosen = [self.keyframes[i] for i in indices]
+        return Surface.joined([each.surface.moved(each.pose) for each in chosen])
+
+    # Loops.
+
+    def _close_loop(self) -> bool:
+        """Match the newest keyframe to the nearest one that is far along the way."""
+        here = self.keyframes[-1]
+        last = len(self.keyframes) - 1
+        poses = np.stack([keyframe.pose for keyframe in self.keyframes])
+        way = distances_from(last, poses, self.edges)
+        distance = np.linalg.norm(poses[:, :3, 3] - here.pose[:3, 3], axis=1)
+        distance[way < self._config.loop_distance] = np.inf
+        nearest = int(np.argmin(distance))
+        if distance[nearest] > self._config.map_radius / 2.0:
+            return False
+        old = self._surface_of(self._around(nearest, here.pose))
+        back = inverse(here.pose)
+        cloud = thinned(
+            np.concatenate([moved(back @ pose, points) for pose, points in self._recent]),
+            self._config.point_spacing,
+        )
+        drift = 0.01 * way[nearest]
+        prior = np.diag([drift**-2] * 3 + [(0.2 * drift) ** -2] * 3)
+        found = match(cloud, old, here.pose, prior, self._config, LOOP_REACH)
+        if found.share < LOOP_SHARE:
+            return False
+        relative = inverse(poses[nearest]) @ found.pose
+        information = found.information / 10.0
+        turn = np.eye(6)
+        turn[:3, :3] = turn[3:, 3:] = poses[nearest][:3, :3].T
+        self.edges.append(Edge(nearest, last, relative, turn @ information @ turn.T))
+        for keyframe, pose in zip(
+            self.keyframes, optimized(poses, self.edges, self._free), strict=True
+        ):
+            keyframe.pose = pose
+        self.loops += 1
+        change = here.pose @ back
+        self._recent = deque(((change @ pose, points) for pose, points in self._recent), RECENT)
+        self._choose_local(here.pose)
+        return True

@@ -1,0 +1,121 @@
+"""Matches a cloud to a surface: point to plane, with odometry as prior.
+
+Gauss-Newton on the distances of points to the planes at their nearest neighbours, with Cauchy
+weights. Directions that no surface shows, as along a corridor, keep the odometry.
+"""
+
+from dataclasses import dataclass
+
+from nodlidar_common.parameters import parameter
+from nodlidar_mapper.poses import Array, change_between, corrected, moved
+from nodlidar_mapper.surface import Surface
+import numpy as np
+
+FREEDOMS = {'planar': [0, 1, 5], 'spatial': [0, 1, 2, 3, 4, 5]}
+ITERATIONS = 20
+CONVERGED = 2e-5  # m, rad
+LEAST_MATCHED = 20
+CORRELATION = 30.0  # points of a cloud err alike: so many count as one
+
+
+@dataclass(frozen=True)
+class MatchingConfig:
+    """Matching."""
+
+    freedom: str = parameter(
+        'planar',
+        'planar: x, y and yaw are estimated, the others are those of odometry; spatial: all six',
+        choices=tuple(FREEDOMS),
+    )
+    range_error: float = parameter(
+        0.01,
+        'Standard deviation of points off their surface',
+        unit='m',
+        minimum=0.001,
+        maximum=1.0,
+    )
+    reach: float = parameter(
+        0.4,
+        'Farthest surface that a point may belong to',
+        unit='m',
+        minimum=0.05,
+        maximum=5.0,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """A cloud matched to a surface.
+
+    Attributes
+    ----------
+    pose
+        Of the cloud's frame, as a matrix.
+    information
+        Inverse covariance of the change from the guess, without the prior, shape (6, 6).
+    mapped
+        Share of the points that are near the surface.
+    share
+        Share of these that lie on it.
+    residual
+        RMS distance of those from it [m].
+    """
+
+    pose: Array
+    information: Array
+    mapped: float
+    share: float
+    residual: float
+
+
+def match(
+    points: Array,
+    surface: Surface,
+    guess: Array,
+    prior: Array,
+    config: MatchingConfig,
+    reach: float | None = None,
+) -> Match:
+    """Return where points (n, 3) [m] fit a surface.
+
+    Parameters
+    ----------
+    points
+        In the cloud's frame.
+    surface
+        In the frame of the map.
+    guess
+        Pose of the cloud's frame that the search starts from.
+    prior
+        Inverse covariance of the guess, shape (6, 6).
+    config
+        Parameters.
+    reach
+        Farthest surface that a point may belong to at first [m]; by default that of the config.
+    """
+    free = FREEDOMS[config.freedom]
+    pose, information = guess, np.zeros((6, 6))
+    mapped = share = residual = 0.0
+    reach = reach or config.reach
+    for _ in range(ITERATIONS):
+        here = moved(pose, points)
+        distance, nearest = surface.tree.query(here, distance_upper_bound=reach)
+        near = np.isfinite(distance)
+        if np.count_nonzero(near) < LEAST_MATCHED:
+            return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
+        on, normal = here[near], surface.normals[nearest[near]]
+        off = np.einsum('ni,ni->n', on - surface.points[nearest[near]], normal)
+        jacobian = np.concatenate([normal, np.cross(on - pose[:3, 3], normal)], axis=1)
+        weight = 1.0 / (config.range_error**2 + (off / 2.0) ** 2) / CORRELATION
+        information = (jacobian.T * weight) @ jacobian
+        pull = -(jacobian.T * weight) @ off - prior @ change_between(guess, pose)
+        step = np.zeros(6)
+        step[free] = np.linalg.solve((information + prior)[np.ix_(free, free)], pull[free])
+        pose = corrected(pose, step)
+        fits = np.abs(off) < 5.0 * config.range_error
+        share, mapped = float(np.mean(fits)), float(np.mean(near))
+        residual = float(np.sqrt(np.mean(off[fits] ** 2))) if fits.any() else np.inf
+        if np.abs(step).max() < CONVERGED:
+            break
+        reach = max(0.7 * reach, config.reach / 2.0)
+    return Match(pose, information, mapped, share, residual)

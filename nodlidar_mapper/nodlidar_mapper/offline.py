@@ -1,0 +1,57 @@
+"""Maps a recorded drive."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_mapper.keyframe import Estimate
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.poses import Array
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+
+def drive_in(bag: Path, config: AssemblerConfig) -> SensorLog:
+    """Return what a bag recorded, with the odometry of the clouds' frame.
+
+    Raises
+    ------
+    BagError
+        If the bag cannot be read, or has no scans, joint states or odometry.
+    """
+    log = read_bag(bag, config.joint_name)
+    odometry = read_odometry(bag, config.odom_frame, config.frame_id)
+    return SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
+
+
+def clouds_of(log: SensorLog, config: AssemblerConfig) -> list[Points]:
+    """Return the deskewed clouds of a drive that have odometry."""
+    clouds, _ = assemble_log(log, Pipeline(config))
+    return clouds
+
+
+def estimates(mapper: Mapper, clouds: Iterable[Points], log: SensorLog) -> list[Estimate]:
+    """Map the clouds of a drive; return where each was taken, as known at that time."""
+    return [
+        mapper.add(cloud.stamp_ns, coordinates(cloud), odometry_at(log, cloud.stamp_ns))
+        for cloud in clouds
+    ]
+
+
+def coordinates(cloud: Points) -> Array:
+    """Return the coordinates of a cloud [m], shape (n, 3)."""
+    return np.stack([cloud.data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
+
+
+def odometry_at(log: SensorLog, stamp_ns: int) -> Array:
+    """Return the pose of the clouds' frame in that of odometry at an instant, as a matrix."""
+    assert log.odometry is not None
+    found = log.odometry.at(np.array([stamp_ns]), AssemblerConfig())
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_quat(found.orientation[0]).as_matrix()
+    pose[:3, 3] = found.position[0]
+    return pose

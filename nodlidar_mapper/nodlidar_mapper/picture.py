@@ -1,0 +1,31 @@
+"""A picture of a map: its grid and the trajectory."""
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from nodlidar_common.whole_file import whole_file
+from nodlidar_mapper.grid import FREE, Grid, OCCUPIED
+from nodlidar_mapper.poses import Array
+import numpy as np
+
+COLOURS = {FREE: 1.0, OCCUPIED: 0.0}
+UNKNOWN_COLOUR = 0.8
+
+
+def write_picture(path: Path, grid: Grid, poses: Array) -> None:
+    """Draw a grid and the poses (n, 4, 4) of a trajectory in it."""
+    shade = np.full(grid.cells.shape, UNKNOWN_COLOUR)
+    for value, colour in COLOURS.items():
+        shade[grid.cells == value] = colour
+    x, y = grid.origin
+    rows, columns = grid.cells.shape
+    extent = (x, x + columns * grid.resolution, y, y + rows * grid.resolution)
+    figure = Figure(figsize=(8.0, 8.0 * rows / columns + 0.6), layout='constrained')
+    axes = figure.subplots()
+    axes.imshow(shade, cmap='gray', origin='lower', extent=extent, vmin=0.0, vmax=1.0)
+    axes.plot(*poses[:, :2, 3].T, color='tab:red', linewidth=1.0, label='trajectory')
+    axes.plot(*poses[0, :2, 3], 'o', color='tab:red', label='start')
+    axes.set(xlabel='x [m]', ylabel='y [m]', aspect='equal')
+    axes.legend(loc='upper right')
+    with whole_file(path) as part:
+        figure.savefig(part, dpi=120)

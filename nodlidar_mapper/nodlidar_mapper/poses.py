@@ -1,0 +1,55 @@
+"""Poses in space as homogeneous matrices, shape (..., 4, 4)."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+
+def inverse(pose: Array) -> Array:
+    """Return the inverses of poses."""
+    back = np.zeros_like(pose)
+    turned = np.swapaxes(pose[..., :3, :3], -1, -2)
+    back[..., :3, :3] = turned
+    back[..., :3, 3] = -(turned @ pose[..., :3, 3, None])[..., 0]
+    back[..., 3, 3] = 1.0
+    return back
+
+
+def moved(pose: Array, points: Array) -> Array:
+    """Return points (n, 3) of the frame with a pose in its parent frame."""
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+
+def corrected(pose: Array, change: Array) -> Array:
+    """Return poses after small changes (x, y, z, and turns about these axes), shape (..., 6).
+
+    The position is shifted; the orientation turns about the position. All in the parent frame.
+    """
+    result = pose.copy()
+    turns = np.reshape(change[..., 3:], (-1, 3))
+    turned = Rotation.from_rotvec(turns).as_matrix().reshape(*change.shape[:-1], 3, 3)
+    result[..., :3, :3] = turned @ pose[..., :3, :3]
+    result[..., :3, 3] += change[..., :3]
+    return result
+
+
+def change_between(start: Array, end: Array) -> Array:
+    """Return the change (..., 6) by which `corrected` makes one pose of another."""
+    turns = (end[..., :3, :3] @ np.swapaxes(start[..., :3, :3], -1, -2)).reshape(-1, 3, 3)
+    turns = Rotation.from_matrix(turns).as_rotvec().reshape(*end.shape[:-2], 3)
+    return np.concatenate([end[..., :3, 3] - start[..., :3, 3], turns], axis=-1)
+
+
+def planar(x: float, y: float, yaw: float) -> Array:
+    """Return the pose of a frame in the plane z = 0."""
+    pose = np.eye(4)
+    pose[:2, 3] = x, y
+    pose[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    return pose
+
+
+def yaw_of(pose: Array) -> float:
+    """Return the heading of a pose [rad]."""
+    return float(np.arctan2(pose[1, 0], pose[0, 0]))

@@ -1,0 +1,41 @@
+"""Who walked by is not on the map; what stands is."""
+
+from nodlidar_mapper.keyframe import Keyframe
+from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.poses import planar
+from nodlidar_mapper.surface import Surface
+import numpy as np
+
+ANGLES = np.radians(np.arange(-40.0, 40.0, 0.5))
+SLOPES = np.arange(-0.25, 0.25, 0.02)
+
+
+def seen_from(x, person_at=None):
+    """Return a keyframe at x that sees a wall at x = 4 m, and a person before it."""
+    grid = np.stack(np.meshgrid(ANGLES, SLOPES), axis=-1).reshape(-1, 2)
+    far = np.full(len(grid), 4.0 - x)
+    hidden = np.zeros(len(grid), dtype=bool)
+    if person_at is not None:
+        hidden = np.abs(np.tan(grid[:, 0])) * (person_at - x) < 0.25
+        hidden &= np.abs(grid[:, 1]) < 0.1
+        far = np.where(hidden, person_at - x, far)
+    points = np.stack([far, far * np.tan(grid[:, 0]), far * grid[:, 1]], axis=1)
+    surface = Surface(points, np.tile([-1.0, 0.0, 0.0], (len(points), 1)))
+    return Keyframe(0, planar(x, 0.0, 0.0), surface, points)
+
+
+def test_a_person_goes_and_the_wall_stays():
+    keyframes = [seen_from(0.0, 2.0), seen_from(0.2), seen_from(0.4), seen_from(0.6)]
+    x = lasting_surface(keyframes).points[:, 0]
+    assert (np.abs(x - 4.0) < 1e-9).all()
+    everything = sum(len(each.points) for each in keyframes)
+    on_wall = sum((np.abs(k.points[:, 0] + k.pose[0, 3] - 4.0) < 1e-9).sum() for k in keyframes)
+    assert len(x) == on_wall < everything
+
+
+def test_what_stands_before_a_wall_stays():
+    keyframes = [seen_from(x, 2.0) for x in (0.0, 0.2, 0.4, 0.6)]
+    kept = lasting_surface(keyframes).points
+    person = np.abs(kept[:, 0] - 2.0) < 1e-9
+    everything = sum((np.abs(k.points[:, 0] + k.pose[0, 3] - 2.0) < 1e-9).sum() for k in keyframes)
+    assert person.sum() > 0.95 * everything

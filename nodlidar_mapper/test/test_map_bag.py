@@ -1,0 +1,89 @@
+"""The command map_bag: its files, read by other programs' formats, and its errors."""
+
+from matplotlib.image import imread
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_mapper.map_bag import main
+from nodlidar_mapper.poses import inverse, planar
+from nodlidar_sim.bag import write_bag
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
+import numpy as np
+from plyfile import PlyData
+import pytest
+import yaml
+
+START_NS = 10**18
+
+
+@pytest.fixture(scope='module')
+def recording():
+    nod = NodTrajectory(-0.6136, 0.6136, 7547 / 10240, 7547, START_NS)
+    return simulate(load_scene('room', 'turn'), nod, 9.0, 1, start_ns=START_NS)
+
+
+@pytest.fixture(scope='module')
+def output(recording, tmp_path_factory):
+    folder = tmp_path_factory.mktemp('mapped')
+    write_bag(recording, folder / 'bag')
+    assert main([str(folder / 'bag'), str(folder / 'out')]) == 0
+    return folder / 'out'
+
+
+def test_the_picture_of_the_grid_is_as_its_yaml_file_says(output):
+    said = yaml.safe_load((output / 'map.yaml').read_text())
+    assert set(said) >= {'image', 'resolution', 'origin', 'negate', 'occupied_thresh'}
+    grey = imread(output / said['image'])
+    assert set(np.unique(grey)) == {0, 205, 254}
+    height, width = grey.shape
+    x, y, _ = said['origin']
+    column, row = int(-x / said['resolution']), height - 1 - int(-y / said['resolution'])
+    assert grey[row, column] == 254  # where the robot stands
+    assert 6.0 < width * said['resolution'] < 9.5  # the room is 6.4 m long
+
+
+def test_points_are_on_the_walls(output):
+    vertices = PlyData.read(output / 'map.ply')['vertex']
+    normals = np.stack([vertices[axis] for axis in ('nx', 'ny', 'nz')], axis=1)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-5)
+    upright = np.abs(normals[:, 0]) > 0.99
+    ahead = upright & (vertices['x'] > 2.5) & (np.abs(vertices['y']) < 2.0)
+    assert ahead.sum() > 20
+    assert abs(np.median(vertices['x'][ahead]) - 3.2) < 0.05
+
+
+def test_the_trajectory_is_the_robot_s(output, recording):
+    lines = np.loadtxt(output / 'trajectory.txt')
+    stamps = [line.split()[0] for line in (output / 'trajectory.txt').read_text().splitlines()]
+    assert all(len(stamp.split('.')[1]) == 9 for stamp in stamps)
+    assert (np.diff(lines[:, 0]) > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(lines[:, 4:], axis=1), 1.0, atol=1e-5)
+    yaw = 2.0 * np.arctan2(lines[:, 6], lines[:, 7])
+    seconds = [int(stamp.replace('.', '')) - START_NS for stamp in stamps]
+    true = np.interp(
+        seconds, recording.odometry_stamp_ns - START_NS, np.unwrap(recording.true_pose[:, 2])
+    )
+    off = [planar(0, 0, a) @ inverse(planar(0, 0, b)) for a, b in zip(yaw, true, strict=True)]
+    assert max(abs(each[1, 0]) for each in off) < 0.01
+    assert (output / 'map.png').stat().st_size > 10_000
+
+
+def test_parameters_come_from_a_file(output, tmp_path):
+    given = {'mapper': {'ros__parameters': {'resolution': 0.1, 'freedom': 'spatial'}}}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
+    bag = str(output.parent / 'bag')
+    assert main([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 0
+    assert yaml.safe_load((tmp_path / 'out' / 'map.yaml').read_text())['resolution'] == 0.1
+
+
+@pytest.mark.parametrize(('name', 'value'), [('resolution', 0.0), ('freedom', 'flat')])
+def test_what_is_not_allowed_is_named(output, tmp_path, capsys, name, value):
+    given = {'mapper': {'ros__parameters': {name: value}}}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
+    bag = str(output.parent / 'bag')
+    assert main([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 2
+    assert name in capsys.readouterr().err
+
+
+def test_a_missing_bag_is_one_line(tmp_path, capsys):
+    assert main([str(tmp_path / 'none'), str(tmp_path / 'out')]) == 1
+    assert len(capsys.readouterr().err.splitlines()) == 1

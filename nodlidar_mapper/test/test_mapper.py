@@ -1,0 +1,135 @@
+"""Maps of simulated drives with real devices and errors of odometry, against the truth."""
+
+from dataclasses import replace
+
+from nodlidar_assembler.profiles import PROFILES
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.grid import FREE, grid_of, GridConfig, OCCUPIED
+from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.offline import clouds_of, coordinates, estimates, odometry_at
+from nodlidar_mapper.poses import inverse, moved, planar
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
+import numpy as np
+import pytest
+
+START_NS = 10**18
+CONFIG = PROFILES['slam']
+DURATION = 26.0  # both circles of the figure of eight
+
+
+@pytest.fixture(scope='module')
+def recording():
+    scene = load_scene('room', 'figure_of_eight')
+    effects = replace(scene.effects, odometry_error=0.004, wheel_slip=0.02)
+    n_s = CONFIG.samples_per_sweep
+    nod = NodTrajectory(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, START_NS)
+    return simulate(replace(scene, effects=effects), nod, DURATION, 3, start_ns=START_NS)
+
+
+@pytest.fixture(scope='module')
+def log(recording):
+    return replace(simulated_log(recording), odometry=simulated_odometry(recording))
+
+
+@pytest.fixture(scope='module')
+def drive(log):
+    mapper = Mapper(MapperConfig())
+    return mapper, estimates(mapper, clouds_of(log, CONFIG), log)
+
+
+def truth_at(recording, stamp_ns):
+    since = recording.odometry_stamp_ns - START_NS
+    pose = [
+        np.interp(stamp_ns - START_NS, since, np.unwrap(each)) for each in recording.true_pose.T
+    ]
+    return planar(*pose) @ np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1.0], [0, 0, 0, 1]])
+
+
+def errors(recording, found, poses):
+    """Return the distances of poses from the true ones, aligned at the first one [m]."""
+    truth = np.stack([truth_at(recording, each.stamp_ns) for each in found])
+    aligned = truth[0] @ inverse(poses[0]) @ np.stack(poses)
+    return np.linalg.norm((aligned - truth)[:, :3, 3], axis=1)
+
+
+def test_the_way_is_known_much_better_than_by_odometry(recording, drive, log):
+    mapper, found = drive
+    by_map = errors(recording, found, [mapper.pose_of(each) for each in found])
+    by_odometry = errors(recording, found, [odometry_at(log, each.stamp_ns) for each in found])
+    assert np.sqrt(np.mean(by_map**2)) < 0.012
+    assert by_map.max() < 0.1 * by_odometry.max()
+    assert not any(each.lost for each in found[1:])
+
+
+def test_the_pose_in_the_map_is_that_of_odometry_moved(drive, log):
+    for each in drive[1]:
+        moved_on = each.map_from_odometry @ odometry_at(log, each.stamp_ns)
+        np.testing.assert_allclose(moved_on, each.pose, atol=1e-9)
+
+
+def test_the_map_lies_on_the_room(recording, drive):
+    mapper, found = drive
+    surface = lasting_surface(mapper.keyframes)
+    back = truth_at(recording, found[0].stamp_ns) @ inverse(mapper.pose_of(found[0]))
+    points = moved(back, surface.points)
+    stamps = np.full(len(points), START_NS)
+    distance = recording.world.surface_distance_in_world(points, stamps)
+    assert np.sqrt(np.mean(distance**2)) < 0.025
+    assert len(points) > 3000
+
+
+def test_the_map_does_not_grow_where_all_was_seen(drive, log):
+    mapper, found = drive
+    before = len(mapper.keyframes), sum(len(each.surface.points) for each in mapper.keyframes)
+    again = Mapper(MapperConfig())
+    estimates(again, clouds_of(log, CONFIG), log)
+    last = odometry_at(log, found[-1].stamp_ns)
+    cloud = coordinates(clouds_of(log, CONFIG)[-1])
+    for _ in range(30):
+        again.add(found[-1].stamp_ns, cloud, last)
+    after = len(again.keyframes), sum(len(each.surface.points) for each in again.keyframes)
+    assert after[0] <= before[0] + 1
+    assert after[1] < 1.1 * before[1]
+
+
+def test_clouds_of_another_place_are_not_believed(log):
+    clouds, mapper = clouds_of(log, CONFIG), Mapper(MapperConfig())
+    for cloud in clouds[:15]:
+        good = mapper.add(cloud.stamp_ns, coordinates(cloud), odometry_at(log, cloud.stamp_ns))
+    keyframes = len(mapper.keyframes)
+    noise = np.random.default_rng(1).uniform(-3.0, 3.0, (3000, 3))
+    for cloud in clouds[15:18]:
+        odometry = odometry_at(log, cloud.stamp_ns)
+        bad = mapper.add(cloud.stamp_ns, noise, odometry)
+        assert 'lie on it' in bad.lost
+        np.testing.assert_allclose(bad.map_from_odometry, good.map_from_odometry, atol=0.02)
+    assert len(mapper.keyframes) == keyframes
+    cloud = clouds[18]
+    assert not mapper.add(
+        cloud.stamp_ns, coordinates(cloud), odometry_at(log, cloud.stamp_ns)
+    ).lost
+
+
+def test_the_grid_is_free_along_the_way_and_occupied_at_the_walls(recording, drive):
+    mapper, found = drive
+    surface = lasting_surface(mapper.keyframes)
+    grid = grid_of(surface, mapper.keyframes, GridConfig())
+
+    def cell(x, y):
+        column, row = np.floor((np.array([x, y]) - grid.origin) / grid.resolution).astype(int)
+        return grid.cells[row, column]
+
+    for each in found:
+        assert cell(*mapper.pose_of(each)[:2, 3]) == FREE
+    to_map = mapper.pose_of(found[0]) @ inverse(truth_at(recording, found[0].stamp_ns))
+    walls = [(3.2, y, 1.0) for y in np.arange(-2.0, 2.0, 0.1)]
+    walls += [(x, -2.8, 1.0) for x in np.arange(-2.0, 2.0, 0.1)]
+    seen = [
+        any(cell(x + dx, y + dy) == OCCUPIED for dx in (-0.05, 0, 0.05) for dy in (-0.05, 0, 0.05))
+        for x, y, _ in moved(to_map, np.array(walls))
+    ]
+    assert np.mean(seen) > 0.8

@@ -1,0 +1,78 @@
+"""Clouds matched to surfaces whose true pose is known."""
+
+import math
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodlidar_mapper.matching import match, MatchingConfig
+from nodlidar_mapper.poses import corrected, inverse, moved, planar
+from nodlidar_mapper.surface import Surface
+import numpy as np
+
+WEAK = np.diag([1.0] * 6)
+RNG = np.random.default_rng(1)
+
+
+def wall(point, normal, span, up=2.5, count=1500):
+    """Return random points on an upright wall from a point, along a span, facing a normal."""
+    along, height = RNG.uniform(0.0, 1.0, (count, 1)), RNG.uniform(0.0, up, (count, 1))
+    points = np.array([*point, 0.0]) + along * [*span, 0.0] + height * [0.0, 0.0, 1.0]
+    return Surface(points, np.tile([*normal, 0.0], (count, 1)).astype(float))
+
+
+ROOM = Surface.joined(
+    [
+        wall((-2.0, 2.0), (0, -1), (5.0, 0.0)),
+        wall((-2.0, -1.5), (0, 1), (5.0, 0.0)),
+        wall((3.0, -1.5), (-1, 0), (0.0, 3.5)),
+        wall((-2.0, -1.5), (1, 0), (0.0, 3.5)),
+        Surface(
+            RNG.uniform([-2, -1.5, 0], [3, 2, 0], (1500, 3)), np.tile([0.0, 0.0, 1.0], (1500, 1))
+        ),
+    ]
+)
+CORRIDOR = Surface.joined(
+    [wall((-20.0, side), (0, -side), (40.0, 0.0), count=20_000) for side in (1.0, -1.0)]
+)
+
+shifts = st.floats(-0.1, 0.1)
+
+
+@settings(max_examples=25, deadline=None)
+@given(shifts, shifts, st.floats(-0.05, 0.05), st.floats(-math.pi, math.pi))
+def test_a_cloud_is_found_from_nearby(dx, dy, turn, yaw):
+    pose = planar(0.4, 0.1, yaw)
+    cloud = moved(inverse(pose), ROOM.points[::3])
+    guess = corrected(pose, np.array([dx, dy, 0.0, 0.0, 0.0, turn]))
+    found = match(cloud, ROOM, guess, WEAK, MatchingConfig())
+    np.testing.assert_allclose(found.pose, pose, atol=2e-4)
+    assert found.share > 0.99
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.tuples(*[st.floats(-0.04, 0.04)] * 6))
+def test_all_six_coordinates_are_found_if_they_are_free(change):
+    pose = planar(0.4, 0.1, 0.3)
+    cloud = moved(inverse(pose), ROOM.points[::3])
+    guess = corrected(pose, np.array(change))
+    found = match(cloud, ROOM, guess, WEAK, MatchingConfig(freedom='spatial'))
+    np.testing.assert_allclose(found.pose, pose, atol=5e-4)
+    kept = match(cloud, ROOM, guess, WEAK, MatchingConfig()).pose
+    np.testing.assert_allclose(kept[2, 3], guess[2, 3])
+
+
+def test_along_a_corridor_the_position_stays_that_of_odometry():
+    cloud = CORRIDOR.points[np.abs(CORRIDOR.points[:, 0]) < 5.0]
+    guess = planar(0.3, 0.05, 0.02)
+    found = match(cloud, CORRIDOR, guess, np.diag([1e4] * 6), MatchingConfig())
+    assert abs(found.pose[0, 3] - 0.3) < 0.02
+    assert abs(found.pose[1, 3]) < 1e-3
+    assert found.information[0, 0] < 1e-3 * found.information[1, 1]
+
+
+def test_a_cloud_of_somewhere_else_does_not_fit():
+    cloud = RNG.uniform(-3.0, 3.0, (2000, 3))
+    assert match(cloud, ROOM, planar(0, 0, 0), WEAK, MatchingConfig()).share < 0.4
+    far = match(cloud + 100.0, ROOM, planar(0, 0, 0), WEAK, MatchingConfig())
+    assert far.share == 0.0
+    np.testing.assert_array_equal(far.pose, planar(0, 0, 0))

@@ -1,0 +1,81 @@
+"""Poses of a graph, against the poses that its edges were made of, and brute-force ways."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodlidar_mapper.matching import FREEDOMS
+from nodlidar_mapper.pose_graph import distances_from, Edge, optimized
+from nodlidar_mapper.poses import change_between, corrected, inverse, planar
+import numpy as np
+
+CERTAIN = np.diag([1e4] * 3 + [1e6] * 3)
+
+
+def ring(count, radius=5.0):
+    """Return poses around a circle, each looking along it."""
+    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    return np.stack(
+        [planar(radius * np.cos(a), radius * np.sin(a), a + np.pi / 2) for a in angles]
+    )
+
+
+def edges_of(poses, pairs):
+    return [Edge(i, j, inverse(poses[i]) @ poses[j], CERTAIN) for i, j in pairs]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(3, 30), st.integers(0, 99), st.sampled_from(['planar', 'spatial']))
+def test_exact_edges_give_the_exact_poses_back(count, seed, freedom):
+    truth, free = ring(count), FREEDOMS[freedom]
+    change = np.zeros((count, 6))
+    change[1:, free] = np.random.default_rng(seed).normal(0.0, 0.05, (count - 1, len(free)))
+    pairs = [(k, k + 1) for k in range(count - 1)] + [(count - 1, 0)]
+    found = optimized(corrected(truth, change), edges_of(truth, pairs), free)
+    np.testing.assert_allclose(found, truth, atol=1e-4)
+
+
+def test_a_closed_loop_spreads_the_drift():
+    truth = ring(40)
+    edges = edges_of(truth, [(k, k + 1) for k in range(39)])
+    drift = planar(0.01, 0.0, 0.004)
+    drifting = [Edge(e.start, e.end, e.relative @ drift, e.information) for e in edges]
+    poses = [truth[0]]
+    for edge in drifting:
+        poses.append(poses[-1] @ edge.relative)
+    poses = np.stack(poses)
+    closed = optimized(poses, [*drifting, *edges_of(truth, [(39, 0)])], FREEDOMS['planar'])
+    before, after = (
+        np.linalg.norm((each - truth)[:, :2, 3], axis=1).max() for each in (poses, closed)
+    )
+    assert after < 0.35 * before
+
+
+def test_an_edge_far_off_counts_less_than_by_its_square():
+    truth = ring(20)
+    edges = edges_of(truth, [(k, k + 1) for k in range(19)])
+    wrong = Edge(0, 10, inverse(truth[0]) @ truth[10] @ planar(0.5, 0, 0), CERTAIN)
+    found = optimized(truth, [*edges, *edges_of(truth, [(0, 10), (2, 12)]), wrong], [0, 1, 5])
+    assert np.linalg.norm((found - truth)[:, :2, 3], axis=1).max() < 0.17  # a third of it
+
+
+@given(st.integers(2, 7), st.data())
+def test_distances_are_the_shortest_of_all_ways(count, data):
+    poses = ring(count)
+    pairs = [(k, k + 1) for k in range(count - 1)]
+    extra = st.tuples(st.integers(0, count - 1), st.integers(0, count - 1))
+    pairs += [pair for pair in data.draw(st.lists(extra, max_size=4)) if pair[0] < pair[1] - 1]
+    pairs = sorted(set(pairs))
+    length = np.full((count, count), np.inf)
+    np.fill_diagonal(length, 0.0)
+    for i, j in pairs:
+        length[i, j] = length[j, i] = np.linalg.norm((poses[i] - poses[j])[:3, 3])
+    for k in range(count):  # Floyd and Warshall
+        length = np.minimum(length, length[:, k, None] + length[None, k])
+    found = distances_from(0, poses, edges_of(poses, pairs))
+    np.testing.assert_allclose(found, length[0], atol=0.01)
+
+
+@given(st.tuples(*[st.floats(-0.5, 0.5)] * 6))
+def test_a_change_between_poses_makes_one_of_the_other(change):
+    start = planar(1.0, -2.0, 0.7)
+    end = corrected(start, np.array(change))
+    np.testing.assert_allclose(change_between(start, end), change, atol=1e-9)
