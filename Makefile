@@ -18,7 +18,7 @@ demo: build              ## scan the simulated room for 20 s; leaves cloud.ply, 
 	@$(ACTIVATE) && ros2 run nodlidar_demo demo $(DEMO_ARGS)
 
 test: build lint         ## run every test
-	@$(ACTIVATE) && python -m pytest $(PYTEST_ARGS)
+	@$(ACTIVATE) && python -m pytest --numprocesses 2 --dist loadgroup $(PYTEST_ARGS)
 
 lint: .venv/ready-$(ROS)        ## ruff and mypy
 	@$(ACTIVATE) && python -m ruff check . && python -m mypy

@@ -1,12 +1,31 @@
-"""Every test run talks on a domain of its own, and only on this machine."""
+"""Every test run talks on a domain of its own, and only on this machine.
+
+In `make test`, tests that start nodes run one after the other, and beside them all others.
+"""
 
 import itertools
 import os
+from pathlib import Path
+import re
 
 import pytest
 
 # The underlay's tests are of the underlay, which a sourced ROS takes the place of.
 collect_ignore = [] if os.environ.get('NODLIDAR_UNDERLAY') else ['underlay']
+
+STARTS_NODES = re.compile(r'rclpy|node_bench|launched|subprocess|LaunchedSensor')
+
+
+def pytest_collection_modifyitems(config, items):
+    """Keep the tests of a file together, and all tests that start nodes: they are about time."""
+    if not config.pluginmanager.hasplugin('xdist'):
+        return
+    groups = {}
+    for item in items:
+        if item.path not in groups:
+            starts_nodes = STARTS_NODES.search(Path(item.path).read_text())
+            groups[item.path] = 'nodes' if starts_nodes else str(item.path)
+        item.add_marker(pytest.mark.xdist_group(groups[item.path]))
 
 
 @pytest.fixture(autouse=True, scope='session')

@@ -1,5 +1,7 @@
 """What limits that follow the range are good for, against two nods with fixed limits."""
 
+from functools import cache
+
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
@@ -9,9 +11,13 @@ from bench.pitch_compensation import ARMS, drive, DRIVES, of_finest_grid, repeat
 FRAMES = 300
 
 
-@pytest.fixture(scope='module', params=DRIVES, ids=lambda each: each[0])
+@pytest.fixture(params=DRIVES, ids=lambda each: each[0])
 def arms(request):
-    name, start, end = request.param
+    return arms_of(*request.param)
+
+
+@cache
+def arms_of(name, start, end):
     return [drive(load_scene(name, ideal=True), start, end, arm, FRAMES) for arm in ARMS]
 
 

@@ -65,7 +65,7 @@ def rows(table):
     [
         (['--duration', 'nan'], 2, "'--duration' must be above 0 and at most 3600 s, but is nan"),
         (['--duration', '0'], 2, 'but is 0.0'),
-        (['--scene', 'moon'], 2, "'scene' must be one of corner"),
+        (['--scene', 'moon'], 2, "'scene' must be one of building, corner"),
         (['--durat', '3'], 2, '--durat'),
         (['--output', '/dev/null/results'], 1, "Not a directory: '/dev/null/results'"),
     ],
