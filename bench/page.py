@@ -11,6 +11,7 @@ PAGES = tuple(
         'nodlidar_servo/README.md',
         'docs/error_budget.md',
         'docs/faults.md',
+        'docs/mapping.md',
         'docs/moving_robot.md',
         'docs/tradeoffs.md',
         'docs/nod_schedules.md',
