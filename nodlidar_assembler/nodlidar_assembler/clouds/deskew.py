@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.ego_motion import rotated
+from nodlidar_assembler.clouds.ego_motion import Poses, rotated
 import numpy as np
+from numpy.typing import NDArray
 
 DESKEW_INSTANTS = {'last': -1, 'first': 0}
 
@@ -12,8 +13,7 @@ DESKEW_INSTANTS = {'last': -1, 'first': 0}
 def deskewed(points: Points, instant: str = 'last') -> Points:
     """Return points in nodlidar_base_link as of the instant of one of them, stamped with it.
 
-    A point p, seen from the pose (R, t) in the frame of odometry, is at R_0^T (R p + t - t_0) in
-    the base frame of the pose (R_0, t_0). Points without poses are returned as they are.
+    Points without poses are returned as they are; see `as_of`.
 
     Parameters
     ----------
@@ -25,10 +25,19 @@ def deskewed(points: Points, instant: str = 'last') -> Points:
     if points.poses is None:
         return points
     k = DESKEW_INSTANTS[instant]
-    then = points.poses.position[k], points.poses.orientation[k]
     data = points.data.copy()
     xyz = np.stack([data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
-    moved = points.poses.to_parent(xyz, then[0])
-    back = np.broadcast_to(then[1] * (-1.0, -1.0, -1.0, 1.0), points.poses.orientation.shape)
-    data['x'], data['y'], data['z'] = rotated(back, moved).T
+    data['x'], data['y'], data['z'] = as_of(xyz, points.poses, k).T
     return replace(points, data=data, poses=None, stamp_ns=int(points.time_ns[k]))
+
+
+def as_of(xyz: NDArray[np.float64], poses: Poses, k: int = -1) -> NDArray[np.float64]:
+    """Return points (n, 3) [m], each in the frame of its own pose, in the frame of pose k.
+
+    A point p, seen from the pose (R, t) in the frame of odometry, is at R_0^T (R p + t - t_0) in
+    the base frame of the pose (R_0, t_0).
+    """
+    position, orientation = poses.position[k], poses.orientation[k]
+    moved = rotated(poses.orientation, xyz) + (poses.position - position)
+    back = np.broadcast_to(orientation * (-1.0, -1.0, -1.0, 1.0), poses.orientation.shape)
+    return rotated(back, moved)

@@ -85,6 +85,9 @@ class Assembled:
         Clouds that this scan completed.
     in_odometry
         Whether its points are in the frame of odometry, else in nodlidar_base_link.
+    poses
+        Poses of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,);
+        None without compensation.
     """
 
     scan: Scan
@@ -94,6 +97,7 @@ class Assembled:
     odometry: Odometry | None
     clouds: list[Points]
     in_odometry: bool = False
+    poses: Poses | None = None
 
 
 class Pipeline:
@@ -169,7 +173,7 @@ class Pipeline:
         points = self._points(scan, placed, beams, poses)
         in_odometry = poses is not None and not self._deskews
         clouds = self._gathered(points)
-        return Assembled(scan, beams, pitch, placed, odometry, clouds, in_odometry)
+        return Assembled(scan, beams, pitch, placed, odometry, clouds, in_odometry, poses)
 
     def _points(self, scan: Scan, placed: Placed, beams: Beams, poses: Poses | None) -> Points:
         given = placed, beams, scan.stamp_ns, scan.intensities

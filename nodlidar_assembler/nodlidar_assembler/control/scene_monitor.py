@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
 from nodlidar_assembler.clouds.geometry import MountConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled
@@ -28,7 +29,7 @@ AHEAD = np.array([[1.0, 0.0, 0.0]])
 
 
 @dataclass(frozen=True)
-class SceneMonitorConfig(OdometryConfig, MountConfig, NodConfig):
+class SceneMonitorConfig(OdometryConfig, MountConfig, BandConfig, NodConfig):
     """Adaptive limits and observed coverage."""
 
     adapt_limits: bool = parameter(
@@ -36,27 +37,6 @@ class SceneMonitorConfig(OdometryConfig, MountConfig, NodConfig):
         'Let the limits of the nod follow the median range ahead, so that a band of heights stays '
         'covered; never beyond pitch_min and pitch_max',
         live=True,
-    )
-    band_bottom: float = parameter(
-        0.1,
-        'Lower end of the band of heights above the floor; lower points do not count',
-        unit='m',
-        minimum=-100.0,
-        maximum=100.0,
-    )
-    band_top: float = parameter(
-        2.0,
-        'Upper end of the band of heights',
-        unit='m',
-        minimum=-100.0,
-        maximum=100.0,
-    )
-    sensor_height: float = parameter(
-        1.08,
-        'Height of the optical centre above the floor at pitch 0',
-        unit='m',
-        minimum=-100.0,
-        maximum=100.0,
     )
     limits_rate: float = parameter(
         1.0,
@@ -73,12 +53,6 @@ class SceneMonitorConfig(OdometryConfig, MountConfig, NodConfig):
         minimum=0.0,
         maximum=600.0,
     )
-
-    def check_together(self) -> None:
-        """Raise ParameterError for a band of heights without a height."""
-        if self.band_top <= self.band_bottom:
-            limit = f'above band_bottom = {self.band_bottom} m'
-            raise ParameterError('band_top', limit, self.band_top)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

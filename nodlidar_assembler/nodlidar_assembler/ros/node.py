@@ -15,6 +15,7 @@ from nodlidar_assembler.ros.coverage_report import CoverageReport
 from nodlidar_assembler.ros.diagnosis import Diagnosis
 from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_assembler.ros.input import Input
+from nodlidar_assembler.ros.level_scan_message import LevelScanPublisher
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_assembler.scan_assembler import Outcome
@@ -50,6 +51,9 @@ class Assembler(Node):
             QoSProfile(depth=10),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
+        self._level_scan: LevelScanPublisher | None = None
+        if self.config.level_scan != 'off':
+            self._level_scan = LevelScanPublisher(self, self.config)
         self._subscribe()
         if self.config.coverage_window > 0.0:
             CoverageReport(
@@ -116,6 +120,8 @@ class Assembler(Node):
         if self.odometry is not None:
             self.odometry.restart()
         self._scene_monitor.restart()
+        if self._level_scan is not None:
+            self._level_scan.scanner.restart()
         if self._nod is not None:
             self._nod.clock_was_set(step_ns)
 
@@ -138,6 +144,8 @@ class Assembler(Node):
         for cloud in assembled.clouds:
             self._clouds.publish(cloud_message(cloud, self._frame_id(assembled, cloud)))
             self.diagnosis.cloud_published(self._host_clock.now_ns(), cloud)
+        if self._level_scan is not None:
+            self._level_scan.add(assembled)
         self._adapt(assembled, outcome.odometry)
 
     def _frame_id(self, assembled: Assembled, cloud: Points) -> str:

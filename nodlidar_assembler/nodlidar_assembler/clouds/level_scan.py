@@ -1,0 +1,124 @@
+"""A level scan of the last sweep: per azimuth, the nearest range in a band of heights.
+
+Every beam crosses the band of heights on one segment, from where it enters the band to where it
+leaves it or ends. A segment that ends at a surface in the band is a hit. A segment that crosses
+the circle of level_scan_range has seen that azimuth free. All are as of one instant: where the
+robot, by odometry, would have seen them from its pose at that instant.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+from nodlidar_assembler.clouds.band_segments import Segments, segments_in_band
+from nodlidar_assembler.clouds.level_ranges import LevelScanConfig, ranges_of
+from nodlidar_assembler.clouds.pipeline import Assembled, LONGEST_SWEEP
+from nodlidar_assembler.clouds.reversals import ReversalFinder, TIME_JUMP_NS
+from nodlidar_assembler.clouds.sweeps import MOST_SCANS
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+# Of every so many beams, the pitch is searched for reversals: 11 per scan of a URG-04LX.
+_THINNED = 64
+# A beam that returns nothing is followed for so many times level_scan_range, or to range_max.
+_REACH = 10.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LevelScan:
+    """Ranges by azimuth as of one instant.
+
+    Attributes
+    ----------
+    stamp_ns
+        That instant: of the last beam [ns].
+    duration
+        Of the sweep [s].
+    ranges
+        Distances from the nod axis in the plane [m], shape (level_scan_beams,); +inf where the
+        band was seen to be free up to level_scan_range, NaN where it was not seen.
+    """
+
+    stamp_ns: int
+    duration: float
+    ranges: NDArray[np.float32]
+
+
+class LevelScanner:
+    """Keeps the beams of the last sweep and makes level scans of them.
+
+    Parameters
+    ----------
+    config
+        Band of heights, and shape of the level scan.
+    """
+
+    def __init__(self, config: LevelScanConfig) -> None:
+        self._config = config
+        floor = config.sensor_height - config.laser_xyz[2]
+        self._band = config.band_bottom - floor, config.band_top - floor
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all beams, as after the clock was set."""
+        self._reversals = ReversalFinder()
+        self._scans: deque[Segments] = deque(maxlen=MOST_SCANS)
+        self._last_reversal_ns: int | None = None
+        self._sweep_ns = 0
+        self._newest_ns = 0
+
+    def add(self, assembled: Assembled) -> list[LevelScan]:
+        """Add a scan, if it is newer; return the level scans that it completes."""
+        scan, beams = assembled.scan, assembled.beams
+        if scan.stamp_ns < self._newest_ns - TIME_JUMP_NS:
+            self.restart()
+        if scan.stamp_ns <= self._newest_ns and self._scans:
+            return []
+        times_ns = scan.stamp_ns + beams.offset_ns
+        self._newest_ns = int(times_ns[-1])
+        self._scans.append(self._in_band(assembled))
+        level_scans = []
+        for k in range(0, len(times_ns), _THINNED):
+            reversal_ns = self._reversals.add(int(times_ns[k]), float(assembled.pitch[k]))
+            if reversal_ns is not None:
+                level_scans += self._swept(reversal_ns)
+        if self._config.level_scan == 'scan' and self._sweep_ns:
+            level_scans = self._of(self._newest_ns - self._sweep_ns, self._newest_ns)
+        self._forget()
+        return level_scans
+
+    def _swept(self, reversal_ns: int) -> list[LevelScan]:
+        """Return the level scan of the sweep that a reversal ended, if all of it was seen."""
+        begin_ns, self._last_reversal_ns = self._last_reversal_ns, reversal_ns
+        if begin_ns is None or not begin_ns < reversal_ns:
+            return []
+        self._sweep_ns = reversal_ns - begin_ns
+        return self._of(begin_ns, reversal_ns)
+
+    def _forget(self) -> None:
+        """Forget the scans before the sweep that is needed next."""
+        needed_ns = self._newest_ns - self._sweep_ns
+        if self._last_reversal_ns is not None:
+            needed_ns = min(needed_ns, self._last_reversal_ns)
+        needed_ns = max(needed_ns, self._newest_ns - round(LONGEST_SWEEP * NS_PER_S))
+        while self._scans and not self._ends_after(self._scans[0], needed_ns):
+            self._scans.popleft()
+
+    @staticmethod
+    def _ends_after(segments: Segments, time_ns: int) -> bool:
+        return len(segments.time_ns) > 0 and int(segments.time_ns[-1]) >= time_ns
+
+    def _in_band(self, assembled: Assembled) -> Segments:
+        reach = _REACH * self._config.level_scan_range
+        return segments_in_band(assembled, self._band, reach, self._config.lost_beams_are_free)
+
+    def _of(self, begin_ns: int, end_ns: int) -> list[LevelScan]:
+        """Return the level scan of the beams after one instant, up to another [ns]."""
+        segments = Segments.joined([each.between(begin_ns, end_ns) for each in self._scans])
+        if not len(segments.time_ns):
+            return []
+        ranges = ranges_of(*segments.in_plane(), segments.hit, self._config)
+        duration = (end_ns - begin_ns) / NS_PER_S
+        return [LevelScan(int(segments.time_ns[-1]), duration, ranges)]
