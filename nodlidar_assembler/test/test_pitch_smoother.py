@@ -2,7 +2,7 @@
 
 import math
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_sim.world.motion import blended_motion
@@ -150,6 +150,7 @@ sizes = st.sampled_from([1e-7, STEP, 0.05, 0.5, 6.0, 1e6])
     sizes,
     st.integers(1, 4),
 )
+@example([[0.0, 0.0, 1.0, 1.9213811646477115e-06], [0.0, 0.0], [0.0, 0.0]], 1e6, 1)
 def test_whatever_the_samples_no_beam_is_nan_or_farther_than_a_reversal_explains(
     scans, size, hold
 ):

@@ -24,6 +24,7 @@ ROUGHNESS = np.array([[1e3], [1e4], [1e5], [1e7]])  # q0 of each spline [rad2/s5
 NU = 0.3  # the smaller, the heavier the tails
 STRIDE = 2.0  # expectation maximisation is slow: each of its steps is taken so many times
 RIDGE = 1e-6  # keeps a spline finite where no sample is [1 / rad2]
+MOST_INTENSITY = 1e14  # of a jump by 100 rad in an interval; beyond it, rounding is all [rad2/s5]
 ACCELERATION = 1e4  # that no servo reaches, for the same reason [rad/s2]
 
 # Four basis functions, as polynomials of the share of an interval.
@@ -86,7 +87,7 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
         coefficients,
         mean[:, :samples],
         variance[:, :samples],
-        intensity * (improved / intensity) ** STRIDE,
+        np.minimum(intensity * (improved / intensity) ** STRIDE, MOST_INTENSITY),
     )
 
 
