@@ -50,7 +50,7 @@ class LevelScanConfig(MountConfig, BandConfig):
     )
 
     lost_beams_are_free: bool = parameter(
-        True,
+        False,
         'Count beams that the lidar lost (NaN) as free for level_scan, like those that return '
         'nothing in range: right for far walls, wrong for black things nearby',
     )

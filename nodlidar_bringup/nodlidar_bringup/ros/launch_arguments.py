@@ -60,7 +60,7 @@ ARGUMENTS = [
         default_value='balanced',
         choices=['fast', 'balanced', 'slam'],
         description='fast or balanced: trades computation time for accuracy '
-        '(docs/tradeoffs.md); slam: one deskewed cloud per sweep (docs/moving_robot.md); '
+        '(docs/tradeoffs.md); slam: one deskewed cloud per sweep (docs/slam.md); '
         'the parameter files override it',
     ),
     DeclareLaunchArgument(
