@@ -35,9 +35,10 @@ def is_missing(time_ns):
     return seconds < 0.05 or 1.5 < seconds < 1.8
 
 
-def clouds_of_node(entries, expected, cloud_mode):
+def clouds_of_node(entries, expected, cloud_mode, sigma_field):
     """Return the clouds that the node publishes of messages, and what it drops."""
-    with bench(f'deadline:={DEADLINE}', f'cloud_mode:={cloud_mode}') as running:
+    options = {'deadline': DEADLINE, 'cloud_mode': cloud_mode, 'sigma_field': sigma_field}
+    with bench(*(f'{key}:={value}' for key, value in options.items())) as running:
         publishers = {'/scan': running.scans, '/joint_states': running.states}
         for _, topic, message in entries:
             raw = bytes(STORE.serialize_cdr(message, TOPICS[topic]))
@@ -46,7 +47,11 @@ def clouds_of_node(entries, expected, cloud_mode):
         clouds, drops = running.out[PointCloud2], running.node.assembly.assembler.drops
         running.spin_until(lambda: len(clouds) >= len(expected.clouds))
         running.spin_until(lambda: drops.total() >= expected.drops.total())
-        return [(c.header.stamp, bytes(c.data)) for c in clouds], dict(drops)
+        return [(c.header.stamp, names_in(c), bytes(c.data)) for c in clouds], dict(drops)
+
+
+def names_in(cloud):
+    return [field.name for field in cloud.fields]
 
 
 class Expected:
@@ -57,23 +62,25 @@ class Expected:
             messages = [
                 reader.deserialize(raw, kind.msgtype) for kind, _, raw in reader.messages()
             ]
-        self.clouds = [(message.header.stamp, bytes(message.data)) for message in messages]
+        self.clouds = [(m.header.stamp, names_in(m), bytes(m.data)) for m in messages]
         self.drops = drops.copy()
         del self.drops['no joint state after it before the deadline']
 
 
-@pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])
-def test_a_bag_gives_the_clouds_and_drops_of_the_node(entries, tmp_path, cloud_mode):
+@pytest.mark.parametrize(('cloud_mode', 'sigma_field'), [('scan', False), ('sweep', True)])
+def test_a_bag_gives_the_clouds_and_drops_of_the_node(entries, tmp_path, cloud_mode, sigma_field):
     bag = write_messages(tmp_path / 'bag', entries)
-    config = AssemblerConfig(deadline=DEADLINE, cloud_mode=cloud_mode)
+    config = AssemblerConfig(deadline=DEADLINE, cloud_mode=cloud_mode, sigma_field=sigma_field)
     summary = write_clouds(bag, tmp_path / 'out.mcap', config, Topics())
     expected = Expected(tmp_path / 'out.mcap', summary.assembler.drops)
     assert len(expected.drops) == 5
-    clouds, drops = clouds_of_node(entries, expected, cloud_mode)
+    clouds, drops = clouds_of_node(entries, expected, cloud_mode, sigma_field)
     assert drops == dict(expected.drops)
     assert len(clouds) == len(expected.clouds) > 2
-    for (stamp, data), (expected_stamp, expected_data) in zip(
+    for (stamp, names, data), (expected_stamp, expected_names, expected_data) in zip(
         clouds, expected.clouds, strict=True
     ):
+        assert names == expected_names
+        assert ('sigma' in names) == sigma_field
         assert (stamp.sec, stamp.nanosec) == (expected_stamp.sec, expected_stamp.nanosec)
         assert data == expected_data

@@ -151,8 +151,9 @@ def test_points_of_a_robot_that_drives_lie_on_the_true_surfaces_in_odom(
     assert np.sqrt(np.mean(distance**2)) < 2.5e-3
 
 
-def test_ply_pcd_and_mcap_hold_the_same_points(bag, tmp_path):
-    config = AssemblerConfig(cloud_mode='sweep')
+@pytest.mark.parametrize('extra', [(), ('sigma',)])
+def test_ply_pcd_and_mcap_hold_the_same_points(bag, tmp_path, extra):
+    config = AssemblerConfig(cloud_mode='sweep', sigma_field=bool(extra))
     for name in ('out.ply', 'out.pcd', 'out.mcap'):
         write_clouds(bag, tmp_path / name, config, TOPICS)
     ply, pcd = PlyData.read(tmp_path / 'out.ply')['vertex'].data, pcd_in(tmp_path / 'out.pcd')
@@ -162,7 +163,8 @@ def test_ply_pcd_and_mcap_hold_the_same_points(bag, tmp_path):
     since = np.concatenate(
         [p['time'] + (time_ns(m.header.stamp) - first_ns) / 1e9 for _, m, p in found]
     )
-    for name in ('x', 'y', 'z', 'intensity', 'ring'):
+    assert ply.dtype.names == pcd.dtype.names == (*points.dtype.names,)
+    for name in ('x', 'y', 'z', 'intensity', 'ring', *extra):
         np.testing.assert_array_equal(ply[name], points[name])
         np.testing.assert_array_equal(pcd[name], points[name])
     np.testing.assert_array_equal(ply['time'], pcd['time'])

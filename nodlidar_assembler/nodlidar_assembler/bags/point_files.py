@@ -18,9 +18,13 @@ RECORD = np.dtype(
         ('ring', '<u2'),
     ]
 )
+RECORD_WITH_SIGMA = np.dtype([*RECORD.descr, ('sigma', '<f4')])
 # The header states the number of points, known last: it is written into space left for it.
 _HEADER_LENGTH = 1024
 _PLY_TYPES = {'f4': 'float', 'f8': 'double', 'u2': 'uint16'}
+
+Record = np.dtype[np.void]
+Header = Callable[[Record, int, list[str], int], bytes]
 
 
 class OutputError(NodlidarError):
@@ -28,7 +32,7 @@ class OutputError(NodlidarError):
 
 
 class PointFile:
-    """A file of points: x y z [m], intensity, time [s] since the first point, ring.
+    """A file of points: x y z [m], intensity, time [s] since the first point, ring, maybe sigma.
 
     All are in the frame of the first cloud, relative to its origin.
 
@@ -37,15 +41,15 @@ class PointFile:
     path
         File to write.
     header
-        Returns the header for a number of points, notes and a length [bytes].
+        Returns the header for records, their number, notes and a length [bytes].
     """
 
-    def __init__(self, path: Path, header: Callable[[int, list[str], int], bytes]) -> None:
+    def __init__(self, path: Path, header: Header) -> None:
         self._path = path
         self._file: BinaryIO = path.open('wb')
         self._file.write(b' ' * _HEADER_LENGTH)
         self._header = header
-        self._count = 0
+        self._record, self._count = RECORD, 0
         self._start_ns = 0
         self._origin = OF_ODOMETRY
         self._frame_id = ''
@@ -55,9 +59,11 @@ class PointFile:
         if not self._count:
             self._start_ns, self._origin = int(cloud.time_ns[0]), cloud.origin
             self._frame_id = frame_id
+            if 'sigma' in (cloud.data.dtype.names or ()):
+                self._record = RECORD_WITH_SIGMA
         points = cloud.counted_from(self._origin).data
-        records = np.empty(len(points), dtype=RECORD)
-        for name in ('x', 'y', 'z', 'intensity', 'ring'):
+        records = np.empty(len(points), dtype=self._record)
+        for name in set(self._record.names or ()) - {'time'}:
             records[name] = points[name]
         records['time'] = (cloud.time_ns - self._start_ns) / NS_PER_S
         self._file.write(records.tobytes())
@@ -71,7 +77,7 @@ class PointFile:
                 'x y z count from {} {} {} m in the frame of odometry'.format(*self._origin)
             )
         self._file.seek(0)
-        self._file.write(self._header(self._count, notes, _HEADER_LENGTH))
+        self._file.write(self._header(self._record, self._count, notes, _HEADER_LENGTH))
         self._file.close()
 
     def abandon(self) -> None:
@@ -79,19 +85,19 @@ class PointFile:
         self._file.close()
 
 
-def ply_header(count: int, notes: list[str], length: int) -> bytes:
+def ply_header(record: Record, count: int, notes: list[str], length: int) -> bytes:
     """Return the header of a binary PLY file, padded by a comment."""
     lines = ['ply', 'format binary_little_endian 1.0', *(f'comment {note}' for note in notes)]
     lines += [f'element vertex {count}']
-    for name in RECORD.names or ():
-        lines.append(f'property {_PLY_TYPES[RECORD[name].str[1:]]} {name}')
+    for name in record.names or ():
+        lines.append(f'property {_PLY_TYPES[record[name].str[1:]]} {name}')
     return _padded([*lines, 'comment '], '\nend_header\n', length)
 
 
-def pcd_header(count: int, notes: list[str], length: int) -> bytes:
+def pcd_header(record: Record, count: int, notes: list[str], length: int) -> bytes:
     """Return the header of a binary PCD file, padded by a comment."""
-    names = RECORD.names or ()
-    types = [RECORD[name] for name in names]
+    names = record.names or ()
+    types = [record[name] for name in names]
     lines = ['# .PCD v0.7 - Point Cloud Data file format', *(f'# {note}' for note in notes), '# ']
     rest = [
         '',

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.geometry import Beams
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY, Origin, origin_near
-from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
+from nodlidar_assembler.clouds.points import MOVED_POINT, POINT, WITH_SIGMA
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +22,8 @@ class Points:
     time_ns
         Instant of each point [ns], ascending, shape (n,).
     data
-        Array of POINT or MOVED_POINT, shape (n,); ``time`` counts from the first point.
+        Array of POINT or MOVED_POINT, or of these WITH_SIGMA, shape (n,); ``time`` counts from
+        the first point.
     origin
         Origin of the coordinates in the frame of odometry [m], see `origins`.
     poses
@@ -73,10 +74,13 @@ class Placed:
         Indices of the beams, shape (n,).
     xyz
         End points in nodlidar_base_link [m], shape (3, n).
+    sigma
+        Expected errors of the end points [m], shape (n,); None if they are not wanted.
     """
 
     beams: NDArray[np.intp]
     xyz: NDArray[np.float64]
+    sigma: NDArray[np.float64] | None = None
 
 
 def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64]) -> Placed:
@@ -129,7 +133,8 @@ def points_of(
     poses
         Poses of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,).
     point
-        Type of the points; by default POINT, with `poses` MOVED_POINT, without times.
+        Type of the points; by default POINT, with `poses` MOVED_POINT, without times. If there
+        are expected errors, they are added.
 
     Raises
     ------
@@ -137,7 +142,8 @@ def points_of(
         If a pose is too far away to resolve millimetres.
     """
     valid, xyz = placed.beams, placed.xyz
-    data = np.zeros(len(valid), dtype=point or (POINT if poses is None else MOVED_POINT))
+    point = point or (POINT if poses is None else MOVED_POINT)
+    data = np.zeros(len(valid), dtype=point if placed.sigma is None else WITH_SIGMA[point])
     origin = OF_ODOMETRY
     if poses is not None:
         origin = origin_near(poses.position[0].tolist())
@@ -145,7 +151,9 @@ def points_of(
     data['x'], data['y'], data['z'] = xyz
     if intensities is not None and len(intensities) == beams.geometry.beams:
         data['intensity'] = intensities.take(valid)
-    if data.dtype == POINT:
+    if point == POINT:
         offset = beams.offset.take(valid)
         data['time'] = offset - offset[:1]
+    if placed.sigma is not None:
+        data['sigma'] = placed.sigma
     return Points(start_ns + beams.offset_ns.take(valid), data, origin)

@@ -7,6 +7,7 @@ from nodlidar_assembler.clouds.deskew import DESKEW_INSTANTS, deskewed
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
 from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
+from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
 from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
@@ -23,7 +24,7 @@ EGO_MOTION_MODES = ('off', 'beam', 'deskew')
 
 
 @dataclass(frozen=True)
-class PipelineConfig(OdometryConfig, MountConfig, VeilConfig, EstimatorConfig):
+class PipelineConfig(OdometryConfig, MountConfig, SigmaConfig, VeilConfig, EstimatorConfig):
     """Clouds."""
 
     cloud_mode: str = parameter(
@@ -114,6 +115,7 @@ class Pipeline:
     def __init__(self, config: PipelineConfig) -> None:
         self.veil_points = 0
         self._veils: VeilConfig = config
+        self._sigma: SigmaConfig = config
         self.estimator = PitchEstimator(config)
         self._motion_limits: OdometryConfig = config
         self._mount = config.mount
@@ -169,7 +171,7 @@ class Pipeline:
         poses = None
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
-        placed = place(beams, self._unveiled(scan), pitch)
+        placed = self._judged(place(beams, self._unveiled(scan), pitch), scan, beams, pitch)
         points = self._points(scan, placed, beams, poses)
         in_odometry = poses is not None and not self._deskews
         clouds = self._gathered(points)
@@ -182,6 +184,15 @@ class Pipeline:
         if not self._deskews:
             return points_of(*given, poses, self._moved_point)
         return replace(points_of(*given, point=MOVED_POINT), poses=poses.take(placed.beams))
+
+    def _judged(
+        self, placed: Placed, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
+    ) -> Placed:
+        """Return end points with their expected errors, if these are wanted."""
+        if not self._sigma.sigma_field:
+            return placed
+        ranges, speed = scan.ranges[placed.beams], nod_speed(beams, pitch)[placed.beams]
+        return replace(placed, sigma=point_sigma(self._sigma, ranges, placed.xyz, speed))
 
     def _unveiled(self, scan: Scan) -> NDArray[np.float32]:
         """Return the ranges of a scan, NaN for mixed pixels."""

@@ -23,6 +23,14 @@ MOVED_POINT = np.dtype(
     [(name, POINT[name]) for name in ('x', 'y', 'z', 'intensity', 'ring')], align=True
 )
 
+# The same with the expected error of each point [m], behind the other fields.
+WITH_SIGMA = {
+    point: np.dtype(
+        [*((name, point[name]) for name in point.names or ()), ('sigma', np.float32)], align=True
+    )
+    for point in (POINT, MOVED_POINT)
+}
+
 _FIELD_TYPES = {np.dtype(np.float32): 7, np.dtype(np.uint16): 4}  # as in PointField
 
 

@@ -1,7 +1,7 @@
 """Points as a PointCloud2 message."""
 
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.points import fields, MOVED_POINT, POINT
+from nodlidar_assembler.clouds.points import fields, WITH_SIGMA
 from nodlidar_common.ros.messages import time_message
 from sensor_msgs.msg import PointCloud2, PointField
 from sensor_msgs_py.point_cloud2 import create_cloud
@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 _KEYS = ('name', 'offset', 'datatype', 'count')
 _FIELDS = {
     point: [PointField(**dict(zip(_KEYS, field, strict=True))) for field in fields(point)]
-    for point in (POINT, MOVED_POINT)
+    for point in (*WITH_SIGMA.keys(), *WITH_SIGMA.values())
 }
 
 
