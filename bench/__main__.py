@@ -32,6 +32,7 @@ from bench import (
     published_repeats,
     sensing,
     servos,
+    sigma,
     stages,
     standard_packages,
     veils,
@@ -67,6 +68,7 @@ MEASUREMENTS = {
     'planner_speed': planner_speed,
     'standard_packages': standard_packages,
     'veils': veils,
+    'sigma': sigma,
     'published_choice': published_choice,
     'published_repeats': published_repeats,
 }
