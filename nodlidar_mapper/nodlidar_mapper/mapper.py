@@ -18,6 +18,7 @@ RECENT = 6  # clouds from which new surfaces are taken
 ODOMETRY_FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 LOOP_SHARE = 0.6  # of the points that a loop must match
 LOOP_REACH = 1.0  # m
+LEAST_SURFACE = 100  # points of a map that clouds are matched to
 MAPPED = 0.9  # share of the points; below it, the map is extended
 
 
@@ -58,12 +59,15 @@ class Mapper:
         odometry
             Pose of the cloud's frame in the frame of odometry at that instant, as a matrix.
         """
-        points = thinned(points, self._config.point_spacing)
+        finite = points[np.isfinite(points).all(axis=1)]
+        points = thinned(finite, self._config.point_spacing)
+        begins = len(self._local.points) < LEAST_SURFACE
         guess = self._predicted(odometry)
         found = self._matched(points, guess)
-        lost = self._lost(found)
+        lost = 'no map yet' if begins else self._lost(found)
         pose = guess if lost else found.pose
-        self._recent.append((pose, points))
+        if not lost or begins:
+            self._recent.append((pose, points))
         if not lost:
             self._learn(guess, found)
         self._pose, self._odometry = pose, odometry
@@ -72,7 +76,7 @@ class Mapper:
             self._extend(pose)
             if self._close_loop():
                 self._pose = pose = self.keyframes[-1].pose
-        elif not lost and found.mapped < MAPPED:
+        elif begins or (not lost and found.mapped < MAPPED):
             self._extend(pose)
         return Estimate(
             stamp_ns,
@@ -122,8 +126,6 @@ class Mapper:
         return match(points, self._local, guess, prior, self._config)
 
     def _lost(self, found: Match) -> str:
-        if not self.keyframes:
-            return 'no map yet'
         if found.share < self._config.least_share:
             return f'{found.share:.0%} of the points near the map lie on it'
         return ''
