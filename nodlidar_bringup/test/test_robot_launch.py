@@ -41,7 +41,7 @@ def launched(tmp_path_factory):
         observer.subscribe(message_type, topic)
     with launched_sensor(log, 'scene:=wall', 'ideal:=true') as running:
         # Each topic is found in its own time.
-        least = {'scan': 10, 'joint_states': 100, 'points': SCANS, 'nod_command': 1}
+        least = {'scan': 10, 'joint_states': 200, 'points': SCANS, 'nod_command': 1}
         nodding = lambda: all(  # noqa: E731
             len(observer.messages[topic]) >= count for topic, count in least.items()
         )
@@ -77,7 +77,7 @@ def test_joint_states_follow_the_command(launched):
     assert nod.sweep_duration == pytest.approx(N_S * 0.1 / 1024, rel=1e-3)
     states = observer.messages['joint_states']
     assert all(list(state.name) == ['nod_joint'] for state in states)
-    recent = states[-100:]
+    recent = states[-200:]  # two seconds: more than two sweeps, in which both limits are reached
     stamps = np.array([time_ns(state.header.stamp) for state in recent])
     pitch = np.array([state.position[0] for state in recent])
     assert np.all(np.diff(stamps) > 0)
