@@ -19,5 +19,10 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Maps of buildings from the clouds of a nodding lidar and odometry.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['map_bag = nodlidar_mapper.map_bag:main']},
+    entry_points={
+        'console_scripts': [
+            'map_bag = nodlidar_mapper.map_bag:main',
+            'mapper = nodlidar_mapper.ros.node:main',
+        ]
+    },
 )

@@ -18,6 +18,7 @@ from nodlidar_common.parameters import Limits, limits_of
 from nodlidar_driver.config import DriverConfig
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
+from nodlidar_mapper.live import NodeConfig
 from nodlidar_servo.config import ServoConfig
 import yaml
 
@@ -26,7 +27,7 @@ NODES = {
     'assembler': (ProfileConfig, AssemblerConfig),
     'driver': (DriverConfig,),
     'servo': (ServoConfig,),
-    'mapper': (MapperConfig, GridConfig),
+    'mapper': (NodeConfig, MapperConfig, GridConfig),
 }
 # Commented out in the YAML files, where they would override the profile.
 LEFT_TO_PROFILES = {

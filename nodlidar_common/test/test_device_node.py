@@ -433,7 +433,8 @@ raise SystemExit(run(lambda: active_device('cycle')))
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signal_ends_the_process_with_the_device_safe(number, request):
-    command = [sys.executable, '-c', PROGRAM, str(request.path.parent)]
+    # The test itself may run under nohup, which ignores SIGHUP.
+    command = ['env', '--default-signal', sys.executable, '-c', PROGRAM, str(request.path.parent)]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
         watchdog = threading.Timer(LONGEST, process.kill)

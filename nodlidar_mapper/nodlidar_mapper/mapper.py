@@ -90,6 +90,23 @@ class Mapper:
             inverse(self.keyframes[self._anchor].pose) @ pose,
         )
 
+    def place(self, pose: Array, odometry: Array, covariance: Array) -> None:
+        """Continue at a given pose, as a person sets it.
+
+        Parameters
+        ----------
+        pose, odometry
+            Pose of the clouds' frame in the map and in the frame of odometry, at one instant.
+        covariance
+            Of the pose's change, shape (6, 6).
+        """
+        self._pose, self._odometry, self._covariance = pose, odometry, covariance
+        if self.keyframes:
+            places = np.stack([keyframe.pose[:3, 3] for keyframe in self.keyframes])
+            self._anchor = int(np.argmin(np.linalg.norm(places - pose[:3, 3], axis=1)))
+            self._choose_local(pose)
+        self._recent.clear()
+
     def pose_of(self, estimate: Estimate) -> Array:
         """Return where a cloud was taken, by the map as it is now."""
         return np.asarray(self.keyframes[estimate.keyframe].pose @ estimate.from_keyframe)

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import FREE, grid_of, GridConfig, OCCUPIED
 from nodlidar_mapper.lasting import lasting_surface
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, coordinates, estimates, odometry_at
+from nodlidar_mapper.offline import clouds_of, coordinates, drive_in, estimates, odometry_at
 from nodlidar_mapper.poses import inverse, moved, planar
+from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
@@ -31,8 +31,10 @@ def recording():
 
 
 @pytest.fixture(scope='module')
-def log(recording):
-    return replace(simulated_log(recording), odometry=simulated_odometry(recording))
+def log(recording, tmp_path_factory):
+    bag = tmp_path_factory.mktemp('drive') / 'bag'
+    write_bag(recording, bag)
+    return drive_in(bag, CONFIG)
 
 
 @pytest.fixture(scope='module')

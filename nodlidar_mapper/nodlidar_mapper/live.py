@@ -1,0 +1,117 @@
+"""Maps while the robot drives: one call per cloud, with all that is to be published."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from nodlidar_common.parameters import parameter
+from nodlidar_mapper.grid import Grid, grid_of, GridConfig
+from nodlidar_mapper.keyframe import Estimate, Keyframe
+from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.poses import Array
+from nodlidar_mapper.surface import Surface
+import numpy as np
+
+LEAST_COVARIANCE = np.diag([0.01**2] * 6)  # of a pose that a person set [m2], [rad2]
+MOST_PLACES = 1000  # of a path; beyond it, every second one is forgotten
+
+
+@dataclass(frozen=True)
+class NodeConfig:
+    """Node."""
+
+    cloud_topics: tuple[str, ...] = parameter(
+        ('points',),
+        'Topics of deskewed clouds (profile slam), one for each sensor on the robot',
+    )
+    map_frame: str = parameter('map', 'Frame of the map')
+    odom_frame: str = parameter('odom', 'Frame of odometry: TF has the pose of base_frame in it')
+    base_frame: str = parameter('base_link', 'Frame of the robot, whose pose is published')
+    odometry_deadline: float = parameter(
+        0.5,
+        'Longest time that a cloud waits for odometry at its stamp',
+        unit='s',
+        minimum=0.01,
+        maximum=10.0,
+    )
+    transform_tolerance: float = parameter(
+        0.2,
+        'The transform from map_frame to odom_frame is stamped so far ahead, so that it is never '
+        'late',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    map_period: float = parameter(
+        5.0,
+        'Time between two publications of a map that grows; drawing it never takes more than a '
+        'fifth of the time',
+        unit='s',
+        minimum=0.5,
+        maximum=600.0,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Progress:
+    """What is known after a cloud.
+
+    Attributes
+    ----------
+    estimate
+        Where the cloud was taken.
+    keyframes
+        Of the map, as they are now; they do not change any more.
+    loops
+        Number of loops closed.
+    stamps_ns, path
+        Where the robot was [ns], as poses in the map, shape (n, 4, 4).
+    """
+
+    estimate: Estimate
+    keyframes: list[Keyframe]
+    loops: int
+    stamps_ns: list[int]
+    path: Array
+
+
+class LiveMapper:
+    """A Mapper that remembers the path.
+
+    Parameters
+    ----------
+    mapper
+        An empty map, or one to be continued.
+    """
+
+    def __init__(self, mapper: Mapper) -> None:
+        self.mapper = mapper
+        self._path: list[Estimate] = []
+
+    def place(self, pose: Array, odometry: Array, covariance: Array) -> None:
+        """Continue at a given pose, see Mapper.place."""
+        self.mapper.place(pose, odometry, covariance + LEAST_COVARIANCE)
+
+    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Progress:
+        """Match a cloud, see Mapper.add; return what is known then."""
+        estimate = self.mapper.add(stamp_ns, points, odometry)
+        self._path.append(estimate)
+        if len(self._path) > MOST_PLACES:
+            del self._path[1:-1:2]
+        keyframes = [replace(keyframe) for keyframe in self.mapper.keyframes]
+        anchors = np.stack([keyframe.pose for keyframe in keyframes])
+        path = anchors[[e.keyframe for e in self._path]] @ np.stack(
+            [e.from_keyframe for e in self._path]
+        )
+        stamps_ns = [e.stamp_ns for e in self._path]
+        return Progress(estimate, keyframes, self.mapper.loops, stamps_ns, path)
+
+
+def drawn(keyframes: Sequence[Keyframe], config: GridConfig) -> tuple[Surface, Grid] | None:
+    """Return the lasting surfaces and the grid of a map; None without any surface."""
+    surface = lasting_surface(keyframes)
+    if not len(surface.points):
+        return None
+    return surface, grid_of(surface, keyframes, config)

@@ -1,0 +1,105 @@
+"""The mapper's state on /diagnostics."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_updater import DiagnosticStatusWrapper
+from nodlidar_assembler.inputs.silence import Silence
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.diagnostics import SteadyUpdater
+from nodlidar_common.ros.steady import steady_ns
+from nodlidar_mapper.live import Progress
+
+if TYPE_CHECKING:
+    from nodlidar_mapper.ros.node import MapperNode
+
+RECENT_NS = 5 * NS_PER_S  # for which a drop is reported
+
+
+class Diagnosis:
+    """Reports where the mapper is, or why it is not; changes at once.
+
+    Parameters
+    ----------
+    node
+        The mapper.
+    """
+
+    def __init__(self, node: MapperNode) -> None:
+        self._node = node
+        self._silence = Silence()
+        self._took = 0.0
+        self._seen: Counter[str] = Counter()
+        self._recent: Counter[str] = Counter()
+        self._recent_ns = steady_ns() - RECENT_NS
+        self.updater = SteadyUpdater(node, node.config.base_frame, self._state)
+        self.updater.add('map', self._report)
+
+    def cloud_arrived(self) -> None:
+        """Note that there are clouds."""
+        self._silence.heard(steady_ns())
+
+    def matched(self, progress: Progress, took: float) -> None:
+        """Note the time that a cloud took [s]."""
+        self._took = took
+
+    def _state(self) -> object:
+        self._note_drops()
+        return self._silent(), self._lost(), steady_ns() - self._recent_ns < RECENT_NS
+
+    def _silent(self) -> bool:
+        return bool(self._silence.seconds(steady_ns()))
+
+    def _lost(self) -> bool:
+        progress = self._node.progress
+        return progress is not None and bool(progress.estimate.lost)
+
+    def _note_drops(self) -> None:
+        errors = {f'internal error: {k}': n for k, n in self._node.survival.errors.items()}
+        losses = Counter(self._node.drops) + Counter(errors)
+        if losses != self._seen:
+            self._recent, self._seen = losses - self._seen, losses
+            self._recent_ns = steady_ns()
+
+    def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
+        node, progress = self._node, self._node.progress
+        self._note_drops()
+        self._summarise(status, progress)
+        for name, count in (node.counts | self._seen).items():
+            status.add(name, str(count))
+        if progress is not None:
+            estimate = progress.estimate
+            deviation = estimate.covariance.diagonal() ** 0.5
+            values = {
+                'keyframes': len(progress.keyframes),
+                'loops closed': progress.loops,
+                'points near the map that lie on it [%]': f'{100.0 * estimate.share:.0f}',
+                'their distance from it, RMS [mm]': f'{1000.0 * estimate.residual:.1f}',
+                'standard deviation of x and y [m]': f'{deviation[0]:.4f} {deviation[1]:.4f}',
+                'standard deviation of yaw [rad]': f'{deviation[5]:.5f}',
+                'time per cloud [ms]': f'{1000.0 * self._took:.0f}',
+            }
+            for name, value in values.items():
+                status.add(name, str(value))
+        return status
+
+    def _summarise(self, status: DiagnosticStatusWrapper, progress: Progress | None) -> None:
+        node = self._node
+        status.summary(DiagnosticStatus.OK, 'the robot is found in the map')
+        if progress is None:
+            status.summary(DiagnosticStatus.STALE, 'no cloud matched yet')
+            if node.counts['clouds'] and node.odometry.missing_input:
+                text = f'no odometry: {node.odometry.missing_input}'
+                status.mergeSummary(DiagnosticStatus.ERROR, text)
+        elif progress.estimate.lost:
+            text = f'lost: {progress.estimate.lost}'
+            status.summary(DiagnosticStatus.ERROR, text)
+        silent = self._silence.seconds(steady_ns())
+        if silent:
+            status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud for {silent:.1f} s')
+        if steady_ns() - self._recent_ns < RECENT_NS and self._recent:
+            what, count = self._recent.most_common(1)[0]
+            status.mergeSummary(DiagnosticStatus.WARN, f'{count} {what}')

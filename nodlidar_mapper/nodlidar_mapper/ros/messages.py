@@ -1,0 +1,131 @@
+"""Messages to and from arrays."""
+
+from array import array
+from collections.abc import Sequence
+
+from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import OccupancyGrid, Path
+from nodlidar_common.ros.messages import time_message
+from nodlidar_mapper.grid import Grid
+from nodlidar_mapper.poses import Array
+from nodlidar_mapper.surface import Surface
+import numpy as np
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs_py.point_cloud2 import create_cloud, read_points
+from std_msgs.msg import Header
+
+AXES = ('x', 'y', 'z')
+SURFACE_FIELDS = ('x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z')  # as PCL names them
+
+
+def coordinates(message: PointCloud2) -> Array:
+    """Return the coordinates of a cloud [m], shape (n, 3).
+
+    Raises
+    ------
+    ValueError
+        If the message is malformed.
+    """
+    try:
+        points = read_points(message, field_names=AXES)
+        columns = [np.ravel(points[axis]) for axis in AXES]
+        return np.stack(columns, axis=1, dtype=np.float64)
+    except (AssertionError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(f'malformed cloud: {error}') from error
+
+
+def matrix_of(transform: TransformStamped) -> Array:
+    """Return a transform as a matrix from the child frame to its parent."""
+    p, q = transform.transform.translation, transform.transform.rotation
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    pose[:3, 3] = p.x, p.y, p.z
+    return pose
+
+
+def matrix_of_pose(pose: Pose) -> Array:
+    """Return a pose as a matrix.
+
+    Raises
+    ------
+    ValueError
+        If it is not finite, or its orientation is zero.
+    """
+    p, q = pose.position, pose.orientation
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    matrix[:3, 3] = p.x, p.y, p.z
+    if not np.isfinite(matrix).all():
+        raise ValueError('a pose that is not finite')
+    return matrix
+
+
+def pose_message(pose: Array) -> Pose:
+    """Return a matrix as a pose."""
+    message = Pose()
+    p, q = message.position, message.orientation
+    p.x, p.y, p.z = pose[:3, 3].tolist()
+    q.x, q.y, q.z, q.w = Rotation.from_matrix(pose[:3, :3]).as_quat().tolist()
+    return message
+
+
+def transform_message(pose: Array, stamp_ns: int, parent: str, child: str) -> TransformStamped:
+    """Return the pose of a frame in its parent as a transform."""
+    message = TransformStamped(header=header(stamp_ns, parent), child_frame_id=child)
+    at, place = message.transform, pose_message(pose)
+    p = place.position
+    at.translation.x, at.translation.y, at.translation.z = p.x, p.y, p.z
+    at.rotation = place.orientation
+    return message
+
+
+def estimate_message(
+    pose: Array, covariance: Array, stamp_ns: int, frame: str
+) -> PoseWithCovarianceStamped:
+    """Return a pose and the covariance of its change (x, y, z, turns about these axes)."""
+    message = PoseWithCovarianceStamped(header=header(stamp_ns, frame))
+    message.pose.pose = pose_message(pose)
+    message.pose.covariance = covariance.ravel().tolist()
+    return message
+
+
+def path_message(stamps_ns: Sequence[int], poses: Array, stamp_ns: int, frame: str) -> Path:
+    """Return poses (n, 4, 4) as a path."""
+    places = [
+        PoseStamped(header=header(at_ns, frame), pose=pose_message(pose))
+        for at_ns, pose in zip(stamps_ns, poses, strict=True)
+    ]
+    return Path(header=header(stamp_ns, frame), poses=places)
+
+
+def surface_message(surface: Surface, stamp_ns: int, frame: str) -> PointCloud2:
+    """Return points with their normals as a cloud."""
+    data = np.empty(len(surface.points), dtype=[(name, np.float32) for name in SURFACE_FIELDS])
+    columns = np.concatenate([surface.points, surface.normals], axis=1).T
+    for name, values in zip(SURFACE_FIELDS, columns, strict=True):
+        data[name] = values
+    fields = [
+        PointField(name=name, offset=4 * k, datatype=PointField.FLOAT32, count=1)
+        for k, name in enumerate(SURFACE_FIELDS)
+    ]
+    message = create_cloud(header(stamp_ns, frame), fields, data, data.itemsize)
+    message.is_dense = True
+    return message
+
+
+def grid_message(grid: Grid, stamp_ns: int, frame: str) -> OccupancyGrid:
+    """Return a grid as map_server publishes it."""
+    message = OccupancyGrid(header=header(stamp_ns, frame))
+    message.info.map_load_time = message.header.stamp
+    message.info.resolution = grid.resolution
+    message.info.height, message.info.width = grid.cells.shape
+    message.info.origin.position.x, message.info.origin.position.y = grid.origin
+    message.info.origin.orientation.w = 1.0
+    message.data = array('b', np.ascontiguousarray(grid.cells, dtype=np.int8).tobytes())
+    return message
+
+
+def header(stamp_ns: int, frame: str) -> Header:
+    """Return a header."""
+    return Header(stamp=time_message(stamp_ns), frame_id=frame)

@@ -1,0 +1,78 @@
+"""Messages of the mapper, read as other programs read them."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_mapper.grid import FREE, Grid, OCCUPIED, UNKNOWN
+from nodlidar_mapper.ros import messages
+from nodlidar_mapper.surface import Surface
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from sensor_msgs_py.point_cloud2 import read_points
+
+STAMP_NS = 1_700_000_000_123_456_789
+numbers = st.floats(-100.0, 100.0)
+
+
+def pose_of(x, y, z, turn):
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+poses = st.builds(pose_of, numbers, numbers, numbers, st.tuples(*[st.floats(-3.0, 3.0)] * 3))
+
+
+@given(pose=poses)
+def test_a_pose_comes_back(pose):
+    back = messages.matrix_of_pose(messages.pose_message(pose))
+    np.testing.assert_allclose(back, pose, atol=1e-9)
+    transform = messages.transform_message(pose, STAMP_NS, 'map', 'odom')
+    np.testing.assert_allclose(messages.matrix_of(transform), pose, atol=1e-9)
+    assert (transform.header.frame_id, transform.child_frame_id) == ('map', 'odom')
+    stamp = transform.header.stamp
+    assert stamp.sec * 10**9 + stamp.nanosec == STAMP_NS
+
+
+@pytest.mark.parametrize('quaternion', [(0.0, 0.0, 0.0, 0.0), (np.nan, 0.0, 0.0, 1.0)])
+def test_a_pose_without_orientation_is_refused(quaternion):
+    message = messages.pose_message(np.eye(4))
+    q = message.orientation
+    q.x, q.y, q.z, q.w = quaternion
+    with pytest.raises(ValueError, match=r'norm|finite'):
+        messages.matrix_of_pose(message)
+
+
+def test_a_cell_of_the_grid_is_where_its_message_says():
+    cells = np.full((3, 5), UNKNOWN, dtype=np.int8)
+    cells[2, 1], cells[0, 4] = OCCUPIED, FREE
+    message = messages.grid_message(Grid(cells, (-1.0, 2.0), 0.5), STAMP_NS, 'map')
+    info = message.info
+    assert (info.width, info.height, info.resolution) == (5, 3, 0.5)
+    assert (info.origin.position.x, info.origin.position.y) == (-1.0, 2.0)
+    # nav_msgs/OccupancyGrid: row-major, starting at (0, 0); x is along the width.
+    assert message.data[2 * 5 + 1] == 100
+    assert message.data[4] == 0
+    assert set(message.data) == {-1, 0, 100}
+
+
+def test_points_and_normals_have_the_names_of_pcl():
+    surface = Surface(np.array([[1.0, 2.0, 3.0]]), np.array([[0.0, 0.0, 1.0]]))
+    message = messages.surface_message(surface, STAMP_NS, 'map')
+    [point] = read_points(message).tolist()
+    assert [field.name for field in message.fields][3:] == ['normal_x', 'normal_y', 'normal_z']
+    assert point == (1.0, 2.0, 3.0, 0.0, 0.0, 1.0)
+    np.testing.assert_array_equal(messages.coordinates(message), surface.points)
+
+
+def test_a_cloud_without_coordinates_or_cut_short_is_refused():
+    surface = Surface(np.ones((2, 3)), np.ones((2, 3)))
+    message = messages.surface_message(surface, STAMP_NS, 'map')
+    message.data = message.data[:20]
+    with pytest.raises(ValueError, match='malformed cloud'):
+        messages.coordinates(message)
+    message = messages.surface_message(surface, STAMP_NS, 'map')
+    message.fields = message.fields[1:]
+    with pytest.raises(ValueError, match='malformed cloud'):
+        messages.coordinates(message)
