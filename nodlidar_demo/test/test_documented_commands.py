@@ -104,19 +104,25 @@ def test_map_bag(command, tmp_path, monkeypatch):
     assert map_bag(options(command)) == 0
 
 
-@starting('ros2', 'launch', 'nodlidar_bringup', 'robot.launch.py')
+@starting('ros2', 'run', 'nodlidar_mapper', 'mapper')
+def test_mapper(command):
+    runs_until_interrupted(command, 'waiting for clouds')
+
+
+@starting('ros2', 'launch', 'nodlidar_bringup')
 def test_launch(command):
-    arguments = [word for word in options(command) if word != '--show-args']
+    file, *arguments = [word for word in shlex.split(command)[3:] if word != '--show-args']
     share = Path(get_package_share_directory('nodlidar_bringup'))
-    spec = spec_from_file_location('launch_file', share / 'launch' / 'robot.launch.py')
+    spec = spec_from_file_location('launch_file', share / 'launch' / file)
     launch_file = module_from_spec(spec)
     spec.loader.exec_module(launch_file)
+    *declared, nodes = launch_file.generate_launch_description().entities
     context = LaunchContext()
     context.launch_configurations.update(word.split(':=') for word in arguments)
-    for argument in launch_file.ARGUMENTS:
+    for argument in declared:
         argument.visit(context)
-    assert len(context.launch_configurations) == len(launch_file.ARGUMENTS)
-    assert len(launch_file.Sensor(context).nodes()) >= 4
+    assert len(context.launch_configurations) == len(declared)
+    assert len(nodes.visit(context)) >= 4
 
 
 @starting('ros2', 'run', 'nodlidar_driver', 'driver')

@@ -1,6 +1,7 @@
-"""The arguments of the launch file. nodlidar_bringup.arguments checks their values."""
+"""The arguments of the launch files. nodlidar_bringup.arguments checks their values."""
 
 import os
+from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
@@ -11,126 +12,115 @@ def share(package: str, path: str) -> str:
     return os.path.join(get_package_share_directory(package), path)
 
 
-ARGUMENTS = [
-    DeclareLaunchArgument(
-        'hardware',
-        default_value='sim',
-        choices=['sim', 'real'],
-        description='sim: emulated devices in a simulated scene; real: devices on serial ports',
-    ),
-    DeclareLaunchArgument(
-        'lidar_port',
-        default_value='/dev/ttyACM0',
-        description='serial port of the lidar (hardware:=real)',
-    ),
-    DeclareLaunchArgument(
-        'servo_port',
-        default_value='/dev/ttyUSB0',
-        description='serial port of the servo (hardware:=real)',
-    ),
-    DeclareLaunchArgument(
-        'scene',
-        default_value='room',
-        description='scene (hardware:=sim): room, building, corner, corridor, crossing, wall '
+ARGUMENTS: dict[str, dict[str, Any]] = {
+    'hardware': {
+        'default_value': 'sim',
+        'choices': ['sim', 'real'],
+        'description': 'sim: emulated devices in a simulated scene; real: devices on serial ports',
+    },
+    'lidar_port': {
+        'default_value': '/dev/ttyACM0',
+        'description': 'serial port of the lidar (hardware:=real)',
+    },
+    'servo_port': {
+        'default_value': '/dev/ttyUSB0',
+        'description': 'serial port of the servo (hardware:=real)',
+    },
+    'scene': {
+        'default_value': 'room',
+        'description': 'scene (hardware:=sim): room, building, corner, corridor, crossing, wall '
         'or a YAML file',
-    ),
-    DeclareLaunchArgument(
-        'route',
-        default_value='',
-        description="route of the base instead of the scene's own (hardware:=sim): approach, "
+    },
+    'route': {
+        'default_value': '',
+        'description': "route of the base instead of the scene's own (hardware:=sim): approach, "
         'figure_of_eight, turn or a YAML file',
-    ),
-    DeclareLaunchArgument(
-        'ideal',
-        default_value='false',
-        choices=['true', 'false'],
-        description='true: simulated devices and odometry without errors (hardware:=sim); false: '
-        'with those that the scene names',
-    ),
-    DeclareLaunchArgument(
-        'base',
-        default_value='route',
-        choices=['route', 'odometry', 'cmd_vel'],
-        description='simulated base (hardware:=sim); route: follows the route without '
+    },
+    'ideal': {
+        'default_value': 'false',
+        'choices': ['true', 'false'],
+        'description': 'true: simulated devices and odometry without errors (hardware:=sim); '
+        'false: with those that the scene names',
+    },
+    'base': {
+        'default_value': 'route',
+        'choices': ['route', 'odometry', 'cmd_vel'],
+        'description': 'simulated base (hardware:=sim); route: follows the route without '
         'publishing odometry; odometry: also publishes odom and its transform; cmd_vel: '
         'publishes both, and drives by the topic cmd_vel',
-    ),
-    DeclareLaunchArgument(
-        'profile',
-        default_value='balanced',
-        choices=['fast', 'balanced', 'slam'],
-        description='fast or balanced: trades computation time for accuracy '
+    },
+    'profile': {
+        'default_value': 'balanced',
+        'choices': ['fast', 'balanced', 'slam'],
+        'description': 'fast or balanced: trades computation time for accuracy '
         '(docs/tradeoffs.md); slam: one deskewed cloud per sweep (docs/slam.md); '
         'the parameter files override it',
-    ),
-    DeclareLaunchArgument(
-        'ego_motion',
-        default_value='',
-        choices=['', 'beam', 'deskew'],
-        description="beam: clouds in odom, each beam placed by the robot's pose from TF at its "
+    },
+    'ego_motion': {
+        'default_value': '',
+        'choices': ['', 'beam', 'deskew'],
+        'description': "beam: clouds in odom, each beam placed by the robot's pose from TF at its "
         'instant; deskew: the same points as the robot sees them at the instant of the last one; '
         'if empty, assembler_params decides',
-    ),
-    DeclareLaunchArgument(
-        'adapt_limits',
-        default_value='',
-        choices=['', 'true', 'false'],
-        description='true: limits and speed of the nod follow the median range ahead, so that a '
-        'band of heights stays covered (docs/adaptive_limits.md); if empty, assembler_params '
+    },
+    'adapt_limits': {
+        'default_value': '',
+        'choices': ['', 'true', 'false'],
+        'description': 'true: limits and speed of the nod follow the median range ahead, so that '
+        'a band of heights stays covered (docs/adaptive_limits.md); if empty, assembler_params '
         'decides',
-    ),
-    DeclareLaunchArgument(
-        'rviz',
-        default_value='false',
-        choices=['true', 'false'],
-        description='whether to start RViz',
-    ),
-    DeclareLaunchArgument(
-        'namespace',
-        default_value='',
-        description='namespace of all nodes and topics',
-    ),
-    DeclareLaunchArgument(
-        'frame_prefix',
-        default_value='',
-        description="prefix of the sensor's frames and its joint, but not of base_link",
-    ),
-    DeclareLaunchArgument(
-        'mount_xyz',
-        default_value='0 0 1.0',
-        description='position of the nod axis in base_link: x y z [m]; 1 m above the floor in the '
-        'scenes',
-    ),
-    DeclareLaunchArgument(
-        'mount_rpy',
-        default_value='0 0 0',
-        description='orientation of the sensor in base_link: roll pitch yaw [rad]',
-    ),
-    DeclareLaunchArgument(
-        'laser_xyz',
-        default_value='0 0 0.080',
-        description='optical centre of the lidar in the nodding frame, whose origin is on the nod '
-        'axis: x y z [m]; the default is that of the simulated lidar',
-    ),
-    DeclareLaunchArgument(
-        'laser_rpy',
-        default_value='0 0 0',
-        description='orientation of the lidar in the nodding frame: roll pitch yaw [rad]',
-    ),
-    DeclareLaunchArgument(
-        'driver_params',
-        default_value=share('nodlidar_driver', 'config/driver.yaml'),
-        description='parameter file of the driver, but for port, frame_id and autostart',
-    ),
-    DeclareLaunchArgument(
-        'servo_params',
-        default_value=share('nodlidar_servo', 'config/servo.yaml'),
-        description='parameter file of the servo node, but for port, joint_name and autostart',
-    ),
-    DeclareLaunchArgument(
-        'assembler_params',
-        default_value=share('nodlidar_assembler', 'config/assembler.yaml'),
-        description='parameter file of the assembler, but for frame_id, joint_name, laser_xyz and '
-        'laser_rpy',
-    ),
-]
+    },
+    'rviz': {
+        'default_value': 'false',
+        'choices': ['true', 'false'],
+        'description': 'whether to start RViz',
+    },
+    'namespace': {
+        'default_value': '',
+        'description': 'namespace of all nodes and topics',
+    },
+    'frame_prefix': {
+        'default_value': '',
+        'description': "prefix of the sensor's frames and its joint, but not of base_link",
+    },
+    'mount_xyz': {
+        'default_value': '0 0 1.0',
+        'description': 'position of the nod axis in base_link: x y z [m]; 1 m above the floor in '
+        'the scenes',
+    },
+    'mount_rpy': {
+        'default_value': '0 0 0',
+        'description': 'orientation of the sensor in base_link: roll pitch yaw [rad]',
+    },
+    'laser_xyz': {
+        'default_value': '0 0 0.080',
+        'description': 'optical centre of the lidar in the nodding frame, whose origin is on the '
+        'nod axis: x y z [m]; the default is that of the simulated lidar',
+    },
+    'laser_rpy': {
+        'default_value': '0 0 0',
+        'description': 'orientation of the lidar in the nodding frame: roll pitch yaw [rad]',
+    },
+    'driver_params': {
+        'default_value': share('nodlidar_driver', 'config/driver.yaml'),
+        'description': 'parameter file of the driver, but for port, frame_id and autostart',
+    },
+    'servo_params': {
+        'default_value': share('nodlidar_servo', 'config/servo.yaml'),
+        'description': 'parameter file of the servo node, but for port, joint_name and autostart',
+    },
+    'assembler_params': {
+        'default_value': share('nodlidar_assembler', 'config/assembler.yaml'),
+        'description': 'parameter file of the assembler, but for frame_id, joint_name, laser_xyz '
+        'and laser_rpy',
+    },
+}
+
+
+def declared(**defaults: str) -> list[DeclareLaunchArgument]:
+    """Return the arguments, some with other defaults."""
+    changed = {name: {'default_value': value} for name, value in defaults.items()}
+    return [
+        DeclareLaunchArgument(name, **(options | changed.get(name, {})))
+        for name, options in ARGUMENTS.items()
+    ]

@@ -1,4 +1,4 @@
-"""A launched sensor as a child process: `ros2 launch nodlidar_bringup robot.launch.py`."""
+"""A launch file as a child process: `ros2 launch nodlidar_bringup robot.launch.py`."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -24,11 +24,11 @@ class LaunchedSensor:
         The `ros2 launch` process, leader of a session of its own.
     """
 
-    def __init__(self, log: Path, *arguments: str) -> None:
+    def __init__(self, log: Path, *arguments: str, file: str = 'robot.launch.py') -> None:
         self.log = log
         # A background job of a script ignores SIGINT, and launch would inherit that.
         command = ['env', '--default-signal=SIGINT', 'ros2', 'launch', 'nodlidar_bringup']
-        command += ['robot.launch.py', *arguments]
+        command += [file, *arguments]
         if shutil.which('setpriv'):
             command = ['setpriv', '--pdeathsig', 'INT', *command]
         with log.open('wb') as output:
@@ -67,9 +67,11 @@ def keep_apart() -> None:
 
 
 @contextmanager
-def launched_sensor(log: Path, *arguments: str) -> Iterator[LaunchedSensor]:
-    """Run the launch file with arguments like 'scene:=wall' until the context ends."""
-    sensor = LaunchedSensor(log, *arguments)
+def launched_sensor(
+    log: Path, *arguments: str, file: str = 'robot.launch.py'
+) -> Iterator[LaunchedSensor]:
+    """Run a launch file with arguments like 'scene:=wall' until the context ends."""
+    sensor = LaunchedSensor(log, *arguments, file=file)
     try:
         yield sensor
     finally:

@@ -72,6 +72,8 @@ class MapperNode(Node):
         self._surface = self.create_publisher(PointCloud2, 'map_cloud', LATCHED)
         self._subscribe()
         self.diagnosis = Diagnosis(self)
+        topics = ', '.join(self.config.cloud_topics)
+        self.get_logger().info(f'waiting for clouds on {topics}')
         create_steady_timer(self, STEP_PERIOD, self._step)
 
     def _subscribe(self) -> None:

@@ -1,0 +1,170 @@
+"""The nodes of one sensor, for the launch files."""
+
+import os
+import tempfile
+from typing import Any
+import uuid
+
+from launch import LaunchContext
+from launch.actions import Shutdown
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from nodlidar_bringup import arguments
+from nodlidar_bringup.ros.launch_arguments import ARGUMENTS, share
+from nodlidar_bringup.ros.tied_node import tied_node
+
+# Hz, an upper limit: one transform per joint state. The default of 20 Hz would delay TF by 50 ms.
+TF_RATE = 1000.0
+
+
+def end_all(event: Any, context: LaunchContext) -> Shutdown | None:
+    """Shut down the launch when a process ends, unless it is shutting down already."""
+    return None if context.is_shutdown else Shutdown(reason=f'{event.process_name} ended')
+
+
+def text(value: str) -> ParameterValue:
+    """Return a parameter of type string, even where YAML would parse a number."""
+    return ParameterValue(value, value_type=str)
+
+
+class Sensor:
+    """The nodes of one sensor.
+
+    Parameters
+    ----------
+    context
+        Launch context.
+
+    Raises
+    ------
+    NodlidarError
+        If an argument is not allowed.
+    """
+
+    def __init__(self, context: LaunchContext) -> None:
+        self.context = context
+        self.values = {name: context.launch_configurations[name] for name in ARGUMENTS}
+        arguments.check(self.values)
+        self.in_sim = self.values['hardware'] == 'sim'
+        self.in_odom = self.values['ego_motion'] == 'beam'
+        # The emulators create and remove this folder; the name is unique to this sensor.
+        self.links = os.path.join(tempfile.gettempdir(), f'nodlidar-{uuid.uuid4().hex}')
+
+    def nodes(self) -> list[Node]:
+        """Return all nodes; raises NodlidarError if one is not installed."""
+        nodes = [self.driver(), self.servo(), self.assembler(), self.state_publisher()]
+        if self.in_sim:
+            nodes.insert(0, self.emulators())
+        if self.values['rviz'] == 'true':
+            nodes.append(self.rviz())
+        return nodes
+
+    def node(self, package: str, executable: str, **options: Any) -> Node:
+        """Return a node in the sensor's namespace."""
+        namespace = self.values['namespace']
+        return tied_node(self.context, package, executable, namespace=namespace, **options)
+
+    def frame(self, name: str) -> str:
+        """Return a frame or joint of this sensor."""
+        return f'{self.values["frame_prefix"]}{name}'
+
+    def port(self, device: str) -> str:
+        """Return a device's port: its own, or in simulation the link to its emulator."""
+        links = os.path.join(self.links, device)
+        return links if self.in_sim else str(self.values[f'{device}_port'])
+
+    def emulators(self) -> Node:
+        """Return the program of the emulated devices."""
+        return self.node(
+            'nodlidar_sim',
+            'emulate',
+            name='base',
+            arguments=[
+                '--lidar-link',
+                self.port('lidar'),
+                '--servo-link',
+                self.port('servo'),
+                '--scene',
+                self.values['scene'],
+                f'--route={self.values["route"]}',
+                '--base',
+                self.values['base'],
+                *(['--ideal'] if self.values['ideal'] == 'true' else []),
+            ],
+            on_exit=end_all,
+        )
+
+    def driver(self) -> Node:
+        """Return the lidar's driver."""
+        own = {
+            'port': text(self.port('lidar')),
+            'frame_id': text(self.frame('laser')),
+            'autostart': True,
+        }
+        return self.node(
+            'nodlidar_driver',
+            'driver',
+            name='driver',
+            parameters=[self.values['driver_params'], own],
+            on_exit=end_all,
+        )
+
+    def servo(self) -> Node:
+        """Return the servo's node."""
+        own = {
+            'port': text(self.port('servo')),
+            'joint_name': text(self.frame('nod_joint')),
+            'autostart': True,
+        }
+        return self.node(
+            'nodlidar_servo',
+            'servo',
+            name='servo',
+            parameters=[self.profile(), self.values['servo_params'], own],
+            on_exit=end_all,
+        )
+
+    def assembler(self) -> Node:
+        """Return the assembler."""
+        files = [self.profile(), self.values['assembler_params']]
+        own = {
+            'frame_id': text(self.frame('nodlidar_base_link')),
+            'joint_name': text(self.frame('nod_joint')),
+            'laser_xyz': arguments.numbers('laser_xyz', self.values['laser_xyz']),
+            'laser_rpy': arguments.numbers('laser_rpy', self.values['laser_rpy']),
+        }
+        if self.values['ego_motion']:
+            own['ego_motion'] = self.values['ego_motion']
+        if self.values['adapt_limits']:
+            own['adapt_limits'] = self.values['adapt_limits'] == 'true'
+        return self.node(
+            'nodlidar_assembler',
+            'assembler',
+            name='assembler',
+            parameters=[*files, own],
+            on_exit=end_all,
+        )
+
+    def profile(self) -> str:
+        """Return the parameter file of the profile; those of the nodes take precedence."""
+        return share('nodlidar_bringup', f'config/profiles/{self.values["profile"]}.yaml')
+
+    def state_publisher(self) -> Node:
+        """Return the node that publishes the robot model and its transforms."""
+        places = ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy')
+        description = arguments.robot_description(
+            share('nodlidar_bringup', 'urdf/robot.urdf.xacro'),
+            {name: self.values[name] for name in places} | {'prefix': self.frame('')},
+        )
+        return self.node(
+            'robot_state_publisher',
+            'robot_state_publisher',
+            parameters=[{'robot_description': text(description), 'publish_frequency': TF_RATE}],
+            on_exit=end_all,
+        )
+
+    def rviz(self) -> Node:
+        """Return RViz, with the world standing still."""
+        view = share('nodlidar_bringup', 'rviz/nodlidar.rviz')
+        fixed = 'odom' if self.in_odom else 'base_link'
+        return self.node('rviz2', 'rviz2', arguments=['-d', view, '-f', fixed])
