@@ -1,0 +1,175 @@
+"""A sensor whose driver and servo run on one machine and the assembler on another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, ExitStack
+from dataclasses import dataclass, replace
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+from typing import Protocol, TypeVar
+
+from ament_index_python.packages import get_package_prefix
+from nodlidar_common.errors import NodlidarError
+from nodlidar_sim.devices.device import Device
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.world.effects import imperfect
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.world import World
+
+from bench.fault_truth import Truth
+from bench.network_listener import Arrival, arrivals
+
+RANGE_NOISE = 0.002  # [m]; makes every scan different
+START_TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # s
+_SWITCH_INTERVAL = 2e-4  # of Python's threads [s]: no device waits for the other
+HERE = ['scan=sensor_msgs/msg/LaserScan', 'joint_states=sensor_msgs/msg/JointState']
+THERE = ['points=sensor_msgs/msg/PointCloud2', '/diagnostics=diagnostic_msgs/msg/DiagnosticArray']
+
+Result = TypeVar('Result')
+
+
+class Place(Protocol):
+    """Where processes run."""
+
+    def run(self, function: Callable[[], Result]) -> Result:
+        """Call a function there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """A place, and the variables of the environment of the nodes there."""
+
+    place: Place
+    environment: dict[str, str]
+
+
+class NoCloudsError(NodlidarError):
+    """No clouds came in time."""
+
+
+class NetworkRig:
+    """Emulated devices of this process, the nodes on two sites, and a listener on each.
+
+    Parameters
+    ----------
+    folder
+        For the devices' links, the output of the nodes and what arrived.
+    robot, far
+        The sites.
+    parameters
+        Parameters of the assembler, as for ``--ros-args -p``.
+
+    Attributes
+    ----------
+    truth
+        What the devices truly did.
+    """
+
+    def __init__(
+        self, folder: Path, robot: Site, far: Site, parameters: Sequence[str] = ()
+    ) -> None:
+        self.folder, self._robot, self._far = folder, robot, far
+        self._parameters = ['veil_angle:=0.0', *parameters]
+        room = load_scene('room', ideal=True)
+        effects = replace(room.effects, range_noise=RANGE_NOISE)
+        motion, start_ns = ServoMotion(), time.time_ns()
+        self.truth = Truth(motion)
+        world = World(room, motion, start_ns=start_ns)
+        lidar = UrgEmulator(imperfect(world.ranges, effects, 1), start_ns=start_ns)
+        lidar.on_scan = lambda turn: self.truth.add_scan(turn, True)
+        devices: dict[str, Device] = {'lidar': lidar, 'servo': Rx24fEmulator(motion, baud=1)}
+        # A thread for each: a servo answers in time also while a scan is being simulated.
+        self._ports = [
+            PseudoTerminals({name: each}, {name: folder / name}) for name, each in devices.items()
+        ]
+
+    @contextmanager
+    def running(self) -> Iterator[NetworkRig]:
+        """Run everything until the context ends."""
+        with ExitStack() as stack:
+            stack.callback(sys.setswitchinterval, sys.getswitchinterval())
+            sys.setswitchinterval(_SWITCH_INTERVAL)
+            for port in self._ports:
+                stack.enter_context(port)
+            self._listen(stack, self._robot, 'here', HERE)
+            self._listen(stack, self._far, 'there', THERE)
+            stack.enter_context(self._node(self._far, 'assembler', self._parameters))
+            stack.enter_context(self._node(self._robot, 'servo', self._device('servo')))
+            driver = self._node(self._robot, 'driver', self._device('lidar'))
+            self._driver = stack.enter_context(driver)
+            yield self
+
+    def _device(self, name: str) -> list[str]:
+        return [f'port:={self.folder / name}', 'autostart:=true']
+
+    def until_clouds(self, count: int) -> None:
+        """Wait until so many clouds have come; raises NoCloudsError if they do not."""
+        deadline = time.monotonic() + START_TIMEOUT
+        while sum(each.topic == 'points' for each in self.there()) < count:
+            if time.monotonic() > deadline:
+                raise NoCloudsError(f'fewer than {count} clouds within {START_TIMEOUT:g} s')
+            time.sleep(0.1)
+
+    def end_scans(self) -> None:
+        """End the driver; the servo goes on, so that the last scans are still bracketed."""
+        _end(self._driver)
+
+    def here(self) -> Iterator[Arrival]:
+        """Yield what arrived on the robot."""
+        return arrivals(self.folder / 'here')
+
+    def there(self) -> Iterator[Arrival]:
+        """Yield what arrived on the far machine."""
+        return arrivals(self.folder / 'there')
+
+    def _listen(self, stack: ExitStack, site: Site, name: str, topics: list[str]) -> None:
+        command = [sys.executable, '-m', 'bench.network_listener', str(self.folder / name)]
+        stack.enter_context(self._process(site, f'listener_{name}', [*command, *topics]))
+
+    @contextmanager
+    def _node(
+        self, site: Site, name: str, parameters: Sequence[str]
+    ) -> Iterator[subprocess.Popen[bytes]]:
+        package = f'nodlidar_{name}'
+        program = Path(get_package_prefix(package)) / 'lib' / package / name
+        given = [word for each in parameters for word in ('-p', each)]
+        with self._process(site, name, [str(program), '--ros-args', *given]) as process:
+            yield process
+
+    @contextmanager
+    def _process(
+        self, site: Site, name: str, command: list[str]
+    ) -> Iterator[subprocess.Popen[bytes]]:
+        with (self.folder / f'{name}.log').open('wb') as log:
+            process = site.place.run(
+                lambda: subprocess.Popen(
+                    command,
+                    env=os.environ | site.environment,
+                    cwd=Path(__file__).parent.parent,
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                )
+            )
+        try:
+            yield process
+        finally:
+            _end(process)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process as Ctrl-C does, by force if necessary."""
+    process.send_signal(signal.SIGINT)
+    try:
+        process.wait(STOP_TIMEOUT)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
