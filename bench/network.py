@@ -18,7 +18,7 @@ from bench.network_judgement import account
 from bench.network_rig import NetworkRig, Site
 from bench.report import Row
 
-DURATION = 15.0
+DURATION = 10.0
 SETTLED = 3.0  # until all that is on its way has arrived or is lost, and was counted [s]
 LOSSES, DELAYS = (0.0, 0.01, 0.05), ((0.0, 0.0), (0.02, 0.005), (0.2, 0.05))
 TITLE = f'Assembler on another machine than driver and servo, {DURATION:.0f} s each'
@@ -35,16 +35,17 @@ DEFAULT, LOSSY = 'fast_discovery.xml', 'lossy_network.xml'
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A line, the file of profiles, and how the assembler subscribes to scans and joint states."""
+    """A line, the profiles of Fast DDS, and the assembler's QoS and deadline [s]."""
 
     line: Line
     profiles: str = DEFAULT
     reliable: bool = True
+    deadline: float = 0.3
 
 
 CASES = [
-    Case(Line(loss, delay, jitter), profiles, reliable)
-    for profiles, reliable in ((DEFAULT, True), (LOSSY, True), (DEFAULT, False))
+    Case(Line(loss, delay, jitter), *setup)
+    for setup in ((DEFAULT, True, 0.3), (LOSSY, True, 2.0), (DEFAULT, False, 0.3))
     for loss in LOSSES
     for delay, jitter in DELAYS
 ]
@@ -63,7 +64,8 @@ def measured(case: Case, duration: float = DURATION) -> Row:
         Machines(case.line) as machines,
     ):
         robot, far = (Site(each, environment) for each in (machines.robot, machines.far))
-        rig = NetworkRig(Path(folder), robot, far, () if case.reliable else BEST_EFFORT)
+        parameters = [f'deadline:={case.deadline}', *([] if case.reliable else BEST_EFFORT)]
+        rig = NetworkRig(Path(folder), robot, far, parameters)
         with rig.running():
             begin = time.monotonic()
             rig.until_clouds(1)
@@ -79,6 +81,7 @@ def measured(case: Case, duration: float = DURATION) -> Row:
         'loss [%]': 100.0 * line.loss,
         'delay [ms]': _interval(line),
         'profiles': case.profiles,
+        'deadline [s]': case.deadline,
         'scans': 'reliable' if case.reliable else 'best effort',
         'first cloud [s]': first,
         'sent': found.sent,

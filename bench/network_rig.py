@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, ExitStack
+from contextlib import AbstractContextManager, contextmanager, ExitStack
 from dataclasses import dataclass, replace
 import os
 from pathlib import Path
@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import time
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from ament_index_python.packages import get_package_prefix
 from nodlidar_common.errors import NodlidarError
@@ -99,8 +99,8 @@ class NetworkRig:
             sys.setswitchinterval(_SWITCH_INTERVAL)
             for port in self._ports:
                 stack.enter_context(port)
-            self._listen(stack, self._robot, 'here', HERE)
-            self._listen(stack, self._far, 'there', THERE)
+            stack.enter_context(listening(self._robot, self.folder / 'here', HERE))
+            stack.enter_context(listening(self._far, self.folder / 'there', THERE))
             stack.enter_context(self._node(self._far, 'assembler', self._parameters))
             stack.enter_context(self._node(self._robot, 'servo', self._device('servo')))
             driver = self._node(self._robot, 'driver', self._device('lidar'))
@@ -130,39 +130,40 @@ class NetworkRig:
         """Yield what arrived on the far machine."""
         return arrivals(self.folder / 'there')
 
-    def _listen(self, stack: ExitStack, site: Site, name: str, topics: list[str]) -> None:
-        command = [sys.executable, '-m', 'bench.network_listener', str(self.folder / name)]
-        stack.enter_context(self._process(site, f'listener_{name}', [*command, *topics]))
-
-    @contextmanager
     def _node(
         self, site: Site, name: str, parameters: Sequence[str]
-    ) -> Iterator[subprocess.Popen[bytes]]:
+    ) -> AbstractContextManager[subprocess.Popen[bytes]]:
         package = f'nodlidar_{name}'
         program = Path(get_package_prefix(package)) / 'lib' / package / name
         given = [word for each in parameters for word in ('-p', each)]
-        with self._process(site, name, [str(program), '--ros-args', *given]) as process:
-            yield process
+        command = [str(program), '--ros-args', *given]
+        return process_at(site, self.folder / f'{name}.log', command)
 
-    @contextmanager
-    def _process(
-        self, site: Site, name: str, command: list[str]
-    ) -> Iterator[subprocess.Popen[bytes]]:
-        with (self.folder / f'{name}.log').open('wb') as log:
-            process = site.place.run(
-                lambda: subprocess.Popen(
-                    command,
-                    env=os.environ | site.environment,
-                    cwd=Path(__file__).parent.parent,
-                    stdin=subprocess.DEVNULL,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                )
+
+@contextmanager
+def process_at(site: Site, log: Path, command: list[str]) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a process on a site until the context ends; its output goes into a file."""
+    with log.open('wb') as output:
+        process = site.place.run(
+            lambda: subprocess.Popen(
+                command,
+                env=os.environ | site.environment,
+                cwd=Path(__file__).parent.parent,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
             )
-        try:
-            yield process
-        finally:
-            _end(process)
+        )
+    try:
+        yield process
+    finally:
+        _end(process)
+
+
+def listening(site: Site, file: Path, topics: list[str]) -> AbstractContextManager[Any]:
+    """Run a listener to topics that writes into a file; see bench.network_listener."""
+    command = [sys.executable, '-m', 'bench.network_listener', str(file), *topics]
+    return process_at(site, file.with_suffix('.log'), command)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
