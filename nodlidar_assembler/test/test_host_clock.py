@@ -45,8 +45,12 @@ def timed(log):
 
 @pytest.fixture
 def run(log, monkeypatch):
-    def run(step_ns, *parameters):
-        """Return clouds and commands, each with when it came, and the node; the clock is set."""
+    def run(step_ns, *parameters, offset_ns=0, same_clock=True):
+        """Return clouds and commands, each with when it came, and the node; the clock is set.
+
+        Where the devices have a clock of their own, only that of the assembler is set; it is
+        ahead of theirs by an offset.
+        """
         clock, clouds, commands = Clock(), [], []
         monkeypatch.setattr(host_clock, 'steady_ns', lambda: clock.now_ns)
         with fed(*parameters) as running:
@@ -54,16 +58,15 @@ def run(log, monkeypatch):
             watch = node._host_clock
             watch._clock = clock
             watch._time = HostTime(watch.now_ns, lambda: clock.now_ns)
-            node._nod._node = clock_of(node, clock)
             node._clouds.publish = lambda cloud: clouds.append((clock.now_ns, cloud))
             node._nod._commands.publish = lambda command: commands.append((clock.now_ns, command))
             begin_ns = log.scans[0].stamp_ns
             for arrival_ns, kind, stamp_ns, content in timed(log):
                 clock.now_ns = arrival_ns
                 is_set = arrival_ns - begin_ns >= STEP_AT * S
-                clock.step_ns = step_ns if is_set else 0
+                clock.step_ns = offset_ns + (step_ns if is_set else 0)
                 # A device's stamp is made of the clock when it is sent.
-                stamp_ns += clock.step_ns
+                stamp_ns += clock.step_ns if same_clock else 0
                 make = scan_message if kind == 'scan' else state_message
                 if kind == 'scan':
                     message = make(content)
@@ -80,16 +83,6 @@ def run(log, monkeypatch):
             )
 
     return run
-
-
-def clock_of(node, clock):
-    """Return the node with another clock."""
-
-    class Other:
-        get_clock = staticmethod(lambda: clock)
-        get_logger = staticmethod(node.get_logger)
-
-    return Other
 
 
 STEPS = [-3600 * S, -25 * S, -300 * MS, -40 * MS, 50 * MS, 3 * S, 3600 * S]
@@ -126,3 +119,29 @@ def test_the_nod_goes_on_at_once_by_the_new_time(run, log, step_ns):
     np.testing.assert_allclose(
         nod_from_message(first).pitch(times_ns + step_ns), before[-1].pitch(times_ns), atol=0.02
     )
+
+
+@pytest.mark.parametrize('step_ns', STEPS)
+def test_a_step_of_the_assembler_s_clock_alone_changes_nothing(run, step_ns):
+    """The stamps are those of another machine: no scan is dropped, and the nod goes on."""
+    right, even, _, _ = run(0)
+    clouds, commands, drops, _ = run(step_ns, same_clock=False)
+    assert [c.header.stamp for _, c in clouds] == [c.header.stamp for _, c in right]
+    assert not [reason for reason in drops if 'clock' in reason]
+    assert [nod_from_message(c) for _, c in commands] == [nod_from_message(c) for _, c in even]
+
+
+@pytest.mark.parametrize('offset_ns', [-3600 * S, -500 * MS, -50 * MS, 500 * MS, 3 * S])
+def test_sweeps_are_chosen_by_the_clock_of_the_stamps(run, offset_ns):
+    """Each begins later than it is commanded, by the devices' clock."""
+    _, commands, _, _ = run(0, 'nod_mode:=feedback', offset_ns=offset_ns, same_clock=False)
+    later = [(at_ns, time_ns(c.start_time)) for at_ns, c in commands if time_ns(c.start_time)]
+    first = {}
+    for at_ns, start_ns in later:
+        first.setdefault(start_ns, at_ns)
+    _, even, _, _ = run(0, 'nod_mode:=feedback')
+    chosen = len({time_ns(c.start_time) for _, c in even} - {0})
+    assert chosen > 5
+    assert len(first) >= chosen - 1
+    for start_ns, at_ns in list(first.items())[1:]:
+        assert 0 < start_ns - at_ns < 250 * MS

@@ -9,6 +9,7 @@ from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_assembler.ros.host_clock import HostClock, SETTLING_NS
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import JointState, LaserScan
 
 UNSETTLED = f'within {SETTLING_NS / NS_PER_S} s after the clock was set'
@@ -59,7 +60,7 @@ class AssemblyFilter(SimpleFilter):
 
     def add_scan(self, message: LaserScan) -> None:
         """Add a scan, unless it is refused."""
-        if not self._clock.check():
+        if not self._clock.check(type(message), time_ns(message.header.stamp)):
             self.assembler.drops[f'scan {UNSETTLED}'] += 1
             return
         try:
@@ -73,7 +74,7 @@ class AssemblyFilter(SimpleFilter):
 
     def add_state(self, message: JointState) -> None:
         """Add the joint samples of a joint state."""
-        if not self._clock.check():
+        if not self._clock.check(type(message), time_ns(message.header.stamp)):
             self.assembler.drops[f'joint state {UNSETTLED}'] += 1
             return
         for sample in self.assembler.add_joint_state(message):

@@ -14,6 +14,8 @@ SETTLING_NS = NS_PER_S // 2
 class HostClock:
     """Detects steps of the clock by which messages are stamped.
 
+    A step counts if the stamps make it, too: those of another machine do not.
+
     Parameters
     ----------
     node
@@ -26,6 +28,8 @@ class HostClock:
         self._clock, self._on_step = node.get_clock(), on_step
         self._time = HostTime(self.now_ns, steady_ns)
         self._settled_ns = 0
+        self._step_ns, self._doubtful_until_ns = 0, 0
+        self._ages_ns: dict[type, int] = {}  # of the last messages before a step, by kind
 
     def now_ns(self) -> int:
         """Return the time by which messages are stamped [ns]."""
@@ -35,11 +39,39 @@ class HostClock:
         """Return the time for deadlines [ns]: steady, or simulated like the stamps."""
         return self.now_ns() if self._clock.ros_time_is_active else steady_ns()
 
-    def check(self) -> bool:
-        """Check for a step of the clock; return whether stamps are of the present time."""
+    def check(self, kind: type, stamp_ns: int) -> bool:
+        """Check for a step of the clock; return whether a stamp is of the present time.
+
+        Parameters
+        ----------
+        kind
+            Type of the message, all of which are equally old on their arrival, more or less.
+        stamp_ns
+            Its stamp [ns].
+        """
         if self._clock.ros_time_is_active:
             return True
         if step_ns := self._time.update():
-            self._settled_ns = steady_ns() + SETTLING_NS
-            self._on_step(step_ns)
+            self._step_ns += step_ns
+            self._doubtful_until_ns = steady_ns() + SETTLING_NS
+        age_ns = self.now_ns() - stamp_ns
+        if self._step_ns and self._decided(age_ns - self._ages_ns.get(kind, age_ns)):
+            self._step_ns = 0
+            self._ages_ns.clear()
+        if not self._step_ns:
+            self._ages_ns[kind] = age_ns
         return steady_ns() >= self._settled_ns
+
+    def _decided(self, older_ns: int) -> bool:
+        """Return whether it is known if the stamps make the step; tell of it if they do.
+
+        Parameters
+        ----------
+        older_ns
+            By how much a message is older on its arrival than one before the step [ns].
+        """
+        if abs(older_ns) < abs(self._step_ns) / 2:
+            self._settled_ns = steady_ns() + SETTLING_NS
+            self._on_step(self._step_ns)
+            return True
+        return steady_ns() >= self._doubtful_until_ns

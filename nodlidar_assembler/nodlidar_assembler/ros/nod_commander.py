@@ -6,6 +6,8 @@ from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_assembler.inputs.stamp_clock import StampClock
+from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_to_message
@@ -24,14 +26,19 @@ class NodCommander:
     ----------
     node, config
         The assembler, and its parameters at start.
+    clock
+        The host's clocks.
     survival
         Catches errors of the timer.
     """
 
-    def __init__(self, node: Node, config: AssemblerConfig, survival: Survival) -> None:
-        self._node, self._config = node, config
+    def __init__(
+        self, node: Node, config: AssemblerConfig, clock: HostClock, survival: Survival
+    ) -> None:
+        self._node, self._config, self._clock = node, config, clock
         self._controller = NodController(config)
         self._last_scan_ns = 0  # steady clock, like the timer
+        self._stamp_clock = StampClock()
         self._warn_if_samples_repeat()
         self._commands = node.create_publisher(
             NodCommand,
@@ -50,8 +57,12 @@ class NodCommander:
         """Keep the nod phase-locked to the lidar; publish the first command at once."""
         first = self._controller.command is None
         self._last_scan_ns = steady_ns()
+        geometry = scan.geometry
+        duration = (geometry.beams - 1) * geometry.time_increment
+        last_beam_ns = scan.stamp_ns + round(duration * NS_PER_S)
+        self._stamp_clock.add(last_beam_ns, self._clock.patience_ns())
         try:
-            self._controller.add_scan(scan.geometry, scan.stamp_ns)
+            self._controller.add_scan(geometry, scan.stamp_ns)
         except ParameterError as error:
             self._error(f'no nod commanded: {error}')
         else:
@@ -62,6 +73,7 @@ class NodCommander:
     def clock_was_set(self, step_ns: int) -> None:
         """Continue the nod after the clock was set by a step [ns]; publish it at once."""
         self._controller.shift(step_ns)
+        self._stamp_clock.shift(step_ns)
         self._publish()
 
     def adapt(self, shape: NodShape | None, assembled: Assembled) -> None:
@@ -109,4 +121,6 @@ class NodCommander:
         self._node.get_logger().error(text, throttle_duration_sec=5.0)
 
     def _now_ns(self) -> int:
-        return int(self._node.get_clock().now().nanoseconds)
+        """Return the present time by the clock of the stamps [ns]."""
+        host = self._clock
+        return self._stamp_clock.now_ns(host.patience_ns(), host.now_ns())

@@ -43,7 +43,7 @@ class Assembler(Node):
         self._host_clock = HostClock(self, self._clock_was_set)
         self._nod = None
         if self.config.command_nod:
-            self._nod = NodCommander(self, self.config, self.survival)
+            self._nod = NodCommander(self, self.config, self._host_clock, self.survival)
         self._scene_monitor = SceneMonitor(self.config)
         self._clouds = self.create_publisher(
             PointCloud2,
