@@ -37,6 +37,9 @@ class Account:
         their stamps.
     unaccounted
         Scans that are neither in a cloud nor in one of the assembler's counts.
+    undecided
+        Scans that the assembler received, by its own counts from its start on, and neither
+        assembled nor dropped.
     strangers
         Clouds of no scan, and clouds that came twice.
     error
@@ -51,6 +54,7 @@ class Account:
     lost: int
     gaps: int
     unaccounted: int
+    undecided: int
     strangers: int
     error: NDArray[np.float64]
     late: NDArray[np.float64]
@@ -86,7 +90,6 @@ def account(here: Iterable[Arrival], there: Iterable[Arrival], truth: Truth) -> 
         if key.startswith(_DROPPED) and count
     }
     lost, gaps = counted.get(_LOST, 0), counted.get(_GAPS, 0)
-    of_scans = sum(count for reason, count in dropped.items() if 'joint state ' not in reason[:12])
     known = found.scan_of_cloud[found.scan_of_cloud >= 0]
     in_clouds = np.unique(known).size
     return Account(
@@ -95,10 +98,21 @@ def account(here: Iterable[Arrival], there: Iterable[Arrival], truth: Truth) -> 
         dropped=dropped,
         lost=lost,
         gaps=gaps,
-        unaccounted=max(span.size - in_clouds - of_scans - max(lost, gaps), 0),
+        unaccounted=max(span.size - in_clouds - _scans_of(counted) - max(lost, gaps), 0),
+        undecided=after['scans'] - after['clouds'] - _scans_of(after),
         strangers=len(clouds) - in_clouds,
         error=found.cloud,
         late=_late(clouds, found, truth),
+    )
+
+
+def _scans_of(counts: dict[str, int]) -> int:
+    """Return how many scans were dropped: other drops are of joint states and transforms."""
+    others = tuple(f'{_DROPPED}{what}' for what in ('joint state ', 'transform '))
+    return sum(
+        count
+        for reason, count in counts.items()
+        if reason.startswith(_DROPPED) and not reason.startswith(others)
     )
 
 
