@@ -39,9 +39,30 @@ class MapperConfig(MatchingConfig):
         minimum=0.05,
         maximum=1.0,
     )
+    least_clear: float = parameter(
+        0.8,
+        'Share of the points that must not be in space that was seen to be free; with fewer, the '
+        'robot counts as lost',
+        minimum=0.05,
+        maximum=1.0,
+    )
     odometry_slip: float = parameter(
         0.03,
         'Standard deviation of odometry, as a share of the motion',
         minimum=0.001,
         maximum=1.0,
+    )
+    max_speed: float = parameter(
+        2.0,
+        'Fastest motion of the robot; odometry that says more has jumped',
+        unit='m/s',
+        minimum=0.1,
+        maximum=100.0,
+    )
+    max_turn_rate: float = parameter(
+        2.0,
+        'Fastest turn of the robot; odometry that says more has jumped',
+        unit='rad/s',
+        minimum=0.1,
+        maximum=100.0,
     )

@@ -90,9 +90,9 @@ class LiveMapper:
         self.mapper = mapper
         self._path: list[Estimate] = []
 
-    def place(self, pose: Array, odometry: Array, covariance: Array) -> None:
+    def place(self, pose: Array, stamp_ns: int, odometry: Array, covariance: Array) -> None:
         """Continue at a given pose, see Mapper.place."""
-        self.mapper.place(pose, odometry, covariance + LEAST_COVARIANCE)
+        self.mapper.place(pose, stamp_ns, odometry, covariance + LEAST_COVARIANCE)
 
     def add(self, stamp_ns: int, points: Array, odometry: Array) -> Progress:
         """Match a cloud, see Mapper.add; return what is known then."""

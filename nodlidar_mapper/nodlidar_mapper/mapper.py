@@ -8,17 +8,19 @@ from collections.abc import Sequence
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Estimate, Keyframe
 from nodlidar_mapper.matching import FREEDOMS, Match, match
-from nodlidar_mapper.odometer_scale import OdometerScale
+from nodlidar_mapper.place_search import clear_share
 from nodlidar_mapper.pose_graph import distances_from, Edge, optimized
 from nodlidar_mapper.poses import Array, inverse, moved
+from nodlidar_mapper.recovery import Recovery
 from nodlidar_mapper.surface import Surface, surface_of, thinned
+from nodlidar_mapper.track import Track
 import numpy as np
 
 RECENT = 6  # clouds from which new surfaces are taken
-ODOMETRY_FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 LOOP_SHARE = 0.6  # of the points that a loop must match
 LOOP_REACH = 1.0  # m
 LEAST_SURFACE = 100  # points of a map that clouds are matched to
+FOUND = np.diag([1e2] * 6)  # information of a place that was searched, at least
 MAPPED = 0.9  # share of the points; below it, the map is extended
 
 
@@ -39,13 +41,12 @@ class Mapper:
         self.keyframes: list[Keyframe] = []
         self.edges: list[Edge] = []
         self.loops = 0
-        self._scale = OdometerScale()
-        self._pose: Array | None = None  # of the last cloud, in the map
-        self._odometry = np.eye(4)  # its pose by odometry
-        self._covariance = np.diag([1e-6] * 6)
+        self._track = Track(config)
         self._recent: deque[tuple[Array, Array]] = deque(maxlen=RECENT)
         self._anchor = 0  # index of the keyframe nearest to the robot along the way
         self._local = Surface.joined([])
+        self._map_from_odometry = np.eye(4)  # the last good one
+        self._recovery = Recovery(config)
 
     def add(self, stamp_ns: int, points: Array, odometry: Array) -> Estimate:
         """Return where a cloud was taken, and extend the map if it shows anything new.
@@ -62,27 +63,31 @@ class Mapper:
         finite = points[np.isfinite(points).all(axis=1)]
         points = thinned(finite, self._config.point_spacing)
         begins = len(self._local.points) < LEAST_SURFACE
-        guess = self._predicted(odometry)
+        guess = self._track.predicted(stamp_ns, odometry)
         found = self._matched(points, guess)
-        lost = 'no map yet' if begins else self._lost(found)
+        lost = 'no map yet' if begins else self._lost(found, points)
+        if lost and not begins:
+            found, lost = self._searched(points, guess, odometry, found, lost)
+        elif not lost:
+            self._track.learn(guess, found)
         pose = guess if lost else found.pose
         if not lost or begins:
             self._recent.append((pose, points))
-        if not lost:
-            self._learn(guess, found)
-        self._pose, self._odometry = pose, odometry
         if not self.keyframes or (not lost and self._is_new(pose)):
             self._add_keyframe(stamp_ns, pose, points)
             self._extend(pose)
             if self._close_loop():
-                self._pose = pose = self.keyframes[-1].pose
+                pose = self.keyframes[-1].pose
         elif begins or (not lost and found.mapped < MAPPED):
             self._extend(pose)
+        self._track.move_to(pose, stamp_ns, odometry)
+        if not lost or begins:
+            self._map_from_odometry = pose @ inverse(odometry)
         return Estimate(
             stamp_ns,
             pose,
-            pose @ inverse(odometry),
-            self._covariance,
+            self._map_from_odometry,
+            self._track.covariance,
             found.share,
             found.residual,
             lost,
@@ -90,62 +95,53 @@ class Mapper:
             inverse(self.keyframes[self._anchor].pose) @ pose,
         )
 
-    def place(self, pose: Array, odometry: Array, covariance: Array) -> None:
+    def place(self, pose: Array, stamp_ns: int, odometry: Array, covariance: Array) -> None:
         """Continue at a given pose, as a person sets it.
 
         Parameters
         ----------
-        pose, odometry
-            Pose of the clouds' frame in the map and in the frame of odometry, at one instant.
+        pose, stamp_ns, odometry
+            Pose of the clouds' frame in the map at an instant [ns], and in the frame of odometry.
         covariance
             Of the pose's change, shape (6, 6).
         """
-        self._pose, self._odometry, self._covariance = pose, odometry, covariance
+        self._track.move_to(pose, stamp_ns, odometry)
+        self._track.covariance = covariance
         if self.keyframes:
             places = np.stack([keyframe.pose[:3, 3] for keyframe in self.keyframes])
             self._anchor = int(np.argmin(np.linalg.norm(places - pose[:3, 3], axis=1)))
             self._choose_local(pose)
         self._recent.clear()
+        self._recovery.forget()
 
     def pose_of(self, estimate: Estimate) -> Array:
         """Return where a cloud was taken, by the map as it is now."""
         return np.asarray(self.keyframes[estimate.keyframe].pose @ estimate.from_keyframe)
 
-    def _predicted(self, odometry: Array) -> Array:
-        """Return the pose by odometry since the last cloud; the covariance grows."""
-        if self._pose is None:
-            return odometry
-        motion = inverse(self._odometry) @ odometry
-        way = float(np.linalg.norm(motion[:3, 3]))
-        turn = float(np.arccos(np.clip((np.trace(motion[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
-        slip = self._config.odometry_slip
-        shift, rotation = ODOMETRY_FLOOR
-        self._covariance = self._covariance + np.diag(
-            [(shift + slip * way) ** 2] * 3 + [(rotation + slip * (turn + way)) ** 2] * 3
-        )
-        motion[:3, 3] *= self._scale.value
-        return self._pose @ motion
-
-    def _learn(self, guess: Array, found: Match) -> None:
-        """Learn the scale of odometry, and how certain the pose is, from a match."""
-        if self._pose is not None:
-            matched = found.pose[:3, 3] - self._pose[:3, 3]
-            counted = (guess[:3, 3] - self._pose[:3, 3]) / self._scale.value
-            position = self._covariance[:3, :3]
-            self._scale.add(matched, counted, found.information[:3, :3], position)
-        gained = np.linalg.inv(self._covariance) + found.information
-        self._covariance = np.linalg.inv(gained)
-
     def _matched(self, points: Array, guess: Array) -> Match:
         if not len(self._local.points):
             return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
-        prior = np.linalg.inv(self._covariance)
+        prior = np.linalg.inv(self._track.covariance)
         return match(points, self._local, guess, prior, self._config)
 
-    def _lost(self, found: Match) -> str:
+    def _lost(self, found: Match, points: Array) -> str:
+        """Return why a match is not believed; empty if it is."""
         if found.share < self._config.least_share:
             return f'{found.share:.0%} of the points near the map lie on it'
-        return ''
+        clear = clear_share(points, found.pose, [self.keyframes[i] for i in self._near])
+        if clear < self._config.least_clear:
+            return f'{1.0 - clear:.0%} of the points are in space that was seen to be free'
+        return self._recovery.doubt(found, clear)
+
+    def _searched(
+        self, points: Array, guess: Array, odometry: Array, failed: Match, lost: str
+    ) -> tuple[Match, str]:
+        """Search for the robot; return the match and why it is still lost."""
+        found = self._recovery.search(points, guess, odometry, self.keyframes)
+        if isinstance(found, str):
+            return failed, '; '.join(filter(None, [self._track.jump, lost, found]))
+        self.place(found.pose, 0, odometry, np.linalg.inv(found.information + FOUND))
+        return found, ''
 
     def _is_new(self, pose: Array) -> bool:
         """Return whether the robot is away from the nearest keyframe of the map around."""

@@ -53,3 +53,10 @@ def planar(x: float, y: float, yaw: float) -> Array:
 def yaw_of(pose: Array) -> float:
     """Return the heading of a pose [rad]."""
     return float(np.arctan2(pose[1, 0], pose[0, 0]))
+
+
+def between(one: Array, other: Array) -> tuple[float, float]:
+    """Return the distance [m] and the turn [rad] between two poses."""
+    turned = (np.trace(one[:3, :3].T @ other[:3, :3]) - 1.0) / 2.0
+    distance = np.linalg.norm(one[:3, 3] - other[:3, 3])
+    return float(distance), float(np.arccos(np.clip(turned, -1.0, 1.0)))

@@ -5,21 +5,12 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.live import drawn, LiveMapper
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.poses import moved, planar
+from nodlidar_mapper.poses import planar
 import numpy as np
 import pytest
+from rooms import cloud, OBLONG
 
 NS = 10**9
-
-
-def box(pose, side=6.0, count=3000, seed=0):
-    """Return points of the walls of a box that is longer than wide, as seen from a pose in it."""
-    rng = np.random.default_rng(seed)
-    along, up = rng.uniform(-1.0, 1.0, count), rng.uniform(-0.5, 1.5, count)
-    wall = rng.integers(4, size=count)
-    x = np.where(wall < 2, side * np.where(wall == 0, 1, -1), side * along)
-    y = np.where(wall < 2, side / 2 * along, side / 2 * np.where(wall == 2, 1, -1))
-    return moved(np.linalg.inv(pose), np.stack([x, y, up], axis=1))
 
 
 def test_the_path_is_where_the_robot_was(monkeypatch):
@@ -27,7 +18,7 @@ def test_the_path_is_where_the_robot_was(monkeypatch):
     mapper = LiveMapper(Mapper(MapperConfig()))
     poses = [planar(0.1 * k, 0.02 * k, 0.01 * k) for k in range(60)]
     for k, pose in enumerate(poses):
-        progress = mapper.add(k * NS, box(pose, seed=k), pose)
+        progress = mapper.add(k * NS, cloud(OBLONG, pose, seed=k), pose)
         assert len(progress.path) == len(progress.stamps_ns) <= 20
     assert progress.stamps_ns[0] == 0
     assert progress.stamps_ns[-1] == 59 * NS
@@ -37,11 +28,11 @@ def test_the_path_is_where_the_robot_was(monkeypatch):
 
 def test_a_drawn_map_does_not_change_with_the_drive():
     mapper = LiveMapper(Mapper(MapperConfig()))
-    first = mapper.add(0, box(np.eye(4)), np.eye(4))
+    first = mapper.add(0, cloud(OBLONG, np.eye(4)), np.eye(4))
     before = drawn(first.keyframes, GridConfig())
     for k in range(1, 8):
         pose = planar(0.3 * k, 0.0, 0.0)
-        mapper.add(k * NS, box(pose, seed=k), pose)
+        mapper.add(k * NS, cloud(OBLONG, pose, seed=k), pose)
     after = drawn(first.keyframes, GridConfig())
     np.testing.assert_array_equal(after[0].points, before[0].points)
     np.testing.assert_array_equal(after[1].cells, before[1].cells)
@@ -56,11 +47,11 @@ def test_an_empty_map_is_not_drawn():
 def test_the_map_continues_where_a_person_sets_the_robot(shift):
     mapper = LiveMapper(Mapper(MapperConfig()))
     for k in range(3):
-        mapper.add(k * NS, box(np.eye(4), seed=k), np.eye(4))
+        mapper.add(k * NS, cloud(OBLONG, np.eye(4), seed=k), np.eye(4))
     # Carried away: odometry did not notice. The person sets the pose with an error.
     true, odometry = planar(2.0, 0.7, 0.6), planar(0.0, 0.0, 0.0)
     given = true @ planar(*shift)
-    mapper.place(given, odometry, np.diag([0.3**2] * 3 + [0.1**2] * 3))
-    found = mapper.add(9 * NS, box(true, seed=9), odometry).estimate
+    mapper.place(given, 2 * NS, odometry, np.diag([0.3**2] * 3 + [0.1**2] * 3))
+    found = mapper.add(9 * NS, cloud(OBLONG, true, seed=9), odometry).estimate
     assert not found.lost
     np.testing.assert_allclose(found.pose, true, atol=0.02)

@@ -157,7 +157,7 @@ class MapperNode(Node):
         def work() -> Progress:
             if given is not None:
                 map_from_odometry, covariance = given
-                mapper.place(map_from_odometry @ odometry, odometry, covariance)
+                mapper.place(map_from_odometry @ odometry, stamp_ns, odometry, covariance)
             return mapper.add(stamp_ns, points, odometry)
 
         self._matching.start(
@@ -173,8 +173,7 @@ class MapperNode(Node):
         self.progress = progress
         estimate = progress.estimate
         self.diagnosis.matched(progress, (steady_ns() - begin_ns) / NS_PER_S)
-        if not estimate.lost or len(progress.keyframes) == 1:
-            self._map_from_odometry = estimate.map_from_odometry
+        self._map_from_odometry = estimate.map_from_odometry
         base = self._lookup(self.config.odom_frame, self.config.base_frame, estimate.stamp_ns)
         if base is not None:
             self._pose.publish(

@@ -1,0 +1,201 @@
+"""Where in a map a cloud was taken, without a good guess."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import ceil, floor, pi
+
+from nodlidar_mapper.keyframe import Keyframe
+from nodlidar_mapper.matching import Match, match, MatchingConfig
+from nodlidar_mapper.poses import Array, between, inverse, moved, planar
+from nodlidar_mapper.range_image import RangeImage
+from nodlidar_mapper.surface import Surface, thinned
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+# Places are searched on a grid, by the cubes that the map fills.
+CUBE = 0.25  # m
+TURN = 0.06  # rad
+SPACING = 0.5  # of the points that are searched with [m]
+OFF = 2.0  # the robot is at most so far off the keyframes, along x and y [m]
+APART = 0.75, 0.3  # candidates differ by more than this [m], [rad]
+CANDIDATES = 6
+ALIKE = 0.94  # places whose fits differ by less than this share fit alike
+START = np.diag([0.3**-2] * 3 + [0.1**-2] * 3)  # information of a candidate
+
+THROUGH = 0.3  # a beam that ends so much farther went through [m]
+NEAREST = 4  # keyframes that judge a place
+LEAST_JUDGED = 30  # points
+
+
+@dataclass(frozen=True, slots=True)
+class Area:
+    """Where to search: within a distance [m] and a turn [rad] of a pose."""
+
+    pose: Array
+    distance: float
+    turn: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A place where a cloud may have been taken.
+
+    Attributes
+    ----------
+    found
+        The cloud matched there.
+    fit
+        Share of all points that lie on the map.
+    clear
+        Share of the points that no keyframe sees through.
+    rival
+        Fit of the best other place.
+    """
+
+    found: Match
+    fit: float
+    clear: float
+    rival: float
+
+
+def best_place(
+    points: Array, keyframes: Sequence[Keyframe], area: Area, config: MatchingConfig
+) -> Place | None:
+    """Return the best place in an area; None if the map or the cloud is empty.
+
+    Of places that fit alike, it is the one nearest to the pose of the area: along a corridor, all
+    places may be alike.
+
+    Parameters
+    ----------
+    points
+        In the cloud's frame [m], shape (n, 3).
+    keyframes
+        Of the map.
+    area
+        Where to search.
+    config
+        Of the matching.
+    """
+    surface = Surface.joined([each.surface.moved(each.pose) for each in keyframes])
+    if not len(surface.points) or not len(points):
+        return None
+    known = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
+    candidates = [area.pose, *_candidates(points, surface, area, known)]
+    places = [match(points, surface, at, START, config, 2.0 * config.reach) for at in candidates]
+    highest = max(map(fit_of, places))
+    alike = [each for each in places if fit_of(each) >= ALIKE * highest]
+    best = min(alike, key=lambda each: between(each.pose, area.pose)[0])
+    others = [fit_of(each) for each in places if _differ(each.pose, best.pose)]
+    clear = clear_share(points, best.pose, keyframes)
+    return Place(best, fit_of(best), clear, max(others, default=0.0))
+
+
+def fit_of(found: Match) -> float:
+    """Return the share of all points that lie on the map."""
+    return found.share * found.mapped
+
+
+def clear_share(points: Array, pose: Array, keyframes: Sequence[Keyframe]) -> float:
+    """Return the share of points that the nearest keyframes do not see through.
+
+    At a wrong place, walls stand where others have seen that there is nothing.
+
+    Parameters
+    ----------
+    points
+        Of a cloud, in its frame [m], shape (n, 3).
+    pose
+        Of its frame in the map.
+    keyframes
+        Of the map.
+    """
+    places = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
+    near = np.argsort(np.linalg.norm(places - pose[:3, 3], axis=1))[:NEAREST]
+    beyond = np.concatenate(
+        [
+            RangeImage(keyframes[i].points).beyond(
+                moved(inverse(keyframes[i].pose) @ pose, points)
+            )
+            for i in near
+        ]
+    )
+    judged = np.isfinite(beyond) & (beyond > -THROUGH)
+    if np.count_nonzero(judged) < LEAST_JUDGED:
+        return 1.0
+    return float(np.mean(beyond[judged] < THROUGH))
+
+
+def _differ(one: Array, other: Array) -> bool:
+    distance, turn = between(one, other)
+    return distance > APART[0] / 2.0 or turn > APART[1] / 2.0
+
+
+def _candidates(points: Array, surface: Surface, area: Area, known: Array) -> Iterator[Array]:
+    """Yield the best poses of the grid near known places (n, 3), each apart from the others."""
+    filled, corner = _filled(surface.points)
+    few = thinned(points, SPACING) @ area.pose[:3, :3].T
+    along_x, along_y = (_steps(area.pose[k, 3], area.distance, known[:, k]) for k in (0, 1))
+    count = ceil(min(area.turn, pi) / TURN)
+    turns = np.arange(-count, count + 1) * TURN
+    if not len(along_x) or not len(along_y):
+        return
+    scores = np.stack(
+        [
+            _scores(
+                moved(planar(0.0, 0.0, turn), few) + area.pose[:3, 3],
+                filled,
+                corner,
+                along_x,
+                along_y,
+            )
+            for turn in turns
+        ]
+    )
+    for _ in range(CANDIDATES):
+        best = np.unravel_index(int(np.argmax(scores)), scores.shape)
+        turn, x, y = turns[best[0]], along_x[best[1]] * CUBE, along_y[best[2]] * CUBE
+        pose = planar(x, y, 0.0) @ area.pose
+        pose[:3, :3] = planar(0.0, 0.0, turn)[:3, :3] @ area.pose[:3, :3]
+        yield pose
+        off = np.abs(turns - turn)
+        near_turn = np.minimum(off, 2.0 * pi - off) <= APART[1]
+        near_x = np.abs(along_x * CUBE - x) <= APART[0]
+        near_y = np.abs(along_y * CUBE - y) <= APART[0]
+        scores[np.ix_(near_turn, near_x, near_y)] = -1.0
+
+
+def _steps(at: float, distance: float, known: Array) -> NDArray[np.intp]:
+    """Return the steps along an axis from a place, within a distance and near known places."""
+    low = max(-distance, float(known.min()) - OFF - at)
+    high = min(distance, float(known.max()) + OFF - at)
+    return np.arange(ceil(low / CUBE), floor(high / CUBE) + 1)
+
+
+def _filled(points: Array) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
+    """Return how much of the map each cube has: 1, beside such a one a half; and the corner."""
+    corner = np.floor(points.min(axis=0) / CUBE).astype(np.intp) - 2
+    cubes = np.floor(points / CUBE).astype(np.intp) - corner
+    filled = np.zeros(cubes.max(axis=0) + 3, dtype=np.bool_)
+    filled[tuple(cubes.T)] = True
+    return (filled + binary_dilation(filled).astype(np.float32)) / np.float32(2.0), corner
+
+
+def _scores(
+    points: Array,
+    filled: NDArray[np.float32],
+    corner: NDArray[np.intp],
+    along_x: NDArray[np.intp],
+    along_y: NDArray[np.intp],
+) -> NDArray[np.float32]:
+    """Return the mean of the map at points (n, 3), for each step along x and y."""
+    cubes = np.floor(points / CUBE).astype(np.intp) - corner
+    inside = (cubes[:, 2] >= 0) & (cubes[:, 2] < filled.shape[2])
+    total = np.zeros((len(along_x), len(along_y)), dtype=np.float32)
+    for x, y, z in cubes[inside]:
+        # The border is empty, so that cubes outside count as empty.
+        rows = np.clip(x + along_x, 0, filled.shape[0] - 1)
+        columns = np.clip(y + along_y, 0, filled.shape[1] - 1)
+        total += filled[:, :, z][np.ix_(rows, columns)]
+    return np.asarray(total / max(len(points), 1))

@@ -1,0 +1,34 @@
+"""What a keyframe sees in each direction."""
+
+from nodlidar_mapper.poses import Array
+import numpy as np
+from numpy.typing import NDArray
+
+BIN = np.radians(2.0)  # of directions [rad]
+_COLUMNS = int(2.0 * np.pi / BIN) + 2
+_ROWS = int(np.pi / BIN) + 2
+
+
+class RangeImage:
+    """The nearest range in each bin of directions.
+
+    Parameters
+    ----------
+    points
+        In the frame of the sensor [m], shape (n, 3).
+    """
+
+    def __init__(self, points: Array) -> None:
+        self._ranges = np.full(_ROWS * _COLUMNS, np.inf)
+        np.minimum.at(self._ranges, _bins(points), np.linalg.norm(points, axis=1))
+
+    def beyond(self, points: Array) -> Array:
+        """Return how far beams go beyond points (n, 3) in the same frame [m]; inf without any."""
+        return np.asarray(self._ranges[_bins(points)] - np.linalg.norm(points, axis=1))
+
+
+def _bins(points: Array) -> NDArray[np.intp]:
+    azimuth = np.arctan2(points[:, 1], points[:, 0]) + np.pi
+    elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1])) + np.pi / 2.0
+    column, row = (azimuth / BIN).astype(np.intp), (elevation / BIN).astype(np.intp)
+    return np.asarray(row * _COLUMNS + column)

@@ -1,0 +1,21 @@
+"""Clouds of convex rooms, all of whose walls can be seen from anywhere in them."""
+
+from nodlidar_mapper.poses import inverse, moved
+import numpy as np
+
+# Corners [m]. No turn makes the first one fit itself; half a turn does so with the second one.
+CROOKED = np.array([(-4.0, -3.0), (4.5, -2.5), (5.0, 1.5), (1.0, 4.0), (-3.5, 2.0)])
+OBLONG = np.array([(-5.0, -2.5), (5.0, -2.5), (5.0, 2.5), (-5.0, 2.5)])
+HEIGHT = 2.0
+
+
+def cloud(corners, pose, seed=0, count=4000, noise=0.005):
+    """Return points on the walls of a room as seen from a pose in it, with noise [m], (n, 3)."""
+    rng = np.random.default_rng(seed)
+    sides = np.roll(corners, -1, axis=0) - corners
+    lengths = np.linalg.norm(sides, axis=1)
+    wall = rng.choice(len(corners), count, p=lengths / lengths.sum())
+    along = rng.uniform(size=(count, 1))
+    plane = corners[wall] + along * sides[wall] + rng.normal(0.0, noise, (count, 2))
+    points = np.column_stack([plane, rng.uniform(0.0, HEIGHT, count)])
+    return moved(inverse(pose), points)

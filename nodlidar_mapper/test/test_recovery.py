@@ -1,0 +1,101 @@
+"""A robot that is lost: odometry jumps, somebody carries it, rooms look alike."""
+
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.place_search import Area, best_place, clear_share
+from nodlidar_mapper.poses import between, inverse, planar
+import numpy as np
+import pytest
+from rooms import cloud, CROOKED, OBLONG
+
+NS = 10**9
+JUMPS = [(0.6, 0.0, 0.0), (0.0, 0.5, 0.3), (5.0, -3.0, 2.0), (0.0, 0.0, 3.1)]
+
+
+def mapped(corners, clouds=5):
+    """Return a mapper that has seen a room from its middle on, and the last pose."""
+    mapper = Mapper(MapperConfig())
+    for k in range(clouds):
+        pose = planar(0.2 * k, 0.0, 0.05 * k)
+        found = mapper.add(k * NS, cloud(corners, pose, seed=k), pose)
+    assert not found.lost
+    return mapper, pose
+
+
+@pytest.mark.parametrize('jump', JUMPS)
+def test_a_jump_of_odometry_does_not_carry_the_robot_away(jump):
+    mapper, pose = mapped(CROOKED)
+    after = planar(*jump) @ pose
+    for k in range(5, 9):
+        here = planar(0.2 * k, 0.0, 0.05 * k)
+        odometry = after @ inverse(pose) @ here
+        found = mapper.add(k * NS, cloud(CROOKED, here, seed=k), odometry)
+        assert not found.lost
+        np.testing.assert_allclose(found.pose, here, atol=0.02)
+        np.testing.assert_allclose(found.map_from_odometry @ odometry, here, atol=0.02)
+
+
+def test_a_robot_that_was_carried_is_lost_until_it_is_found():
+    mapper, pose = mapped(CROOKED)
+    before = mapper.add(5 * NS, cloud(CROOKED, pose, seed=5), pose)
+    size = sum(len(keyframe.surface.points) for keyframe in mapper.keyframes)
+    true = planar(-2.0, -1.0, 2.5)
+    found = []
+    for k in range(6, 16):
+        found.append(mapper.add(k * NS, cloud(CROOKED, true, seed=k), pose))
+        if not found[-1].lost:
+            break
+        assert 'free' in found[-1].lost or 'lie on' in found[-1].lost
+        np.testing.assert_array_equal(found[-1].map_from_odometry, before.map_from_odometry)
+        assert sum(len(each.surface.points) for each in mapper.keyframes) == size
+    assert 1 < len(found) < 10
+    np.testing.assert_allclose(found[-1].pose, true, atol=0.02)
+
+
+def test_in_a_room_that_fits_itself_turned_nobody_knows():
+    mapper, pose = mapped(OBLONG)
+    carried = planar(2.0, 1.0, np.pi / 2.0)
+    for k in range(6, 14):
+        found = mapper.add(k * NS, cloud(OBLONG, carried, seed=k), pose)
+        assert found.lost
+    assert 'two places fit alike' in found.lost or 'searched again' in found.lost
+
+
+def test_points_in_free_space_are_counted():
+    mapper, pose = mapped(CROOKED)
+    points = cloud(CROOKED, pose, seed=9)
+    assert clear_share(points, pose, mapper.keyframes) > 0.99
+    # Half of the points come nearer by 1 m: beams of the keyframes went through there.
+    nearer = points.copy()
+    ranges = np.linalg.norm(points[::2, :2], axis=1, keepdims=True)
+    nearer[::2, :2] *= 1.0 - 1.0 / ranges
+    nearer[::2, 2] *= 1.0 - 1.0 / ranges[:, 0]
+    assert clear_share(nearer, pose, mapper.keyframes) == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_a_place_is_found_from_far_off(seed):
+    rng = np.random.default_rng(seed)
+    mapper, _ = mapped(CROOKED)
+    true = planar(*rng.uniform(-1.5, 1.5, 2), rng.uniform(-np.pi, np.pi))
+    area = Area(planar(*rng.uniform(-1.0, 1.0, 2), rng.uniform(-np.pi, np.pi)), 6.0, np.pi)
+    place = best_place(
+        cloud(CROOKED, true, seed=100 + seed), mapper.keyframes, area, MapperConfig()
+    )
+    distance, turn = between(place.found.pose, true)
+    assert distance < 0.02
+    assert turn < 0.01
+    assert place.fit > 0.95
+    assert place.rival < 0.85 * place.fit
+
+
+def test_an_empty_map_has_no_place():
+    assert (
+        best_place(
+            np.zeros((0, 3)),
+            mapped(CROOKED)[0].keyframes,
+            Area(np.eye(4), 1.0, 1.0),
+            MapperConfig(),
+        )
+        is None
+    )
