@@ -27,8 +27,9 @@ from bench.report import Row
 DURATION, WARM_UP, PATIENCE = 20.0, 4.0, 40.0  # s
 TITLE = f'Serialised messages of a sensor in the room, {DURATION:.0f} s'
 SETUPS = {
-    'balanced': ['base:=odometry'],
-    'slam': ['base:=odometry', 'profile:=slam'],
+    'balanced': ('robot.launch.py', ['base:=odometry']),
+    'slam': ('robot.launch.py', ['base:=odometry', 'profile:=slam']),
+    'slam, with the mapper': ('mapping.launch.py', ['scene:=room', 'route:=figure_of_eight']),
 }
 PACKET = 1480  # bytes of a message in an IP packet of 1500 bytes
 OWN = 'bandwidth'
@@ -88,16 +89,16 @@ def results() -> list[Row]:
     keep_apart()
     return [
         {'profile': profile, **row}
-        for profile, arguments in SETUPS.items()
-        for row in measured(arguments)
+        for profile, (file, arguments) in SETUPS.items()
+        for row in measured(file, arguments)
     ]
 
 
-def measured(arguments: list[str], duration: float = DURATION) -> list[Row]:
-    """Return the traffic of the topics of one set-up."""
+def measured(file: str, arguments: list[str], duration: float = DURATION) -> list[Row]:
+    """Return the traffic of the topics of a launch file with arguments."""
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / 'launch.log'
-        with launched_sensor(log, *arguments), _listener() as (node, executor):
+        with launched_sensor(log, *arguments, file=file), _listener() as (node, executor):
             _spin(executor, node, PATIENCE, lambda: _works(node))
             _spin(executor, node, WARM_UP)
             for traffic in node.traffic.values():

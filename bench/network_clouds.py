@@ -64,6 +64,7 @@ def measured(case: Case, count: int = COUNT) -> Row:
             f'{size}',
             f'{count}',
             f'{period}',
+            '1.0',
         ]
         with listening(far, file, [topic]), process_at(robot, Path(name) / 'talker', command):
             _until_first(file)

@@ -1,4 +1,4 @@
-"""A node that publishes numbered clouds: `python -m bench.network_talker SIZE COUNT PERIOD`."""
+"""A node that publishes clouds: `python -m bench.network_talker SIZE COUNT PERIOD PAUSE`."""
 
 import sys
 import time
@@ -11,9 +11,12 @@ DISCOVERY = 20.0  # until a subscriber is there, at most [s]
 
 
 class Talker(Node):
-    """Publishes clouds of a size [bytes] with a period [s], once somebody listens."""
+    """Publishes clouds of a size [bytes] with a period [s], once somebody listens, after a pause.
 
-    def __init__(self, size: int, count: int, period: float) -> None:
+    In the pause [s] the subscriber finds this publisher, too.
+    """
+
+    def __init__(self, size: int, count: int, period: float, pause: float) -> None:
         super().__init__('talker')
         self.failed = False
         self._left = count
@@ -23,8 +26,8 @@ class Talker(Node):
         while not self._clouds.get_subscription_count():
             if time.monotonic() > deadline:
                 raise TimeoutError(f'nobody listens to clouds after {DISCOVERY:g} s')
-            time.sleep(0.1)
-        time.sleep(1.0)  # for the subscriber to find this publisher, too
+            time.sleep(0.02)
+        time.sleep(pause)
         self.create_timer(period, self._publish)
 
     def _publish(self) -> None:
@@ -35,5 +38,5 @@ class Talker(Node):
 
 
 if __name__ == '__main__':
-    size, count, period = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
-    sys.exit(run(lambda: Talker(size, count, period)))
+    size, count, period, pause = map(float, sys.argv[1:])
+    sys.exit(run(lambda: Talker(int(size), int(count), period, pause)))

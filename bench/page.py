@@ -13,6 +13,7 @@ PAGES = tuple(
         'docs/faults.md',
         'docs/mapping.md',
         'docs/moving_robot.md',
+        'docs/network.md',
         'docs/tradeoffs.md',
         'docs/nod_schedules.md',
         'docs/physics.md',
