@@ -19,7 +19,8 @@ def node():
     """Return one of all nodes in one process, which know of each other at once."""
     rclpy.init(args=['--ros-args', '-p', 'ego_motion:=beam'])
     nodes = [make() for make in (DriverNode, ServoNode, Assembler, MapperNode)]
-    nodes[0].trigger_configure()
+    for device in nodes[:2]:
+        device.trigger_configure()  # from then on it publishes diagnostics
     yield nodes[0]
     for each in nodes:
         each.destroy_node()
