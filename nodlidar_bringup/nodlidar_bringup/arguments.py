@@ -11,6 +11,8 @@ import xacro
 
 _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
 _FARTHEST = 1000.0  # [m, rad]
+# Moves the transforms into the namespace of a node, as nav2 does for several robots.
+OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
 _FRAME_PREFIX = re.compile(r'([A-Za-z0-9_][A-Za-z0-9_./-]*)?')
 
 
@@ -18,6 +20,8 @@ def check(values: Mapping[str, str]) -> None:
     """Check the arguments without a list of choices; raises ParameterError."""
     check_namespace(values['namespace'])
     check_frame_prefix(values['frame_prefix'])
+    if values['own_tf'] == 'true' and not values['namespace'].strip('/'):
+        raise ParameterError('own_tf', 'false without a namespace', values['own_tf'])
     for name in ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy'):
         numbers(name, values[name])
     for name in ('driver_params', 'servo_params', 'assembler_params'):

@@ -22,7 +22,7 @@ def values(tmp_path):
     path.write_text('/**:\n  ros__parameters: {}\n')
     files = dict.fromkeys(('driver_params', 'servo_params', 'assembler_params'), str(path))
     scene = {'hardware': 'sim', 'scene': 'room', 'route': ''}
-    return {'namespace': '', 'frame_prefix': '', **PLACES, **files, **scene}
+    return {'namespace': '', 'frame_prefix': '', 'own_tf': 'false', **PLACES, **files, **scene}
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,7 @@ def values(tmp_path):
         {},
         {'namespace': '/left/front_2/', 'frame_prefix': 'left_'},
         {'frame_prefix': 'robot-1/left.'},
+        {'namespace': 'robot1', 'own_tf': 'true'},
         {'mount_xyz': ' -1e-3\t+.5 7 ', 'route': 'turn', 'scene': 'wall'},
         {'hardware': 'real', 'scene': 'moon'},
     ],
@@ -49,6 +50,7 @@ def test_good_arguments_pass(values, change):
         ('mount_xyz', '0 0 1e300', 'none beyond 1000'),
         ('mount_xyz', '0 0 1" foo', "'mount_xyz' must be three numbers [m]"),
         ('frame_prefix', 'a b', "'frame_prefix' must be letters, digits"),
+        ('own_tf', 'true', "'own_tf' must be false without a namespace"),
         ('frame_prefix', '/left', "'frame_prefix' must be letters, digits"),
         ('frame_prefix', '"><link/>', "'frame_prefix' must be letters, digits"),
         ('namespace', '2nd', "'namespace' must be letters, digits"),

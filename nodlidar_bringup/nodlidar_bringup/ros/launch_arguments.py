@@ -79,6 +79,12 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'default_value': '',
         'description': 'namespace of all nodes and topics',
     },
+    'own_tf': {
+        'default_value': 'false',
+        'choices': ['true', 'false'],
+        'description': 'true: the transforms of these nodes are on tf and tf_static in the '
+        'namespace, for several robots on one network (docs/network.md)',
+    },
     'frame_prefix': {
         'default_value': '',
         'description': "prefix of the sensor's frames and its joint, but not of base_link",

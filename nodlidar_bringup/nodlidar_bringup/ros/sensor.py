@@ -61,8 +61,10 @@ class Sensor:
 
     def node(self, package: str, executable: str, **options: Any) -> Node:
         """Return a node in the sensor's namespace."""
-        namespace = self.values['namespace']
-        return tied_node(self.context, package, executable, namespace=namespace, **options)
+        options['namespace'] = self.values['namespace']
+        if self.values['own_tf'] == 'true':
+            options['arguments'] = [*options.get('arguments', []), *arguments.OWN_TF]
+        return tied_node(self.context, package, executable, **options)
 
     def frame(self, name: str) -> str:
         """Return a frame or joint of this sensor."""
