@@ -48,7 +48,9 @@ class Mapper:
         self._map_from_odometry = np.eye(4)  # the last good one
         self._recovery = Recovery(config)
 
-    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Estimate:
+    def add(
+        self, stamp_ns: int, points: Array, odometry: Array, mount: Array | None = None
+    ) -> Estimate:
         """Return where a cloud was taken, and extend the map if it shows anything new.
 
         Parameters
@@ -59,17 +61,21 @@ class Mapper:
             In the cloud's frame [m], shape (n, 3).
         odometry
             Pose of the cloud's frame in the frame of odometry at that instant, as a matrix.
+        mount
+            Pose of the cloud's frame in that of the robot, where several sensors have their own;
+            by default it is the same.
         """
+        robot = np.eye(4) if mount is None else inverse(mount)  # in the cloud's frame
         finite = points[np.isfinite(points).all(axis=1)]
         points = thinned(finite, self._config.point_spacing)
         begins = len(self._local.points) < LEAST_SURFACE
-        guess = self._track.predicted(stamp_ns, odometry)
+        guess = self._track.predicted(stamp_ns, odometry @ robot) @ inverse(robot)
         found = self._matched(points, guess)
         lost = 'no map yet' if begins else self._lost(found, points)
         if lost and not begins:
             found, lost = self._searched(points, guess, odometry, found, lost)
         elif not lost:
-            self._track.learn(guess, found)
+            self._track.learn(guess @ robot, found.pose @ robot, found)
         pose = guess if lost else found.pose
         if not lost or begins:
             self._recent.append((pose, points))
@@ -80,7 +86,7 @@ class Mapper:
                 pose = self.keyframes[-1].pose
         elif begins or (not lost and found.mapped < MAPPED):
             self._extend(pose)
-        self._track.move_to(pose, stamp_ns, odometry)
+        self._track.move_to(pose @ robot, stamp_ns, odometry @ robot)
         if not lost or begins:
             self._map_from_odometry = pose @ inverse(odometry)
         return Estimate(
@@ -101,7 +107,7 @@ class Mapper:
         Parameters
         ----------
         pose, stamp_ns, odometry
-            Pose of the clouds' frame in the map at an instant [ns], and in the frame of odometry.
+            Pose of the robot in the map at an instant [ns], and in the frame of odometry.
         covariance
             Of the pose's change, shape (6, 6).
         """

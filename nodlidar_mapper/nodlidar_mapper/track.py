@@ -12,7 +12,7 @@ JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odomet
 
 
 class Track:
-    """Follows the pose of the clouds' frame in the map.
+    """Follows the pose of the robot in the map.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Track:
             return odometry
         motion = inverse(self._odometry) @ odometry
         distance, turn = between(np.eye(4), motion)
-        seconds = max((stamp_ns - self._stamp_ns) / NS_PER_S, 0.1)
+        seconds = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, 0.1)
         config = self._config
         if distance > config.max_speed * seconds or turn > config.max_turn_rate * seconds:
             self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
@@ -59,15 +59,23 @@ class Track:
         self._last_motion = motion
         return np.asarray(self.pose @ motion)
 
-    def learn(self, guess: Array, found: Match) -> None:
-        """Learn the scale of odometry, and how certain the pose is, from a match."""
+    def learn(self, guess: Array, pose: Array, found: Match) -> None:
+        """Learn the scale of odometry, and how certain the pose is, from a match.
+
+        Parameters
+        ----------
+        guess, pose
+            Poses of the robot: by odometry, and by the match.
+        found
+            The match of the cloud.
+        """
         if self.pose is not None:
-            matched = found.pose[:3, 3] - self.pose[:3, 3]
+            matched = pose[:3, 3] - self.pose[:3, 3]
             counted = (guess[:3, 3] - self.pose[:3, 3]) / self._scale.value
             position = self.covariance[:3, :3]
             self._scale.add(matched, counted, found.information[:3, :3], position)
         self.covariance = np.linalg.inv(np.linalg.inv(self.covariance) + found.information)
 
     def move_to(self, pose: Array, stamp_ns: int, odometry: Array) -> None:
-        """Continue from a pose of the frame in the map, and that in the frame of odometry."""
+        """Continue from a pose of the robot in the map, and that in the frame of odometry."""
         self.pose, self._stamp_ns, self._odometry = pose, stamp_ns, odometry
