@@ -9,16 +9,20 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from nodlidar_bringup import arguments
 from nodlidar_bringup.ros.discovery import announce_often
 from nodlidar_bringup.ros.launch_arguments import declared, share
-from nodlidar_bringup.ros.sensor import end_all, Sensor
+from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 
 
 def nodes(context):
     """Return the nodes of the sensor and the mapper."""
-    params = context.launch_configurations['mapper_params']
+    params, folder = (context.launch_configurations[name] for name in ('mapper_params', 'map'))
     arguments.check_parameter_file('mapper_params', params)
     sensor = Sensor(context)
     mapper = sensor.node(
-        'nodlidar_mapper', 'mapper', name='mapper', parameters=[params], on_exit=end_all
+        'nodlidar_mapper',
+        'mapper',
+        name='mapper',
+        parameters=[params, {'map_folder': text(folder)}],
+        on_exit=end_all,
     )
     return [*sensor.nodes(), mapper]
 
@@ -26,10 +30,18 @@ def nodes(context):
 def generate_launch_description():
     """Return the launch arguments and the function that creates the nodes from them."""
     announce_often()
-    own = DeclareLaunchArgument(
-        'mapper_params',
-        default_value=share('nodlidar_mapper', 'config/mapper.yaml'),
-        description='parameter file of the mapper',
-    )
+    own = [
+        DeclareLaunchArgument(
+            'mapper_params',
+            default_value=share('nodlidar_mapper', 'config/mapper.yaml'),
+            description='parameter file of the mapper',
+        ),
+        DeclareLaunchArgument(
+            'map',
+            default_value='',
+            description='folder of a saved map in which the robot is to be found; if empty, a new '
+            'map begins',
+        ),
+    ]
     sensor = declared(scene='building', profile='slam', base='odometry')
-    return LaunchDescription([*sensor, own, OpaqueFunction(function=nodes)])
+    return LaunchDescription([*sensor, *own, OpaqueFunction(function=nodes)])

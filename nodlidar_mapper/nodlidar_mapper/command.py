@@ -14,12 +14,10 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import check
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.grid import grid_of, GridConfig
-from nodlidar_mapper.lasting import lasting_surface
-from nodlidar_mapper.map_files import write_grid, write_surface, write_trajectory
+from nodlidar_mapper.grid import GridConfig
+from nodlidar_mapper.map_files import write_map
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import clouds_of, drive_in, estimates
-from nodlidar_mapper.picture import write_picture
 import numpy as np
 from rich.console import Console
 from rich.progress import track
@@ -54,14 +52,10 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     bar = track(clouds, 'mapping', console=console, transient=True, disable=hidden)
     found = estimates(mapper, bar, log)
     poses = np.stack([mapper.pose_of(each) for each in found])
-    surface = lasting_surface(mapper.keyframes)
-    grid = grid_of(surface, mapper.keyframes, cells)
-    output = arguments.output
-    output.mkdir(parents=True, exist_ok=True)
-    write_surface(output / 'map.ply', surface)
-    write_grid(output, grid)
-    write_trajectory(output / 'trajectory.txt', [each.stamp_ns for each in found], poses)
-    write_picture(output / 'map.png', grid, poses)
+    stamps_ns = [each.stamp_ns for each in found]
+    surface, _ = write_map(
+        arguments.output, mapper.keyframes, mapper.edges, stamps_ns, poses, cells
+    )
     seconds = time.perf_counter() - begin
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
     way = float(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1).sum())
@@ -69,7 +63,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     table.add_column()
     table.add_column(justify='right', overflow='fold')
     for name, value in {
-        'written': output,
+        'written': arguments.output,
         'clouds': len(clouds),
         'clouds that do not fit the map': sum(bool(each.lost) for each in found[1:]),
         'way': f'{way:.1f} m',

@@ -10,6 +10,10 @@ from nodlidar_mapper.matching import MatchingConfig
 class MapperConfig(MatchingConfig):
     """Map."""
 
+    extend_map: bool = parameter(
+        True,
+        'false: only find the robot in a map that was loaded',
+    )
     point_spacing: float = parameter(
         0.1,
         'Distance between points of a cloud or of the map',

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nodlidar_common.errors import NodlidarError
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.keyframe import Keyframe
 from nodlidar_mapper.poses import Array, moved
@@ -50,12 +51,23 @@ class Grid:
     resolution: float
 
 
+class EmptyMapError(NodlidarError):
+    """A map without surfaces."""
+
+
 def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig) -> Grid:
     """Return the grid of a map: occupied by surfaces within a band of heights.
 
     A cell is free where a beam of a keyframe crosses it within the band, and nothing is there.
+
+    Raises
+    ------
+    EmptyMapError
+        If there is no surface.
     """
     points = surface.points
+    if not len(points):
+        raise EmptyMapError('the map has no surface yet')
     size = config.resolution
     low = np.floor((points[:, :2].min(axis=0) - MARGIN) / size) * size
     shape = np.ceil((points[:, :2].max(axis=0) + MARGIN - low) / size).astype(int)

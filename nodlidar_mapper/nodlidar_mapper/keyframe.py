@@ -1,5 +1,6 @@
 """What a map consists of, and where clouds were taken."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_mapper.poses import Array
@@ -28,6 +29,11 @@ class Keyframe:
     points: Array
 
 
+def surface_in_map(keyframes: Sequence[Keyframe]) -> Surface:
+    """Return the surfaces of keyframes in the frame of the map."""
+    return Surface.joined([each.surface.moved(each.pose) for each in keyframes])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
     """Where a cloud was taken.
@@ -39,7 +45,8 @@ class Estimate:
     pose
         Of its frame in the map, as a matrix.
     map_from_odometry
-        Pose of the frame of odometry in the map.
+        Pose of the frame of odometry in the map, the last good one while the robot is lost; None
+        until it was found.
     covariance
         Of the pose's change, shape (6, 6).
     share, residual
@@ -53,7 +60,7 @@ class Estimate:
 
     stamp_ns: int
     pose: Array
-    map_from_odometry: Array
+    map_from_odometry: Array | None
     covariance: Array
     share: float
     residual: float

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from nodlidar_mapper.keyframe import Keyframe
+from nodlidar_mapper.keyframe import Keyframe, surface_in_map
 from nodlidar_mapper.poses import inverse, moved
 from nodlidar_mapper.range_image import RangeImage
 from nodlidar_mapper.surface import Surface
@@ -18,7 +18,7 @@ def lasting_surface(keyframes: Sequence[Keyframe]) -> Surface:
 
     A point goes if beams of more keyframes pass beyond it than end on it.
     """
-    surface = Surface.joined([each.surface.moved(each.pose) for each in keyframes])
+    surface = surface_in_map(keyframes)
     passes = np.zeros(len(surface.points), dtype=np.int64)
     hits = np.zeros_like(passes)
     for keyframe in keyframes:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from nodlidar_common.parameters import parameter
-from nodlidar_mapper.grid import Grid, grid_of, GridConfig
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.grid import EmptyMapError, Grid, grid_of, GridConfig
 from nodlidar_mapper.keyframe import Estimate, Keyframe
 from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.map_files import KEYFRAMES, write_map
 from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.pose_graph import Edge
 from nodlidar_mapper.poses import Array
+from nodlidar_mapper.saved_map import load_keyframes
 from nodlidar_mapper.surface import Surface
 import numpy as np
 
@@ -44,6 +49,11 @@ class NodeConfig:
         minimum=0.0,
         maximum=10.0,
     )
+    map_folder: str = parameter(
+        '',
+        'Folder of a saved map to be loaded, in which the robot may be anywhere; if empty, a new '
+        'map begins',
+    )
     map_period: float = parameter(
         5.0,
         'Time between two publications of a map that grows; drawing it never takes more than a '
@@ -54,6 +64,11 @@ class NodeConfig:
     )
 
 
+@dataclass(frozen=True)
+class Config(GridConfig, MapperConfig, NodeConfig):
+    """All parameters of the node."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Progress:
     """What is known after a cloud.
@@ -62,7 +77,7 @@ class Progress:
     ----------
     estimate
         Where the cloud was taken.
-    keyframes
+    keyframes, edges
         Of the map, as they are now; they do not change any more.
     loops
         Number of loops closed.
@@ -72,6 +87,7 @@ class Progress:
 
     estimate: Estimate
     keyframes: list[Keyframe]
+    edges: list[Edge]
     loops: int
     stamps_ns: list[int]
     path: Array
@@ -108,12 +124,45 @@ class LiveMapper:
             [e.from_keyframe for e in self._path]
         )
         stamps_ns = [e.stamp_ns for e in self._path]
-        return Progress(estimate, keyframes, self.mapper.loops, stamps_ns, path)
+        edges = list(self.mapper.edges)
+        return Progress(estimate, keyframes, edges, self.mapper.loops, stamps_ns, path)
 
 
 def drawn(keyframes: Sequence[Keyframe], config: GridConfig) -> tuple[Surface, Grid] | None:
     """Return the lasting surfaces and the grid of a map; None without any surface."""
     surface = lasting_surface(keyframes)
-    if not len(surface.points):
+    try:
+        return surface, grid_of(surface, keyframes, config)
+    except EmptyMapError:
         return None
-    return surface, grid_of(surface, keyframes, config)
+
+
+def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
+    """Save a map; return what was saved, in words.
+
+    Raises
+    ------
+    EmptyMapError
+        If there is nothing to save.
+    OSError
+        With the path of a file that cannot be written.
+    """
+    if progress is None:
+        raise EmptyMapError('there is no map yet')
+    surface, _ = write_map(
+        folder, progress.keyframes, progress.edges, progress.stamps_ns, progress.path, config
+    )
+    return f'{len(progress.keyframes)} keyframes and {len(surface.points)} points saved'
+
+
+def load(folder: Path, config: MapperConfig) -> LiveMapper:
+    """Return the mapper of a saved map, in which the robot may be anywhere.
+
+    Raises
+    ------
+    SavedMapError
+        If the folder has no map, or a damaged one.
+    OSError
+        With the path of a file that cannot be read.
+    """
+    return LiveMapper(Mapper(config, *load_keyframes(folder / KEYFRAMES)))

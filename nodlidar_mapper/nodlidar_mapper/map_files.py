@@ -1,21 +1,55 @@
-"""Writes a map: points as PLY, the grid as map_server reads it, the trajectory as TUM."""
+"""Writes a map: points as PLY, a grid as map_server reads it, keyframes, the path as TUM."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.whole_file import whole_file
-from nodlidar_mapper.grid import FREE, Grid, OCCUPIED
+from nodlidar_mapper.grid import FREE, Grid, grid_of, GridConfig, OCCUPIED
+from nodlidar_mapper.keyframe import Keyframe
+from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.picture import write_picture
+from nodlidar_mapper.pose_graph import Edge
 from nodlidar_mapper.poses import Array
+from nodlidar_mapper.saved_map import save_keyframes
 from nodlidar_mapper.surface import Surface
 import numpy as np
 from plyfile import PlyData, PlyElement
 from scipy.spatial.transform import Rotation
 import yaml
 
+KEYFRAMES = 'keyframes.npz'
 GREY = {FREE: 254, OCCUPIED: 0}  # as map_saver of nav2 writes them; 205 where unknown
 UNKNOWN_GREY = 205
 AXES = ('x', 'y', 'z', 'nx', 'ny', 'nz')
+
+
+def write_map(
+    folder: Path,
+    keyframes: Sequence[Keyframe],
+    edges: Sequence[Edge],
+    stamps_ns: Sequence[int],
+    path: Array,
+    config: GridConfig,
+) -> tuple[Surface, Grid]:
+    """Write a map and a path (n, 4, 4) into a folder; return what was drawn.
+
+    Raises
+    ------
+    OSError
+        With the path of a file that cannot be written.
+    EmptyMapError
+        If there is no surface.
+    """
+    surface = lasting_surface(keyframes)
+    grid = grid_of(surface, keyframes, config)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_surface(folder / 'map.ply', surface)
+    write_grid(folder, grid)
+    write_trajectory(folder / 'trajectory.txt', stamps_ns, path)
+    save_keyframes(folder / KEYFRAMES, keyframes, edges)
+    write_picture(folder / 'map.png', grid, path)
+    return surface, grid
 
 
 def write_surface(path: Path, surface: Surface) -> None:

@@ -6,10 +6,11 @@ from collections import deque
 from collections.abc import Sequence
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.keyframe import Estimate, Keyframe
+from nodlidar_mapper.keyframe import Estimate, Keyframe, surface_in_map
+from nodlidar_mapper.loops import around, loop_at
 from nodlidar_mapper.matching import FREEDOMS, Match, match
 from nodlidar_mapper.place_search import clear_share
-from nodlidar_mapper.pose_graph import distances_from, Edge, optimized
+from nodlidar_mapper.pose_graph import Edge, optimized, step
 from nodlidar_mapper.poses import Array, inverse, moved
 from nodlidar_mapper.recovery import Recovery
 from nodlidar_mapper.surface import Surface, surface_of, thinned
@@ -17,15 +18,21 @@ from nodlidar_mapper.track import Track
 import numpy as np
 
 RECENT = 6  # clouds from which new surfaces are taken
-LOOP_SHARE = 0.6  # of the points that a loop must match
-LOOP_REACH = 1.0  # m
 LEAST_SURFACE = 100  # points of a map that clouds are matched to
 FOUND = np.diag([1e2] * 6)  # information of a place that was searched, at least
+FARTHEST = 1000.0  # m
 MAPPED = 0.9  # share of the points; below it, the map is extended
 
 
 class Mapper:
     """Takes deskewed clouds and odometry; keeps keyframes in a pose graph.
+
+    Parameters
+    ----------
+    config
+        Parameters.
+    keyframes, edges
+        Of a map to be continued, in which the robot may be anywhere; by default, a new one begins.
 
     Attributes
     ----------
@@ -35,18 +42,24 @@ class Mapper:
         Number of loops closed.
     """
 
-    def __init__(self, config: MapperConfig) -> None:
+    def __init__(
+        self,
+        config: MapperConfig,
+        keyframes: Sequence[Keyframe] = (),
+        edges: Sequence[Edge] = (),
+    ) -> None:
         self._config = config
         self._free = FREEDOMS[config.freedom]
-        self.keyframes: list[Keyframe] = []
-        self.edges: list[Edge] = []
+        self.keyframes, self.edges = list(keyframes), list(edges)
         self.loops = 0
         self._track = Track(config)
         self._recent: deque[tuple[Array, Array]] = deque(maxlen=RECENT)
         self._anchor = 0  # index of the keyframe nearest to the robot along the way
         self._local = Surface.joined([])
-        self._map_from_odometry = np.eye(4)  # the last good one
-        self._recovery = Recovery(config)
+        self._map_from_odometry: Array | None = None  # the last good one
+        self._recovery = Recovery(config, anywhere=bool(keyframes))
+        if keyframes:
+            self._choose_local(keyframes[0].pose)
 
     def add(
         self, stamp_ns: int, points: Array, odometry: Array, mount: Array | None = None
@@ -66,8 +79,8 @@ class Mapper:
             by default it is the same.
         """
         robot = np.eye(4) if mount is None else inverse(mount)  # in the cloud's frame
-        finite = points[np.isfinite(points).all(axis=1)]
-        points = thinned(finite, self._config.point_spacing)
+        points = points[(np.abs(points) < FARTHEST).all(axis=1)]  # NaN is not
+        points = thinned(points, self._config.point_spacing)
         begins = len(self._local.points) < LEAST_SURFACE
         guess = self._track.predicted(stamp_ns, odometry @ robot) @ inverse(robot)
         found = self._matched(points, guess)
@@ -79,13 +92,7 @@ class Mapper:
         pose = guess if lost else found.pose
         if not lost or begins:
             self._recent.append((pose, points))
-        if not self.keyframes or (not lost and self._is_new(pose)):
-            self._add_keyframe(stamp_ns, pose, points)
-            self._extend(pose)
-            if self._close_loop():
-                pose = self.keyframes[-1].pose
-        elif begins or (not lost and found.mapped < MAPPED):
-            self._extend(pose)
+            pose = self._grown(stamp_ns, pose, points, begins, found.mapped)
         self._track.move_to(pose @ robot, stamp_ns, odometry @ robot)
         if not lost or begins:
             self._map_from_odometry = pose @ inverse(odometry)
@@ -165,12 +172,28 @@ class Mapper:
 
     # The map.
 
+    def _grown(
+        self, stamp_ns: int, pose: Array, points: Array, begins: bool, mapped: float
+    ) -> Array:
+        """Extend the map if a cloud shows anything new; return its pose, by a loop if closed."""
+        is_new = not self.keyframes or (not begins and self._is_new(pose))
+        if not self._config.extend_map:
+            return pose
+        if is_new:
+            self._add_keyframe(stamp_ns, pose, points)
+            self._extend(pose)
+            if self._close_loop():
+                return self.keyframes[-1].pose
+        elif begins or mapped < MAPPED:
+            self._extend(pose)
+        return pose
+
     def _add_keyframe(self, stamp_ns: int, pose: Array, points: Array) -> None:
         self.keyframes.append(Keyframe(stamp_ns, pose, Surface.joined([]), points))
         last = len(self.keyframes) - 1
         if last:
             relative = inverse(self.keyframes[self._anchor].pose) @ pose
-            self.edges.append(self._edge(self._anchor, last, relative))
+            self.edges.append(step(self._anchor, last, relative))
         self._anchor = last
 
     def _extend(self, pose: Array) -> None:
@@ -188,56 +211,24 @@ class Mapper:
         keyframe.surface = Surface.joined([keyframe.surface, added])
         self._choose_local(pose)
 
-    def _edge(self, start: int, end: int, relative: Array) -> Edge:
-        way = float(np.linalg.norm(relative[:3, 3]))
-        shift, turn = 0.004 + 0.005 * way, 0.001 + 0.001 * way
-        return Edge(start, end, relative, np.diag([shift**-2] * 3 + [turn**-2] * 3))
-
     def _choose_local(self, pose: Array) -> None:
         """Choose the part of the map around that is near along the way."""
-        self._near = self._around(self._anchor, pose)
-        self._local = self._surface_of(self._near)
-
-    def _around(self, index: int, pose: Array) -> list[int]:
-        poses = np.stack([keyframe.pose for keyframe in self.keyframes])
-        way = distances_from(index, poses, self.edges)
-        near = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1) < self._config.map_radius
-        chosen = np.flatnonzero(near & (way < self._config.loop_distance))
-        return [int(index) for index in chosen]
-
-    def _surface_of(self, indices: Sequence[int]) -> Surface:
-        chosen = [self.keyframes[i] for i in indices]
-        return Surface.joined([each.surface.moved(each.pose) for each in chosen])
+        self._near = around(self._anchor, pose, self.keyframes, self.edges, self._config)
+        self._local = surface_in_map([self.keyframes[i] for i in self._near])
 
     # Loops.
 
     def _close_loop(self) -> bool:
-        """Match the newest keyframe to the nearest one that is far along the way."""
+        """Match the newest keyframe to an old part of the map; return whether it fits."""
         here = self.keyframes[-1]
-        last = len(self.keyframes) - 1
-        poses = np.stack([keyframe.pose for keyframe in self.keyframes])
-        way = distances_from(last, poses, self.edges)
-        distance = np.linalg.norm(poses[:, :3, 3] - here.pose[:3, 3], axis=1)
-        distance[way < self._config.loop_distance] = np.inf
-        nearest = int(np.argmin(distance))
-        if distance[nearest] > self._config.map_radius / 2.0:
-            return False
-        old = self._surface_of(self._around(nearest, here.pose))
         back = inverse(here.pose)
-        cloud = thinned(
-            np.concatenate([moved(back @ pose, points) for pose, points in self._recent]),
-            self._config.point_spacing,
-        )
-        drift = 0.01 * way[nearest]
-        prior = np.diag([drift**-2] * 3 + [(0.2 * drift) ** -2] * 3)
-        found = match(cloud, old, here.pose, prior, self._config, LOOP_REACH)
-        if found.share < LOOP_SHARE:
+        seen = np.concatenate([moved(back @ pose, points) for pose, points in self._recent])
+        points = thinned(seen, self._config.point_spacing)
+        edge = loop_at(points, self.keyframes, self.edges, self._config)
+        if edge is None:
             return False
-        relative = inverse(poses[nearest]) @ found.pose
-        information = found.information / 10.0
-        turn = np.eye(6)
-        turn[:3, :3] = turn[3:, 3:] = poses[nearest][:3, :3].T
-        self.edges.append(Edge(nearest, last, relative, turn @ information @ turn.T))
+        self.edges.append(edge)
+        poses = np.stack([keyframe.pose for keyframe in self.keyframes])
         for keyframe, pose in zip(
             self.keyframes, optimized(poses, self.edges, self._free), strict=True
         ):

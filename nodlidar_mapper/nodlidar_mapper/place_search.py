@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, pi
 
-from nodlidar_mapper.keyframe import Keyframe
+from nodlidar_mapper.keyframe import Keyframe, surface_in_map
 from nodlidar_mapper.matching import Match, match, MatchingConfig
 from nodlidar_mapper.poses import Array, between, inverse, moved, planar
 from nodlidar_mapper.range_image import RangeImage
@@ -78,7 +78,7 @@ def best_place(
     config
         Of the matching.
     """
-    surface = Surface.joined([each.surface.moved(each.pose) for each in keyframes])
+    surface = surface_in_map(keyframes)
     if not len(surface.points) or not len(points):
         return None
     known = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])

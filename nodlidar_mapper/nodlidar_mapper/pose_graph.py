@@ -69,13 +69,20 @@ def optimized(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> Array
         blocks = np.arange(len(edges) + 1)
         weights = bsr_matrix((weighted, blocks[:-1], blocks))
         normal = (jacobian.T @ weights @ jacobian).tocsc()
-        step = spsolve(normal, -(jacobian.T @ (weights @ error.ravel())))
+        solved = spsolve(normal, -(jacobian.T @ (weights @ error.ravel())))
         change = np.zeros((len(poses), 6))
-        change[1:, free] = step.reshape(-1, size)
+        change[1:, free] = solved.reshape(-1, size)
         poses = corrected(poses, change)
-        if np.abs(step).max() < CONVERGED:
+        if np.abs(solved).max() < CONVERGED:
             break
     return poses
+
+
+def step(start: int, end: int, relative: Array) -> Edge:
+    """Return the edge between neighbouring keyframes, whose error grows with the way."""
+    way = float(np.linalg.norm(relative[:3, 3]))
+    shift, turn = 0.004 + 0.005 * way, 0.001 + 0.001 * way
+    return Edge(start, end, relative, np.diag([shift**-2] * 3 + [turn**-2] * 3))
 
 
 def _jacobians(start: Array, end: Array, free: Sequence[int]) -> tuple[Array, Array]:

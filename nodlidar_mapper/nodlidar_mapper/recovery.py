@@ -8,7 +8,8 @@ from nodlidar_mapper.place_search import ALIKE, Area, best_place, fit_of, Place
 from nodlidar_mapper.poses import Array, between, inverse
 
 NEARBY = 1.0, 0.5  # first area searched around odometry [m], [rad]; each failure doubles it
-EVERY = 3  # clouds, once the whole map was searched
+EVERY = 3  # clouds, once a large area was searched
+ANYWHERE = 11  # clouds, after which the whole map is searched
 # What a place must reach nearby, and anywhere: alike places may be anywhere.
 LEAST_FIT, LIKELY_FIT, SURE_FIT = 0.6, 0.75, 0.85
 LEAST_CLEAR = 0.85
@@ -19,11 +20,18 @@ class Recovery:
     """Searches for a robot that is lost, in a larger area after each failure.
 
     A place far from odometry counts only if the next search finds the same one.
+
+    Parameters
+    ----------
+    config
+        Of the matching.
+    anywhere
+        Whether the robot may be anywhere in the map from the beginning.
     """
 
-    def __init__(self, config: MatchingConfig) -> None:
+    def __init__(self, config: MatchingConfig, anywhere: bool = False) -> None:
         self._config = config
-        self._clouds = 0
+        self._clouds = ANYWHERE if anywhere else 0
         self._suspected: Array | None = None  # frame of odometry in the map
 
     def forget(self) -> None:
@@ -54,7 +62,7 @@ class Recovery:
             Of the map.
         """
         self._clouds += 1
-        distance, turn = (reach * 2.0 ** min(self._clouds - 1, 10) for reach in NEARBY)
+        distance, turn = (reach * 2.0 ** min(self._clouds - 1, ANYWHERE) for reach in NEARBY)
         if self._clouds > 6 and self._clouds % EVERY:
             return 'searched again soon'
         place = best_place(points, keyframes, Area(guess, distance, turn), self._config)

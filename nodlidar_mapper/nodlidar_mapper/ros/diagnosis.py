@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
-from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
@@ -30,7 +29,6 @@ class Diagnosis:
 
     def __init__(self, node: MapperNode) -> None:
         self._node = node
-        self._silence = Silence()
         self._took = 0.0
         self._seen: Counter[str] = Counter()
         self._recent: Counter[str] = Counter()
@@ -38,11 +36,7 @@ class Diagnosis:
         self.updater = SteadyUpdater(node, node.config.base_frame, self._state)
         self.updater.add('map', self._report)
 
-    def cloud_arrived(self) -> None:
-        """Note that there are clouds."""
-        self._silence.heard(steady_ns())
-
-    def matched(self, progress: Progress, took: float) -> None:
+    def matched(self, took: float) -> None:
         """Note the time that a cloud took [s]."""
         self._took = took
 
@@ -51,24 +45,25 @@ class Diagnosis:
         return self._silent(), self._lost(), steady_ns() - self._recent_ns < RECENT_NS
 
     def _silent(self) -> bool:
-        return bool(self._silence.seconds(steady_ns()))
+        return bool(self._node.clouds.silence.seconds(steady_ns()))
 
     def _lost(self) -> bool:
-        progress = self._node.progress
+        progress = self._node.output.progress
         return progress is not None and bool(progress.estimate.lost)
 
     def _note_drops(self) -> None:
         errors = {f'internal error: {k}': n for k, n in self._node.survival.errors.items()}
-        losses = Counter(self._node.drops) + Counter(errors)
+        losses = Counter(self._node.clouds.drops) + Counter(errors)
         if losses != self._seen:
             self._recent, self._seen = losses - self._seen, losses
             self._recent_ns = steady_ns()
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        node, progress = self._node, self._node.progress
+        node, progress = self._node, self._node.output.progress
         self._note_drops()
         self._summarise(status, progress)
-        for name, count in (node.counts | self._seen).items():
+        status.add('clouds', str(node.clouds.received))
+        for name, count in self._seen.items():
             status.add(name, str(count))
         if progress is not None:
             estimate = progress.estimate
@@ -91,13 +86,13 @@ class Diagnosis:
         status.summary(DiagnosticStatus.OK, 'the robot is found in the map')
         if progress is None:
             status.summary(DiagnosticStatus.STALE, 'no cloud matched yet')
-            if node.counts['clouds'] and node.odometry.missing_input:
-                text = f'no odometry: {node.odometry.missing_input}'
+            if node.clouds.received and node.clouds.odometry.missing_input:
+                text = f'no odometry: {node.clouds.odometry.missing_input}'
                 status.mergeSummary(DiagnosticStatus.ERROR, text)
         elif progress.estimate.lost:
             text = f'lost: {progress.estimate.lost}'
             status.summary(DiagnosticStatus.ERROR, text)
-        silent = self._silence.seconds(steady_ns())
+        silent = self._node.clouds.silence.seconds(steady_ns())
         if silent:
             status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud for {silent:.1f} s')
         if steady_ns() - self._recent_ns < RECENT_NS and self._recent:

@@ -61,6 +61,13 @@ def matrix_of_pose(pose: Pose) -> Array:
     return matrix
 
 
+def is_covariance(matrix: Array) -> bool:
+    """Return whether a matrix may be a covariance."""
+    if not np.isfinite(matrix).all():
+        return False
+    return bool(np.linalg.eigvalsh((matrix + matrix.T) / 2.0).min() >= -1e-9)
+
+
 def pose_message(pose: Array) -> Pose:
     """Return a matrix as a pose."""
     message = Pose()

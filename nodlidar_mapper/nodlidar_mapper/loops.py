@@ -1,0 +1,67 @@
+"""Loops: the same place, seen again after a long way."""
+
+from collections.abc import Sequence
+
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.keyframe import Keyframe, surface_in_map
+from nodlidar_mapper.matching import match
+from nodlidar_mapper.pose_graph import distances_from, Edge
+from nodlidar_mapper.poses import Array, inverse
+import numpy as np
+
+SHARE = 0.6  # of the points that a loop must match
+REACH = 1.0  # m
+DRIFT = 0.01  # error of the map, as a share of the way
+# Points of a loop err alike: so many times less certain than the matching says.
+UNCERTAINTY = 10.0
+
+
+def around(
+    index: int,
+    pose: Array,
+    keyframes: Sequence[Keyframe],
+    edges: Sequence[Edge],
+    config: MapperConfig,
+) -> list[int]:
+    """Return the keyframes near a pose that are also near keyframe `index` along the way."""
+    poses = np.stack([keyframe.pose for keyframe in keyframes])
+    way = distances_from(index, poses, edges)
+    near = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1) < config.map_radius
+    near[index] = True
+    return [int(each) for each in np.flatnonzero(near & (way < config.loop_distance))]
+
+
+def loop_at(
+    points: Array, keyframes: Sequence[Keyframe], edges: Sequence[Edge], config: MapperConfig
+) -> Edge | None:
+    """Return the edge from the nearest keyframe that is far along the way to the newest one.
+
+    Parameters
+    ----------
+    points
+        Of the latest clouds, in the frame of the newest keyframe [m], shape (n, 3).
+    keyframes, edges
+        Of the map.
+    config
+        Parameters.
+    """
+    here, last = keyframes[-1], len(keyframes) - 1
+    poses = np.stack([keyframe.pose for keyframe in keyframes])
+    way = distances_from(last, poses, edges)
+    distance = np.linalg.norm(poses[:, :3, 3] - here.pose[:3, 3], axis=1)
+    distance[way < config.loop_distance] = np.inf
+    nearest = int(np.argmin(distance))
+    if distance[nearest] > config.map_radius / 2.0:
+        return None
+    old = surface_in_map(
+        [keyframes[i] for i in around(nearest, here.pose, keyframes, edges, config)]
+    )
+    drift = DRIFT * way[nearest]
+    prior = np.diag([drift**-2] * 3 + [(0.2 * drift) ** -2] * 3)
+    found = match(points, old, here.pose, prior, config, REACH)
+    if found.share < SHARE:
+        return None
+    turn = np.eye(6)
+    turn[:3, :3] = turn[3:, 3:] = poses[nearest][:3, :3].T
+    information = turn @ (found.information / UNCERTAINTY) @ turn.T
+    return Edge(nearest, last, inverse(poses[nearest]) @ found.pose, information)

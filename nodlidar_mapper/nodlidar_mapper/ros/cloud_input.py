@@ -1,0 +1,150 @@
+"""Clouds that wait for odometry at their stamps."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from nodlidar_assembler.inputs.silence import Silence
+from nodlidar_assembler.ros.tf_odometry import TfOdometry
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.stamps import LATEST_NS, time_ns
+from nodlidar_common.survival import Survival
+from nodlidar_mapper.live import NodeConfig
+from nodlidar_mapper.poses import Array
+from nodlidar_mapper.ros import messages
+from rclpy.clock import ClockType
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.time import Time
+from sensor_msgs.msg import PointCloud2
+from tf2_ros import TransformException
+
+BUSY = 'cloud that came while others were matched'
+MALFORMED = 'malformed cloud'
+NO_ODOMETRY = 'cloud without odometry at its stamp'
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cloud:
+    """A cloud with poses.
+
+    Attributes
+    ----------
+    stamp_ns, points
+        Instant [ns]; points in the frame of the cloud [m], shape (n, 3).
+    odometry, mount
+        Pose of that frame in the frame of odometry, and in that of the robot.
+    """
+
+    stamp_ns: int
+    points: Array
+    odometry: Array
+    mount: Array
+
+
+class CloudInput:
+    """Keeps the newest cloud of each topic until it can be matched.
+
+    Parameters
+    ----------
+    node, config
+        Subscribes to the clouds and to TF.
+    survival
+        Catches errors of the callbacks.
+    on_news
+        Called when a cloud or odometry has arrived.
+    on_time_back
+        Called when the time of odometry went back; the clouds are dropped.
+
+    Attributes
+    ----------
+    received
+        Number of clouds.
+    drops
+        Dropped clouds and transforms, counted by reason.
+    odometry
+        The pose of base_frame in odom_frame.
+    silence
+        Since the last cloud.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        config: NodeConfig,
+        survival: Survival,
+        on_news: Callable[[], None],
+        on_time_back: Callable[[], None],
+    ) -> None:
+        self._node, self._config = node, config
+        self._on_news, self._on_time_back = on_news, on_time_back
+        self.received = 0
+        self.drops: Counter[str] = Counter()
+        self.silence = Silence()
+        self._waiting: dict[str, tuple[PointCloud2, int]] = {}  # by topic; with the arrival [ns]
+        self.odometry = TfOdometry(
+            node,
+            config.odom_frame,
+            config.base_frame,
+            lambda *_: on_news(),
+            self._time_went_back,
+            survival,
+            lambda reason: self.drops.update([reason]),
+        )
+        for topic in config.cloud_topics:
+            node.create_subscription(
+                PointCloud2,
+                topic,
+                partial(self._arrived, topic),
+                QoSProfile(depth=5),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+
+    def next(self) -> Cloud | None:
+        """Return the oldest cloud that has odometry; drop those that waited too long."""
+        for topic, (message, since_ns) in sorted(
+            self._waiting.items(), key=lambda item: time_ns(item[1][0].header.stamp)
+        ):
+            stamp_ns = time_ns(message.header.stamp)
+            frame = message.header.frame_id
+            odometry = self.pose_in(self._config.odom_frame, frame, stamp_ns)
+            mount = self.pose_in(self._config.base_frame, frame, stamp_ns)
+            if odometry is None or mount is None:
+                if steady_ns() - since_ns > self._config.odometry_deadline * NS_PER_S:
+                    del self._waiting[topic]
+                    self.drops[NO_ODOMETRY] += 1
+                continue
+            del self._waiting[topic]
+            try:
+                return Cloud(stamp_ns, messages.coordinates(message), odometry, mount)
+            except ValueError as error:
+                self.drops[MALFORMED] += 1
+                self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
+        return None
+
+    def pose_in(self, parent: str, frame: str, stamp_ns: int) -> Array | None:
+        """Return the pose of a frame in another one at an instant [ns]; None if TF lacks it."""
+        at = Time(nanoseconds=stamp_ns, clock_type=ClockType.ROS_TIME)
+        try:
+            found = self.odometry.buffer.lookup_transform(parent, frame, at)
+        except TransformException:
+            return None
+        return messages.matrix_of(found)
+
+    def _arrived(self, topic: str, message: PointCloud2) -> None:
+        self.received += 1
+        self.silence.heard(steady_ns())
+        if not 0 <= time_ns(message.header.stamp) <= LATEST_NS:
+            self.drops[MALFORMED] += 1
+            return
+        if topic in self._waiting:
+            self.drops[BUSY] += 1
+        self._waiting[topic] = message, steady_ns()
+        self._on_news()
+
+    def _time_went_back(self) -> None:
+        self._waiting.clear()
+        self._on_time_back()

@@ -1,0 +1,148 @@
+"""The map: drawn from time to time, saved and loaded, in a thread of its own."""
+
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Path as PathMessage
+from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.steady import steady_ns
+from nodlidar_mapper.live import Config, drawn, LiveMapper, load, Progress, save
+from nodlidar_mapper.ros import messages
+from nodlidar_mapper.ros.background import Background
+from nodlidar_msgs.srv import MapFolder
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
+from sensor_msgs.msg import PointCloud2
+
+SHARE = 0.2  # of the time that drawing may take
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class MapOutput:
+    """Publishes the map, and answers the services that save and load it.
+
+    Parameters
+    ----------
+    node, config
+        Owner of publishers and services.
+    on_load
+        Called with the mapper of a map that was loaded.
+
+    Attributes
+    ----------
+    progress
+        What is known after the last cloud; None without any.
+    """
+
+    def __init__(self, node: Node, config: Config, on_load: Callable[[LiveMapper], None]) -> None:
+        self._config, self._on_load = config, on_load
+        self.progress: Progress | None = None
+        self._thread = Background()
+        self._requests: deque[tuple[Callable[[], Any], Callable[[Any], None]]] = deque()
+        self._draw_after_ns = 0
+        self._publishers = (
+            node.create_publisher(PointCloud2, 'map_cloud', LATCHED),
+            node.create_publisher(OccupancyGrid, 'map', LATCHED),
+            node.create_publisher(PathMessage, 'path', LATCHED),
+        )
+        # A service that awaits its thread would otherwise block the other callbacks.
+        group = ReentrantCallbackGroup()
+        node.create_service(MapFolder, '~/save_map', self._save, callback_group=group)
+        node.create_service(MapFolder, '~/load_map', self._load, callback_group=group)
+
+    def begin(self) -> None:
+        """Forget the map that was drawn: another one begins."""
+        self.progress, self._draw_after_ns = None, 0
+
+    def step(self) -> None:
+        """Take what is ready, and start what is next; raise what failed."""
+        self._thread.deliver()
+        if self._thread.busy:
+            return
+        if self._requests:
+            self._thread.start(*self._requests.popleft())
+        elif self.progress is not None and steady_ns() >= self._draw_after_ns:
+            self._draw(self.progress)
+
+    def end(self) -> None:
+        """Wait for the thread."""
+        self._thread.end()
+
+    def _draw(self, progress: Progress) -> None:
+        begin_ns, config = steady_ns(), self._config
+        # A failure must not be repeated at once.
+        self._draw_after_ns = begin_ns + round(config.map_period * NS_PER_S)
+
+        def draw() -> tuple[Any, ...]:
+            found = drawn(progress.keyframes, config)
+            if found is None:
+                return ()
+            surface, grid = found
+            at = progress.estimate.stamp_ns, config.map_frame
+            return (
+                messages.surface_message(surface, *at),
+                messages.grid_message(grid, *at),
+                messages.path_message(progress.stamps_ns, progress.path, *at),
+            )
+
+        def publish(found: tuple[Any, ...]) -> None:
+            now_ns = steady_ns()
+            pause_ns = round((now_ns - begin_ns) * (1.0 / SHARE - 1.0))
+            self._draw_after_ns = max(self._draw_after_ns, now_ns + pause_ns)
+            if self.progress is not None:
+                for publisher, message in zip(self._publishers, found, strict=False):
+                    publisher.publish(message)
+
+        self._thread.start(draw, publish)
+
+    # Services.
+
+    async def _save(
+        self, request: MapFolder.Request, response: MapFolder.Response
+    ) -> MapFolder.Response:
+        """Save the map as it is now."""
+        progress = self.progress
+        return await self._answered(
+            response, lambda: save(_folder(request), progress, self._config), str
+        )
+
+    async def _load(
+        self, request: MapFolder.Request, response: MapFolder.Response
+    ) -> MapFolder.Response:
+        """Continue with a saved map, in which the robot may be anywhere."""
+
+        def loaded(mapper: LiveMapper) -> str:
+            self._on_load(mapper)
+            return f'{len(mapper.mapper.keyframes)} keyframes loaded'
+
+        return await self._answered(response, lambda: load(_folder(request), self._config), loaded)
+
+    async def _answered(
+        self, response: MapFolder.Response, job: Callable[[], Any], then: Callable[[Any], str]
+    ) -> MapFolder.Response:
+        """Answer a request with the result of a job, or why it failed."""
+        done: Future[Any] = Future()
+
+        def attempt() -> Any:
+            try:
+                return job()
+            except (NodlidarError, OSError) as error:
+                return error
+
+        self._requests.append((attempt, done.set_result))
+        result = await done
+        response.success = not isinstance(result, Exception)
+        response.message = then(result) if response.success else str(result)
+        return response
+
+
+def _folder(request: MapFolder.Request) -> Path:
+    if not request.folder:
+        raise ParameterError('folder', 'the path of a folder', request.folder)
+    return Path(request.folder).expanduser()

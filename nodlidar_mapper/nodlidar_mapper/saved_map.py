@@ -1,0 +1,124 @@
+"""The keyframes of a map in a file, so that mapping can go on."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from nodlidar_common.errors import NodlidarError
+from nodlidar_common.whole_file import named, whole_file
+from nodlidar_mapper.keyframe import Keyframe
+from nodlidar_mapper.pose_graph import Edge
+from nodlidar_mapper.poses import Array
+from nodlidar_mapper.surface import Surface
+import numpy as np
+from numpy.typing import NDArray
+
+FORMAT = 1
+# Points of all keyframes one after the other; `*_counts` are the numbers of each.
+SHAPES: dict[str, tuple[int | str, ...]] = {
+    'stamp_ns': ('keyframes',),
+    'pose': ('keyframes', 4, 4),
+    'surface_counts': ('keyframes',),
+    'surface': ('surface', 6),
+    'cloud_counts': ('keyframes',),
+    'cloud': ('cloud', 3),
+    'edge': ('edges', 2),
+    'relative': ('edges', 4, 4),
+    'information': ('edges', 6, 6),
+}
+FEWEST = 1  # keyframes
+
+
+class SavedMapError(NodlidarError):
+    """A file that is no map."""
+
+
+def save_keyframes(path: Path, keyframes: Sequence[Keyframe], edges: Sequence[Edge]) -> None:
+    """Write a map.
+
+    Parameters
+    ----------
+    path
+        An .npz file.
+    keyframes, edges
+        Of a map with one keyframe at least.
+    """
+    surfaces = [np.hstack([k.surface.points, k.surface.normals]) for k in keyframes]
+    arrays = {
+        'format': np.array(FORMAT),
+        'stamp_ns': np.array([k.stamp_ns for k in keyframes], dtype=np.int64),
+        'pose': np.stack([k.pose for k in keyframes]),
+        'surface_counts': np.array([len(each) for each in surfaces], dtype=np.int64),
+        'surface': np.concatenate(surfaces).astype(np.float32),
+        'cloud_counts': np.array([len(k.points) for k in keyframes], dtype=np.int64),
+        'cloud': np.concatenate([k.points for k in keyframes]).astype(np.float32),
+        'edge': np.array([(e.start, e.end) for e in edges], dtype=np.int64).reshape(-1, 2),
+        'relative': np.array([e.relative for e in edges]).reshape(-1, 4, 4),
+        'information': np.array([e.information for e in edges]).reshape(-1, 6, 6),
+    }
+    with whole_file(path) as part:
+        np.savez_compressed(part, **arrays)
+
+
+def load_keyframes(path: Path) -> tuple[list[Keyframe], list[Edge]]:
+    """Return the keyframes and edges of a map.
+
+    Raises
+    ------
+    SavedMapError
+        If the file is not a map of this version, or is damaged.
+    OSError
+        With the path, if it cannot be read.
+    """
+    try:
+        with named(path), np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        _check(arrays)
+    except OSError:
+        raise
+    except Exception as error:  # of zipfile, zlib or NumPy, which do not say which
+        raise SavedMapError(f"'{path}' is not a map: {error}") from error
+    surfaces = _parts(arrays['surface'], arrays['surface_counts'])
+    clouds = _parts(arrays['cloud'], arrays['cloud_counts'])
+    keyframes = [
+        Keyframe(int(stamp_ns), pose, Surface(surface[:, :3], surface[:, 3:]), cloud)
+        for stamp_ns, pose, surface, cloud in zip(
+            arrays['stamp_ns'], arrays['pose'], surfaces, clouds, strict=True
+        )
+    ]
+    edges = [
+        Edge(int(start), int(end), relative, information)
+        for (start, end), relative, information in zip(
+            arrays['edge'], arrays['relative'], arrays['information'], strict=True
+        )
+    ]
+    return keyframes, edges
+
+
+def _parts(points: NDArray[Any], counts: NDArray[Any]) -> list[Array]:
+    return np.split(points.astype(np.float64), np.cumsum(counts)[:-1])
+
+
+def _check(arrays: dict[str, NDArray[Any]]) -> None:
+    """Raise ValueError or KeyError unless the arrays are a map."""
+    if arrays['format'].tolist() != FORMAT:
+        raise ValueError(f'its format is {arrays["format"]}, not {FORMAT}')
+    sizes = {
+        'keyframes': len(arrays['stamp_ns']),
+        'surface': int(arrays['surface_counts'].sum()),
+        'cloud': int(arrays['cloud_counts'].sum()),
+        'edges': len(arrays['edge']),
+    }
+    if sizes['keyframes'] < FEWEST:
+        raise ValueError('it has no keyframe')
+    for name, shape in SHAPES.items():
+        wanted = tuple(sizes.get(n, n) if isinstance(n, str) else n for n in shape)
+        kind = np.integer if name.endswith(('_ns', '_counts')) or name == 'edge' else np.floating
+        if arrays[name].shape != wanted or not np.issubdtype(arrays[name].dtype, kind):
+            raise ValueError(f'{name} is {arrays[name].dtype} of {arrays[name].shape}')
+        if not np.isfinite(arrays[name]).all():
+            raise ValueError(f'{name} is not finite')
+    counts = np.concatenate([arrays['surface_counts'], arrays['cloud_counts']])
+    ends = arrays['edge']
+    if (counts < 0).any() or (ends < 0).any() or (ends >= sizes['keyframes']).any():
+        raise ValueError('an index or a count is out of range')

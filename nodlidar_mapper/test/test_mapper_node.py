@@ -1,0 +1,185 @@
+"""The node with clouds of a room: the map, services, and what goes wrong."""
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid
+from nodlidar_common.ros.messages import time_message
+from nodlidar_mapper.poses import inverse, planar
+from nodlidar_mapper.ros import messages
+from nodlidar_mapper.ros.node import MapperNode
+from nodlidar_mapper.surface import Surface
+from nodlidar_msgs.srv import MapFolder
+import numpy as np
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time
+from rooms import cloud, CROOKED
+from sensor_msgs.msg import PointCloud2
+from tf2_ros import Buffer, TransformBroadcaster, TransformListener
+
+START_NS = 1_700_000_000 * 10**9
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+DRIFT = planar(0.05, -0.04, 0.02)  # of odometry, between the first cloud and the others
+
+
+class Robot(Node):
+    """Sends clouds of the room and odometry, and hears the mapper."""
+
+    def __init__(self):
+        super().__init__('robot')
+        self._tf = TransformBroadcaster(self)
+        self._clouds = self.create_publisher(PointCloud2, 'points', 10)
+        self.given = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', 1)
+        self.transforms = Buffer()
+        self._listener = TransformListener(self.transforms, self)
+        self.heard = {'pose': [], 'map': [], '/diagnostics': []}
+        for kind, topic, qos in [
+            (PoseWithCovarianceStamped, 'pose', 10),
+            (OccupancyGrid, 'map', LATCHED),
+            (DiagnosticArray, '/diagnostics', 10),
+        ]:
+            self.create_subscription(kind, topic, self.heard[topic].append, qos)
+        self.requests = {
+            name: self.create_client(MapFolder, f'mapper/{name}')
+            for name in ('save_map', 'load_map')
+        }
+        self.seed = 0
+
+    def send(self, seconds, pose, odometry):
+        """Send a cloud that was taken at a pose."""
+        self.seed += 1
+        stamp_ns = START_NS + round(seconds * 1e9)
+        self._tf.sendTransform(messages.transform_message(odometry, stamp_ns, 'odom', 'base_link'))
+        points = cloud(CROOKED, pose, seed=self.seed)
+        message = messages.surface_message(Surface(points, points), stamp_ns, 'base_link')
+        self._clouds.publish(message)
+
+    def send_malformed(self, seconds):
+        message = messages.surface_message(
+            Surface(np.ones((9, 3)), np.ones((9, 3))), START_NS + round(seconds * 1e9), 'base_link'
+        )
+        message.data = message.data[:7]
+        self._clouds.publish(message)
+        message.header.stamp.sec = -5
+        self._clouds.publish(message)
+
+    def words(self):
+        return [s.message for m in self.heard['/diagnostics'] for s in m.status]
+
+
+@pytest.fixture
+def running(request):
+    rclpy.init(args=['--ros-args', *getattr(request, 'param', [])])
+    robot, mapper, executor = Robot(), MapperNode(), SingleThreadedExecutor()
+    for node in (robot, mapper):
+        executor.add_node(node)
+
+    def until(condition, timeout=20.0):
+        end = robot.get_clock().now().nanoseconds + timeout * 1e9
+        while not condition():
+            assert robot.get_clock().now().nanoseconds < end, mapper.clouds.drops
+            executor.spin_once(timeout_sec=0.05)
+
+    until(lambda: mapper.count_publishers('points') and robot.count_publishers('map'))
+    yield robot, mapper, until
+    executor.shutdown()
+    for node in (robot, mapper):
+        node.destroy_node()
+    rclpy.shutdown()
+
+
+def drive(robot, until, begin, poses, odometry):
+    """Send clouds one by one, each after the pose of the last one was heard."""
+    for k, (pose, counted) in enumerate(zip(poses, odometry, strict=True)):
+        before = len(robot.heard['pose'])
+        robot.send(begin + k, pose, counted)
+        until(lambda: len(robot.heard['pose']) > before)  # noqa: B023
+
+
+def call(robot, until, name, folder):
+    until(robot.requests[name].service_is_ready)
+    future = robot.requests[name].call_async(MapFolder.Request(folder=str(folder)))
+    until(future.done)
+    return future.result()
+
+
+def place_of(message):
+    return messages.matrix_of_pose(message.pose.pose)
+
+
+def test_a_map_is_made_saved_and_loaded(running, tmp_path):
+    robot, mapper, until = running
+    refused = call(robot, until, 'save_map', tmp_path / 'none')
+    assert not refused.success
+    assert 'no map yet' in refused.message
+    poses = [planar(0.3 * k, 0.05 * k, 0.1 * k) for k in range(6)]
+    odometry = [poses[0], *(DRIFT @ pose for pose in poses[1:])]
+    drive(robot, until, 0, poses, odometry)
+    np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), poses[-1], atol=0.03)
+    until(lambda: robot.heard['map'] and robot.transforms.can_transform('map', 'odom', Time()))
+    found = messages.matrix_of(robot.transforms.lookup_transform('map', 'odom', Time()))
+    np.testing.assert_allclose(found, inverse(DRIFT), atol=0.03)
+    cells = np.array(robot.heard['map'][-1].data)
+    assert {-1, 0, 100} == set(cells)
+    saved = call(robot, until, 'save_map', tmp_path / 'map')
+    assert saved.success, saved.message
+    names = {path.name for path in (tmp_path / 'map').iterdir()}
+    assert names == {
+        'keyframes.npz',
+        'map.pgm',
+        'map.png',
+        'map.ply',
+        'map.yaml',
+        'trajectory.txt',
+    }
+    # The robot was carried while the mapper had another map: it is found by its clouds.
+    loaded = call(robot, until, 'load_map', tmp_path / 'map')
+    assert loaded.success, loaded.message
+    carried, counted = planar(-1.5, -1.0, -2.5), planar(3.0, 3.0, 1.0)
+    heard = len(robot.heard['pose'])
+    for k in range(12):
+        matched = mapper.clouds.received
+        robot.send(10 + k, carried, counted)
+        until(lambda: mapper.clouds.received > matched and not mapper._matching.busy)  # noqa: B023
+    until(lambda: len(robot.heard['pose']) > heard)
+    np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), carried, atol=0.03)
+    missing = call(robot, until, 'load_map', tmp_path / 'nowhere')
+    assert not missing.success
+    assert 'nowhere' in missing.message
+
+
+def test_bad_clouds_are_counted_and_time_that_goes_back_begins_a_new_map(running):
+    robot, mapper, until = running
+    drive(robot, until, 100, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    robot.send_malformed(101.5)
+    until(lambda: mapper.clouds.drops['malformed cloud'] == 1)
+    robot.send(102, np.eye(4), np.eye(4))
+    robot.send_malformed(102.0)
+    until(lambda: mapper.clouds.drops['malformed cloud'] >= 2)
+    until(lambda: any('malformed cloud' in words for words in robot.words()))
+    before = mapper._mapper
+    drive(robot, until, 5, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    assert mapper._mapper is not before
+    assert not mapper.survival.errors
+
+
+def test_the_robot_is_where_a_person_sets_it(running):
+    robot, mapper, until = running
+    drive(robot, until, 0, [np.eye(4)] * 3, [np.eye(4)] * 3)
+    true = planar(1.5, 0.5, 0.4)
+    given = messages.estimate_message(
+        true @ planar(0.1, -0.1, 0.05), np.diag([0.04] * 6), START_NS, 'map'
+    )
+    robot.given.publish(given)
+    until(lambda: mapper._given is not None)
+    drive(robot, until, 3, [true] * 2, [np.eye(4)] * 2)
+    np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), true, atol=0.03)
+    given.header.frame_id = 'odom'
+    given.header.stamp = time_message(START_NS)
+    robot.given.publish(given)
+    robot.send(6, true, np.eye(4))
+    until(lambda: robot.heard['pose'][-1].header.stamp.sec == START_NS // 10**9 + 6)
+    assert mapper._given is None

@@ -1,0 +1,119 @@
+"""A saved map: loaded again as it was, continued, and refused if damaged."""
+
+from dataclasses import replace
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.poses import planar
+from nodlidar_mapper.saved_map import load_keyframes, save_keyframes, SavedMapError
+import numpy as np
+import pytest
+from rooms import cloud, CROOKED
+
+NS = 10**9
+
+
+def drive(mapper, seed=0, count=12):
+    """Map the room on an arc."""
+    for k in range(count):
+        pose = planar(0.3 * k - 1.5, 0.1 * k - 0.5, 0.1 * k)
+        mapper.add(k * NS, cloud(CROOKED, pose, seed=seed + k), pose)
+    return mapper
+
+
+@pytest.fixture(scope='module')
+def mapper():
+    return drive(Mapper(MapperConfig()))
+
+
+@pytest.fixture(scope='module')
+def saved(mapper, tmp_path_factory):
+    path = tmp_path_factory.mktemp('map') / 'keyframes.npz'
+    save_keyframes(path, mapper.keyframes, mapper.edges)
+    return path
+
+
+def test_a_map_comes_back_to_a_micrometre(mapper, saved):
+    keyframes, edges = load_keyframes(saved)
+    assert len(keyframes) == len(mapper.keyframes) > 3
+    for before, after in zip(mapper.keyframes, keyframes, strict=True):
+        assert after.stamp_ns == before.stamp_ns
+        np.testing.assert_array_equal(after.pose, before.pose)
+        np.testing.assert_allclose(after.surface.points, before.surface.points, atol=1e-6)
+        np.testing.assert_allclose(after.surface.normals, before.surface.normals, atol=1e-6)
+        np.testing.assert_allclose(after.points, before.points, atol=1e-6)
+    for before, after in zip(mapper.edges, edges, strict=True):
+        assert (after.start, after.end) == (before.start, before.end)
+        np.testing.assert_array_equal(after.relative, before.relative)
+        np.testing.assert_array_equal(after.information, before.information)
+
+
+@pytest.mark.parametrize('extend', [True, False])
+def test_the_robot_is_found_anywhere_in_a_loaded_map(saved, extend):
+    config = MapperConfig(extend_map=extend)
+    mapper = Mapper(config, *load_keyframes(saved))
+    size = len(mapper.keyframes)
+    true, odometry = planar(1.5, 1.5, -2.0), planar(7.0, -3.0, 0.4)
+    found = [mapper.add(k * NS, cloud(CROOKED, true, seed=50 + k), odometry) for k in range(6)]
+    assert found[0].lost
+    assert not found[-1].lost
+    np.testing.assert_allclose(found[-1].pose, true, atol=0.02)
+    assert (len(mapper.keyframes) > size) == extend
+
+
+def test_without_a_frame_in_common_the_robot_is_not_found(saved):
+    mapper = Mapper(MapperConfig(), *load_keyframes(saved))
+    other = np.array([(-9.0, -1.0), (3.0, -1.0), (3.0, 1.2), (-9.0, 0.5)])
+    for k in range(6):
+        assert mapper.add(k * NS, cloud(other, np.eye(4), seed=k), np.eye(4)).lost
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.data())
+def test_a_damaged_file_is_refused_or_the_same(saved, tmp_path_factory, data):
+    content = bytearray(saved.read_bytes())
+    if data.draw(st.booleans()):
+        del content[data.draw(st.integers(0, len(content) - 1)) :]
+    else:
+        content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
+    path = tmp_path_factory.mktemp('damaged') / 'keyframes.npz'
+    path.write_bytes(content)
+    try:
+        keyframes, _ = load_keyframes(path)
+    except SavedMapError:
+        return
+    for before, after in zip(load_keyframes(saved)[0], keyframes, strict=True):
+        np.testing.assert_array_equal(after.pose, before.pose)
+
+
+@pytest.mark.parametrize(
+    'change',
+    [
+        {'format': np.array(2)},
+        {'pose': np.zeros((2, 4, 4))},
+        {'edge': np.array([[0, 99]])},
+        {'cloud': np.full((5, 3), np.nan, dtype=np.float32)},
+        {'stamp_ns': np.zeros(0, dtype=np.int64)},
+        {'surface_counts': np.zeros(3)},
+    ],
+)
+def test_arrays_that_are_no_map_are_refused(saved, tmp_path, change):
+    with np.load(saved) as file:
+        arrays = {name: file[name] for name in file.files} | change
+    path = tmp_path / 'keyframes.npz'
+    np.savez(path, **arrays)
+    with pytest.raises(SavedMapError, match='is not a map'):
+        load_keyframes(path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(OSError, match=r'keyframes\.npz'):
+        load_keyframes(tmp_path / 'keyframes.npz')
+
+
+def test_a_file_of_pickles_is_not_run(tmp_path):
+    np.savez(tmp_path / 'keyframes.npz', format=np.array([replace], dtype=object))
+    with pytest.raises(SavedMapError):
+        load_keyframes(tmp_path / 'keyframes.npz')
