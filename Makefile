@@ -1,7 +1,7 @@
 # The two commands of the README, `make demo` and `make test`, and what they stand on.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: demo test lint bench compare figures docs build lock clean help
+.PHONY: demo demo-mapping test lint bench compare figures docs build lock clean help
 
 PYTHON ?= python3
 # Which ROS: the sourced one, or the wheels in .venv. Each needs its own .venv and install.
@@ -12,10 +12,13 @@ SOURCES := $(shell find nodlidar_* underlay -not -path '*/test*' -not -path '*/_
              -not -name '*.md' -not -name '*.rst')
 
 help:                    ## list the targets
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## */\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## */\t/' | expand -t 12
 
 demo: build              ## scan the simulated room for 20 s; leaves cloud.ply, cloud.png and a bag in demo_output/
 	@$(ACTIVATE) && ros2 run nodlidar_demo demo $(DEMO_ARGS)
+
+demo-mapping: build      ## drive a simulated building and map it; leaves map, trajectory and a picture in mapping_output/
+	@$(ACTIVATE) && ros2 run nodlidar_demo demo_mapping $(DEMO_ARGS)
 
 test: build lint         ## run every test
 	@$(ACTIVATE) && python -m pytest --numprocesses 2 --dist loadgroup $(PYTEST_ARGS)
@@ -52,4 +55,4 @@ lock:                    ## resolve requirements.in again, for every supported P
 	    --python-version 3.10 --no-emit-index-url --no-annotate --no-header requirements.in -o requirements.lock
 
 clean:                   ## remove all generated files
-	rm -rf .venv build install log demo_output .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv build install log demo_output mapping_output .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -18,5 +18,10 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Records, measures and shows a nodding lidar in a simulated scene.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['demo = nodlidar_demo.demo:main']},
+    entry_points={
+        'console_scripts': [
+            'demo = nodlidar_demo.demo:main',
+            'demo_mapping = nodlidar_demo.mapping_demo:main',
+        ]
+    },
 )

@@ -27,9 +27,12 @@ PAGES = [
     *sorted(WORKSPACE.glob('nodlidar_*/README.md')),
 ]
 COMMAND = re.compile(r'(?:ros2 (?:run|launch)|make|rosbags-convert|python3? -m) [^`#]+')
-# By test_demo.py, and by test_other_lidars.py of nodlidar_assembler.
+# By test_demo.py, test_mapping_demo.py and test_other_lidars.py of nodlidar_assembler; the router of
+# Zenoh is on no registry that the tests can use.
 RUN_ELSEWHERE = {
     'make demo',
+    'make demo-mapping',
+    'ros2 run rmw_zenoh_cpp rmw_zenohd',
     'ros2 run nodlidar_demo demo',
     'rosbags-convert --src tilting.bag --dst tilting',
     'ros2 run nodlidar_assembler assemble_bag tilting tilting.ply --params lidar.yaml '

@@ -1,0 +1,23 @@
+"""The demo of the mapper, on a short drive."""
+
+from matplotlib.image import imread
+from nodlidar_demo.mapping_demo import main
+import numpy as np
+
+
+def test_a_drive_leaves_a_map_beside_the_true_floor_plan(tmp_path):
+    output = tmp_path / 'out'
+    assert main(['--scene', 'corridor', '--duration', '8', '--output', str(output)]) == 0
+    names = {path.name for path in output.iterdir()}
+    assert names >= {'bag', 'map.ply', 'map.pgm', 'map.yaml', 'trajectory.txt', 'floor_plan.png'}
+    picture = imread(output / 'floor_plan.png')[:, :, :3]
+    dark = (picture < 0.2).all(axis=2)
+    half = picture.shape[1] // 2
+    for side in (dark[:, :half], dark[:, half:]):
+        # Walls: far more dark pixels than the frame and the letters have.
+        assert np.count_nonzero(side) > 4000
+
+
+def test_a_missing_scene_is_named(tmp_path, capsys):
+    assert main(['--scene', 'moon', '--output', str(tmp_path)]) == 2
+    assert 'moon' in capsys.readouterr().err
