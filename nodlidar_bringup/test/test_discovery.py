@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 
+from ament_index_python.packages import get_package_share_directory
 from nodlidar_bringup.ros.discovery import announce_often, PROFILE_VARIABLES
 import pytest
 
@@ -26,6 +27,13 @@ def _complaints_of_a_node() -> str:
 
 def test_fast_dds_takes_our_file() -> None:
     announce_often()
+    assert not _complaints_of_a_node()
+
+
+def test_fast_dds_takes_the_file_for_lossy_networks() -> None:
+    share = get_package_share_directory('nodlidar_bringup')
+    for variable in PROFILE_VARIABLES:
+        os.environ[variable] = os.path.join(share, 'config', 'lossy_network.xml')
     assert not _complaints_of_a_node()
 
 
