@@ -45,11 +45,11 @@ def timed(log):
 
 @pytest.fixture
 def run(log, monkeypatch):
-    def run(step_ns, *parameters, offset_ns=0, same_clock=True):
+    def run(step_ns, *parameters, offset_ns=0, of='common'):
         """Return clouds and commands, each with when it came, and the node; the clock is set.
 
-        Where the devices have a clock of their own, only that of the assembler is set; it is
-        ahead of theirs by an offset.
+        The clock is 'common' to the devices and the assembler, or they have one each and that of
+        the 'assembler', which is ahead by an offset, or that of the 'robot' is set.
         """
         clock, clouds, commands = Clock(), [], []
         monkeypatch.setattr(host_clock, 'steady_ns', lambda: clock.now_ns)
@@ -64,9 +64,10 @@ def run(log, monkeypatch):
             for arrival_ns, kind, stamp_ns, content in timed(log):
                 clock.now_ns = arrival_ns
                 is_set = arrival_ns - begin_ns >= STEP_AT * S
-                clock.step_ns = offset_ns + (step_ns if is_set else 0)
+                step = step_ns if is_set else 0
+                clock.step_ns = offset_ns + (step if of != 'robot' else 0)
                 # A device's stamp is made of the clock when it is sent.
-                stamp_ns += clock.step_ns if same_clock else 0
+                stamp_ns += step if of != 'assembler' else 0
                 make = scan_message if kind == 'scan' else state_message
                 if kind == 'scan':
                     message = make(content)
@@ -125,16 +126,40 @@ def test_the_nod_goes_on_at_once_by_the_new_time(run, log, step_ns):
 def test_a_step_of_the_assembler_s_clock_alone_changes_nothing(run, step_ns):
     """The stamps are those of another machine: no scan is dropped, and the nod goes on."""
     right, even, _, _ = run(0)
-    clouds, commands, drops, _ = run(step_ns, same_clock=False)
+    clouds, commands, drops, _ = run(step_ns, of='assembler')
     assert [c.header.stamp for _, c in clouds] == [c.header.stamp for _, c in right]
     assert not [reason for reason in drops if 'clock' in reason]
     assert [nod_from_message(c) for _, c in commands] == [nod_from_message(c) for _, c in even]
 
 
+@pytest.mark.parametrize('step_ns', STEPS)
+def test_a_step_of_the_robot_s_clock_alone_gives_no_wrong_cloud(run, log, step_ns):
+    """The assembler learns of it by the stamps only; scans around the step are dropped."""
+    right, _, _, _ = run(0)
+    clouds, _, drops, _ = run(step_ns, of='robot')
+    by_stamp = {time_ns(cloud.header.stamp): cloud for _, cloud in right}
+    begin_ns, wrong = log.scans[0].stamp_ns, []
+    for came_ns, cloud in clouds:
+        is_set = came_ns - begin_ns >= STEP_AT * S
+        stamp_ns = time_ns(cloud.header.stamp)
+        even = by_stamp.get(stamp_ns - (step_ns if is_set else 0), by_stamp.get(stamp_ns))
+        got, expected = (
+            np.stack([point_cloud2.read_points(c)[axis] for axis in 'xyz']) for c in (cloud, even)
+        )
+        if np.abs(got - expected).max() > 0.02:
+            wrong.append((came_ns - begin_ns) / S)
+    assert not wrong
+    scans = sum(n for reason, n in drops.items() if not reason.startswith('joint state'))
+    assert len(clouds) + scans == len(right)
+    assert scans <= 5
+    after = [came_ns for came_ns, _ in clouds if came_ns - begin_ns >= STEP_AT * S]
+    assert after[0] - begin_ns <= (STEP_AT + 1.0) * S
+
+
 @pytest.mark.parametrize('offset_ns', [-3600 * S, -500 * MS, -50 * MS, 500 * MS, 3 * S])
 def test_sweeps_are_chosen_by_the_clock_of_the_stamps(run, offset_ns):
     """Each begins later than it is commanded, by the devices' clock."""
-    _, commands, _, _ = run(0, 'nod_mode:=feedback', offset_ns=offset_ns, same_clock=False)
+    _, commands, _, _ = run(0, 'nod_mode:=feedback', offset_ns=offset_ns, of='assembler')
     later = [(at_ns, time_ns(c.start_time)) for at_ns, c in commands if time_ns(c.start_time)]
     first = {}
     for at_ns, start_ns in later:
