@@ -27,8 +27,8 @@ PAGES = [
     *sorted(WORKSPACE.glob('nodlidar_*/README.md')),
 ]
 COMMAND = re.compile(r'(?:ros2 (?:run|launch)|make|rosbags-convert|python3? -m) [^`#]+')
-# By test_demo.py, test_mapping_demo.py and test_other_lidars.py of nodlidar_assembler; the router of
-# Zenoh is on no registry that the tests can use.
+# By test_demo.py, test_mapping_demo.py and test_other_lidars.py of nodlidar_assembler. The router
+# of Zenoh is on no registry that the tests can use.
 RUN_ELSEWHERE = {
     'make demo',
     'make demo-mapping',
