@@ -13,6 +13,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml', 'LICENSE']),
         (f'share/{PACKAGE}/config', glob('config/*.*')),
+        (f'share/{PACKAGE}/config/slam', glob('config/slam/*.*')),
         (f'share/{PACKAGE}/config/profiles', glob('config/profiles/*.yaml')),
         (f'share/{PACKAGE}/launch', glob('launch/*.py')),
         (f'share/{PACKAGE}/urdf', glob('urdf/*')),
