@@ -84,9 +84,9 @@ def mapped(recording: Recording, config: MapperConfig | None = None) -> Mapped:
     mapper, found, seconds, by_odometry = Mapper(config or MapperConfig()), [], [], []
     for cloud in clouds_of(log, CONFIG):
         points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
-        begin = time.perf_counter()
+        begin = time.process_time()
         found.append(mapper.add(cloud.stamp_ns, points, odometry))
-        seconds.append(time.perf_counter() - begin)
+        seconds.append(time.process_time() - begin)
         by_odometry.append(odometry)
     truth = true_poses(recording, np.array([each.stamp_ns for each in found]))
     mount = by_odometry[0][2, 3]
