@@ -6,12 +6,12 @@ from itertools import pairwise
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.pose import Pose
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.lasting import lasting_surface
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, coordinates, odometry_at
+from nodlidar_mapper.offline import clouds_of, coordinates, drive_in, odometry_at
 from nodlidar_mapper.poses import inverse, moved, planar
+from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
@@ -50,11 +50,13 @@ def recordings():
 
 
 @pytest.fixture(scope='module')
-def clouds(recordings):
+def clouds(recordings, tmp_path_factory):
     """Return stamp, sensor, points and odometry of all clouds, in the order of their stamps."""
     found = []
     for name, recording in recordings.items():
-        log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
+        bag = tmp_path_factory.mktemp(name) / 'bag'
+        write_bag(recording, bag)
+        log = drive_in(bag, CONFIG)
         found += [
             (cloud.stamp_ns, name, coordinates(cloud), odometry_at(log, cloud.stamp_ns))
             for cloud in clouds_of(log, CONFIG)
