@@ -69,18 +69,20 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
     intensity
         q of each interval, for each spline, shape (m, c - 3).
     """
-    samples, intervals = len(place), intensity.shape[1]
-    basis = _basis(place, intervals)
-    rows = np.concatenate([basis, _jerk(intervals)])
-    weights = np.concatenate([weight / noise, KNOT / intensity], axis=1)
-    information = (rows.T * weights[:, None, :]) @ rows
+    intervals = intensity.shape[1]
+    basis, jerk = _basis(place, intervals), _jerk(intervals)
+    weighted = basis.T * weight
+    information = (weighted @ basis) / noise[:, :, None]
+    information += (jerk.T * (KNOT / intensity)[:, None, :]) @ jerk
     information += _weak_prior(intervals)
     root = _roots(information)
-    wanted = (weights[:, :samples] * pitch) @ basis
+    wanted = (weighted @ pitch) / noise
     coefficients = (root @ (wanted[:, None, :] @ root).transpose(0, 2, 1))[:, :, 0]
+    rows = np.concatenate([basis, jerk])
     mean = coefficients @ rows.T
     spread = rows @ root
     variance = np.einsum('mkj,mkj->mk', spread, spread)
+    samples = len(place)
     power = KNOT * (mean[:, samples:] ** 2 + variance[:, samples:])
     improved = (NU * ROUGHNESS + power) / (NU + 1.0)
     return Splines(
@@ -103,11 +105,9 @@ def value(coefficients: Array, place: Array) -> Array:
 def _basis(place: Array, intervals: int) -> Array:
     """Return the basis functions at places, shape (n, intervals + 3)."""
     first = place.astype(np.intp)
-    share = place - first
-    square = share * share
-    powers = np.concatenate([np.ones_like(share), share, square, square * share]).reshape(4, -1)
+    powers = (place - first) ** np.arange(4)[:, None]
     basis = np.zeros((len(place), intervals + 3))
-    basis[np.arange(len(place)), _four(intervals)[first].T] = _BASIS @ powers
+    basis[np.arange(len(place)), first + np.arange(4)[:, None]] = _BASIS @ powers
     return basis
 
 
