@@ -199,6 +199,7 @@ def test_it_tells_how_well_it_follows(commander, ports):
         commander.spin_until(lambda: 'phase error [ms]' in commander.values(), 'no diagnostics')
     status, nod = commander.nod_status[-1], commander.nod
     assert status.following
+    assert (status.pitch_lower_limit, status.pitch_upper_limit) == (-0.8, 0.8)
     assert status.samples_per_sweep == 4001
     assert (status.pitch_min, status.pitch_max) == (nod.pitch_min, nod.pitch_max)
     assert status.speed == pytest.approx(nod.speed)

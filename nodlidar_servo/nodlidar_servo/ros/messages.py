@@ -4,6 +4,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.tracking import Progress
 from nodlidar_msgs.msg import NodStatus
+from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.sample import Sample
 from sensor_msgs.msg import JointState
 
@@ -21,9 +22,13 @@ def fill_joint_state(message: JointState, sample: Sample) -> None:
     message.effort[0] = sample.load
 
 
-def status_message(progress: Progress | None, now_ns: int) -> NodStatus:
-    """Return the status at a time [ns]; None if the servo does not follow a nod."""
-    message = NodStatus(following=progress is not None)
+def status_message(progress: Progress | None, now_ns: int, config: ServoConfig) -> NodStatus:
+    """Return the status at a time [ns]; no progress if the servo does not follow a nod."""
+    message = NodStatus(
+        following=progress is not None,
+        pitch_lower_limit=config.pitch_lower_limit,
+        pitch_upper_limit=config.pitch_upper_limit,
+    )
     message.header.stamp = time_message(now_ns)
     if progress is None:
         message.phase_error = message.measured_samples_per_sweep = float('nan')

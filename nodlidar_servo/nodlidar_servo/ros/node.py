@@ -77,7 +77,7 @@ class ServoNode(DeviceNode):
         state = self.diagnosis.state
         if state.link is not None:
             progress = None if state.fault else state.progress
-            self._status.publish(status_message(progress, time.time_ns()))
+            self._status.publish(status_message(progress, time.time_ns(), self.config))
 
     def connect(self) -> None:
         """Open the port and set the servo up."""
