@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
+from nodlidar_assembler.clouds.scan_memory import ScanMemoryConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitorConfig
 from nodlidar_assembler.inputs.joint_input import JointInputConfig
 from nodlidar_assembler.inputs.scan_input import ScanInputConfig
@@ -11,6 +12,11 @@ from nodlidar_assembler.waiting import WaitingConfig
 
 @dataclass(frozen=True)
 class AssemblerConfig(
-    SceneMonitorConfig, LevelScanConfig, WaitingConfig, ScanInputConfig, JointInputConfig
+    SceneMonitorConfig,
+    LevelScanConfig,
+    ScanMemoryConfig,
+    WaitingConfig,
+    ScanInputConfig,
+    JointInputConfig,
 ):
     """All parameters; each stage reads those of its own base class."""

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_bench import BEAM_PERIOD, bench, sensor_log, simulated
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
@@ -12,6 +13,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
+from nodlidar_msgs.srv import AssembleScans
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
@@ -134,3 +136,37 @@ def test_scans_without_joint_states_are_dropped_counted_and_diagnosed(log):
     with bench('deadline:=0.05') as running:
         running.feed(silent)
         running.spin_until(lambda: reported(running))
+
+
+def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):
+    parameters = 'deadline:=10.0', 'scan_memory:=1.5'
+    with bench(*parameters) as running:
+        client = running.feeder.create_client(AssembleScans, 'assembler/assemble_scans')
+        running.spin_until(client.service_is_ready)
+
+        def ask(begin, end):
+            request = AssembleScans.Request(begin=begin, end=end)
+            future = client.call_async(request)
+            running.spin_until(future.done)
+            return future.result()
+
+        running.feed(log)
+        running.spin_until(lambda: len(running.out[PointCloud2]) >= len(log.scans) - 1)
+        clouds = running.out[PointCloud2][:]
+        first, last = clouds[-8].header.stamp, clouds[-4].header.stamp
+        found, old = ask(first, last), ask(clouds[0].header.stamp, last)
+        turned, none = ask(last, first), ask(Time(sec=2**31 - 1), Time())
+    assert found.success, found.message
+    assert (found.cloud.header.frame_id, found.cloud.header.stamp) == ('nodlidar_base_link', first)
+    expected = np.concatenate([point_cloud2.read_points(cloud) for cloud in clouds[-8:-3]])
+    expected = expected[: found.cloud.width]  # of the last scan only the first point
+    assert found.cloud.width == sum(cloud.width for cloud in clouds[-8:-4]) + 1
+    got = point_cloud2.read_points(found.cloud)
+    for name in ('x', 'y', 'z', 'intensity'):
+        np.testing.assert_array_equal(got[name], expected[name])
+    assert got['ring'].max() == 4
+    assert not old.success
+    assert "'begin' must be after" in old.message
+    assert not turned.success
+    assert "'end' must be at least begin" in turned.message
+    assert (none.success, none.cloud.width) == (True, 0)

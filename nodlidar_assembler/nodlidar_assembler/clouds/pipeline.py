@@ -89,6 +89,8 @@ class Assembled:
     poses
         Poses of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,);
         None without compensation.
+    points
+        The points of this scan alone, to be deskewed if they have poses.
     """
 
     scan: Scan
@@ -99,6 +101,7 @@ class Assembled:
     clouds: list[Points]
     in_odometry: bool = False
     poses: Poses | None = None
+    points: Points | None = None
 
 
 class Pipeline:
@@ -175,7 +178,8 @@ class Pipeline:
         points = self._points(scan, placed, beams, poses)
         in_odometry = poses is not None and not self._deskews
         clouds = self._gathered(points)
-        return Assembled(scan, beams, pitch, placed, odometry, clouds, in_odometry, poses)
+        found = scan, beams, pitch, placed, odometry, clouds, in_odometry, poses, points
+        return Assembled(*found)
 
     def _points(self, scan: Scan, placed: Placed, beams: Beams, poses: Poses | None) -> Points:
         given = placed, beams, scan.stamp_ns, scan.intensities

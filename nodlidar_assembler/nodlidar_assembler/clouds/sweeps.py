@@ -52,7 +52,7 @@ class SweepGatherer:
     def end(self) -> None:
         """End the cloud, as when the clock was set; `add_scan` returns it with the next scan."""
         if self._scans:
-            self._ended.append(_joined(self._scans))
+            self._ended.append(joined(self._scans))
         self._scans, self._since_cut = [], 0
         self._reversals_ns.clear()
 
@@ -88,10 +88,10 @@ class SweepGatherer:
             before.append(scan[:cut])
             after.append(scan[cut:])
         self._scans = [scan for scan in after if len(scan.data)]
-        return _joined([scan for scan in before if len(scan.data)])
+        return joined([scan for scan in before if len(scan.data)])
 
 
-def _joined(scans: list[Points]) -> Points | None:
+def joined(scans: list[Points]) -> Points | None:
     """Return scans as one cloud: times count from its first point, origin of the first scan."""
     if not scans:
         return None

@@ -17,6 +17,7 @@ from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_assembler.ros.input import Input
 from nodlidar_assembler.ros.level_scan_message import LevelScanPublisher
 from nodlidar_assembler.ros.nod_commander import NodCommander
+from nodlidar_assembler.ros.scan_service import ScanService
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.nod import NS_PER_S
@@ -55,6 +56,9 @@ class Assembler(Node):
         if self.config.level_scan != 'off':
             self._level_scan = LevelScanPublisher(self, self.config)
         self._subscribe()
+        self._scan_service: ScanService | None = None
+        if self.config.scan_memory > 0.0:
+            self._scan_service = ScanService(self, self.config, self._frame_id)
         if self.config.coverage_window > 0.0:
             CoverageReport(
                 self,
@@ -122,6 +126,8 @@ class Assembler(Node):
         self._scene_monitor.restart()
         if self._level_scan is not None:
             self._level_scan.scanner.restart()
+        if self._scan_service is not None:
+            self._scan_service.memory.restart()
         if self._nod is not None:
             self._nod.clock_was_set(step_ns)
 
@@ -142,14 +148,17 @@ class Assembler(Node):
         if assembled is None:
             return
         for cloud in assembled.clouds:
-            self._clouds.publish(cloud_message(cloud, self._frame_id(assembled, cloud)))
+            frame_id = self._frame_id(cloud, assembled.in_odometry)
+            self._clouds.publish(cloud_message(cloud, frame_id))
             self.diagnosis.cloud_published(self._host_clock.now_ns(), cloud)
         if self._level_scan is not None:
             self._level_scan.add(assembled)
+        if self._scan_service is not None:
+            self._scan_service.add(assembled)
         self._adapt(assembled, outcome.odometry)
 
-    def _frame_id(self, assembled: Assembled, cloud: Points) -> str:
-        return self._frames.frame(cloud) if assembled.in_odometry else self.config.frame_id
+    def _frame_id(self, cloud: Points, in_odometry: bool) -> str:
+        return self._frames.frame(cloud) if in_odometry else self.config.frame_id
 
     def _adapt(self, assembled: Assembled, odometry: Odometry | None) -> None:
         """Choose the nod by observed coverage and, with adapt_limits, by the range ahead."""
