@@ -20,6 +20,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.live import NodeConfig
 from nodlidar_servo.config import ServoConfig
+from nodlidar_viewer.config import ViewerConfig
 import yaml
 
 WORKSPACE = Path(__file__).parents[1]
@@ -28,6 +29,7 @@ NODES = {
     'driver': (DriverConfig,),
     'servo': (ServoConfig,),
     'mapper': (NodeConfig, MapperConfig, GridConfig),
+    'viewer': (ViewerConfig,),
 }
 # Commented out in the YAML files, where they would override the profile.
 LEFT_TO_PROFILES = {
@@ -35,6 +37,7 @@ LEFT_TO_PROFILES = {
     'driver': set(),
     'servo': {'feedback_rate'},
     'mapper': set(),
+    'viewer': set(),
 }
 WIDTH = 99
 

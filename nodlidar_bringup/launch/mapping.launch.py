@@ -17,6 +17,7 @@ def nodes(context):
     params, folder = (context.launch_configurations[name] for name in ('mapper_params', 'map'))
     arguments.check_parameter_file('mapper_params', params)
     sensor = Sensor(context)
+    sensor.fixed_frame = 'map'
     mapper = sensor.node(
         'nodlidar_mapper',
         'mapper',

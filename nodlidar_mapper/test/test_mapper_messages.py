@@ -2,6 +2,7 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
+from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_mapper.grid import FREE, Grid, OCCUPIED, UNKNOWN
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.surface import Surface
@@ -63,7 +64,7 @@ def test_points_and_normals_have_the_names_of_pcl():
     [point] = read_points(message).tolist()
     assert [field.name for field in message.fields][3:] == ['normal_x', 'normal_y', 'normal_z']
     assert point == (1.0, 2.0, 3.0, 0.0, 0.0, 1.0)
-    np.testing.assert_array_equal(messages.coordinates(message), surface.points)
+    np.testing.assert_array_equal(coordinates(message), surface.points)
 
 
 def test_a_cloud_without_coordinates_or_cut_short_is_refused():
@@ -71,8 +72,8 @@ def test_a_cloud_without_coordinates_or_cut_short_is_refused():
     message = messages.surface_message(surface, STAMP_NS, 'map')
     message.data = message.data[:20]
     with pytest.raises(ValueError, match='malformed cloud'):
-        messages.coordinates(message)
+        coordinates(message)
     message = messages.surface_message(surface, STAMP_NS, 'map')
     message.fields = message.fields[1:]
     with pytest.raises(ValueError, match='malformed cloud'):
-        messages.coordinates(message)
+        coordinates(message)

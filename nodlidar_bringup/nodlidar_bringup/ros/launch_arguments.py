@@ -75,6 +75,12 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'choices': ['true', 'false'],
         'description': 'whether to start RViz',
     },
+    'view': {
+        'default_value': 'none',
+        'choices': ['none', 'web'],
+        'description': 'web: serve a page that shows the sensor live in a browser, and print its '
+        'address (docs/viewer.md)',
+    },
     'namespace': {
         'default_value': '',
         'description': 'namespace of all nodes and topics',
@@ -119,6 +125,11 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'default_value': share('nodlidar_assembler', 'config/assembler.yaml'),
         'description': 'parameter file of the assembler, but for frame_id, joint_name, laser_xyz '
         'and laser_rpy',
+    },
+    'viewer_params': {
+        'default_value': share('nodlidar_viewer', 'config/viewer.yaml'),
+        'description': 'parameter file of the viewer, but for fixed_frame and sensor_frame '
+        '(view:=web)',
     },
 }
 

@@ -46,7 +46,8 @@ class Sensor:
         self.values = {name: context.launch_configurations[name] for name in ARGUMENTS}
         arguments.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
-        self.in_odom = self.values['ego_motion'] == 'beam'
+        # The frame that stands still in a view.
+        self.fixed_frame = 'odom' if self.values['ego_motion'] == 'beam' else 'base_link'
         # The emulators create and remove this folder; the name is unique to this sensor.
         self.links = os.path.join(tempfile.gettempdir(), f'nodlidar-{uuid.uuid4().hex}')
 
@@ -57,6 +58,8 @@ class Sensor:
             nodes.insert(0, self.emulators())
         if self.values['rviz'] == 'true':
             nodes.append(self.rviz())
+        if self.values['view'] == 'web':
+            nodes.append(self.viewer())
         return nodes
 
     def node(self, package: str, executable: str, **options: Any) -> Node:
@@ -168,5 +171,17 @@ class Sensor:
     def rviz(self) -> Node:
         """Return RViz, with the world standing still."""
         view = share('nodlidar_bringup', 'rviz/nodlidar.rviz')
-        fixed = 'odom' if self.in_odom else 'base_link'
-        return self.node('rviz2', 'rviz2', arguments=['-d', view, '-f', fixed])
+        return self.node('rviz2', 'rviz2', arguments=['-d', view, '-f', self.fixed_frame])
+
+    def viewer(self) -> Node:
+        """Return the viewer; the sensor continues without it."""
+        own = {
+            'fixed_frame': text(self.fixed_frame),
+            'sensor_frame': text(self.frame('nodlidar_base_link')),
+        }
+        return self.node(
+            'nodlidar_viewer',
+            'viewer',
+            name='viewer',
+            parameters=[self.values['viewer_params'], own],
+        )

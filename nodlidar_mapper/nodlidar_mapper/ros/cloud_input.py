@@ -8,6 +8,7 @@ from functools import partial
 from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
@@ -119,7 +120,7 @@ class CloudInput:
                 continue
             del self._waiting[topic]
             try:
-                return Cloud(stamp_ns, messages.coordinates(message), odometry, mount)
+                return Cloud(stamp_ns, coordinates(message), odometry, mount)
             except ValueError as error:
                 self.drops[MALFORMED] += 1
                 self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)

@@ -12,27 +12,10 @@ from nodlidar_mapper.surface import Surface
 import numpy as np
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2, PointField
-from sensor_msgs_py.point_cloud2 import create_cloud, read_points
+from sensor_msgs_py.point_cloud2 import create_cloud
 from std_msgs.msg import Header
 
-AXES = ('x', 'y', 'z')
 SURFACE_FIELDS = ('x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z')  # as PCL names them
-
-
-def coordinates(message: PointCloud2) -> Array:
-    """Return the coordinates of a cloud [m], shape (n, 3).
-
-    Raises
-    ------
-    ValueError
-        If the message is malformed.
-    """
-    try:
-        points = read_points(message, field_names=AXES)
-        columns = [np.ravel(points[axis]) for axis in AXES]
-        return np.stack(columns, axis=1, dtype=np.float64)
-    except (AssertionError, KeyError, TypeError, ValueError) as error:
-        raise ValueError(f'malformed cloud: {error}') from error
 
 
 def matrix_of(transform: TransformStamped) -> Array:

@@ -1,0 +1,1 @@
+"""The sensor seen live in a browser."""

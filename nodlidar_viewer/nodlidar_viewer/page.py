@@ -1,0 +1,165 @@
+"""The page: a viser server, who looks at it, and what it tells in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import contextlib
+import io
+from ipaddress import ip_address
+from typing import Any
+from urllib.parse import urlsplit
+
+from nodlidar_common.errors import NodlidarError
+from nodlidar_viewer.config import ViewerConfig
+from nodlidar_viewer.scene import BY_AGE, BY_HEIGHT, Scene
+import numpy as np
+from numpy.typing import NDArray
+
+try:
+    import viser
+except ImportError as error:
+    raise NodlidarError(f'the viewer needs viser: pip install viser ({error})') from error
+
+# From behind and above, on the nod axis of the robot.
+CAMERA, LOOK_AT = (-5.0, -3.0, 5.0), (1.5, 0.0, 0.8)
+
+
+class _Server(viser.ViserServer):
+    """A server that nobody can share through a tunnel to the Internet."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Refuse."""
+
+
+class Page:
+    """The page.
+
+    Parameters
+    ----------
+    config
+        Address, and who may control.
+    on_save
+        Returns the shown points as a file: name and content.
+    on_open
+        Called when a browser opens the page. This and the next one run in threads of the server.
+    on_controller
+        Called with each browser that may control the sensor.
+
+    Attributes
+    ----------
+    scene
+        Its three-dimensional part.
+    """
+
+    def __init__(
+        self,
+        config: ViewerConfig,
+        on_save: Callable[[], tuple[str, bytes]],
+        on_open: Callable[[], object] = lambda: None,
+        on_controller: Callable[[viser.ClientHandle], object] = lambda client: None,
+    ) -> None:
+        self._config, self._on_open, self._on_controller = config, on_open, on_controller
+        with contextlib.redirect_stdout(io.StringIO()):  # viser prints a table
+            self._server = _Server(host=config.host, port=config.port, verbose=False)
+        self._server.initial_camera.position = CAMERA
+        self._server.initial_camera.look_at = LOOK_AT
+        self.scene = Scene(self._server.scene)
+        self._add_words(on_save)
+        self._server.on_client_connect(self._connected)
+
+    @property
+    def address(self) -> str:
+        """The address for a browser on this machine."""
+        host = 'localhost' if self._config.host == '0.0.0.0' else self._config.host
+        return f'http://{host}:{self._server.get_port()}'
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether any browser has the page open."""
+        return bool(self._server.get_clients())
+
+    def tell(self, notice: str, diagnostics: str, rates: str) -> None:
+        """Show what is missing, statuses and rates, as Markdown."""
+        for handle, text in (
+            (self._notice, notice),
+            (self._diagnostics, diagnostics),
+            (self._rates, rates),
+        ):
+            if handle.content != text:
+                handle.content = text
+
+    def tell_coverage(self, text: str, picture: NDArray[np.uint8]) -> None:
+        """Show observed coverage, and a picture of the directions seen."""
+        self._coverage.content = text
+        self._picture.image = picture
+
+    def stop(self) -> None:
+        """Close the page."""
+        self._server.stop()
+
+    def _add_words(self, on_save: Callable[[], tuple[str, bytes]]) -> None:
+        gui = self._server.gui
+        gui.configure_theme(show_share_button=False, show_logo=False, control_layout='collapsible')
+        gui.set_panel_label('nodlidar')
+        self._notice = gui.add_markdown('')
+        colour = gui.add_dropdown('Colour by', (BY_HEIGHT, BY_AGE), hint='of the latest points')
+        save = gui.add_button('Save the points (PLY)', hint='the latest points, to this computer')
+        with gui.add_folder('Coverage'):
+            self._coverage = gui.add_markdown('not heard yet')
+            self._picture = gui.add_image(
+                np.zeros((8, 24, 3), dtype=np.uint8),
+                label='Directions seen, ahead in the middle; red: not seen',
+                format='png',
+            )
+        with gui.add_folder('State'):
+            self._diagnostics = gui.add_markdown('')
+        with gui.add_folder('Rates', expand_by_default=False):
+            self._rates = gui.add_markdown('')
+
+        @colour.on_update
+        def _(_: object) -> None:
+            self.scene.colour_by = colour.value
+
+        @save.on_click
+        def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client is not None:
+                name, content = on_save()
+                event.client.send_file_download(name, content, save_immediately=True)
+
+    def _connected(self, client: viser.ClientHandle) -> None:
+        self._on_open()
+        if self._config.remote_control or self._is_local(client):
+            self._on_controller(client)
+
+    def _is_local(self, client: viser.ClientHandle) -> bool:
+        """Return whether a browser and the page that it shows are of this machine.
+
+        A page of another site that a local browser has open could connect as well; its origin
+        tells.
+        """
+        # viser has no interface for it; without what is used here, nobody is local.
+        server = getattr(self._server, '_websock_server', None)
+        connection = getattr(server, '_live_connections', {}).get(client.client_id)
+        try:
+            address = ip_address(connection.remote_address[0])  # type: ignore[union-attr]
+            headers = connection.request.headers  # type: ignore[union-attr]
+        except (AttributeError, TypeError, ValueError):
+            return False
+        return is_local(str(address), headers.get('Origin'), headers.get('Host'))
+
+
+def is_local(address: str, origin: str | None, host: str | None) -> bool:
+    """Return whether a connection from an IP address is of this machine and of this page.
+
+    Parameters
+    ----------
+    address
+        Of the browser.
+    origin, host
+        Headers of its request: the site of the page that connects, and this server.
+    """
+    ip = ip_address(address)
+    mapped = getattr(ip, 'ipv4_mapped', None)
+    if not (mapped or ip).is_loopback:
+        return False
+    return origin is None or urlsplit(origin).netloc == host

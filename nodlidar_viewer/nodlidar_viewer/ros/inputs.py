@@ -1,0 +1,61 @@
+"""What the viewer listens to while somebody looks."""
+
+from collections import Counter
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Path
+from nodlidar_msgs.msg import Coverage
+from nodlidar_viewer.ros.polled import PolledSubscription
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import LaserScan, PointCloud2
+from std_msgs.msg import String
+
+CLOUDS, SCANS, COVERAGE = 'points', 'scan', 'assembler/coverage'
+MODEL, MAP, PATH = 'robot_description', 'map_cloud', 'path'
+DIAGNOSTICS = '/diagnostics'
+RATED = (CLOUDS, SCANS)  # topics whose rate is told
+
+_LATEST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# A slow connection to a page must not slow down the publishers.
+_STREAM = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+TOPICS: dict[str, tuple[Any, QoSProfile]] = {
+    CLOUDS: (PointCloud2, _STREAM),
+    SCANS: (LaserScan, _STREAM),
+    COVERAGE: (Coverage, QoSProfile(depth=1)),
+    MODEL: (String, _LATEST),
+    MAP: (PointCloud2, _LATEST),
+    PATH: (Path, _LATEST),
+    DIAGNOSTICS: (DiagnosticArray, QoSProfile(depth=50)),
+}
+
+
+class Inputs:
+    """Subscribes to all topics of the page.
+
+    Attributes
+    ----------
+    counts
+        Number of messages of the topics in RATED.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._subscriptions = {
+            topic: PolledSubscription(node, message_type, topic, qos)
+            for topic, (message_type, qos) in TOPICS.items()
+        }
+        self.counts = Counter(dict.fromkeys(RATED, 0))
+
+    def take(self, topic: str) -> list[Any]:
+        """Return the messages of a topic since the last call, the oldest first."""
+        messages = self._subscriptions[topic].take()
+        if topic in self.counts:
+            self.counts[topic] += len(messages)
+        return messages
+
+    def end(self) -> None:
+        """End all subscriptions."""
+        for subscription in self._subscriptions.values():
+            subscription.end()

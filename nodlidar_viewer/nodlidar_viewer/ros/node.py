@@ -1,0 +1,61 @@
+"""The viewer node: what the sensor publishes, on a page in a browser."""
+
+import sys
+from typing import Any
+
+from nodlidar_common.ros.node import run
+from nodlidar_common.ros.node_parameters import declare
+from nodlidar_common.ros.steady import create_steady_timer
+from nodlidar_common.survival import Survival
+from nodlidar_viewer.config import ViewerConfig
+from nodlidar_viewer.page import Page
+from nodlidar_viewer.point_file import ply_bytes
+from nodlidar_viewer.ros.view import View
+from rclpy.node import Node
+
+
+class ViewerNode(Node):
+    """Shows clouds, scan, robot, map and states; it neither listens nor draws for nobody."""
+
+    def __init__(self) -> None:
+        super().__init__('viewer')
+        self.config = declare(self, ViewerConfig)
+        self.survival = Survival(self.get_logger().error)
+        self._view: View | None = None
+        self._timer: Any = None
+        opened = self.create_guard_condition(self._begin)
+        self.page = Page(self.config, self._saved, opened.trigger)
+        self.get_logger().info(f'open {self.page.address} in a browser')
+
+    def _begin(self) -> None:
+        """Begin to listen: somebody looks."""
+        if self._view is None:
+            self._view = View(self, self.config, self.page)
+            self._timer = create_steady_timer(self, 1.0 / self.config.frame_rate, self._step)
+
+    def _step(self) -> None:
+        """Draw, or end the view if nobody looks any more."""
+        if self._view is None:
+            return
+        if self.page.is_watched:
+            with self.survival.surviving():
+                self._view.step()
+        else:
+            self.destroy_timer(self._timer)
+            self._view.end()
+            self._view = None
+
+    def _saved(self) -> tuple[str, bytes]:
+        assert self._view is not None  # the browser that saves is looking
+        points = self._view.recent.points
+        return 'points.ply', ply_bytes(points, self.config.fixed_frame)
+
+    def destroy_node(self) -> None:
+        """Close the page, then destroy the node."""
+        self.page.stop()
+        super().destroy_node()
+
+
+def main() -> None:
+    """Run the viewer node."""
+    sys.exit(run(ViewerNode))

@@ -1,0 +1,167 @@
+"""What the page shows while somebody looks."""
+
+from collections import Counter, deque
+import time
+from typing import Any
+
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.pose import Pose
+from nodlidar_common.ros.point_cloud import coordinates
+from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.stamps import time_ns
+from nodlidar_viewer import words
+from nodlidar_viewer.config import ViewerConfig
+from nodlidar_viewer.directions import Directions
+from nodlidar_viewer.fan import fan
+from nodlidar_viewer.page import Page
+from nodlidar_viewer.recent_points import RecentPoints
+from nodlidar_viewer.robot_model import links_and_shapes, RobotModelError
+from nodlidar_viewer.ros import inputs
+from nodlidar_viewer.ros.inputs import Inputs
+from nodlidar_viewer.ros.transforms import Transforms
+import numpy as np
+from rclpy.node import Node
+
+WORDS_PERIOD = 1.0  # s
+PATIENCE = 1.0  # s that a cloud waits for its transform
+MOST_WAITING = 50  # clouds
+
+
+class View:
+    """Takes what is new from the topics and draws it.
+
+    Parameters
+    ----------
+    node
+        Subscribes to the topics.
+    config, page
+        Where and how it is drawn.
+
+    Attributes
+    ----------
+    recent
+        The points that are shown.
+    """
+
+    def __init__(self, node: Node, config: ViewerConfig, page: Page) -> None:
+        self._config, self._page, self._log = config, page, node.get_logger()
+        self.recent = RecentPoints(config.most_points)
+        self._directions = Directions()
+        self._waiting: deque[tuple[Any, int]] = deque()  # clouds, with their arrival [ns]
+        self._statuses: dict[str, words.Status] = {}
+        self._told_ns = self._heard_ns = steady_ns()
+        self._inputs, self._transforms = Inputs(node), Transforms(node)
+
+    def step(self) -> None:
+        """Draw what is new."""
+        self._transforms.take()
+        self._draw()
+        seconds = (steady_ns() - self._told_ns) / NS_PER_S
+        if seconds >= WORDS_PERIOD:
+            self._tell(seconds)
+
+    def end(self) -> None:
+        """End the subscriptions, and clear the page."""
+        self._inputs.end()
+        self._transforms.end()
+        self._page.scene.clear()
+
+    def _pose(self, frame: str, stamp_ns: int = 0) -> Pose | None:
+        """Return the pose of a frame in the fixed frame, at an instant [ns] or the latest."""
+        return self._transforms.pose(self._config.fixed_frame, frame, stamp_ns)
+
+    # What is drawn.
+
+    def _draw(self) -> None:
+        for message in self._inputs.take(inputs.MODEL):
+            self._draw_model(message.data)
+        for link in self._page.scene.links:
+            self._page.scene.place_link(link, self._pose(link))
+        self._draw_clouds()
+        for scan in self._inputs.take(inputs.SCANS)[-1:]:
+            self._draw_scan(scan)
+        for message in self._inputs.take(inputs.MAP):
+            self._draw_map(message)
+        for message in self._inputs.take(inputs.PATH):
+            self._draw_path(message)
+
+    def _draw_model(self, urdf: str) -> None:
+        try:
+            self._page.scene.show_model(*links_and_shapes(urdf))
+        except RobotModelError as error:
+            self._log.warning(str(error))
+
+    def _draw_clouds(self) -> None:
+        now_ns = steady_ns()
+        self._waiting.extend((message, now_ns) for message in self._inputs.take(inputs.CLOUDS))
+        while len(self._waiting) > MOST_WAITING:
+            self._waiting.popleft()
+        while self._waiting:
+            message, since_ns = self._waiting[0]
+            is_new = now_ns - since_ns < PATIENCE * NS_PER_S
+            if not self._add_cloud(message) and is_new:
+                break
+            self._waiting.popleft()
+        self._page.scene.show_cloud(self.recent.chunks)
+
+    def _add_cloud(self, message: Any) -> bool:
+        """Add a cloud; return whether the transforms at its stamp are known."""
+        stamp_ns, frame = time_ns(message.header.stamp), message.header.frame_id
+        pose = self._pose(frame, stamp_ns)
+        if pose is None:
+            return False
+        try:
+            points = coordinates(message)
+        except ValueError as error:
+            self._log.warning(str(error), throttle_duration_sec=5.0)
+            return True
+        self.recent.add(stamp_ns, pose.to_parent(points).astype(np.float32))
+        axis = self._transforms.pose(frame, self._config.sensor_frame, stamp_ns)
+        if axis is not None:
+            self._directions.add(stamp_ns, axis.to_child(points).astype(np.float32))
+        self._heard_ns = steady_ns()
+        return True
+
+    def _draw_scan(self, scan: Any) -> None:
+        pose = self._pose(scan.header.frame_id, time_ns(scan.header.stamp))
+        if pose is not None:
+            ranges = np.array(scan.ranges, dtype=np.float32)
+            mesh = fan(ranges, scan.angle_min, scan.angle_increment, scan.range_min)
+            self._page.scene.show_fan(*mesh, pose)
+
+    def _draw_map(self, message: Any) -> None:
+        pose = self._pose(message.header.frame_id)
+        points = coordinates(message)
+        if pose is not None and len(points):
+            every = -(-len(points) // self._config.most_map_points)
+            self._page.scene.show_map(pose.to_parent(points[::every]).astype(np.float32))
+
+    def _draw_path(self, message: Any) -> None:
+        pose = self._pose(message.header.frame_id)
+        places = [stamped.pose.position for stamped in message.poses]
+        if pose is not None and len(places) > 1:
+            points = np.array([[place.x, place.y, place.z] for place in places])
+            self._page.scene.show_path(pose.to_parent(points))
+
+    # What is told.
+
+    def _tell(self, seconds: float) -> None:
+        now = time.monotonic()
+        for array in self._inputs.take(inputs.DIAGNOSTICS):
+            for each in array.status:
+                level = int.from_bytes(each.level, 'little')
+                self._statuses[each.name] = words.Status(each.name, level, each.message, now)
+        told = words.diagnostics(self._statuses.values(), now)
+        self._page.tell(self._notice(), told, words.rates(self._inputs.counts, seconds))
+        self._inputs.counts = Counter(dict.fromkeys(self._inputs.counts, 0))
+        self._told_ns = steady_ns()
+        for message in self._inputs.take(inputs.COVERAGE):
+            text = words.coverage(message.seen, message.largest_hole, message.window, message.cell)
+            self._page.tell_coverage(text, self._directions.picture())
+
+    def _notice(self) -> str:
+        silent = (steady_ns() - self._heard_ns) / NS_PER_S
+        if silent < 2.0:
+            return f'{self.recent.count} points'
+        missing = self._transforms.missing if self._waiting else ''
+        return f'**No cloud for {silent:.0f} s.** {missing}'

@@ -1,0 +1,174 @@
+"""The three-dimensional part of the page: cloud, scan, robot, map and path."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from nodlidar_common.pose import Pose
+from nodlidar_viewer.colours import HeightColours, of_age
+from nodlidar_viewer.recent_points import Chunk
+from nodlidar_viewer.robot_model import Shape
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+from viser import SceneApi, SceneNodeHandle
+
+Array = NDArray[np.float64]
+Points = NDArray[np.float32]
+
+POINT_SIZE = 0.02  # m
+FLOOR = (20.0, 20.0)  # m
+MAP_COLOUR = (150, 155, 165)
+PATH_COLOUR = (230, 90, 30)
+FAN_COLOUR = (90, 170, 255)
+BY_HEIGHT, BY_AGE = 'height', 'age'
+
+
+class Scene:
+    """Draws into viser's scene what has changed.
+
+    Parameters
+    ----------
+    scene
+        Of the server: all browsers see the same.
+
+    Attributes
+    ----------
+    colour_by
+        BY_HEIGHT or BY_AGE.
+    """
+
+    def __init__(self, scene: SceneApi) -> None:
+        self._scene = scene
+        self.colour_by = BY_HEIGHT
+        self._heights = HeightColours()
+        self._drawn: dict[int, tuple[Chunk, str]] = {}  # with how it was coloured
+        self._links: dict[str, tuple[SceneNodeHandle, Pose | None]] = {}  # with where they are
+        # Without a graphics card, shadows and reflections take longer than all else.
+        scene.configure_default_lights(cast_shadow=False)
+        scene.configure_environment_map(None)
+        scene.add_grid('/floor', *FLOOR, cell_size=1.0, section_size=5.0, shadow_opacity=0.0)
+
+    def show_cloud(self, chunks: Sequence[Chunk]) -> None:
+        """Draw the chunks that have changed, and remove those that are not there any more."""
+        numbers = {chunk.number for chunk in chunks}
+        for number in self._drawn.keys() - numbers:
+            self._scene.remove_by_name(_name(number))
+            del self._drawn[number]
+        if not chunks:
+            return
+        if self._heights.fit(np.concatenate([chunk.points[::8, 2] for chunk in chunks])):
+            self._drawn.clear()
+        for place, chunk in enumerate(reversed(chunks)):
+            colouring = self.colour_by
+            if colouring == BY_AGE:
+                colouring += f' {place / len(chunks):.2f}'
+            drawn, how = self._drawn.get(chunk.number, (None, ''))
+            if drawn is not chunk or how != colouring:
+                self._draw(chunk, place / len(chunks))
+                self._drawn[chunk.number] = chunk, colouring
+
+    def _draw(self, chunk: Chunk, age: float) -> None:
+        # Counted from their mean, as the browser gets coordinates of 16 bits.
+        middle = chunk.points.mean(axis=0) if len(chunk.points) else np.zeros(3, dtype=np.float32)
+        heights = chunk.points[:, 2]
+        colours = of_age(age) if self.colour_by == BY_AGE else self._heights.of(heights)
+        self._scene.add_point_cloud(
+            _name(chunk.number),
+            chunk.points - middle,
+            colours,
+            position=middle,
+            point_size=POINT_SIZE,
+            point_shading='flat',
+        )
+
+    def show_fan(self, vertices: Points, triangles: NDArray[np.uint32], pose: Pose) -> None:
+        """Draw the scan plane: vertices in the frame of the lidar, and its pose."""
+        self._scene.add_mesh_simple(
+            '/scan',
+            vertices,
+            triangles,
+            color=FAN_COLOUR,
+            opacity=0.35,
+            side='double',
+            cast_shadow=False,
+            receive_shadow=False,
+            wxyz=_quaternion(pose),
+            position=pose.position,
+        )
+
+    def show_model(self, links: Sequence[str], shapes: Sequence[Shape]) -> None:
+        """Draw a robot model anew."""
+        self._scene.remove_by_name('/robot')
+        self._links = {
+            link: (self._scene.add_frame(f'/robot/{link}', show_axes=False, visible=False), None)
+            for link in links
+        }
+        for index, shape in enumerate(shapes):
+            place: dict[str, Any] = {
+                'wxyz': _quaternion(shape.pose),
+                'position': shape.pose.position,
+                'color': tuple(round(255.0 * part) for part in shape.colour),
+            }
+            name = f'/robot/{shape.link}/{index}'
+            match shape.kind:
+                case 'box':
+                    self._scene.add_box(name, dimensions=np.array(shape.size), **place)
+                case 'cylinder':
+                    radius, length = shape.size
+                    self._scene.add_cylinder(name, radius=radius, height=length, **place)
+                case 'sphere':
+                    self._scene.add_icosphere(name, radius=shape.size[0], **place)
+
+    @property
+    def links(self) -> list[str]:
+        """The links of the robot model."""
+        return list(self._links)
+
+    def place_link(self, link: str, pose: Pose | None) -> None:
+        """Move a link; one whose pose is not known is hidden."""
+        handle, before = self._links[link]
+        if pose is None:
+            handle.visible = False
+        elif before is None or not _same(before, pose):
+            handle.visible = True
+            handle.wxyz, handle.position = _quaternion(pose), pose.position
+        self._links[link] = handle, pose
+
+    def show_map(self, points: Points) -> None:
+        """Draw the points of a map [m], shape (n, 3)."""
+        middle = points.mean(axis=0)
+        self._scene.add_point_cloud(
+            '/map',
+            points - middle,
+            MAP_COLOUR,
+            position=middle,
+            point_size=POINT_SIZE,
+            point_shading='flat',
+            precision='float32',
+        )
+
+    def show_path(self, places: Array) -> None:
+        """Draw the path of the robot: its places [m], shape (n, 3), n at least 2."""
+        segments = np.stack([places[:-1], places[1:]], axis=1)
+        self._scene.add_line_segments('/path', segments, PATH_COLOUR, thickness=0.05)
+
+    def clear(self) -> None:
+        """Remove all that moves."""
+        self.show_cloud([])
+        for name in ('/scan', '/map', '/path'):
+            self._scene.remove_by_name(name)
+
+
+def _name(number: int) -> str:
+    return f'/cloud/{number}'
+
+
+def _quaternion(pose: Pose) -> Array:
+    """Return w x y z."""
+    return np.asarray(Rotation.from_matrix(pose.rotation).as_quat()[[3, 0, 1, 2]])
+
+
+def _same(one: Pose, other: Pose) -> bool:
+    return np.array_equal(one.position, other.position) and np.array_equal(
+        one.rotation, other.rotation
+    )

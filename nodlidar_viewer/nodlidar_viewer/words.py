@@ -1,0 +1,62 @@
+"""What the page tells in words."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+LEVELS = ('OK', 'WARNING', 'ERROR', 'STALE')
+SILENT = 4  # seconds after which a status counts as stale
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """A diagnostic status.
+
+    Attributes
+    ----------
+    name
+        Node and task, such as ``assembler: clouds``.
+    level
+        0 OK, 1 warning, 2 error, 3 stale.
+    message
+        In words.
+    heard
+        When it was heard [s].
+    """
+
+    name: str
+    level: int
+    message: str
+    heard: float
+
+
+def diagnostics(statuses: Iterable[Status], now: float) -> str:
+    """Return statuses as Markdown; those not heard for SILENT seconds are marked."""
+    lines = []
+    for status in sorted(statuses, key=lambda status: status.name):
+        age = now - status.heard
+        if age > SILENT:
+            lines.append(f'**{status.name}**: {LEVELS[3]}, nothing heard for {age:.0f} s')
+        else:
+            lines.append(f'**{status.name}**: {_level(status.level)}{status.message}')
+    return '\n\n'.join(lines) or 'no diagnostics yet'
+
+
+def _level(level: int) -> str:
+    return f'{LEVELS[min(level, 3)]}, ' if level else ''
+
+
+def rates(counts: Mapping[str, int], seconds: float) -> str:
+    """Return how often messages came, by topic, as Markdown."""
+    rows = [f'| {topic} | {count / seconds:.1f} |' for topic, count in counts.items()]
+    return '\n'.join(['| topic | per second |', '| --- | --- |', *rows])
+
+
+def coverage(seen: float, hole: float, window: float, cell: float) -> str:
+    """Return observed coverage in words: share of cells seen, angles [rad], time [s]."""
+    size = f'{57.3 * cell:.1f}°'
+    if hole <= 0.0:
+        return f'**{seen:.1%}** of the cells of {size} seen in {window:.0f} s, no hole'
+    return (
+        f'**{seen:.1%}** of the cells of {size} seen in {window:.0f} s; largest hole '
+        f'{57.3 * hole:.1f}°'
+    )
