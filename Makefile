@@ -1,7 +1,7 @@
 # The two commands of the README, `make demo` and `make test`, and what they stand on.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: demo demo-mapping test lint bench compare figures docs build lock clean help
+.PHONY: demo demo-mapping view test lint bench compare figures docs build lock clean help
 
 PYTHON ?= python3
 # Which ROS: the sourced one, or the wheels in .venv. Each needs its own .venv and install.
@@ -19,6 +19,9 @@ demo: build              ## scan the simulated room for 20 s; leaves cloud.ply, 
 
 demo-mapping: build      ## drive a simulated building and map it; leaves map, trajectory and a picture in mapping_output/
 	@$(ACTIVATE) && ros2 run nodlidar_demo demo_mapping $(DEMO_ARGS)
+
+view: build              ## run the simulated sensor and show it in a browser; prints the address
+	@$(ACTIVATE) && ros2 launch nodlidar_bringup robot.launch.py view:=web
 
 test: build lint         ## run every test
 	@$(ACTIVATE) && python -m pytest --numprocesses 2 --dist loadgroup $(PYTEST_ARGS)

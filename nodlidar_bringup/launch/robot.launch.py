@@ -3,8 +3,9 @@
 A second sensor needs a namespace, and a prefix for its frames:
 `ros2 launch nodlidar_bringup robot.launch.py namespace:=left frame_prefix:=left_`.
 
-All arguments are checked before any node starts. When any node but RViz ends, all are shut down.
-When the launch process itself ends, even by SIGKILL, the kernel sends SIGTERM to the nodes.
+All arguments are checked before any node starts. When any node but RViz and the viewer ends, all
+are shut down. When the launch process itself ends, even by SIGKILL, the kernel sends SIGTERM to
+the nodes.
 """
 
 from launch import LaunchDescription

@@ -20,7 +20,8 @@ def values(tmp_path):
     """Return arguments that are as they must be."""
     path = tmp_path / 'params.yaml'
     path.write_text('/**:\n  ros__parameters: {}\n')
-    files = dict.fromkeys(('driver_params', 'servo_params', 'assembler_params'), str(path))
+    nodes = 'driver', 'servo', 'assembler', 'viewer'
+    files = {f'{node}_params': str(path) for node in nodes}
     scene = {'hardware': 'sim', 'scene': 'room', 'route': ''}
     return {'namespace': '', 'frame_prefix': '', 'own_tf': 'false', **PLACES, **files, **scene}
 

@@ -21,7 +21,7 @@ except ImportError as error:
     raise NodlidarError(f'the viewer needs viser: pip install viser ({error})') from error
 
 # From behind and above, on the nod axis of the robot.
-CAMERA, LOOK_AT = (-5.0, -3.0, 5.0), (1.5, 0.0, 0.8)
+CAMERA, LOOK_AT = (-3.8, -2.4, 3.8), (1.5, 0.0, 0.6)
 
 
 class _Server(viser.ViserServer):
@@ -99,7 +99,8 @@ class Page:
 
     def _add_words(self, on_save: Callable[[], tuple[str, bytes]]) -> None:
         gui = self._server.gui
-        gui.configure_theme(show_share_button=False, show_logo=False, control_layout='collapsible')
+        gui.configure_theme(show_share_button=False, show_logo=False)
+        gui.main_panel.dock_right()
         gui.set_panel_label('nodlidar')
         self._notice = gui.add_markdown('')
         colour = gui.add_dropdown('Colour by', (BY_HEIGHT, BY_AGE), hint='of the latest points')

@@ -1,0 +1,71 @@
+"""The page, seen by browsers that connect to it."""
+
+import threading
+from urllib.request import urlopen
+
+from browser import browsing
+from nodlidar_viewer.config import ViewerConfig
+from nodlidar_viewer.page import is_local, Page
+from nodlidar_viewer.recent_points import RecentPoints
+import numpy as np
+import pytest
+
+CLOUD = 'PointCloudMessage'
+
+
+@pytest.fixture
+def page():
+    controllers, opened = [], threading.Event()
+    config = ViewerConfig(host='127.0.0.1', port=18_080)
+    page = Page(config, lambda: ('', b''), opened.set, controllers.append)
+    page.controllers, page.opened = controllers, opened
+    yield page
+    page.stop()
+
+
+def test_a_cloud_is_drawn_chunk_by_chunk(page):
+    recent = RecentPoints(2500)
+    with browsing(page.address) as browser:
+        browser.until(page.opened.is_set)
+        for number in range(4):
+            recent.add(number * 10**9, np.full((1000, 3), float(number), dtype=np.float32))
+            page.scene.show_cloud(recent.chunks)
+            name = f'/cloud/{number}'
+            browser.until(lambda name=name: name in [m['name'] for m in browser.of(CLOUD)])
+        gone = {'/cloud/0', '/cloud/1'}
+        browser.until(lambda: gone <= {m['name'] for m in browser.of('RemoveSceneNodeMessage')})
+
+
+def test_a_browser_of_this_machine_may_control(page):
+    with browsing(page.address) as browser:
+        browser.until(lambda: page.controllers)
+        assert page.is_watched
+    assert page.opened.wait(1.0)
+
+
+def test_a_page_of_another_site_only_looks(page):
+    with browsing(page.address, Origin='http://evil.example') as browser:
+        browser.until(page.opened.is_set)
+        browser.until(lambda: browser.of('GuiDropdownMessage'))
+        assert not page.controllers
+
+
+@pytest.mark.parametrize(
+    ('address', 'origin', 'host', 'local'),
+    [
+        ('127.0.0.1', 'http://localhost:8080', 'localhost:8080', True),
+        ('::1', None, 'localhost:8080', True),
+        ('::ffff:127.0.0.1', 'http://127.0.0.1:8080', '127.0.0.1:8080', True),
+        ('127.0.0.1', 'http://other.example', 'localhost:8080', False),
+        ('127.0.0.1', 'null', 'localhost:8080', False),
+        ('192.168.1.7', 'http://robot:8080', 'robot:8080', False),
+        ('::ffff:10.0.0.3', None, 'robot:8080', False),
+    ],
+)
+def test_who_is_local(address, origin, host, local):
+    assert is_local(address, origin, host) is local
+
+
+def test_nobody_can_share_the_page_through_the_internet(page):
+    assert page._server.request_share_url() is None
+    assert b'<html' in urlopen(page.address).read().lower()

@@ -1,0 +1,112 @@
+"""The node with clouds of a sensor, and browsers that come and go."""
+
+from browser import browsing
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import TransformStamped
+from nodlidar_common.ros.messages import time_message
+from nodlidar_msgs.msg import Coverage
+from nodlidar_viewer.ros.node import ViewerNode
+import numpy as np
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from sensor_msgs_py.point_cloud2 import create_cloud
+from std_msgs.msg import Header
+from tf2_ros import StaticTransformBroadcaster
+
+START_NS = 1_700_000_000 * 10**9
+ARGUMENTS = ['-p', 'host:=127.0.0.1', '-p', 'port:=18180', '-p', 'frame_rate:=20.0']
+FIELDS = [PointField(name=n, offset=4 * i, datatype=7, count=1) for i, n in enumerate('xyz')]
+
+
+POINT = np.dtype([(axis, 'f4') for axis in 'xyz'])
+
+
+class Sensor(Node):
+    """Sends what a sensor sends."""
+
+    def __init__(self):
+        super().__init__('sensor')
+        self.clouds = self.create_publisher(PointCloud2, 'points', 10)
+        self.scans = self.create_publisher(LaserScan, 'scan', 10)
+        self.coverage = self.create_publisher(Coverage, 'assembler/coverage', 10)
+        self.states = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._static = StaticTransformBroadcaster(self)
+        self._static.sendTransform(self._above('base_link', 'nodlidar_base_link'))
+        self._static.sendTransform(self._above('nodlidar_base_link', 'laser'))
+        self.count = 0
+
+    def _above(self, parent, child):
+        transform = TransformStamped(child_frame_id=child)
+        transform.header.frame_id = parent
+        transform.transform.translation.z = 0.5
+        transform.transform.rotation.w = 1.0
+        return transform
+
+    def send(self):
+        """Send a cloud, a scan and states."""
+        self.count += 1
+        header = Header(
+            stamp=time_message(START_NS + self.count * 50_000_000), frame_id='nodlidar_base_link'
+        )
+        cloud = create_cloud(header, FIELDS, np.full(100, 2.0, dtype=POINT))
+        self.clouds.publish(cloud)
+        cloud.data = cloud.data[:5]
+        self.clouds.publish(cloud)  # malformed
+        scan = LaserScan(ranges=[1.0] * 40, angle_increment=0.01, range_min=0.1)
+        scan.header.frame_id = 'laser'
+        self.scans.publish(scan)
+        self.coverage.publish(Coverage(seen=0.75, window=10.0, cell=0.05, largest_hole=0.1))
+        status = DiagnosticStatus(level=b'\2', name='servo: device', message='no torque')
+        self.states.publish(DiagnosticArray(status=[status]))
+
+
+@pytest.fixture
+def running():
+    rclpy.init(args=['--ros-args', *ARGUMENTS])
+    sensor, viewer, executor = Sensor(), ViewerNode(), SingleThreadedExecutor()
+    for node in (sensor, viewer):
+        executor.add_node(node)
+
+    def spin():
+        executor.spin_once(timeout_sec=0.02)
+
+    yield sensor, viewer, spin
+    executor.shutdown()
+    for node in (sensor, viewer):
+        node.destroy_node()
+    rclpy.shutdown()
+
+
+def test_it_listens_only_while_somebody_looks(running):
+    sensor, viewer, spin = running
+    assert sensor.clouds.get_subscription_count() == 0
+
+    def work():
+        sensor.send()
+        spin()
+
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: browser.of('PointCloudMessage'), work)
+        browser.until(lambda: browser.of('MeshMessage'), work)
+        browser.until(lambda: '75.0%' in browser.text(), work)
+        browser.until(lambda: 'no torque' in browser.text(), work)
+        name, ply = viewer._saved()
+        assert name.endswith('.ply')
+        assert b'frame base_link' in ply
+        assert viewer._view.recent.points[:, 2].min() == 2.5  # the nod axis is 0.5 m up
+    for _ in range(500):
+        spin()
+        if sensor.clouds.get_subscription_count() == 0:
+            break
+    assert sensor.clouds.get_subscription_count() == 0
+    assert not viewer.survival.errors
+
+
+def test_what_is_missing_is_told(running):
+    _, viewer, spin = running
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: 'No cloud for' in browser.text(), spin)
+    assert not viewer.survival.errors
