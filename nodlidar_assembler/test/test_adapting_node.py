@@ -52,6 +52,23 @@ def test_it_can_be_turned_on_and_off_while_the_node_runs(log):
         running.spin_until(lambda: limits_of(commands[-1]) == FIXED)
 
 
+def test_another_nod_can_be_planned_while_the_node_runs(log):
+    half = len(log.scans) // 2
+    with bench('samples_per_sweep:=4001') as running:
+        running.feed(part(log, slice(None, half)))
+        commands = running.out[NodCommand]
+        running.spin_until(lambda: len(commands) >= 3)
+        wrong = running.node.set_parameters([Parameter('pitch_min', value=1.0)])
+        assert not wrong[0].successful
+        assert 'pitch_max' in wrong[0].reason
+        other = {'pitch_min': -0.2, 'pitch_max': 0.3, 'samples_per_sweep': 3001}
+        chosen = [Parameter(name, value=value) for name, value in other.items()]
+        assert running.node.set_parameters_atomically(chosen).successful
+        running.feed(part(log, slice(half, None)))
+        running.spin_until(lambda: limits_of(commands[-1]) == (-0.2, 0.3))
+        assert commands[-1].samples_per_sweep == 3001
+
+
 def part(log, chosen):
     """Return some scans, and the joint samples from the first of them on till after the last."""
     scans = log.scans[chosen]

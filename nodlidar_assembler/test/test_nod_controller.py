@@ -165,3 +165,36 @@ def test_a_lidar_that_sweeps_cannot_be_chosen_for_keeps_the_nod_in_its_phase():
             )
         clock.add_scan(reversed_urg, BEGIN_NS + number * 100_010_000)
         assert controller.command == (clock.nod, 0)
+
+
+@pytest.mark.parametrize('mode', ['coprime', 'feedback', 'interlaced'])
+def test_another_plan_goes_on_from_the_present_pitch(mode):
+    controller = NodController(AssemblerConfig(samples_per_sweep=4001))
+    run(controller, 23)
+    now_ns = BEGIN_NS + 23 * PERIOD_NS
+    before, _ = controller.command
+    other = AssemblerConfig(pitch_min=-0.7, samples_per_sweep=6003, nod_mode=mode)
+    controller.plan(other, now_ns)
+    after, _ = controller.command
+    assert (after.pitch_min, after.samples_per_sweep) == (-0.7, 6003)
+    pitch = [float(nod.pitch(np.array([now_ns]))[0]) for nod in (before, after)]
+    sample = after.span / 6003
+    assert abs(pitch[0] - pitch[1]) <= 2.0 * sample
+    commands = run(controller, 60, first=24)
+    assert len({nod.samples_per_sweep for nod, _ in commands}) > 1 or mode == 'coprime'
+
+
+def test_a_plan_before_the_first_scan_is_that_of_the_first_scan():
+    controller = NodController(AssemblerConfig(samples_per_sweep=4001))
+    controller.plan(AssemblerConfig(samples_per_sweep=6003), BEGIN_NS)
+    assert controller.command is None
+    assert run(controller, 1)[0][0].samples_per_sweep == 6003
+
+
+def test_a_plan_is_for_the_lidar_that_was_seen():
+    other = replace(URG, beams=360, angle_min=-math.pi, angle_increment=math.tau / 360)
+    controller = NodController(AssemblerConfig(samples_per_sweep=4001))
+    run(controller, 3, beams=Beams(other, REFERENCE_MOUNT))
+    controller.plan(AssemblerConfig(samples_per_sweep=6003), BEGIN_NS + 3 * PERIOD_NS)
+    assert controller.config.steps_per_revolution == 360
+    assert math.gcd(controller.planned.samples_per_sweep, 360) == 1

@@ -40,6 +40,14 @@ class LidarView:
         self._configured = config
         self._geometry: ScanGeometry | None = None
 
+    def plan(self, config: NodConfig) -> None:
+        """Plan another nod, for the same lidar."""
+        geometry, self._geometry = self._geometry, None
+        self.config, self.task = config, config.task
+        self._configured = config
+        if geometry is not None:
+            self.look(geometry)
+
     def look(self, geometry: ScanGeometry) -> bool:
         """Take note of a scan's geometry; return whether its lidar is another one than before."""
         if geometry == self._geometry:

@@ -27,10 +27,20 @@ class NodConfig:
         'Command the nod; if false, only assemble clouds',
     )
     pitch_min: float = parameter(
-        _TASK.pitch_min, 'Lower limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
+        _TASK.pitch_min,
+        'Lower limit of the nod',
+        unit='rad',
+        minimum=-1.6,
+        maximum=1.6,
+        live=True,
     )
     pitch_max: float = parameter(
-        _TASK.pitch_max, 'Upper limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
+        _TASK.pitch_max,
+        'Upper limit of the nod',
+        unit='rad',
+        minimum=-1.6,
+        maximum=1.6,
+        live=True,
     )
     samples_per_sweep: int = parameter(
         7547,  # what plan_scan chooses for these parameters
@@ -38,6 +48,7 @@ class NodConfig:
         'coprime with steps_per_revolution',
         minimum=1,
         maximum=10_000_000,
+        live=True,
     )
     steps_per_revolution: int = parameter(
         _TASK.steps_per_revolution,
@@ -52,6 +63,7 @@ class NodConfig:
         'shortened so that beams hit cells not seen yet; interlaced: slow sweeps up, of at most '
         'samples_per_sweep, that lie between each other, and fast returns',
         choices=NOD_MODES,
+        live=True,
     )
     command_rate: float = parameter(
         5.0,
@@ -97,6 +109,7 @@ class NodConfig:
         unit='m',
         minimum=0.02,
         maximum=10.0,
+        live=True,
     )
     object_distance: float = parameter(
         _TASK.distance,
@@ -104,6 +117,7 @@ class NodConfig:
         unit='m',
         minimum=0.05,
         maximum=10.0,
+        live=True,
     )
 
     @property

@@ -89,6 +89,11 @@ class NodController:
         self._restart(shape, now_ns)
         return True
 
+    def plan(self, config: NodConfig, now_ns: int) -> None:
+        """Continue with another planned nod from the pitch at an instant [ns]."""
+        self._view.plan(config)
+        self._restart(self.planned, now_ns)
+
     def _restart(self, shape: NodShape, now_ns: int) -> None:
         """Continue with the planned nod of a shape from the pitch at an instant [ns]."""
         self._clock.change(shape, now_ns, self._sweeps.nod_at(now_ns) if self._sweeps else None)

@@ -86,6 +86,12 @@ class SceneMonitor:
             rows = min(nod.samples_per_sweep, MAX_FINEST_CELLS // nod.steps_per_revolution)
             self._coverage = RuntimeCoverage(task, rows, self._config.coverage_window)
 
+    def plan(self, config: SceneMonitorConfig) -> None:
+        """Begin anew for another planned nod."""
+        self._config = config
+        self._view.plan(config)
+        self.restart()
+
     def restart_limits(self) -> None:
         """Restart the limits from the configured ones; coverage stays."""
         config = self._config

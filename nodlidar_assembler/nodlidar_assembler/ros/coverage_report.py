@@ -42,8 +42,9 @@ class CoverageReport:
         self._clock = node.get_clock()
         self._covered, self._nod = covered, nod
         self._until_ns: int | None = None
-        self._message = Coverage(window=config.coverage_window, cell=config.task.cell)
+        self._message = Coverage(window=config.coverage_window)
         self._message.header.frame_id = config.frame_id
+        self.plan(config)
         self._publisher = node.create_publisher(
             Coverage,
             '~/coverage',
@@ -51,6 +52,10 @@ class CoverageReport:
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
         updater.add('coverage', self._report)
+
+    def plan(self, config: AssemblerConfig) -> None:
+        """Report for the cells of another planned nod."""
+        self._message.cell = config.task.cell
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
         covered = self._covered()

@@ -70,6 +70,13 @@ class NodCommander:
                 self._warn_of_other_steps()
                 self._publish()
 
+    def plan(self, config: AssemblerConfig) -> None:
+        """Continue with another planned nod; publish it at once."""
+        self._config = config
+        self._warn_if_samples_repeat()
+        self._controller.plan(config, self._now_ns())
+        self._publish()
+
     def clock_was_set(self, step_ns: int) -> None:
         """Continue the nod after the clock was set by a step [ns]; publish it at once."""
         self._controller.shift(step_ns)

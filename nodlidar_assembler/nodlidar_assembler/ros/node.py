@@ -1,5 +1,6 @@
 """The assembler node: scans and joint states in, point clouds and the nod command out."""
 
+from dataclasses import replace
 import sys
 
 from nodlidar_assembler.clouds.assembly import Points
@@ -59,8 +60,9 @@ class Assembler(Node):
         self._scan_service: ScanService | None = None
         if self.config.scan_memory > 0.0:
             self._scan_service = ScanService(self, self.config, self._frame_id)
+        self._coverage: CoverageReport | None = None
         if self.config.coverage_window > 0.0:
-            CoverageReport(
+            self._coverage = CoverageReport(
                 self,
                 self.diagnosis.updater,
                 self.config,
@@ -171,10 +173,18 @@ class Assembler(Node):
             self._nod.adapt(shape, assembled)
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
-        if config.adapt_limits and not self.config.adapt_limits:
+        before, self.config = self.config, config
+        if config.adapt_limits and not before.adapt_limits:
             self._scene_monitor.restart_limits()
-        self.config = config
+        if config != replace(before, adapt_limits=config.adapt_limits):
+            self._plan()
         self._hear_odometry()
+
+    def _plan(self) -> None:
+        """Continue with another planned nod."""
+        for part in (self._scene_monitor, self._nod, self._coverage):
+            if part is not None:
+                part.plan(self.config)
 
 
 def main() -> None:
