@@ -1,66 +1,75 @@
-"""Level scans, against rays cast level through the band of the simulator's scene."""
+"""Ranges of level scans, from beams in the plane whose ranges are known in closed form."""
 
-from dataclasses import replace
-
-from node_bench import sensor_log, simulated
-from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
-from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
-from nodlidar_assembler.clouds.level_scan import LevelScanner
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_sim.world.base import rotate, to_parent
-from nodlidar_sim.world.scene import load_scene
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_assembler.clouds.level_ranges import LevelScanConfig, ranges_of
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import check
 import numpy as np
 import pytest
 
-HEIGHTS = np.linspace(-0.9, 0.999, 40)  # of the default band, in nodlidar_base_link
+# Azimuths -0.1, 0 and 0.1 rad.
+CONFIG = LevelScanConfig(level_scan_angle=0.1, level_scan_beams=3)
 
 
-def level_scans(recording, config, compensated=True):
-    x, y, yaw = recording.odometry_pose.T
-    zero = np.zeros_like(x)
-    turns = np.stack([zero, zero, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
-    base = Odometry(recording.odometry_stamp_ns, Poses(np.stack([x, y, zero], axis=1), turns))
-    odometry = base.mounted(recording.world.scene.mount) if compensated else None
-    log, pipeline, found = sensor_log(recording), Pipeline(PipelineConfig()), []
-    scanner = LevelScanner(config)
-    for scan in log.scans:
-        end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
-        around = log.samples_around(scan.stamp_ns, end_ns)
-        samples = log.sample_ns[around], log.sample_pitch[around]
-        found += scanner.add(pipeline.add_scan(scan, *samples, odometry))
-    return found
+def ranges(beams, config=CONFIG):
+    """Return the ranges of beams (azimuth, where they enter the band, where they end, hit)."""
+    azimuth, begin, end, hit = np.array(beams, dtype=float).reshape(-1, 4).T
+    ways = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
+    return ranges_of(begin[:, None] * ways, end[:, None] * ways, hit.astype(bool), config)
 
 
-def rays(world, stamp_ns, config):
-    """Return the nearest range of level rays in the band, per azimuth, inf beyond range_max."""
-    azimuth = -config.level_scan_angle + config.increment * np.arange(config.level_scan_beams)
-    each, heights = np.repeat(azimuth, len(HEIGHTS)), np.tile(HEIGHTS, len(azimuth))
-    zero = np.zeros_like(each)
-    pose, mount = world.base.poses(np.array([stamp_ns])), world.scene.mount
-    origins = to_parent(mount.to_parent(np.stack([zero, zero, heights], axis=1)), pose)
-    ways = mount.directions_to_parent(np.stack([np.cos(each), np.sin(each), zero], axis=1))
-    times = np.full(len(each), stamp_ns)
-    ranges = world.distances(origins, rotate(ways, pose[:, 2]), times)
-    nearest = ranges.reshape(-1, len(HEIGHTS)).min(axis=1)
-    return np.where(nearest > config.level_scan_range, np.inf, nearest)
+@pytest.mark.parametrize(
+    ('beams', 'expected'),
+    [
+        ([], np.nan),
+        ([(0.0, 0.0, 1.0, True)], 1.0),
+        ([(0.01, 0.0, 1.0, True), (-0.01, 0.0, 1.06, True)], 1.03),  # one surface
+        ([(0.0, 0.0, 1.0, True), (0.0, 0.0, 1.2, True)], 1.0),  # another one behind it
+        ([(0.0, 0.0, 1.0, True), (0.0, 0.0, 9.0, False)], 1.0),  # free at another height
+        ([(0.0, 0.0, 1.9, False)], np.nan),  # left the band
+        ([(0.0, 0.0, 2.1, False)], np.inf),
+        ([(0.0, 2.1, 4.0, False)], np.nan),  # came into the band behind the circle
+        ([(0.0, 0.0, 4.9, True)], 4.9),
+        ([(0.0, 0.0, 5.1, True)], np.inf),  # beyond range_max
+    ],
+)
+def test_an_azimuth_is_a_surface_or_free_or_not_seen(beams, expected):
+    assert ranges(beams) == pytest.approx([np.nan, expected, np.nan], nan_ok=True)
 
 
-@pytest.mark.parametrize('mode', ['sweep', 'scan'])
-@pytest.mark.parametrize('scene', ['room', 'corridor'])
-def test_ranges_are_those_of_level_rays_from_a_robot_that_drives(scene, mode):
-    moving = replace(load_scene(scene, ideal=True), base_legs=(), base_repeat=False)
-    recording = simulated(replace(moving, base_velocity=(0.6, 0.5)), 2.0)
-    config = LevelScanConfig(level_scan=mode)
-    errors = {}
-    for compensated in (True, False):
-        found = level_scans(recording, config, compensated)
-        assert len(found) >= 3
-        differences = []
-        for scan in found:
-            expected = rays(recording.world, scan.stamp_ns, config)
-            assert np.mean(~np.isnan(scan.ranges)) >= 0.98 or not compensated
-            both = np.isfinite(scan.ranges) & np.isfinite(expected)
-            differences.append(np.abs(scan.ranges[both] - expected[both]))
-        errors[compensated] = np.median(np.concatenate(differences))
-    assert errors[True] < 0.01
-    assert errors[False] > 2.0 * errors[True]
+def test_the_edge_of_a_beam_counts_where_no_middle_does():
+    edge = (0.046, 0.0, 1.0, True)  # 4 mrad from the azimuths that are nearest to 0.1
+    assert ranges([edge]) == pytest.approx([np.nan, 1.0, 1.0], nan_ok=True)
+    free = (0.1, 0.0, 9.0, False)
+    assert ranges([edge, free]) == pytest.approx([np.nan, 1.0, np.inf], nan_ok=True)
+    sharp = LevelScanConfig(level_scan_angle=0.1, level_scan_beams=3, beam_width=0.0)
+    assert ranges([edge], sharp) == pytest.approx([np.nan, 1.0, np.nan], nan_ok=True)
+
+
+distances = st.floats(0.1, 8.0).map(lambda value: round(value, 3))
+some_beams = st.lists(
+    st.tuples(st.floats(-0.3, 0.3), distances, distances, st.booleans()), max_size=30
+)
+
+
+@given(some_beams)
+def test_no_range_is_nearer_than_the_nearest_hit_or_averages_two_surfaces(beams):
+    beams = [(azimuth, *sorted((a, b)), hit) for azimuth, a, b, hit in beams]
+    reach = 0.05 + CONFIG.beam_width / 2 + 1e-6
+    for azimuth, found in zip((-0.1, 0.0, 0.1), ranges(beams), strict=True):
+        near = [beam for beam in beams if abs(beam[0] - azimuth) <= reach]
+        hits = [end for _, _, end, hit in near if hit and end <= 5.0]
+        passes = [begin <= 2.0 < end for _, begin, end, _ in near]
+        if np.isfinite(found):
+            assert any(end - 1e-6 <= found <= end + 0.1 for end in hits)
+        elif np.isinf(found):
+            assert any(passes)
+        else:
+            surely = [abs(beam[0] - azimuth) < 0.049 for beam in near]
+            assert not any(sure and free for sure, free in zip(surely, passes, strict=True))
+
+
+def test_a_free_azimuth_must_not_end_behind_the_range():
+    with pytest.raises(ParameterError, match=r'at most level_scan_range = 1\.5 m'):
+        check(LevelScanConfig(level_scan_range=1.5))

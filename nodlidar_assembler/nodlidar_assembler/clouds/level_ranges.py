@@ -5,6 +5,7 @@ import math
 
 from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.clouds.geometry import MountConfig
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +30,16 @@ class LevelScanConfig(MountConfig, BandConfig):
     )
     level_scan_range: float = parameter(
         5.0,
-        'range_max of level_scan: an azimuth is +inf if a beam in the band passed this distance; '
-        'less than the range of the lidar by what the robot drives in a sweep',
+        'range_max of level_scan; hits farther away do not count',
+        unit='m',
+        minimum=0.1,
+        maximum=1000.0,
+    )
+    level_scan_free: float = parameter(
+        2.0,
+        'An azimuth of level_scan without a hit is +inf if a beam in the band passed this '
+        'distance. No more than the distance at which the lidar loses black things, less what the '
+        'robot drives in a sweep, since a lost beam (NaN) passes it',
         unit='m',
         minimum=0.1,
         maximum=1000.0,
@@ -48,12 +57,25 @@ class LevelScanConfig(MountConfig, BandConfig):
         minimum=2,
         maximum=10_000,
     )
-
-    lost_beams_are_free: bool = parameter(
-        False,
-        'Count beams that the lidar lost (NaN) as free for level_scan, like those that return '
-        'nothing in range: right for far walls, wrong for black things nearby',
+    beam_width: float = parameter(
+        0.01,
+        'Angle of the cone that a beam is; an azimuth of level_scan that no middle of a beam '
+        'saw is known from beams whose edge saw it. URG-04LX-UG01: 40 mm at 4 m',
+        unit='rad',
+        minimum=0.0,
+        maximum=0.1,
     )
+    lost_beams_are_free: bool = parameter(
+        True,
+        'Count beams that the lidar lost (NaN) as free up to level_scan_free, like those that '
+        'return nothing in range: false if black things matter more than azimuths not seen',
+    )
+
+    def check_together(self) -> None:
+        """Raise ParameterError if free azimuths could hide hits that count."""
+        if self.level_scan_free > self.level_scan_range:
+            limit = f'at most level_scan_range = {self.level_scan_range} m'
+            raise ParameterError('level_scan_free', limit, self.level_scan_free)
 
     @property
     def increment(self) -> float:
@@ -81,14 +103,23 @@ def ranges_of(
     config
         Shape of the level scan.
     """
+    passed = _crossings(begin, end, config.level_scan_free)
+    near = end[hit & (np.hypot(*end.T) <= config.level_scan_range)]
+    middle, left, right = (
+        _nearest(passed, near, config, side * config.beam_width / 2.0) for side in (0, -1, 1)
+    )
+    return np.where(np.isnan(middle), np.fmin(left, right), middle)
+
+
+def _nearest(
+    passed: Array, hits: Array, config: LevelScanConfig, turn: float
+) -> NDArray[np.float32]:
+    """Return the ranges where points in the plane are passed and hit, by azimuth plus a turn."""
     ranges = np.full(config.level_scan_beams, np.nan, dtype=np.float32)
-    farthest = config.level_scan_range
-    passed, known = _bins(_crossings(begin, end, farthest), config)
-    ranges[passed[known]] = np.inf
-    distance = np.hypot(*end.T)
-    near = hit & (distance <= farthest)
-    bins, known = _bins(end[near], config)
-    bins, distance = bins[known], distance[near][known]
+    free, known = _bins(passed, config, turn)
+    ranges[free[known]] = np.inf
+    bins, known = _bins(hits, config, turn)
+    bins, distance = bins[known], np.hypot(*hits[known].T)
     nearest = np.full(len(ranges), np.inf)
     np.minimum.at(nearest, bins, distance)
     same = distance <= nearest[bins] + SAME_SURFACE
@@ -109,9 +140,11 @@ def _crossings(begin: Array, end: Array, radius: float) -> Array:
     return np.asarray(begin + share[:, None] * way)
 
 
-def _bins(points: Array, config: LevelScanConfig) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Return the number of each point's azimuth, and whether it is one of the level scan."""
-    azimuth = np.arctan2(points[:, 1], points[:, 0])
+def _bins(
+    points: Array, config: LevelScanConfig, turn: float
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Return the number of each point's azimuth, turned, and whether it is of the level scan."""
+    azimuth = np.arctan2(points[:, 1], points[:, 0]) + turn
     bins = np.rint((azimuth + config.level_scan_angle) / config.increment).astype(np.intp)
     if config.is_full_circle:
         bins %= config.level_scan_beams

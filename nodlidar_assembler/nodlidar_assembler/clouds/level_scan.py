@@ -2,7 +2,7 @@
 
 Every beam crosses the band of heights on one segment, from where it enters the band to where it
 leaves it or ends. A segment that ends at a surface in the band is a hit. A segment that crosses
-the circle of level_scan_range has seen that azimuth free. All are as of one instant: where the
+the circle of level_scan_free has seen that azimuth free. All are as of one instant: where the
 robot, by odometry, would have seen them from its pose at that instant.
 """
 
@@ -37,8 +37,8 @@ class LevelScan:
     duration
         Of the sweep [s].
     ranges
-        Distances from the nod axis in the plane [m], shape (level_scan_beams,); +inf where the
-        band was seen to be free up to level_scan_range, NaN where it was not seen.
+        Distances from the nod axis in the plane [m], shape (level_scan_beams,); +inf where a beam
+        in the band passed level_scan_free and none hit, NaN where the band was not seen.
     """
 
     stamp_ns: int
