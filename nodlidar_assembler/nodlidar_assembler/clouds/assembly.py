@@ -43,7 +43,7 @@ class Points:
         if self.stamp_ns < 0 and len(self.time_ns):
             object.__setattr__(self, 'stamp_ns', int(self.time_ns[0]))
 
-    def __getitem__(self, chosen: slice) -> 'Points':
+    def __getitem__(self, chosen: slice | NDArray[np.intp]) -> 'Points':
         poses = None if self.poses is None else self.poses[chosen]
         return Points(self.time_ns[chosen], self.data[chosen], self.origin, poses)
 

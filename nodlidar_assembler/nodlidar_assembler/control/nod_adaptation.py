@@ -15,7 +15,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 from nodlidar_planner.choice.choice import quick_choice
 from nodlidar_planner.pattern.task import Task
-from nodlidar_planner.sweeps.schedule import even_rows
+from nodlidar_planner.sweeps.schedule import coprime_from, even_rows
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,13 +50,6 @@ def candidates(planned: int, fewest: int, steps_per_revolution: int) -> NDArray[
     spread_out = [usual, *np.ceil(spread).astype(np.int64).tolist()]
     coprime = {coprime_from(n_s, steps_per_revolution) for n_s in spread_out}
     return np.array(sorted(coprime, key=lambda n_s: abs(n_s - usual)), dtype=np.int64)
-
-
-def coprime_from(samples_per_sweep: int, steps_per_revolution: int) -> int:
-    """Return the least number from an N_s on that is coprime with N_L."""
-    while math.gcd(samples_per_sweep, steps_per_revolution) > 1:
-        samples_per_sweep += 1
-    return samples_per_sweep
 
 
 class NodAdaptation:

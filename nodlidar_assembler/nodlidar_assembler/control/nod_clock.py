@@ -102,6 +102,22 @@ class NodClock:
             self._continue(present or self.nod, now_ns)
             self.nod = self._trajectory()
 
+    def begin(self, shape: NodShape, place: int, begin_ns: int) -> None:
+        """Begin a nod of a shape at one of its limits, as nearly as the revolutions allow.
+
+        Parameters
+        ----------
+        shape
+            Limits and N_s.
+        place
+            0 to begin at the lower limit, N_s at the upper one.
+        begin_ns
+            When it begins [ns]; there must have been a scan.
+        """
+        self.shape = shape
+        self._count_from(place, begin_ns)
+        self.nod = self._trajectory()
+
     def _trajectory(self) -> NodTrajectory:
         """Return the nod; its reference is the last start of an upward sweep before this scan."""
         lidar, n_s = self.revolutions, self.shape.samples_per_sweep
@@ -118,9 +134,13 @@ class NodClock:
 
     def _continue(self, nod: NodTrajectory, time_ns: int) -> None:
         """Count samples so that the nod keeps its pitch at an instant, as nearly as possible."""
+        self._count_from(_place(nod, time_ns, self.shape), time_ns)
+
+    def _count_from(self, place: float, time_ns: int) -> None:
+        """Count samples so that the nod is at a place [samples] at an instant."""
         lidar, n_s = self.revolutions, self.shape.samples_per_sweep
         since = (time_ns - lidar.begin_ns) / NS_PER_S / lidar.period * self.steps
-        begun = _place(nod, time_ns, self.shape) - since
+        begun = place - since
         elapsed = revolutions_to(round(begun - 0.5), n_s, self.steps)
         self._first_revolution = lidar.count - elapsed
 

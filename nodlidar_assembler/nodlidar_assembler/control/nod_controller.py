@@ -8,8 +8,10 @@ from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_assembler.control.takeover import Takeover
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.schedule import even_rows, shortest_interlaced
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +25,20 @@ class NodController:
 
     With nod_mode 'coprime' it is the planned nod for as long as its shape stays. With 'feedback'
     every sweep is chosen for the unseen cells; with 'interlaced' slow sweeps up, of at most N_s,
-    lie between each other, and returns are fast. A new shape begins with the planned nod.
+    lie between each other, and returns are fast. A new shape begins with the planned nod. A nod
+    that takes over is steady, whatever the mode, until it is given back.
     """
 
     def __init__(self, config: NodConfig) -> None:
         self._view = LidarView(config)
         self._clock = NodClock(self.planned, config.steps_per_revolution)
         self._sweeps: ChosenSweeps | None = None
+        self._takeover: Takeover | None = None
+
+    @property
+    def task(self) -> Task:
+        """The cells in the whole window of the lidar."""
+        return self._view.task
 
     @property
     def config(self) -> NodConfig:
@@ -52,6 +61,8 @@ class NodController:
         """The nod and the instant from which it counts [ns]; None before the first scan."""
         if self._sweeps is not None:
             return self._sweeps.nod, self._sweeps.start_ns
+        if self._takeover is not None and self._clock.nod is not None:
+            return self._takeover.command(self._clock.nod)
         return None if self._clock.nod is None else (self._clock.nod, 0)
 
     @property
@@ -63,16 +74,20 @@ class NodController:
         """Follow the lidar's clock; see NodClock.add_scan.
 
         When it restarts, so does the choice of sweeps: the last one may now begin far ahead. So it
-        does when another lidar is seen, whose steps per revolution count then.
+        does when another lidar is seen, whose steps per revolution count then; a nod that took
+        over ends.
         """
+        if self._takeover is not None:
+            self._takeover.approaching = False
         lidar = self._clock.revolutions
         restarts = lidar.restarts
         self._clock.add_scan(geometry, stamp_ns)
         looked = self._view.look(geometry)
-        if looked and self.config.steps_per_revolution != self._clock.steps:
+        taken = self._takeover is not None
+        if looked and (taken or self.config.steps_per_revolution != self._clock.steps):
             self._clock.steps = self.config.steps_per_revolution
             shape = replace(self.shape, samples_per_sweep=self.config.samples_per_sweep)
-            self._restart(shape, lidar.begin_ns)
+            self._restart(self.planned if taken else shape, lidar.begin_ns)
         elif self._sweeps is not None and (looked or lidar.restarts > restarts):
             self._restart(self.shape, lidar.begin_ns)
 
@@ -81,10 +96,46 @@ class NodController:
         self._clock.shift(step_ns)
         if self._sweeps is not None:
             self._sweeps.shift(step_ns)
+        if self._takeover is not None:
+            self._takeover.shift(step_ns)
+
+    @property
+    def taken_over(self) -> bool:
+        """Whether a nod that took over is commanded; not with another lidar than it is for."""
+        return self._takeover is not None
+
+    @property
+    def approaching(self) -> bool:
+        """Whether the command is still the way to a nod that takes over, until the next scan."""
+        return self._takeover is not None and self._takeover.approaching
+
+    def take_over(self, shape: NodShape, now_ns: int) -> int:
+        """Nod with a shape from its nearer limit on; return when it is there [ns].
+
+        Until `give_back`, neither limits nor sweeps change. The servo needs two commands: the way
+        to the limit, at once, and from the next scan on the nod.
+
+        Raises
+        ------
+        ParameterError
+            If there is no nod yet, since no scan has come.
+        """
+        present = self._nod_at(now_ns)
+        if present is None:
+            raise ParameterError('scan', 'received before the nod can be taken over', None)
+        self._takeover = Takeover(present, shape, now_ns, self.config)
+        self._sweeps = None
+        self._clock.begin(shape, self._takeover.place, self._takeover.begin_ns)
+        return self._takeover.begin_ns
+
+    def give_back(self, now_ns: int) -> None:
+        """Return to the planned nod, if another one took over."""
+        if self._takeover is not None:
+            self._restart(self.planned, now_ns)
 
     def change(self, shape: NodShape, now_ns: int) -> bool:
         """Apply a shape at an instant [ns]; return whether it is another one."""
-        if shape == self.shape:
+        if shape == self.shape or self._takeover is not None:
             return False
         self._restart(shape, now_ns)
         return True
@@ -96,8 +147,16 @@ class NodController:
 
     def _restart(self, shape: NodShape, now_ns: int) -> None:
         """Continue with the planned nod of a shape from the pitch at an instant [ns]."""
-        self._clock.change(shape, now_ns, self._sweeps.nod_at(now_ns) if self._sweeps else None)
-        self._sweeps = None
+        self._clock.change(shape, now_ns, self._nod_at(now_ns))
+        self._sweeps = self._takeover = None
+
+    def _nod_at(self, time_ns: int) -> NodTrajectory | None:
+        """Return the nod at an instant [ns]; the one commanded last may begin later."""
+        if self._sweeps is not None:
+            return self._sweeps.nod_at(time_ns)
+        if self._takeover is not None and time_ns < self._takeover.begin_ns:
+            return self._takeover.approach
+        return self._clock.nod
 
     def add_beams(
         self, stamp_ns: int, beams: Beams, pitch: NDArray[np.float64], now_ns: int
@@ -119,7 +178,8 @@ class NodController:
             If sweeps cannot be chosen for this lidar, or not be interlaced with so few samples;
             see ChosenSweeps.choose and shortest_interlaced. The nod is then the planned one.
         """
-        if self.config.nod_mode == 'coprime' or self._clock.nod is None:
+        planned = self.config.nod_mode == 'coprime' or self._takeover is not None
+        if planned or self._clock.nod is None:
             return False
         if self._sweeps is None:
             self._sweeps = self._begin(self._clock.nod)

@@ -120,6 +120,11 @@ class RuntimeCoverage:
         self._last_ns = int(times_ns[-1])
         self._forget(self._last_ns - self._window_ns)
 
+    @property
+    def seen(self) -> float:
+        """Share of the cells that were hit."""
+        return self._cells.occupied / self.task.cells
+
     def covered(self) -> Covered:
         """Return the coverage of the window."""
         unseen = self._cells.counts.reshape(self.task.columns, self.task.rows) == 0
@@ -129,7 +134,7 @@ class RuntimeCoverage:
             until_ns=self._last_ns,
             beams=self._beams,
             cells=self.task.cells,
-            seen=self._cells.occupied / self.task.cells,
+            seen=self.seen,
             hole=hole,
             repeats=(self._beams - self._finest.occupied) / beams,
             least_repeats=max(self._beams - self._attainable, 0) / beams,

@@ -49,6 +49,11 @@ class NodCommander:
         create_steady_timer(node, 1.0 / config.command_rate, survival.guarded(self._publish))
 
     @property
+    def controller(self) -> NodController:
+        """What is commanded."""
+        return self._controller
+
+    @property
     def round_time(self) -> float:
         """Duration of the last complete round [s]; see NodController."""
         return self._controller.round_time
@@ -56,6 +61,7 @@ class NodCommander:
     def follow_lidar(self, scan: Scan) -> None:
         """Keep the nod phase-locked to the lidar; publish the first command at once."""
         first = self._controller.command is None
+        due = first or self._controller.approaching
         self._last_scan_ns = steady_ns()
         geometry = scan.geometry
         duration = (geometry.beams - 1) * geometry.time_increment
@@ -68,6 +74,7 @@ class NodCommander:
         else:
             if first:
                 self._warn_of_other_steps()
+            if due:
                 self._publish()
 
     def plan(self, config: AssemblerConfig) -> None:
@@ -83,9 +90,25 @@ class NodCommander:
         self._stamp_clock.shift(step_ns)
         self._publish()
 
+    def take_over(self, shape: NodShape) -> int:
+        """Nod with a shape; return from when on [ns]. See NodController."""
+        begin_ns = self._controller.take_over(shape, self.now_ns())
+        self._publish()
+        return begin_ns
+
+    def give_back(self) -> None:
+        """Return to the planned nod, and from the next scan on to adapted limits."""
+        self._controller.give_back(self.now_ns())
+        self._publish()
+
+    @property
+    def silent(self) -> bool:
+        """Whether no scan has come for scan_timeout."""
+        return steady_ns() - self._last_scan_ns > self._config.scan_timeout * NS_PER_S
+
     def adapt(self, shape: NodShape | None, assembled: Assembled) -> None:
         """Apply a shape, or the configured one, and the coverage of a scan to the nod."""
-        now_ns = self._now_ns()
+        now_ns = self.now_ns()
         changed = self._controller.change(shape or self._controller.planned, now_ns)
         try:
             chosen = self._controller.add_beams(
@@ -100,10 +123,9 @@ class NodCommander:
     def _publish(self) -> None:
         """Publish the command while scans arrive: without them the servo must let go."""
         command = self._controller.command
-        silent = steady_ns() - self._last_scan_ns > self._config.scan_timeout * NS_PER_S
-        if command is not None and not silent:
+        if command is not None and not self.silent:
             nod, start_ns = command
-            message = nod_to_message(nod, self._now_ns(), self._config.frame_id, start_ns)
+            message = nod_to_message(nod, self.now_ns(), self._config.frame_id, start_ns)
             self._commands.publish(message)
 
     def _warn_if_samples_repeat(self) -> None:
@@ -127,7 +149,7 @@ class NodCommander:
     def _error(self, text: str) -> None:
         self._node.get_logger().error(text, throttle_duration_sec=5.0)
 
-    def _now_ns(self) -> int:
+    def now_ns(self) -> int:
         """Return the present time by the clock of the stamps [ns]."""
         host = self._clock
         return self._stamp_clock.now_ns(host.patience_ns(), host.now_ns())

@@ -7,6 +7,9 @@ import math
 MAX_SPEED = 6.0
 MAX_ACCELERATION = 150.0
 TIMING_ERROR = 0.003
+# By how much its advance may differ from revolution to revolution of the lidar [rad]: a step of
+# the encoder and some backlash.
+PITCH_ERROR = 0.008
 
 
 def shortest_sweep(

@@ -109,11 +109,11 @@ def interlaced(task: Task, fewest_samples: int, combs: int, overlap: float = 0.0
     revolution = task.steps_per_revolution
     rows = task.span / task.cell
     up = max(fewest_samples, math.ceil(rows * revolution / (combs * (1.0 - overlap))))
-    revolutions = _coprime_from(math.ceil((up + fewest_samples) * combs / revolution), combs)
+    revolutions = coprime_from(math.ceil((up + fewest_samples) * combs / revolution), combs)
     # The last cycle ends with a whole revolution; those before it, to half a sample, evenly.
     ends = np.rint(np.arange(combs + 1) * (revolutions * revolution / combs)).astype(np.int64)
     while np.diff(ends).min() < up + fewest_samples:
-        revolutions = _coprime_from(revolutions + 1, combs)
+        revolutions = coprime_from(revolutions + 1, combs)
         ends = np.rint(np.arange(combs + 1) * (revolutions * revolution / combs)).astype(np.int64)
     return Schedule(tuple(int(d) for end in np.diff(ends) for d in (up, end - up)))
 
@@ -171,7 +171,7 @@ def _cells(task: Task, column: Integers, row: Integers) -> Integers:
     return np.where(column >= 0, column * task.rows + row, task.cells)
 
 
-def _coprime_from(number: int, other: int) -> int:
+def coprime_from(number: int, other: int) -> int:
     """Return the least number, at least a given one, that is coprime with another."""
     while math.gcd(number, other) != 1:
         number += 1

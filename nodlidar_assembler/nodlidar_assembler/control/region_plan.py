@@ -1,0 +1,180 @@
+"""A region to be scanned: its cells, the nod that sees them, and how long that takes."""
+
+from dataclasses import dataclass, fields, replace
+import math
+
+from nodlidar_assembler.control.nod_clock import NodShape
+from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_common.errors import ParameterError
+from nodlidar_planner.choice.timing_error import completion_run
+from nodlidar_planner.pattern.pattern import HALF_SAMPLE
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.schedule import coprime_from, even_rows
+from nodlidar_planner.sweeps.single_sweep import single_sweep
+import numpy as np
+from numpy.typing import NDArray
+
+LONGEST = 600.0
+"""Longest time limit [s]."""
+
+# The nod goes beyond the region by this part of a cell, but at least by this [rad], where the
+# mount allows it: a servo rounds its reversals, and is late at the first one.
+BEYOND, LEAST_BEYOND = 0.5, 0.01
+# Seeds of the runs of which the predicted time is the median.
+RUNS = range(3000, 3015)
+_ROUNDING = 1e-6  # of azimuths in the goal [rad]
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """What to scan, as in the goal of the action; zeros stand for the values of the parameters.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not finite, or out of its range.
+    """
+
+    pitch_min: float = 0.0
+    pitch_max: float = 0.0
+    azimuth_min: float = 0.0
+    azimuth_max: float = 0.0
+    object_size: float = 0.0
+    object_distance: float = 0.0
+    cell: float = 0.0
+    time_limit: float = 0.0
+
+    def __post_init__(self) -> None:
+        for key in (field.name for field in fields(self)):
+            value = getattr(self, key)
+            if not math.isfinite(value):
+                raise ParameterError(key, 'finite', value)
+            if value < 0.0 and not key.startswith(('pitch', 'azimuth')):
+                raise ParameterError(key, 'at least 0', value)
+        if self.time_limit > LONGEST:
+            raise ParameterError('time_limit', f'at most {LONGEST:g} s', self.time_limit)
+        if self.cell > 1.0:
+            raise ParameterError('cell', 'at most 1 rad', self.cell)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RegionPlan:
+    """How a region is scanned.
+
+    Attributes
+    ----------
+    task
+        The region and its cells.
+    shape
+        The nod.
+    runs
+        Times from its beginning until every cell is seen, in simulated runs, ascending [s].
+    time_limit
+        The one in the goal [s].
+    """
+
+    task: Task
+    shape: NodShape
+    runs: NDArray[np.float64]
+    time_limit: float
+
+
+def region_plan(
+    region: Region, config: NodConfig, view: Task, mount: tuple[float, float], step: float = 0.0
+) -> RegionPlan:
+    """Return the nod that sees a region soonest.
+
+    Parameters
+    ----------
+    region
+        What to scan.
+    config
+        The nod at other times, and the servo.
+    view
+        The cells in the whole window of the lidar.
+    mount
+        Lowest and highest pitch that the mount allows [rad].
+    step
+        Between two beams of the lidar [rad], if it leaves out steps.
+
+    Raises
+    ------
+    ParameterError
+        If the region is beyond the limits of the mount or the view of the lidar, or the object is
+        too small for its steps.
+    """
+    bounded = _in_view(_in_mount(region, config, view, mount), region)
+    task = _with_cells(bounded, region, config, max(step, math.tau / view.steps_per_revolution))
+    beyond = max(BEYOND * task.cell, LEAST_BEYOND)
+    low, high = max(task.pitch_min - beyond, mount[0]), min(task.pitch_max + beyond, mount[1])
+    wider = (high - low) / task.span
+    fewest = config.fewest_samples(high - low, task.sample_time)
+    within = single_sweep(task, math.ceil(fewest / wider))
+    samples = coprime_from(math.ceil(within * wider), task.steps_per_revolution)
+    longest_way = max(task.pitch_min - low, high - task.pitch_max)
+    before = longest_way / (high - low) * samples * task.sample_time
+    error = config.timing_error
+    runs = [completion_run(task, within, HALF_SAMPLE, error, seed) for seed in RUNS]
+    return RegionPlan(
+        task, NodShape(low, high, samples), before + np.sort(runs), region.time_limit
+    )
+
+
+def _in_mount(region: Region, config: NodConfig, view: Task, mount: tuple[float, float]) -> Task:
+    """Return the view between the pitch limits of the region."""
+    low, high = region.pitch_min, region.pitch_max
+    if low == high == 0.0:
+        low, high = config.pitch_min, config.pitch_max
+    for key, pitch in (('pitch_min', low), ('pitch_max', high)):
+        if not mount[0] <= pitch <= mount[1]:
+            limit = f'between {mount[0]:g} and {mount[1]:g} rad, the limits of the mount'
+            raise ParameterError(key, limit, pitch)
+    return replace(view, pitch_min=low, pitch_max=high)
+
+
+def _in_view(view: Task, region: Region) -> Task:
+    """Return the part of the view between the azimuths of the region."""
+    low, high = region.azimuth_min, region.azimuth_max
+    if low == high == 0.0:
+        return view
+    if not 0.0 < high - low <= math.tau:
+        limit = f'above azimuth_min = {low:g} rad, by a whole turn at most'
+        raise ParameterError('azimuth_max', limit, high)
+    if view.full_circle and high - low > math.tau - _ROUNDING:
+        return view
+    begin = (low - view.window_min + _ROUNDING) % math.tau - _ROUNDING
+    seen = math.tau if view.full_circle else view.window_max - view.window_min
+    if begin > seen or (begin + high - low > seen + _ROUNDING and not view.full_circle):
+        key, azimuth = ('azimuth_min', low) if begin > seen else ('azimuth_max', high)
+        window = f'{view.window_min:.4f} to {view.window_max:.4f} rad'
+        raise ParameterError(key, f'in the view of the lidar, {window}', azimuth)
+    centre = ((low + high) / 2.0 + math.pi) % math.tau - math.pi
+    return replace(view, azimuth=(high - low) / 2.0, centre=centre, full_circle=False)
+
+
+def _with_cells(task: Task, region: Region, config: NodConfig, step: float) -> Task:
+    """Return the task with equally high rows of cells, each of whose columns has a beam."""
+    if region.cell:
+        size, distance = 2.0 * math.sin(region.cell / 2.0), 1.0
+    else:
+        size = region.object_size or config.object_size
+        distance = region.object_distance or config.object_distance
+    task = replace(task, object_size=size, distance=distance)
+    if task.cell < step:
+        raise _too_small(region, distance, step)
+    even = even_rows(task)
+    task = even if even.cell >= step else task
+    rest = 2.0 * task.azimuth - (task.columns - 1) * task.cell
+    if not task.full_circle and task.columns > 1 and rest < step:
+        # Less than a step, which may have no beam, is left out.
+        narrower = task.azimuth - rest / 2.0
+        task = replace(task, azimuth=narrower, centre=task.centre - rest / 2.0)
+    return task
+
+
+def _too_small(region: Region, distance: float, step: float) -> ParameterError:
+    if region.cell:
+        return ParameterError('cell', f'at least {step:.4g} rad, a step of the lidar', region.cell)
+    least = 2.0 * distance * math.sin(step / 2.0)
+    limit = f'at least {least:.3g} m, a step of the lidar at {distance:g} m'
+    return ParameterError('object_size', limit, region.object_size)

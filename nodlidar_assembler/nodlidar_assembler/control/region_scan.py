@@ -1,0 +1,137 @@
+"""A region being scanned: what was seen of it so far, and when that ends."""
+
+from dataclasses import dataclass
+
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_assembler.clouds.scan_memory import ScanMemory
+from nodlidar_assembler.control.region_plan import LONGEST, RegionPlan
+from nodlidar_assembler.control.runtime_coverage import Covered, RuntimeCoverage
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+
+# The time limit unless one is given: so many predicted times, but at least so long [s].
+PATIENCE, LEAST_LIMIT = 3.0, 5.0
+# Rows of the finest grid, in which repeats are counted: it takes 32 MB with these.
+MOST_ROWS = 8192
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Share of the cells seen, side of the largest hole [rad], and predicted time to go [s]."""
+
+    seen: float
+    largest_hole: float
+    time_to_go: float
+
+
+class RegionScan:
+    """Gathers the beams and points of a region until every cell was hit.
+
+    Parameters
+    ----------
+    plan
+        The region and its nod.
+    start_ns, begin_ns
+        The present time, and when the nod of the plan begins [ns].
+    deskew_to
+        See ScanMemory.
+
+    Attributes
+    ----------
+    predicted_time, time_limit
+        Time from the start on until all is seen, as predicted, and until it ends at last [s].
+    is_over, message
+        Whether it has ended, and why, in words.
+    """
+
+    def __init__(
+        self, plan: RegionPlan, start_ns: int, begin_ns: int, deskew_to: str = 'last'
+    ) -> None:
+        self._task, self._start_ns, self._last_ns = plan.task, start_ns, start_ns
+        self._runs = plan.runs + (begin_ns - start_ns) / NS_PER_S
+        self.predicted_time = float(np.quantile(self._runs, 0.5, method='higher'))
+        usual = min(max(PATIENCE * self.predicted_time, LEAST_LIMIT), LONGEST)
+        self.time_limit = plan.time_limit or usual
+        rows = min(plan.shape.samples_per_sweep, MOST_ROWS)
+        self._coverage = RuntimeCoverage(plan.task, rows, 2.0 * LONGEST)
+        self._memory = ScanMemory(2.0 * LONGEST, deskew_to)
+        self._columns = plan.task.column_of_step()
+        self.is_over, self.message = False, ''
+
+    @property
+    def success(self) -> bool:
+        """Whether every cell was seen."""
+        return self._coverage.seen == 1.0
+
+    @property
+    def duration(self) -> float:
+        """Time from the start to the last beam, in the region or not [s]."""
+        return (self._last_ns - self._start_ns) / NS_PER_S
+
+    @property
+    def covered(self) -> Covered:
+        """The coverage of the region since the start."""
+        return self._coverage.covered()
+
+    @property
+    def points(self) -> Points | None:
+        """The points in the region since the start, as one cloud; None if there are none."""
+        return self._memory.between(0, 0)
+
+    @property
+    def in_odometry(self) -> bool:
+        """Whether they are in the frame of odometry."""
+        return self._memory.in_odometry
+
+    def add(self, assembled: Assembled) -> None:
+        """Add a scan; it may be the last one that is needed."""
+        scan, beams = assembled.scan, assembled.beams
+        times_ns = scan.stamp_ns + beams.offset_ns
+        # A scan that comes twice, or is late, shows nothing new.
+        if self.is_over or times_ns[-1] <= self._last_ns:
+            return
+        since = int(np.searchsorted(times_ns, self._start_ns))
+        ordered = np.maximum(times_ns, self._last_ns)[since:]
+        self._coverage.add(ordered, beams.azimuth[since:], assembled.pitch[since:])
+        self._last_ns = int(times_ns[-1])
+        if assembled.points is not None:
+            inside = self._inside(assembled)
+            self._memory.add(assembled.points[inside], assembled.in_odometry)
+        if self.success:
+            self.end(f'all of it was seen, in {self.duration:.1f} s')
+
+    def _inside(self, assembled: Assembled) -> NDArray[np.intp]:
+        """Return the indices of the points in the region since the start."""
+        beams, task = assembled.placed.beams, self._task
+        column = self._columns[task.step_at(assembled.beams.azimuth[beams])]
+        pitch = assembled.pitch[beams]
+        inside = (column >= 0) & (pitch >= task.pitch_min) & (pitch <= task.pitch_max)
+        inside &= assembled.scan.stamp_ns + assembled.beams.offset_ns[beams] >= self._start_ns
+        return np.flatnonzero(inside)
+
+    def check(self, now_ns: int) -> None:
+        """End it if its time is over at an instant [ns]."""
+        if self._elapsed(now_ns) > self.time_limit:
+            seen = f'{self._coverage.seen:.1%} was seen'
+            self.end(f'{seen} when the time limit of {self.time_limit:.1f} s was over')
+
+    def end(self, message: str) -> None:
+        """End it for a reason, unless it is over."""
+        if not self.is_over:
+            self.is_over, self.message = True, message
+
+    def progress(self, now_ns: int) -> Progress:
+        """Return the progress at an instant [ns].
+
+        The time to go is the median of the simulated runs that take longer than until now; what
+        remains of the time limit if none does.
+        """
+        covered, elapsed = self.covered, self._elapsed(now_ns)
+        longer = self._runs[self._runs > elapsed]
+        end = np.quantile(longer, 0.5, method='higher') if len(longer) else self.time_limit
+        return Progress(covered.seen, covered.hole, max(float(end) - elapsed, 0.0))
+
+    def _elapsed(self, now_ns: int) -> float:
+        return (now_ns - self._start_ns) / NS_PER_S

@@ -1,0 +1,241 @@
+"""Regions: what is refused and why, how they are scanned, against an ideal servo, and the end."""
+
+from dataclasses import replace
+import math
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodlidar_assembler.clouds.assembly import place, points_of
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.lidar_view import task_for
+from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_assembler.control.region_plan import Region, region_plan
+from nodlidar_assembler.control.region_scan import RegionScan
+from nodlidar_common.errors import ParameterError
+import numpy as np
+import pytest
+
+S = 1_000_000_000
+BEGIN_NS = 1_700_000_000 * S
+PERIOD_NS = S // 10
+STEP = math.tau / 1024
+URG = ScanGeometry(682, -340 * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
+AROUND = ScanGeometry(1024, -math.pi, STEP, 0.1 / 1024, 0.02, 5.6)
+BEAMS = Beams(URG, REFERENCE_MOUNT)
+CONFIG = AssemblerConfig()
+VIEW = task_for(CONFIG, URG)
+MOUNT = -0.8, 0.8
+
+
+def plan_of(region, view=VIEW):
+    return region_plan(region, CONFIG, view, MOUNT)
+
+
+@pytest.mark.parametrize(
+    ('fields', 'key', 'reason'),
+    [
+        ({'pitch_min': -0.9, 'pitch_max': 0.1}, 'pitch_min', '0.8 rad, the limits of the mount'),
+        ({'pitch_min': 0.1, 'pitch_max': 0.9}, 'pitch_max', 'the limits of the mount'),
+        ({'pitch_min': 0.2, 'pitch_max': 0.1}, 'pitch_max', 'above pitch_min'),
+        ({'azimuth_min': 0.5, 'azimuth_max': 0.1}, 'azimuth_max', 'above azimuth_min'),
+        ({'azimuth_min': -3.0, 'azimuth_max': 0.1}, 'azimuth_min', 'in the view of the lidar'),
+        ({'azimuth_min': 1.0, 'azimuth_max': 2.5}, 'azimuth_max', 'in the view of the lidar'),
+        ({'object_size': 0.01, 'object_distance': 2.0}, 'object_size', 'a step of the lidar'),
+        ({'object_size': 0.5, 'object_distance': 0.1}, 'object_size', 'at most twice'),
+        ({'cell': 0.005}, 'cell', 'at least 0.006136 rad'),
+        ({'cell': 3.0}, 'cell', 'at most 1 rad'),
+        ({'cell': -0.1}, 'cell', 'at least 0'),
+        ({'time_limit': 601.0}, 'time_limit', 'at most 600 s'),
+        ({'object_distance': math.nan}, 'object_distance', 'finite'),
+        ({'pitch_max': math.inf}, 'pitch_max', 'finite'),
+    ],
+)
+def test_what_cannot_be_scanned_is_refused_with_the_reason(fields, key, reason):
+    with pytest.raises(ParameterError, match=reason) as caught:
+        plan_of(Region(**fields))
+    assert caught.value.key == key
+
+
+def test_zeros_are_the_values_of_the_parameters():
+    task = plan_of(Region()).task
+    assert (task.pitch_min, task.pitch_max) == (CONFIG.pitch_min, CONFIG.pitch_max)
+    assert 2.0 * task.azimuth == pytest.approx(681 * STEP, abs=STEP)
+    asked = 2.0 * math.asin(CONFIG.object_size / (2.0 * CONFIG.object_distance))
+    assert task.cell <= asked
+    assert task.rows == math.ceil(task.span / asked)
+
+
+def region_from(low, span, right, width, cell):
+    return Region(low, min(low + span, 0.79), right, min(right + width, 2.08), cell=cell)
+
+
+regions = st.builds(
+    region_from,
+    st.floats(-0.78, 0.6),
+    st.floats(0.1, 1.4),
+    st.floats(-2.07, 1.8),
+    st.floats(0.05, 4.1),
+    st.floats(0.02, 0.3),
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(regions)
+def test_every_column_of_a_plan_has_a_beam_and_its_nod_is_within_the_mount(region):
+    plan = plan_of(region)
+    task, shape = plan.task, plan.shape
+    columns = task.column_of_step()
+    assert set(range(task.columns)) <= set(columns.tolist())
+    assert MOUNT[0] <= shape.pitch_min <= region.pitch_min
+    assert region.pitch_max <= shape.pitch_max <= MOUNT[1]
+    assert math.gcd(shape.samples_per_sweep, 1024) == 1
+    # No part of the region that is as large as a step is left out.
+    assert task.centre - task.azimuth == pytest.approx(region.azimuth_min, abs=1e-9)
+    assert region.azimuth_max - task.centre - task.azimuth <= STEP + 1e-9
+    # The bound: one row of a column in each revolution.
+    assert plan.runs[0] >= (task.rows - 1) / task.scan_rate
+
+
+def assembled_of(scan, beams, pitch):
+    placed = place(beams, scan.ranges, pitch)
+    points = points_of(placed, beams, scan.stamp_ns)
+    return Assembled(scan, beams, pitch, placed, None, [points], points=points)
+
+
+def follow(region, begin_ns=BEGIN_NS, mode='coprime', view=URG, revolutions=2000):
+    """Scan a region with a servo that is exactly on every command in effect; return all of it."""
+    beams = Beams(view, REFERENCE_MOUNT)
+    config = replace(CONFIG, nod_mode=mode)
+    controller, scan = NodController(config), None
+    commands = []
+    for number in range(revolutions):
+        stamp_ns = begin_ns + number * PERIOD_NS
+        controller.add_scan(view, stamp_ns)
+        commands.append(controller.command)
+        times_ns = stamp_ns + beams.offset_ns
+        pitch = pitch_of(commands, times_ns)
+        now_ns = int(times_ns[-1]) + 20_000_000
+        ranges = np.full(view.beams, 2.0, dtype=np.float32)
+        assembled = assembled_of(Scan(stamp_ns, view, ranges), beams, pitch)
+        controller.add_beams(stamp_ns, beams, pitch, now_ns)
+        commands.append(controller.command)
+        if number == 30:
+            plan = region_plan(region, controller.config, controller.task, MOUNT)
+            scan = RegionScan(plan, now_ns, controller.take_over(plan.shape, now_ns))
+            commands.append(controller.command)
+        elif scan is not None:
+            scan.add(assembled)
+            scan.check(now_ns)
+            if scan.is_over:
+                break
+    return controller, scan, now_ns
+
+
+def pitch_of(commands, times_ns):
+    """Return the pitch by the last two commands: the last one may begin later."""
+    nod, start_ns = commands[-1]
+    former = next((n for n, _ in reversed(commands) if n is not nod), nod)
+    return np.where(times_ns < start_ns, former.pitch(times_ns), nod.pitch(times_ns))
+
+
+@settings(max_examples=15, deadline=None)
+@given(regions, st.sampled_from(['coprime', 'feedback', 'interlaced']), st.integers(0, S))
+def test_a_region_is_seen_in_the_predicted_time_in_any_mode(region, mode, later_ns):
+    controller, scan, _ = follow(region, BEGIN_NS + later_ns, mode)
+    assert scan.success
+    assert scan.covered.seen == 1.0
+    assert scan.covered.hole == 0.0
+    # A scan ends up to a revolution after the last beam that was needed. A few rows may be seen on
+    # the way to the region.
+    assert scan.duration <= 1.1 * scan.predicted_time + 0.1
+    assert scan.duration >= 0.9 * scan.predicted_time - 0.4
+    assert controller.taken_over
+
+
+def test_the_nod_is_given_back_as_it_was():
+    controller, _, now_ns = follow(Region(0.1, 0.5, cell=0.1))
+    assert (controller.shape.pitch_min, controller.shape.pitch_max) == (0.05, 0.55)
+    assert not controller.change(controller.planned, now_ns)  # not before it is given back
+    controller.give_back(now_ns)
+    assert controller.shape == controller.planned
+    assert not controller.taken_over
+    nod, start_ns = controller.command
+    assert (nod.pitch_min, nod.pitch_max) == (CONFIG.pitch_min, CONFIG.pitch_max)
+    assert start_ns == 0
+    controller.give_back(now_ns)  # once is enough
+
+
+def test_the_points_are_those_of_the_region_since_the_start():
+    region = Region(-0.2, 0.3, -0.5, 1.0, cell=0.05)
+    _, scan, _ = follow(region)
+    points = scan.points
+    x, y, z = (points.data[axis].astype(np.float64) for axis in 'xyz')
+    # Ranges are 2 m from the optical centre, 80 mm above the axis in the nodding frame.
+    azimuth = np.arcsin(y / 2.0)
+    pitch = np.arctan2(z, x) - np.arctan2(0.08, 2.0 * np.cos(azimuth))
+    assert pitch.min() >= -0.2 - 1e-6
+    assert pitch.max() <= 0.3 + 1e-6
+    assert azimuth.min() >= -0.5 - 1e-6
+    assert azimuth.max() <= 1.0 + 1e-6
+    assert len(points.data) == scan.covered.beams
+
+
+def test_it_ends_at_its_time_limit_with_what_was_seen():
+    _, scan, now_ns = follow(replace(Region(-0.5, 0.5, cell=0.05), time_limit=1.0))
+    assert scan.is_over
+    assert not scan.success
+    assert 'time limit of 1.0 s was over' in scan.message
+    assert 0.1 < scan.covered.seen < 0.9
+    assert scan.progress(now_ns).largest_hole > 0.05
+    assert len(scan.points.data) > 0
+
+
+def test_feedback_counts_down_to_the_end():
+    plan = plan_of(Region())
+    scan = RegionScan(plan, BEGIN_NS, BEGIN_NS + S // 2)
+    assert scan.predicted_time == pytest.approx(0.5 + np.median(plan.runs), abs=0.1)
+    to_go = [scan.progress(BEGIN_NS + k * S // 10).time_to_go for k in range(200)]
+    assert to_go[0] == pytest.approx(scan.predicted_time)
+    assert to_go[10] == pytest.approx(to_go[0] - 1.0)
+    late = math.ceil(scan.predicted_time * 10) + 5
+    assert to_go[late] == pytest.approx(scan.time_limit - late / 10)
+    assert scan.progress(BEGIN_NS).seen == 0.0
+    assert (scan.progress(BEGIN_NS + 1000 * S).time_to_go, scan.is_over) == (0.0, False)
+
+
+def test_scans_that_come_twice_or_late_count_once():
+    plan = plan_of(Region())
+    scan = RegionScan(plan, BEGIN_NS, BEGIN_NS)
+    pitch = np.zeros(URG.beams)
+    ranges = np.full(URG.beams, 2.0, dtype=np.float32)
+    for stamp_ns in (BEGIN_NS + PERIOD_NS, BEGIN_NS + PERIOD_NS, BEGIN_NS):
+        made = Scan(stamp_ns, URG, ranges)
+        scan.add(assembled_of(made, BEAMS, pitch))
+    # All but the last beam, which alone would not be a cell wide.
+    assert len(scan.points.data) == scan.covered.beams == URG.beams - 1
+
+
+def test_another_lidar_ends_the_takeover():
+    controller, _, now_ns = follow(Region(time_limit=0.5))
+    assert controller.taken_over
+    controller.add_scan(AROUND, now_ns + PERIOD_NS)
+    assert not controller.taken_over
+    assert controller.shape == controller.planned
+
+
+def test_a_lidar_that_sees_all_around_scans_regions_behind_it():
+    region = Region(-0.2, 0.2, 2.5, 4.0, cell=0.06)
+    _, scan, _ = follow(region, view=AROUND)
+    assert scan.success
+    x = scan.points.data['x']
+    assert x.max() < 0.0
+    _, scan, _ = follow(Region(cell=0.1), view=AROUND)
+    assert scan.success
+    assert scan.covered.cells >= math.tau / 0.1 * 12
+
+
+def test_before_the_first_scan_nothing_is_taken_over():
+    with pytest.raises(ParameterError, match='before the nod can be taken over'):
+        NodController(CONFIG).take_over(plan_of(Region()).shape, BEGIN_NS)

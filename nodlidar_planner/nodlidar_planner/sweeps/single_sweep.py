@@ -1,0 +1,37 @@
+"""The nod that sees every cell within one sweep: no nod sees them much sooner.
+
+In each revolution the lidar passes a column once, and hits one row there. So no nod sees all cells
+in fewer revolutions than there are rows, and a single slow sweep needs hardly more. It does not
+depend on the timing of reversals.
+"""
+
+import math
+
+from nodlidar_planner.pattern.servo import PITCH_ERROR
+from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.sweeps.schedule import coprime_from
+
+# Least advance in a revolution, in cells; a larger error is left to the sweeps after. And the
+# largest: a fast servo speeds up for a good part of a revolution.
+LEAST_ADVANCE, MOST_ADVANCE = 0.4, 0.85
+
+
+def single_sweep(task: Task, fewest_samples: int = 1, pitch_error: float = PITCH_ERROR) -> int:
+    """Return the N_s, coprime with N_L, whose one sweep hits every cell.
+
+    From one revolution to the next, the nod advances by a cell less the error of the pitch, and by
+    MOST_ADVANCE at most.
+
+    Parameters
+    ----------
+    task
+        Region, cells and lidar.
+    fewest_samples
+        N_s at the highest speed of the servo.
+    pitch_error
+        By how much the advance of the servo may differ from turn to turn [rad].
+    """
+    row = min(task.cell, task.span)
+    share = min(max(1.0 - pitch_error / row, LEAST_ADVANCE), MOST_ADVANCE)
+    samples = math.ceil(task.span / (share * row) * task.steps_per_revolution)
+    return coprime_from(max(samples, fewest_samples), task.steps_per_revolution)
