@@ -16,11 +16,12 @@ tasks = st.builds(
     ),
     st.floats(-0.8, 0.0),
     st.floats(0.1, 1.5),
-    st.floats(PITCH_ERROR / (1.0 - LEAST_ADVANCE), 0.3),
+    st.floats(0.01, 0.3),
 )
+coarse = tasks.filter(lambda t: min(t.cell, t.span) >= PITCH_ERROR / (1.0 - LEAST_ADVANCE))
 
 
-@given(tasks, st.integers(0, 1023), st.integers(0, 2**32 - 1))
+@given(coarse, st.integers(0, 1023), st.integers(0, 2**32 - 1))
 def test_one_sweep_hits_every_cell_in_spite_of_an_error_of_the_pitch(task, begin, seed):
     beyond = min(task.cell, task.span) / 2.0  # on either side, as the nod of a region is
     wider = (task.span + 2.0 * beyond) / task.span

@@ -141,9 +141,13 @@ class NodController:
         return True
 
     def plan(self, config: NodConfig, now_ns: int) -> None:
-        """Continue with another planned nod from the pitch at an instant [ns]."""
+        """Continue with another planned nod from the pitch at an instant [ns].
+
+        If another nod took over, the planned one counts when it is given back.
+        """
         self._view.plan(config)
-        self._restart(self.planned, now_ns)
+        if self._takeover is None:
+            self._restart(self.planned, now_ns)
 
     def _restart(self, shape: NodShape, now_ns: int) -> None:
         """Continue with the planned nod of a shape from the pitch at an instant [ns]."""

@@ -81,7 +81,7 @@ class NodCommander:
         """Continue with another planned nod; publish it at once."""
         self._config = config
         self._warn_if_samples_repeat()
-        self._controller.plan(config, self._now_ns())
+        self._controller.plan(config, self.now_ns())
         self._publish()
 
     def clock_was_set(self, step_ns: int) -> None:
