@@ -20,6 +20,7 @@ try:
 except ImportError as error:
     raise NodlidarError(f'the viewer needs viser: pip install viser ({error})') from error
 
+ONLY_LOOKS = 'Controls are shown on the machine of the sensor only (`remote_control`).'
 # From behind and above, on the nod axis of the robot.
 CAMERA, LOOK_AT = (-3.8, -2.4, 3.8), (1.5, 0.0, 0.6)
 
@@ -131,6 +132,8 @@ class Page:
         self._on_open()
         if self._config.remote_control or self._is_local(client):
             self._on_controller(client)
+        else:
+            client.gui.add_markdown(ONLY_LOOKS)
 
     def _is_local(self, client: viser.ClientHandle) -> bool:
         """Return whether a browser and the page that it shows are of this machine.

@@ -5,7 +5,7 @@ import time
 
 import msgspec
 import viser
-from viser._messages import ViewerCameraMessage
+from viser._messages import GuiUpdateMessage, ViewerCameraMessage
 from websockets.sync.client import connect
 import zstandard
 
@@ -28,13 +28,21 @@ class Browser:
     def __init__(self, connection):
         self._connection = connection
         self.messages = []
-        connection.send(msgspec.msgpack.encode(SEEN.as_serializable_dict()))
+        self._send(SEEN)
+
+    def _send(self, message):
+        self._connection.send(msgspec.msgpack.encode(message.as_serializable_dict()))
+
+    def set(self, label, value):
+        """Set the input with a label, or press its button."""
+        found = [m for m in self.messages if m.get('props', {}).get('label') == label]
+        self._send(GuiUpdateMessage(found[-1]['uuid'], {'value': value}))
 
     def until(self, condition, meanwhile=lambda: None, timeout=15.0):
         """Receive messages until a condition holds, and do something meanwhile."""
         deadline = time.monotonic() + timeout
         while not condition():
-            assert time.monotonic() < deadline, [m['type'] for m in self.messages]
+            assert time.monotonic() < deadline, sorted({m['type'] for m in self.messages})
             meanwhile()
             try:
                 data = self._connection.recv(timeout=0.05)

@@ -1,9 +1,14 @@
 """The node with clouds of a sensor, and browsers that come and go."""
 
+from dataclasses import dataclass
+
 from browser import browsing
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TransformStamped
+from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_common.parameters import parameter
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.node_parameters import declare
 from nodlidar_msgs.msg import Coverage
 from nodlidar_viewer.ros.node import ViewerNode
 import numpy as np
@@ -28,10 +33,10 @@ class Sensor(Node):
     """Sends what a sensor sends."""
 
     def __init__(self):
-        super().__init__('sensor')
+        super().__init__('assembler')
         self.clouds = self.create_publisher(PointCloud2, 'points', 10)
         self.scans = self.create_publisher(LaserScan, 'scan', 10)
-        self.coverage = self.create_publisher(Coverage, 'assembler/coverage', 10)
+        self.coverage = self.create_publisher(Coverage, '~/coverage', 10)
         self.states = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._static = StaticTransformBroadcaster(self)
         self._static.sendTransform(self._above('base_link', 'nodlidar_base_link'))
@@ -109,4 +114,43 @@ def test_what_is_missing_is_told(running):
     _, viewer, spin = running
     with browsing(viewer.page.address) as browser:
         browser.until(lambda: 'No cloud for' in browser.text(), spin)
+    assert not viewer.survival.errors
+
+
+@dataclass(frozen=True)
+class Controlled(NodConfig):
+    """The parameters that the page controls."""
+
+    adapt_limits: bool = parameter(False, 'Limits follow the range', live=True)
+
+
+def test_a_browser_of_this_machine_plans_another_nod(running):
+    sensor, viewer, spin = running
+    planned = []
+    declare(sensor, Controlled, planned.append)
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: 'Apply' in browser.text(), spin)
+        browser.set('N_s', 3001)
+        browser.set('Mode', 'feedback')
+        browser.set('Apply', True)
+        browser.until(lambda: 'applied' in browser.text(), spin)
+        assert [(nod.samples_per_sweep, nod.nod_mode) for nod in planned] == [(3001, 'feedback')]
+        browser.set('Object [m]', 9.0)
+        browser.set('Apply', True)
+        browser.until(lambda: 'refused' in browser.text(), spin)
+        browser.set('Object [m]', 0.3)
+        before = len(browser.messages)
+        browser.set('Choose N_s for it', True)
+
+        def chosen():
+            updates = [m.get('updates', {}) for m in browser.messages[before:]]
+            return [u['value'] for u in updates if isinstance(u.get('value'), int)]
+
+        browser.until(chosen, spin)
+        assert chosen()[-1] > 1000
+        browser.set('Devices', 'stop')
+        browser.until(
+            lambda: 'driver: does not answer; servo: does not answer' in browser.text(), spin
+        )
+    assert len(planned) == 1
     assert not viewer.survival.errors

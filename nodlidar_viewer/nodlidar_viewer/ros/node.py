@@ -8,8 +8,10 @@ from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.steady import create_steady_timer
 from nodlidar_common.survival import Survival
 from nodlidar_viewer.config import ViewerConfig
+from nodlidar_viewer.controls import ADAPTS, Controls, NOD
 from nodlidar_viewer.page import Page
 from nodlidar_viewer.point_file import ply_bytes
+from nodlidar_viewer.ros.commands import RosCommands
 from nodlidar_viewer.ros.view import View
 from rclpy.node import Node
 
@@ -24,7 +26,8 @@ class ViewerNode(Node):
         self._view: View | None = None
         self._timer: Any = None
         opened = self.create_guard_condition(self._begin)
-        self.page = Page(self.config, self._saved, opened.trigger)
+        self._commands = RosCommands(self, self.survival)
+        self.page = Page(self.config, self._saved, opened.trigger, self._add_controls)
         self.get_logger().info(f'open {self.page.address} in a browser')
 
     def _begin(self) -> None:
@@ -44,6 +47,14 @@ class ViewerNode(Node):
             self.destroy_timer(self._timer)
             self._view.end()
             self._view = None
+
+    def _add_controls(self, client: Any) -> None:
+        """Let a browser control the sensor, as soon as the parameters are known."""
+        self._commands.read(
+            [*NOD, ADAPTS],
+            lambda values: Controls(client, values, self._commands),
+            lambda text: client.gui.add_markdown(f'No controls: {text}.'),
+        )
 
     def _saved(self) -> tuple[str, bytes]:
         assert self._view is not None  # the browser that saves is looking

@@ -1,0 +1,26 @@
+"""The nod that finds an object soonest, chosen while somebody waits."""
+
+import math
+
+from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_planner.choice.choice import quick_choice
+from nodlidar_planner.sweeps.schedule import even_rows
+import numpy as np
+
+CANDIDATES = 300
+SLOWEST = 4  # times as many samples as the fastest nod
+
+
+def samples_for(config: NodConfig) -> int:
+    """Return the N_s that sees the object of a configuration soonest, with its servo.
+
+    Raises
+    ------
+    ParameterError
+        If no N_s ever does.
+    """
+    task = config.task
+    fewest = config.fewest_samples(task.span, task.sample_time)
+    spread = np.linspace(fewest, SLOWEST * fewest, CANDIDATES).astype(np.int64)
+    coprime = [n_s for n_s in spread.tolist() if math.gcd(n_s, task.steps_per_revolution) == 1]
+    return quick_choice(even_rows(task), np.array(coprime), config.timing_error)

@@ -1,0 +1,99 @@
+"""The controls of the page: the nod, and start and stop of the devices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+import math
+from typing import Any, Protocol
+
+from nodlidar_assembler.control.nod_config import NOD_MODES, NodConfig
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import check
+from nodlidar_viewer.choosing import samples_for
+import viser
+
+Values = Mapping[str, Any]
+NOD = tuple(field.name for field in fields(NodConfig))
+ADAPTS = 'adapt_limits'
+
+
+class Commands(Protocol):
+    """What the controls ask for; answers come later, in words."""
+
+    def change(self, values: Values, answer: Callable[[str], object]) -> None:
+        """Set parameters of the assembler, all or none."""
+
+    def switch(self, on: bool, answer: Callable[[str], object]) -> None:
+        """Start or stop servo and lidar."""
+
+
+class Controls:
+    """The controls in one browser.
+
+    Parameters
+    ----------
+    client
+        The browser.
+    values
+        Parameters of the assembler, by name: those of NOD and ADAPTS.
+    commands
+        Carries out.
+    """
+
+    def __init__(self, client: viser.ClientHandle, values: Values, commands: Commands) -> None:
+        self._values, self._commands = dict(values), commands
+        config, gui = self._config({}), client.gui
+        with gui.add_folder('Control', order=1.0):
+            self._limits = gui.add_multi_slider(
+                'Limits [°]',
+                -60.0,
+                60.0,
+                0.5,
+                (math.degrees(config.pitch_min), math.degrees(config.pitch_max)),
+                min_range=1.0,
+            )
+            self._samples = gui.add_number('N_s', config.samples_per_sweep, min=1, step=1)
+            self._mode = gui.add_dropdown('Mode', NOD_MODES, initial_value=config.nod_mode)
+            self._adapts = gui.add_checkbox('Limits follow the range', bool(values[ADAPTS]))
+            self._size = gui.add_number('Object [m]', config.object_size, min=0.02, step=0.01)
+            self._distance = gui.add_number('at [m]', config.object_distance, min=0.05, step=0.1)
+            choose = gui.add_button('Choose N_s for it', hint='the nod that sees it soonest')
+            apply = gui.add_button('Apply')
+            switch = gui.add_button_group('Devices', ('start', 'stop'))
+            self._answer = gui.add_markdown('')
+        choose.on_click(lambda _: self._choose())
+        apply.on_click(lambda _: self._apply())
+        switch.on_click(lambda _: commands.switch(switch.value == 'start', self._say))
+
+    def _say(self, text: str) -> None:
+        self._answer.content = text
+
+    def _chosen(self) -> dict[str, Any]:
+        """Return what is set on the page."""
+        low, high = (math.radians(limit) for limit in self._limits.value)
+        return {
+            'pitch_min': low,
+            'pitch_max': high,
+            'samples_per_sweep': int(self._samples.value),
+            'nod_mode': self._mode.value,
+            'object_size': float(self._size.value),
+            'object_distance': float(self._distance.value),
+        }
+
+    def _config(self, chosen: Values) -> NodConfig:
+        """Return the nod with changes; raises ParameterError."""
+        config = NodConfig(**{name: self._values[name] for name in NOD} | dict(chosen))
+        check(config)
+        return config
+
+    def _choose(self) -> None:
+        try:
+            self._samples.value = samples_for(  # type: ignore[misc]
+                self._config(self._chosen())
+            )
+        except ParameterError as error:
+            self._say(str(error))
+
+    def _apply(self) -> None:
+        self._commands.change(self._chosen() | {ADAPTS: self._adapts.value}, self._say)
