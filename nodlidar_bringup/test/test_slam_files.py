@@ -10,7 +10,8 @@ import pytest
 import yaml
 
 FOLDER = Path(get_package_share_directory('nodlidar_bringup')) / 'config' / 'slam'
-# As declared by OdometryServer.cpp of kiss-icp 1.2 and octomap_server.cpp of octomap_mapping 2.
+# As declared by OdometryServer.cpp of kiss-icp after 1.2.3 (up to it without groups) and
+# octomap_server.cpp of octomap_mapping 2.1.
 DECLARED = {
     'kiss_icp': {
         'base_frame',
@@ -20,31 +21,52 @@ DECLARED = {
         'publish_debug_clouds',
         'position_covariance',
         'orientation_covariance',
-        'max_range',
-        'min_range',
-        'deskew',
-        'voxel_size',
-        'max_points_per_voxel',
-        'initial_threshold',
-        'min_motion_th',
-        'max_num_iterations',
-        'convergence_criterion',
-        'max_num_threads',
+        'data.max_range',
+        'data.min_range',
+        'data.deskew',
+        'mapping.voxel_size',
+        'mapping.max_points_per_voxel',
+        'adaptive_threshold.initial_threshold',
+        'adaptive_threshold.min_motion_th',
+        'registration.max_num_iterations',
+        'registration.convergence_criterion',
+        'registration.max_num_threads',
     },
     'octomap_server': {
         'frame_id',
         'base_frame_id',
         'resolution',
-        'sensor_model',
-        'latch',
+        'sensor_model.max_range',
+        'sensor_model.hit',
+        'sensor_model.miss',
+        'sensor_model.min',
+        'sensor_model.max',
+        'point_cloud_min_z',
+        'point_cloud_max_z',
+        'occupancy_min_z',
+        'occupancy_max_z',
         'filter_ground_plane',
         'filter_speckles',
+        'publish_free_space',
+        'latch',
     },
 }
 
 
 def parameters(name):
-    return yaml.safe_load((FOLDER / f'{name}.yaml').read_text())['/**']['ros__parameters']
+    content = yaml.safe_load((FOLDER / f'{name}.yaml').read_text())
+    return flat(content['/**']['ros__parameters'])
+
+
+def flat(tree):
+    """Return the parameters of nested groups, named as ROS names them."""
+    named = {}
+    for name, value in tree.items():
+        if isinstance(value, dict):
+            named |= {f'{name}.{key}': each for key, each in flat(value).items()}
+        else:
+            named[name] = value
+    return named
 
 
 @pytest.mark.parametrize('name', DECLARED)
@@ -68,10 +90,10 @@ def test_frames_are_those_of_the_launch_file():
 def test_ranges_are_those_of_the_lidar():
     sensor = SensorModel()
     kiss = parameters('kiss_icp')
-    assert (kiss['min_range'], kiss['max_range']) == (sensor.range_min, sensor.range_max)
-    assert parameters('octomap_server')['sensor_model']['max_range'] == sensor.range_max
+    assert (kiss['data.min_range'], kiss['data.max_range']) == (sensor.range_min, sensor.range_max)
+    assert parameters('octomap_server')['sensor_model.max_range'] == sensor.range_max
 
 
 def test_clouds_are_not_deskewed_twice():
     assert PROFILES['slam'].ego_motion == 'deskew'
-    assert parameters('kiss_icp')['deskew'] is False
+    assert parameters('kiss_icp')['data.deskew'] is False
