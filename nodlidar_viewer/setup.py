@@ -22,7 +22,7 @@ setup(
     entry_points={
         'console_scripts': [
             'view_bag = nodlidar_viewer.view_bag:main',
-            'viewer = nodlidar_viewer.ros.node:main',
+            'viewer = nodlidar_viewer.ros.main:main',
         ]
     },
 )

@@ -27,6 +27,7 @@ _PACKAGES = {
     'rich': ('rich', 'python3-rich'),
     'rosbags': ('rosbags', None),
     'serial': ('pyserial', 'python3-serial'),
+    'viser': ('viser', None),
     'transforms3d': ('transforms3d', 'python3-transforms3d'),
     'xacro': ('xacro', 'ros-jazzy-xacro'),
     'yaml': ('pyyaml', 'python3-yaml'),

@@ -112,6 +112,16 @@ def test_mapper(command):
     runs_until_interrupted(command, 'waiting for clouds')
 
 
+@starting('ros2', 'run', 'nodlidar_viewer', 'view_bag')
+def test_view_bag(command, tmp_path, monkeypatch):
+    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+    (tmp_path / 'demo_output').mkdir()
+    drive = simulate(load_scene('corridor', ideal=True), nod, 2.0, start_ns=10**18)
+    write_bag(drive, tmp_path / 'demo_output' / 'bag')
+    monkeypatch.chdir(tmp_path)
+    runs_until_interrupted(command, 'in a browser')
+
+
 @starting('ros2', 'launch', 'nodlidar_bringup')
 def test_launch(command):
     file, *arguments = [word for word in shlex.split(command)[3:] if word != '--show-args']

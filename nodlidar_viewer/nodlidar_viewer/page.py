@@ -9,16 +9,11 @@ from ipaddress import ip_address
 from typing import Any
 from urllib.parse import urlsplit
 
-from nodlidar_common.errors import NodlidarError
 from nodlidar_viewer.config import ViewerConfig
 from nodlidar_viewer.scene import BY_AGE, BY_HEIGHT, Scene
 import numpy as np
 from numpy.typing import NDArray
-
-try:
-    import viser
-except ImportError as error:
-    raise NodlidarError(f'the viewer needs viser: pip install viser ({error})') from error
+import viser
 
 ONLY_LOOKS = 'Controls are shown on the machine of the sensor only (`remote_control`).'
 # From behind and above, on the nod axis of the robot.
@@ -75,6 +70,11 @@ class Page:
         return f'http://{host}:{self._server.get_port()}'
 
     @property
+    def gui(self) -> viser.GuiApi:
+        """Its part beside the scene."""
+        return self._server.gui
+
+    @property
     def is_watched(self) -> bool:
         """Whether any browser has the page open."""
         return bool(self._server.get_clients())
@@ -103,9 +103,23 @@ class Page:
         gui.configure_theme(show_share_button=False, show_logo=False)
         gui.main_panel.dock_right()
         gui.set_panel_label('nodlidar')
-        self._notice = gui.add_markdown('')
         colour = gui.add_dropdown('Colour by', (BY_HEIGHT, BY_AGE), hint='of the latest points')
         save = gui.add_button('Save the points (PLY)', hint='the latest points, to this computer')
+
+        @colour.on_update
+        def _(_: object) -> None:
+            self.scene.colour_by = colour.value
+
+        @save.on_click
+        def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client is not None:
+                name, content = on_save()
+                event.client.send_file_download(name, content, save_immediately=True)
+
+    def add_state(self) -> None:
+        """Add what a live sensor tells: coverage, states and rates."""
+        gui = self._server.gui
+        self._notice = gui.add_markdown('', order=0.5)
         with gui.add_folder('Coverage'):
             self._coverage = gui.add_markdown('not heard yet')
             self._picture = gui.add_image(
@@ -117,16 +131,6 @@ class Page:
             self._diagnostics = gui.add_markdown('')
         with gui.add_folder('Rates', expand_by_default=False):
             self._rates = gui.add_markdown('')
-
-        @colour.on_update
-        def _(_: object) -> None:
-            self.scene.colour_by = colour.value
-
-        @save.on_click
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None:
-                name, content = on_save()
-                event.client.send_file_download(name, content, save_immediately=True)
 
     def _connected(self, client: viser.ClientHandle) -> None:
         self._on_open()

@@ -4,12 +4,15 @@ import io
 
 from hypothesis import given
 from hypothesis import strategies as st
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.points import MOVED_POINT
 from nodlidar_viewer import words
 from nodlidar_viewer.colours import HeightColours, of_age
 from nodlidar_viewer.directions import Directions, STEP
 from nodlidar_viewer.fan import EVERY, fan
 from nodlidar_viewer.point_file import ply_bytes
 from nodlidar_viewer.recent_points import CHUNK_NS, RecentPoints
+from nodlidar_viewer.replay import Replay
 from nodlidar_viewer.robot_model import links_and_shapes, RobotModelError
 import numpy as np
 from plyfile import PlyData
@@ -135,3 +138,22 @@ def test_the_saved_file_is_read_by_others():
     read = np.stack([ply['vertex'][axis] for axis in 'xyz'], axis=1)
     np.testing.assert_array_equal(read, points)
     assert 'frame odom' in ply['vertex'].comments
+
+
+def cloud_at(seconds):
+    data = np.zeros(5, dtype=MOVED_POINT)
+    data['x'] = seconds
+    stamp_ns = 10**18 + round(seconds * 1e9)
+    return Points(np.full(5, stamp_ns), data)
+
+
+@given(st.lists(st.floats(0.0, 30.0), max_size=10))
+def test_a_recording_moved_anywhere_shows_what_was_seen_till_then(instants):
+    replay = Replay([cloud_at(second) for second in range(30)], 10_000)
+    assert replay.duration == 29.0
+    for instant in instants:
+        replay.move_to(instant)
+        shown = set(replay.recent.points[:, 0].tolist())
+        expected = {float(s) for s in range(30) if instant - 10.0 + 1e-6 < s <= instant - 1e-6}
+        assert expected <= shown
+        assert max(shown) <= instant

@@ -1,9 +1,7 @@
 """The viewer node: what the sensor publishes, on a page in a browser."""
 
-import sys
 from typing import Any
 
-from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.steady import create_steady_timer
 from nodlidar_common.survival import Survival
@@ -28,6 +26,7 @@ class ViewerNode(Node):
         opened = self.create_guard_condition(self._begin)
         self._commands = RosCommands(self, self.survival)
         self.page = Page(self.config, self._saved, opened.trigger, self._add_controls)
+        self.page.add_state()
         self.get_logger().info(f'open {self.page.address} in a browser')
 
     def _begin(self) -> None:
@@ -65,8 +64,3 @@ class ViewerNode(Node):
         """Close the page, then destroy the node."""
         self.page.stop()
         super().destroy_node()
-
-
-def main() -> None:
-    """Run the viewer node."""
-    sys.exit(run(ViewerNode))

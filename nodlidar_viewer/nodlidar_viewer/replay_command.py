@@ -1,0 +1,91 @@
+"""The options of the command view_bag, and its player."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import time
+
+from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.command import configuration
+from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_common.command_line import LineParser
+from nodlidar_common.parameters import check
+from nodlidar_viewer.config import ViewerConfig
+from nodlidar_viewer.page import Page
+from nodlidar_viewer.player import Player
+from nodlidar_viewer.point_file import ply_bytes
+from nodlidar_viewer.replay import Replay
+from rich.console import Console
+
+PERIOD = 0.1  # s, between two pictures
+
+
+def replay_bag(argv: Sequence[str] | None, description: str | None) -> None:
+    """Serve the page of a bag until Ctrl-C.
+
+    Raises
+    ------
+    ParameterError
+        For a parameter that is not allowed.
+    BagError, OSError
+        If the bag cannot be read, or no cloud be assembled.
+    SystemExit
+        After --help, or with status 2 and a line on stderr for an invalid option.
+    """
+    arguments = _parse(argv, description)
+    config = ViewerConfig(host=arguments.host, port=arguments.port)
+    check(config)
+    with Console(stderr=True).status(f'assembling {arguments.bag}'):
+        frame, clouds = _clouds_of(arguments.bag, arguments.params)
+    replay = Replay(clouds, config.most_points)
+    page = Page(config, lambda: ('points.ply', ply_bytes(replay.recent.points, frame)))
+    player = Player(page.gui, replay.duration)
+    print(f'open {page.address} in a browser; Ctrl-C ends', flush=True)
+    try:
+        play(page, player, replay)
+    except KeyboardInterrupt:
+        page.stop()
+
+
+def play(page: Page, player: Player, replay: Replay) -> None:
+    """Show a recording as its player says, while somebody looks."""
+    last = time.monotonic()
+    while True:
+        time.sleep(PERIOD)
+        now = time.monotonic()
+        if page.is_watched:
+            replay.move_to(player.move(now - last))
+            page.scene.show_cloud(replay.recent.chunks)
+        last = now
+
+
+def _clouds_of(bag: Path, params: Path | None) -> tuple[str, list[Points]]:
+    """Return the clouds of a bag and their frame: with odometry, that of odometry."""
+    config = configuration(params, {})
+    log = read_bag(bag, config.joint_name)
+    try:
+        odometry = read_odometry(bag, config.odom_frame, config.frame_id)
+    except BagError:
+        frame = config.frame_id
+        config = configuration(params, {'ego_motion': 'off'})
+    else:
+        frame = config.odom_frame
+        config = configuration(params, {'ego_motion': 'beam'})
+        log = SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
+    clouds, drops = assemble_log(log, Pipeline(config))
+    if not clouds:
+        why = ', '.join(f'{count} {reason}' for reason, count in drops.items())
+        raise BagError(f"no cloud of '{bag}' could be assembled: {why}")
+    return frame, clouds
+
+
+def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
+    parser = LineParser('view_bag', description)
+    parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
+    parser.add_argument('--params', type=Path, metavar='YAML', help='parameters of the assembler')
+    parser.add_argument('--host', default='127.0.0.1', help='address of the page')
+    parser.add_argument('--port', type=int, default=ViewerConfig.port, help='port of the page')
+    return parser.parse_args(argv)
