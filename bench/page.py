@@ -18,6 +18,7 @@ PAGES = tuple(
         'docs/nod_schedules.md',
         'docs/physics.md',
         'docs/publication.md',
+        'docs/services.md',
         'docs/slam.md',
     )
 )

@@ -40,6 +40,11 @@ class LidarView:
         self._configured = config
         self._geometry: ScanGeometry | None = None
 
+    @property
+    def step(self) -> float:
+        """Angle between two beams [rad]; 0 before the first scan."""
+        return abs(self._geometry.angle_increment) if self._geometry is not None else 0.0
+
     def plan(self, config: NodConfig) -> None:
         """Plan another nod, for the same lidar."""
         geometry, self._geometry = self._geometry, None

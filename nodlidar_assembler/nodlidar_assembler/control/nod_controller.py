@@ -41,6 +41,11 @@ class NodController:
         return self._view.task
 
     @property
+    def step(self) -> float:
+        """Angle between two beams of the lidar [rad]; 0 before the first scan."""
+        return self._view.step
+
+    @property
     def config(self) -> NodConfig:
         """The planned nod, for the N_L of the lidar."""
         return self._view.config

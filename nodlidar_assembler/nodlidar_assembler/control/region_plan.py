@@ -5,7 +5,7 @@ import math
 
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_common.errors import ParameterError
+from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_planner.choice.timing_error import completion_run
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
 from nodlidar_planner.pattern.task import Task
@@ -23,6 +23,10 @@ BEYOND, LEAST_BEYOND = 0.5, 0.01
 # Seeds of the runs of which the predicted time is the median.
 RUNS = range(3000, 3015)
 _ROUNDING = 1e-6  # of azimuths in the goal [rad]
+
+
+class RegionError(NodlidarError):
+    """A region that cannot be scanned now, whichever it is."""
 
 
 @dataclass(frozen=True, slots=True)

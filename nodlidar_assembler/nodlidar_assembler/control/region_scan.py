@@ -66,6 +66,11 @@ class RegionScan:
         return self._coverage.seen == 1.0
 
     @property
+    def cell(self) -> float:
+        """Side of a cell [rad]."""
+        return self._task.cell
+
+    @property
     def duration(self) -> float:
         """Time from the start to the last beam, in the region or not [s]."""
         return (self._last_ns - self._start_ns) / NS_PER_S

@@ -76,8 +76,13 @@ class CoverageReport:
     def _publish(self, covered: Covered) -> None:
         message = self._message
         message.header.stamp = self._clock.now().to_msg()
-        message.beams, message.cells, message.seen = covered.beams, covered.cells, covered.seen
-        message.largest_hole = covered.hole
-        message.repeats, message.least_repeats = covered.repeats, covered.least_repeats
+        fill_coverage(message, covered)
         message.time_to_see_all = math.nan if self._nod is None else self._nod.round_time
         self._publisher.publish(message)
+
+
+def fill_coverage(message: Coverage, covered: Covered) -> None:
+    """Fill in what was covered."""
+    message.beams, message.cells, message.seen = covered.beams, covered.cells, covered.seen
+    message.largest_hole = covered.hole
+    message.repeats, message.least_repeats = covered.repeats, covered.least_repeats

@@ -18,6 +18,7 @@ from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_assembler.ros.input import Input
 from nodlidar_assembler.ros.level_scan_message import LevelScanPublisher
 from nodlidar_assembler.ros.nod_commander import NodCommander
+from nodlidar_assembler.ros.region_action import RegionAction
 from nodlidar_assembler.ros.scan_service import ScanService
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_assembler.scan_assembler import Outcome
@@ -60,6 +61,7 @@ class Assembler(Node):
         self._scan_service: ScanService | None = None
         if self.config.scan_memory > 0.0:
             self._scan_service = ScanService(self, self.config, self._frame_id)
+        self._region = RegionAction(self, self.config, self._nod, self._frame_id, self.survival)
         self._coverage: CoverageReport | None = None
         if self.config.coverage_window > 0.0:
             self._coverage = CoverageReport(
@@ -130,6 +132,7 @@ class Assembler(Node):
             self._level_scan.scanner.restart()
         if self._scan_service is not None:
             self._scan_service.memory.restart()
+        self._region.end('the clock was set')
         if self._nod is not None:
             self._nod.clock_was_set(step_ns)
 
@@ -157,6 +160,7 @@ class Assembler(Node):
             self._level_scan.add(assembled)
         if self._scan_service is not None:
             self._scan_service.add(assembled)
+        self._region.add(assembled)
         self._adapt(assembled, outcome.odometry)
 
     def _frame_id(self, cloud: Points, in_odometry: bool) -> str:
@@ -182,7 +186,7 @@ class Assembler(Node):
 
     def _plan(self) -> None:
         """Continue with another planned nod."""
-        for part in (self._scene_monitor, self._nod, self._coverage):
+        for part in (self._scene_monitor, self._nod, self._coverage, self._region):
             if part is not None:
                 part.plan(self.config)
 

@@ -1,0 +1,164 @@
+"""The action scan_region on real DDS: taking the nod over, giving it back, refusals."""
+
+from action_msgs.msg import GoalStatus
+from node_bench import bench
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_msgs.action import ScanRegion
+from nodlidar_msgs.msg import NodCommand, NodStatus
+import numpy as np
+import pytest
+from rclpy.action import ActionClient
+from sensor_msgs_py import point_cloud2
+from test_assembler_node import log
+
+__all__ = ['log']
+
+OWN = -0.6136, 0.6136
+# So coarse that the nod of the log, which does not follow, sees it in a second.
+COARSE = ScanRegion.Goal(
+    pitch_min=-0.3, pitch_max=0.3, azimuth_min=-0.5, azimuth_max=1.0, cell=0.25
+)
+FINE = ScanRegion.Goal(pitch_min=-0.3, pitch_max=0.3, cell=0.01)
+
+
+class Client:
+    """A client of the action of a bench."""
+
+    def __init__(self, running):
+        self.running, self.feedback = running, []
+        self.client = ActionClient(running.feeder, ScanRegion, 'assembler/scan_region')
+        running.spin_until(self.client.server_is_ready)
+
+    def send(self, goal):
+        """Send a goal; return its handle once it is accepted."""
+        sent = self.client.send_goal_async(
+            goal, feedback_callback=lambda message: self.feedback.append(message.feedback)
+        )
+        self.running.spin_until(sent.done)
+        assert sent.result().accepted
+        return sent.result()
+
+    def result(self, handle):
+        """Return status and result of a goal."""
+        got = handle.get_result_async()
+        self.running.spin_until(got.done)
+        return got.result().status, got.result().result
+
+
+def limits_of(command):
+    return command.pitch_min, command.pitch_max
+
+
+def parts(log, first):
+    """Return the first scans of a log, and the others, with all samples that have not come."""
+    stamp_ns = log.scans[first].stamp_ns
+    early = log.sample_ns <= stamp_ns
+    return (
+        SensorLog(log.scans[:first], log.sample_ns[early], log.sample_pitch[early]),
+        SensorLog(log.scans[first:], log.sample_ns[~early], log.sample_pitch[~early]),
+    )
+
+
+def test_a_region_is_scanned_and_the_nod_given_back(log):
+    before, after = parts(log, 5)
+    with bench() as running:
+        client = Client(running)
+        running.feed(before)
+        handle = client.send(COARSE)
+        commands = running.out[NodCommand]
+        running.spin_until(lambda: limits_of(commands[-1]) != OWN)
+        running.feed(after)
+        status, result = client.result(handle)
+        running.spin_until(lambda: limits_of(commands[-1]) == OWN)
+        assert not running.node.survival.errors
+    assert (status, result.success) == (GoalStatus.STATUS_SUCCEEDED, True)
+    taken = [command for command in commands if limits_of(command) != OWN]
+    assert all(limits_of(command) == pytest.approx((-0.4, 0.4)) for command in taken)
+    # First the way to the limit, at once, then the nod from when it is there.
+    way, nod = taken[0], taken[-1]
+    assert way.start_time.sec == 0
+    assert nod.start_time.sec > 0
+    assert way.sweep_duration < nod.sweep_duration
+    assert commands[-1].samples_per_sweep == commands[0].samples_per_sweep
+    coverage = result.coverage
+    assert (coverage.seen, coverage.largest_hole) == (1.0, 0.0)
+    assert coverage.cells == 3 * 8  # 0.2 rad each: three equal rows
+    assert 0.0 < result.duration == coverage.window == coverage.time_to_see_all
+    assert result.predicted_time == pytest.approx(0.1 * 4 / 0.85 + 0.4, abs=0.3)
+    points = point_cloud2.read_points(result.cloud)
+    azimuth = np.arctan2(points['y'], np.hypot(points['x'], points['z']))
+    assert azimuth.min() > -0.51
+    assert azimuth.max() < 1.01
+    assert 100 < len(points) <= coverage.beams
+    assert result.cloud.header.frame_id == 'nodlidar_base_link'
+
+
+def test_a_goal_is_cancelled_at_any_time_with_feedback_until_then(log):
+    before, after = parts(log, 5)
+    with bench('adapt_limits:=false') as running:
+        client = Client(running)
+        running.feed(before)
+        handle = client.send(FINE)
+        commands = running.out[NodCommand]
+        running.feed(after)
+        running.spin_until(lambda: len(client.feedback) >= 2)
+        _, refused = client.result(client.send(COARSE))
+        cancelled = handle.cancel_goal_async()
+        running.spin_until(cancelled.done)
+        status, result = client.result(handle)
+        running.spin_until(lambda: limits_of(commands[-1]) == OWN)
+        again = client.send(COARSE)  # it is free again
+        running.spin_until(again.cancel_goal_async().done)
+    assert refused.message == 'refused: another region is being scanned'
+    assert (status, result.success, result.message) == (
+        GoalStatus.STATUS_CANCELED, False, 'cancelled',
+    )  # fmt: skip
+    assert 0.0 < result.coverage.seen < 1.0
+    assert result.cloud.width > 0
+    feedback = client.feedback[-1]
+    assert feedback.seen == pytest.approx(result.coverage.seen)
+    assert 0.01 < feedback.largest_hole <= 0.6
+    assert 0.0 < feedback.time_to_go < result.predicted_time
+
+
+def test_a_goal_ends_at_its_time_limit_even_if_the_lidar_is_silent(log):
+    before, _ = parts(log, 5)
+    with bench() as running:
+        client = Client(running)
+        running.feed(before)
+        handle = client.send(ScanRegion.Goal(time_limit=0.3))
+        status, result = client.result(handle)
+        running.spin_until(lambda: limits_of(running.out[NodCommand][-1]) == OWN)
+    assert status == GoalStatus.STATUS_ABORTED
+    assert 'the time limit of 0.3 s was over' in result.message
+
+
+def test_what_cannot_be_scanned_is_refused_with_the_reason(log):
+    with bench() as running:
+        client = Client(running)
+        refused = [client.result(client.send(COARSE))]
+        running.feed(parts(log, 5)[0])
+        outside = ScanRegion.Goal(pitch_min=-0.7, pitch_max=0.3)
+        refused.append(client.result(client.send(outside)))
+        # The servo knows more than the parameters.
+        status = NodStatus(pitch_lower_limit=-0.65, pitch_upper_limit=0.65)
+        publisher = running.feeder.create_publisher(NodStatus, 'servo/status', 1)
+        running.spin_until_heard(publisher)
+        publisher.publish(status)
+        running.spin_until(lambda: running.node._region._mount == (-0.65, 0.65))
+        refused.append(client.result(client.send(outside)))
+        refused.append(client.result(client.send(ScanRegion.Goal(cell=0.001))))
+        assert {limits_of(command) for command in running.out[NodCommand]} == {OWN}
+    assert {status for status, _ in refused} == {GoalStatus.STATUS_ABORTED}
+    reasons = [result.message for _, result in refused]
+    assert reasons[0] == 'refused: no scans arrive'
+    assert "'pitch_min' must be between -0.6136 and 0.6136 rad" in reasons[1]
+    assert "'pitch_min' must be between -0.65 and 0.65 rad" in reasons[2]
+    assert "'cell' must be at least 0.006136 rad" in reasons[3]
+
+
+def test_a_nod_that_is_not_commanded_here_is_not_taken_over():
+    with bench('command_nod:=false') as running:
+        client = Client(running)
+        _, result = client.result(client.send(COARSE))
+    assert result.message.startswith('refused: the nod is not commanded by this node')
