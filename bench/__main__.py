@@ -43,6 +43,7 @@ from bench import (
     stages,
     standard_packages,
     veils,
+    viewer,
 )
 from bench.names import parsed
 from bench.page import fill_pages
@@ -70,6 +71,7 @@ MEASUREMENTS = {
     'error_budget': error_budget,
     'mapping': mapping,
     'level_scan': level_scan,
+    'viewer': viewer,
     'slam': slam,
     'scan_region': scan_region,
     'coverage_feedback': coverage_feedback,
