@@ -1,7 +1,8 @@
 """Starts one nodding lidar and the mapper; by default on a simulated drive through a building.
 
 All arguments of robot.launch.py apply. Drive by the topic cmd_vel: `base:=cmd_vel`. On a robot:
-`hardware:=real`; the robot supplies the transform from odom to base_link.
+`hardware:=real`; the robot supplies the transform from odom to base_link. `bag:=PATH` plays a
+recorded drive in place of the devices (`ros2 run nodlidar_mapper map_bag` is faster).
 """
 
 from launch import LaunchDescription
@@ -9,20 +10,21 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from nodlidar_bringup import arguments
 from nodlidar_bringup.ros.discovery import announce_often
 from nodlidar_bringup.ros.launch_arguments import declared, share
+from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 
 
 def nodes(context):
-    """Return the nodes of the sensor and the mapper."""
-    params, folder = (context.launch_configurations[name] for name in ('mapper_params', 'map'))
-    arguments.check_parameter_file('mapper_params', params)
-    sensor = Sensor(context)
+    """Return the nodes of the sensor, real, simulated or recorded, and the mapper."""
+    given = context.launch_configurations
+    arguments.check_parameter_file('mapper_params', given['mapper_params'])
+    sensor = RecordedSensor(context, given['bag']) if given['bag'] else Sensor(context)
     sensor.fixed_frame = 'map'
     mapper = sensor.node(
         'nodlidar_mapper',
         'mapper',
         name='mapper',
-        parameters=[params, {'map_folder': text(folder)}],
+        parameters=[given['mapper_params'], {'map_folder': text(given['map'])}],
         on_exit=end_all,
     )
     return [*sensor.nodes(), mapper]
@@ -42,6 +44,12 @@ def generate_launch_description():
             default_value='',
             description='folder of a saved map in which the robot is to be found; if empty, a new '
             'map begins',
+        ),
+        DeclareLaunchArgument(
+            'bag',
+            default_value='',
+            description='recorded drive with scans, joint states and TF, played in place of the '
+            'devices; needs ros2 bag',
         ),
     ]
     sensor = declared(scene='building', profile='slam', base='odometry')

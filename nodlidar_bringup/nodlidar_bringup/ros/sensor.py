@@ -51,16 +51,21 @@ class Sensor:
         # The emulators create and remove this folder; the name is unique to this sensor.
         self.links = os.path.join(tempfile.gettempdir(), f'nodlidar-{uuid.uuid4().hex}')
 
-    def nodes(self) -> list[Node]:
+    def nodes(self) -> list[Any]:
         """Return all nodes; raises NodlidarError if one is not installed."""
         nodes = [self.driver(), self.servo(), self.assembler(), self.state_publisher()]
         if self.in_sim:
             nodes.insert(0, self.emulators())
+        return nodes + self.views()
+
+    def views(self) -> list[Node]:
+        """Return what shows the sensor."""
+        views = []
         if self.values['rviz'] == 'true':
-            nodes.append(self.rviz())
+            views.append(self.rviz())
         if self.values['view'] == 'web':
-            nodes.append(self.viewer())
-        return nodes
+            views.append(self.viewer())
+        return views
 
     def node(self, package: str, executable: str, **options: Any) -> Node:
         """Return a node in the sensor's namespace."""

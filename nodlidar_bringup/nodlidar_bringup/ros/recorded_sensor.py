@@ -1,0 +1,63 @@
+"""A recorded sensor, for the launch files: a bag in place of the devices."""
+
+from typing import Any
+
+from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+from launch import LaunchContext
+from launch.actions import ExecuteProcess
+from launch_ros.actions import Node
+from nodlidar_bringup.ros.sensor import Sensor
+from nodlidar_common.errors import NodlidarError
+
+CLOCK_RATE = 100  # Hz, of the time that the nodes follow
+# What the nodes publish themselves must not come from the bag as well.
+PLAYED = ('scan', 'joint_states', '/tf', '/tf_static')
+
+
+class RecordedSensor(Sensor):
+    """Plays a bag, whose TF has the nod and odometry, and assembles its clouds.
+
+    When the bag ends, the nodes go on, so that the map can be saved.
+
+    Parameters
+    ----------
+    context
+        Launch context.
+    bag
+        Path of the bag.
+
+    Raises
+    ------
+    NodlidarError
+        If ``ros2 bag`` is not installed, or an argument is not allowed.
+    """
+
+    def __init__(self, context: LaunchContext, bag: str) -> None:
+        super().__init__(context)
+        try:
+            get_package_share_directory('ros2bag')
+        except PackageNotFoundError as error:
+            install = 'sudo apt install ros-$ROS_DISTRO-rosbag2'
+            raise NodlidarError(f'bag:= needs ros2 bag: {install}') from error
+        self._bag = bag
+
+    def nodes(self) -> list[Any]:
+        """Return the player, the assembler and the views."""
+        player = ExecuteProcess(cmd=self.player(), output='screen')
+        return [player, self.assembler(), *self.views()]
+
+    def node(self, package: str, executable: str, **options: Any) -> Node:
+        """Return a node that follows the time of the bag, and commands no nod."""
+        recorded: dict[str, Any] = {'use_sim_time': True}
+        if executable == 'assembler':
+            recorded['command_nod'] = False
+        options['parameters'] = [*options.get('parameters', []), recorded]
+        return super().node(package, executable, **options)
+
+    def player(self) -> list[str]:
+        """Return the command that plays the bag."""
+        namespace = self.values['namespace'].strip('/')
+        prefix = f'/{namespace}/' if namespace else '/'
+        topics = [topic if topic.startswith('/') else prefix + topic for topic in PLAYED]
+        command = ['ros2', 'bag', 'play', self._bag, '--clock', str(CLOCK_RATE)]
+        return [*command, '--topics', *topics]

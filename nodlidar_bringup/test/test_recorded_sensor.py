@@ -1,0 +1,55 @@
+"""The launch file of the mapper with a bag in place of the devices, as far as `ros2 bag`.
+
+`ros2 bag` is on no registry that the tests can use; its options are those of Jazzy's
+ros2bag/verb/play.py: `--clock [HZ]` and `--topics TOPIC ...`.
+"""
+
+from importlib.util import module_from_spec, spec_from_file_location
+import os
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchContext
+from launch_ros.actions import Node
+from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
+from nodlidar_common.errors import NodlidarError
+import pytest
+
+
+def launched(**given):
+    """Return the launch context with arguments, and what the launch file starts."""
+    path = Path(get_package_share_directory('nodlidar_bringup')) / 'launch' / 'mapping.launch.py'
+    spec = spec_from_file_location('mapping_launch', path)
+    file = module_from_spec(spec)
+    spec.loader.exec_module(file)
+    *declared, nodes = file.generate_launch_description().entities
+    context = LaunchContext()
+    context.launch_configurations.update(given)
+    for argument in declared:
+        argument.visit(context)
+    return context, nodes.visit(context)
+
+
+@pytest.fixture
+def bag_command(tmp_path, monkeypatch):
+    """Let it seem that `ros2 bag` is installed."""
+    index = tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages'
+    index.mkdir(parents=True)
+    (index / 'ros2bag').touch()
+    (tmp_path / 'share' / 'ros2bag').mkdir()
+    paths = [str(tmp_path), os.environ.get('AMENT_PREFIX_PATH', '')]
+    monkeypatch.setenv('AMENT_PREFIX_PATH', os.pathsep.join(paths))
+
+
+def test_a_bag_takes_the_place_of_the_devices(bag_command):
+    context, started = launched(bag='drive', namespace='left')
+    assert [type(action) is Node for action in started] == [False, True, True]
+    words = RecordedSensor(context, 'drive').player()
+    assert words[:4] == ['ros2', 'bag', 'play', 'drive']
+    topics = ['/left/scan', '/left/joint_states', '/tf', '/tf_static']
+    assert words[words.index('--topics') + 1 :] == topics
+
+
+def test_without_ros2_bag_nothing_starts():
+    with pytest.raises(NodlidarError, match='rosbag2'):
+        launched(bag='drive')
