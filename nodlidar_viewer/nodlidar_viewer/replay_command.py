@@ -43,8 +43,8 @@ def replay_bag(argv: Sequence[str] | None, description: str | None) -> None:
     replay = Replay(clouds, config.most_points)
     page = Page(config, lambda: ('points.ply', ply_bytes(replay.recent.points, frame)))
     player = Player(page.gui, replay.duration)
-    print(f'open {page.address} in a browser; Ctrl-C ends', flush=True)
     try:
+        print(f'open {page.address} in a browser; Ctrl-C ends', flush=True)
         play(page, player, replay)
     except KeyboardInterrupt:
         page.stop()
