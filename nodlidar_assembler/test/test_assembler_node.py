@@ -170,3 +170,4 @@ def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):
     assert not turned.success
     assert "'end' must be at least begin" in turned.message
     assert (none.success, none.cloud.width) == (True, 0)
+    assert none.cloud.header.frame_id == 'nodlidar_base_link'

@@ -3,6 +3,7 @@
 from action_msgs.msg import GoalStatus
 from node_bench import bench
 from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_msgs.action import ScanRegion
 from nodlidar_msgs.msg import NodCommand, NodStatus
 import numpy as np
@@ -91,6 +92,22 @@ def test_a_region_is_scanned_and_the_nod_given_back(log):
     assert azimuth.max() < 1.01
     assert 100 < len(points) <= coverage.beams
     assert result.cloud.header.frame_id == 'nodlidar_base_link'
+
+
+def test_limits_follow_the_range_again_after_a_region(log):
+    """The wall is 2 m ahead, as in the tests of adapted limits."""
+    adapted = pytest.approx(limits_at(PitchLimitsConfig(), 2.0 / 0.9659), abs=0.02)
+    before, after = parts(log, 5)
+    with bench('adapt_limits:=true') as running:
+        client = Client(running)
+        running.feed(before)
+        handle = client.send(COARSE)
+        running.feed(after)
+        commands = running.out[NodCommand]
+        status, _ = client.result(handle)
+        running.spin_until(lambda: limits_of(commands[-1]) == adapted)
+    assert status == GoalStatus.STATUS_SUCCEEDED
+    assert any(limits_of(command) == pytest.approx((-0.4, 0.4)) for command in commands)
 
 
 def test_a_goal_is_cancelled_at_any_time_with_feedback_until_then(log):

@@ -82,6 +82,11 @@ class RegionPlan:
     runs: NDArray[np.float64]
     time_limit: float
 
+    @property
+    def sweep(self) -> float:
+        """Duration of a sweep of the nod [s]."""
+        return self.shape.samples_per_sweep * self.task.sample_time
+
 
 def region_plan(
     region: Region, config: NodConfig, view: Task, mount: tuple[float, float], step: float = 0.0

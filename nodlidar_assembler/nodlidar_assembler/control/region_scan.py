@@ -1,6 +1,7 @@
 """A region being scanned: what was seen of it so far, and when that ends."""
 
 from dataclasses import dataclass
+import math
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Assembled
@@ -50,6 +51,7 @@ class RegionScan:
         self, plan: RegionPlan, start_ns: int, begin_ns: int, deskew_to: str = 'last'
     ) -> None:
         self._task, self._start_ns, self._last_ns = plan.task, start_ns, start_ns
+        self._sweep = plan.sweep
         self._runs = plan.runs + (begin_ns - start_ns) / NS_PER_S
         self.predicted_time = float(np.quantile(self._runs, 0.5, method='higher'))
         usual = min(max(PATIENCE * self.predicted_time, LEAST_LIMIT), LONGEST)
@@ -130,13 +132,17 @@ class RegionScan:
     def progress(self, now_ns: int) -> Progress:
         """Return the progress at an instant [ns].
 
-        The time to go is the median of the simulated runs that take longer than until now; what
-        remains of the time limit if none does.
+        The time to go is the median of the simulated runs that take longer than until now. If none
+        does, it is until the end of the sweep after, in which what was missed is passed again.
         """
         covered, elapsed = self.covered, self._elapsed(now_ns)
-        longer = self._runs[self._runs > elapsed]
-        end = np.quantile(longer, 0.5, method='higher') if len(longer) else self.time_limit
-        return Progress(covered.seen, covered.hole, max(float(end) - elapsed, 0.0))
+        longer, end = self._runs[self._runs > elapsed], float(self._runs[-1])
+        if len(longer):
+            end = float(np.quantile(longer, 0.5, method='higher'))
+        else:
+            end += math.ceil((elapsed - end) / self._sweep) * self._sweep
+        to_go = min(end, self.time_limit) - elapsed
+        return Progress(covered.seen, covered.hole, max(to_go, 0.0))
 
     def _elapsed(self, now_ns: int) -> float:
         return (now_ns - self._start_ns) / NS_PER_S

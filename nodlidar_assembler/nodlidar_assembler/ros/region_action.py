@@ -23,6 +23,8 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.task import Future
 
 FEEDBACK_PERIOD = 0.5  # s
+# Results are kept for this time [s]: they have clouds, and clients ask for them at once.
+RESULT_TIMEOUT = 60
 
 
 class RegionAction:
@@ -57,7 +59,12 @@ class RegionAction:
         self._over: Future[None] = Future()
         self._mount: tuple[float, float] | None = None
         ActionServer(
-            node, ScanRegion, '~/scan_region', self._execute, cancel_callback=self._cancel
+            node,
+            ScanRegion,
+            '~/scan_region',
+            self._execute,
+            cancel_callback=self._cancel,
+            result_timeout=RESULT_TIMEOUT,
         )
         node.create_subscription(
             NodStatus,

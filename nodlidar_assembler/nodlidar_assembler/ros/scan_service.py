@@ -34,6 +34,7 @@ class ScanService:
     ) -> None:
         self.memory = ScanMemory(config.scan_memory, config.deskew_to)
         self._frame_id = frame_id
+        self._frames = config.frame_id, config.odom_frame
         node.create_service(AssembleScans, '~/assemble_scans', self._assemble)
 
     def add(self, assembled: Assembled) -> None:
@@ -51,8 +52,11 @@ class ScanService:
             response.message = str(error)
             return response
         response.success = True
-        response.message = 'no points'
-        if points is not None:
+        if points is None:
+            response.message = 'no points'
+            response.cloud.header.stamp = request.end
+            response.cloud.header.frame_id = self._frames[self.memory.in_odometry]
+        else:
             response.message = f'{len(points.data)} points'
             frame_id = self._frame_id(points, self.memory.in_odometry)
             response.cloud = cloud_message(points, frame_id)
