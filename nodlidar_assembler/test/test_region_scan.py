@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 import math
+import time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -65,6 +66,25 @@ def test_zeros_are_the_values_of_the_parameters():
     asked = 2.0 * math.asin(CONFIG.object_size / (2.0 * CONFIG.object_distance))
     assert task.cell <= asked
     assert task.rows == math.ceil(task.span / asked)
+
+
+def test_a_plan_hardly_delays_a_command_however_small_the_object():
+    begin = time.process_time()
+    plan = plan_of(Region(-0.78, 0.78, cell=0.0063))
+    assert time.process_time() - begin < 0.3
+    assert plan.task.cells > 150_000
+    assert plan.runs[0] <= plan.sweep
+
+
+def test_a_finer_lidar_has_an_end_to_its_cells_too():
+    step = math.tau / 4096
+    config = replace(CONFIG, steps_per_revolution=4096)
+    view = task_for(config, ScanGeometry(4096, -math.pi, step, 0.1 / 4096, 0.02, 30.0))
+    with pytest.raises(ParameterError, match='at most 400000 cells') as caught:
+        region_plan(Region(cell=0.002), config, view, MOUNT)
+    assert caught.value.key == 'cell'
+    plan = region_plan(Region(cell=0.1), config, view, MOUNT)
+    assert RegionScan(plan, BEGIN_NS, BEGIN_NS).covered.seen == 0.0
 
 
 def region_from(low, span, right, width, cell):

@@ -4,11 +4,12 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_planner.pattern.servo import PITCH_ERROR
+from nodlidar_planner.pattern.servo import MIN_SPEED, PITCH_ERROR
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.schedule import even_rows
 from nodlidar_planner.sweeps.single_sweep import LEAST_ADVANCE, single_sweep
 import numpy as np
+import pytest
 
 tasks = st.builds(
     lambda low, span, cell: even_rows(
@@ -45,3 +46,9 @@ def test_it_is_coprime_and_no_faster_than_the_servo(task, fewest):
     # No nod needs fewer revolutions than rows; this one not many more.
     assert n_s >= (task.rows - 0.01) * 1024
     assert n_s <= max(task.rows * 1024 / LEAST_ADVANCE, fewest) + 10
+
+
+def test_it_is_no_slower_than_a_servo_goes():
+    fine = even_rows(Task(0.0016, 1.0, -0.5, 0.5, steps_per_revolution=4096, azimuth=1.0))
+    assert fine.speed(single_sweep(fine)) == pytest.approx(MIN_SPEED, rel=1e-3)
+    assert single_sweep(fine, fewest_samples=10_000_000) >= 10_000_000

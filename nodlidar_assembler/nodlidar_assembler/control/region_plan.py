@@ -20,8 +20,10 @@ LONGEST = 600.0
 # The nod goes beyond the region by this part of a cell, but at least by this [rad], where the
 # mount allows it: a servo rounds its reversals, and is late at the first one.
 BEYOND, LEAST_BEYOND = 0.5, 0.01
-# Seeds of the runs of which the predicted time is the median.
-RUNS = range(3000, 3015)
+# Seeds of the runs of which the predicted time is the median. There are fewer with more cells, so
+# that the command of the nod does not wait; a single sweep always takes nearly the same time.
+RUNS, CELLS_OF_RUNS = range(3000, 3015), 60_000
+MOST_CELLS = 400_000
 _ROUNDING = 1e-6  # of azimuths in the goal [rad]
 
 
@@ -110,7 +112,7 @@ def region_plan(
     ------
     ParameterError
         If the region is beyond the limits of the mount or the view of the lidar, or the object is
-        too small for its steps.
+        too small for its steps or for MOST_CELLS.
     """
     bounded = _in_view(_in_mount(region, config, view, mount), region)
     task = _with_cells(bounded, region, config, max(step, math.tau / view.steps_per_revolution))
@@ -122,8 +124,8 @@ def region_plan(
     samples = coprime_from(math.ceil(within * wider), task.steps_per_revolution)
     longest_way = max(task.pitch_min - low, high - task.pitch_max)
     before = longest_way / (high - low) * samples * task.sample_time
-    error = config.timing_error
-    runs = [completion_run(task, within, HALF_SAMPLE, error, seed) for seed in RUNS]
+    error, seeds = config.timing_error, RUNS[: max(1, CELLS_OF_RUNS // task.cells)]
+    runs = [completion_run(task, within, HALF_SAMPLE, error, seed) for seed in seeds]
     return RegionPlan(
         task, NodShape(low, high, samples), before + np.sort(runs), region.time_limit
     )
@@ -173,6 +175,10 @@ def _with_cells(task: Task, region: Region, config: NodConfig, step: float) -> T
         raise _too_small(region, distance, step)
     even = even_rows(task)
     task = even if even.cell >= step else task
+    if task.cells > MOST_CELLS:
+        key = 'cell' if region.cell else 'object_size'
+        limit = f'so large that the region has at most {MOST_CELLS} cells'
+        raise ParameterError(key, limit, region.cell or size)
     rest = 2.0 * task.azimuth - (task.columns - 1) * task.cell
     if not task.full_circle and task.columns > 1 and rest < step:
         # Less than a step, which may have no beam, is left out.

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 # The time limit unless one is given: so many predicted times, but at least so long [s].
 PATIENCE, LEAST_LIMIT = 3.0, 5.0
-# Rows of the finest grid, in which repeats are counted: it takes 32 MB with these.
-MOST_ROWS = 8192
+# Cells of the finest grid, in which repeats are counted: four bytes each. It has fewer rows for
+# that than the nod has samples.
+MOST_FINEST = 2**23
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +57,7 @@ class RegionScan:
         self.predicted_time = float(np.quantile(self._runs, 0.5, method='higher'))
         usual = min(max(PATIENCE * self.predicted_time, LEAST_LIMIT), LONGEST)
         self.time_limit = plan.time_limit or usual
-        rows = min(plan.shape.samples_per_sweep, MOST_ROWS)
+        rows = min(plan.shape.samples_per_sweep, MOST_FINEST // plan.task.steps_per_revolution)
         self._coverage = RuntimeCoverage(plan.task, rows, 2.0 * LONGEST)
         self._memory = ScanMemory(2.0 * LONGEST, deskew_to)
         self._columns = plan.task.column_of_step()

@@ -145,8 +145,12 @@ class RegionAction:
         plan = region_plan(region, controller.config, controller.task, mount, controller.step)
         start_ns = self._nod.now_ns()
         begin_ns = self._nod.take_over(plan.shape)
+        try:
+            self._scan = RegionScan(plan, start_ns, begin_ns, self._config.deskew_to)
+        except NodlidarError:
+            self._nod.give_back()
+            raise
         self._over = Future()
-        self._scan = RegionScan(plan, start_ns, begin_ns, self._config.deskew_to)
         self._node.get_logger().info(
             f'scanning {plan.task.cells} cells, for {self._scan.predicted_time:.1f} s by the plan'
         )

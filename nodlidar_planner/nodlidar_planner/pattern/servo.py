@@ -7,6 +7,8 @@ import math
 MAX_SPEED = 6.0
 MAX_ACCELERATION = 150.0
 TIMING_ERROR = 0.003
+# The slowest nod that it follows evenly [rad/s]; a step of its register of speeds is 0.0116 rad/s.
+MIN_SPEED = 0.02
 # By how much its advance may differ from revolution to revolution of the lidar [rad]: a step of
 # the encoder and some backlash.
 PITCH_ERROR = 0.008

@@ -7,7 +7,7 @@ depend on the timing of reversals.
 
 import math
 
-from nodlidar_planner.pattern.servo import PITCH_ERROR
+from nodlidar_planner.pattern.servo import MIN_SPEED, PITCH_ERROR
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.schedule import coprime_from
 
@@ -20,7 +20,7 @@ def single_sweep(task: Task, fewest_samples: int = 1, pitch_error: float = PITCH
     """Return the N_s, coprime with N_L, whose one sweep hits every cell.
 
     From one revolution to the next, the nod advances by a cell less the error of the pitch, and by
-    MOST_ADVANCE at most.
+    MOST_ADVANCE at most. If that is slower than MIN_SPEED, it is the N_s of that speed.
 
     Parameters
     ----------
@@ -34,4 +34,6 @@ def single_sweep(task: Task, fewest_samples: int = 1, pitch_error: float = PITCH
     row = min(task.cell, task.span)
     share = min(max(1.0 - pitch_error / row, LEAST_ADVANCE), MOST_ADVANCE)
     samples = math.ceil(task.span / (share * row) * task.steps_per_revolution)
-    return coprime_from(max(samples, fewest_samples), task.steps_per_revolution)
+    slowest = math.floor(task.speed(1) / MIN_SPEED)
+    samples = max(min(samples, slowest), fewest_samples)
+    return coprime_from(samples, task.steps_per_revolution)
