@@ -3,6 +3,7 @@
 from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_demo.evaluation import xyz_of
 from nodlidar_demo.pictures import picture, seen_from, write_picture
 import numpy as np
@@ -42,7 +43,7 @@ def test_an_oblique_camera_keeps_angles():
 
 
 def test_a_ply_file_has_the_points_and_one_time_for_all(points, tmp_path):
-    with open_output(tmp_path / 'cloud.ply', 'odom') as file:
+    with open_output(tmp_path / 'cloud.ply', AssemblerConfig()) as file:
         file.write(points, 'nodlidar_base_link', 0)
     # The type names of PLY 1.0, as ushort, are not read by Open3D and meshio.
     assert b'property uint16 ring' in (tmp_path / 'cloud.ply').read_bytes()

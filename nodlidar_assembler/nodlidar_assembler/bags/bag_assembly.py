@@ -8,7 +8,9 @@ from nodlidar_assembler.bags.bag_source import Recorded
 from nodlidar_assembler.bags.bag_tf import BagTf
 from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF
 from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_assembler.clouds.origins import frame_of
+from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
@@ -16,6 +18,8 @@ from nodlidar_common.nod import NS_PER_S
 
 # A cloud, the frame that it is in, and when the node would have published it [ns].
 Publish = Callable[[Points, str, int], None]
+# A level scan, its range_min [m], and when the node would have published it [ns].
+PublishLevel = Callable[[LevelScan, float, int], None]
 
 
 class BagAssembly:
@@ -31,18 +35,28 @@ class BagAssembly:
         Called with each cloud.
     tf
         The odometry; needed unless ego_motion is off.
+    publish_level
+        Called with each level scan; None without them.
 
     Attributes
     ----------
     counts
-        scans, clouds and points so far.
+        scans, clouds and points so far, and level scans if there are any.
     assembler
         Counts drops and remarks.
     """
 
-    def __init__(self, config: AssemblerConfig, publish: Publish, tf: BagTf | None = None) -> None:
+    def __init__(
+        self,
+        config: AssemblerConfig,
+        publish: Publish,
+        tf: BagTf | None = None,
+        publish_level: PublishLevel | None = None,
+    ) -> None:
         self.counts = Counter(scans=0, clouds=0, points=0)
         self._config, self._publish, self._tf = config, publish, tf
+        self._publish_level = publish_level
+        self._level_scanner = None if publish_level is None else LevelScanner(config)
         self._now_ns = 0
         if tf is None:
             self.assembler = MessageAssembler(config, lambda: '')
@@ -76,9 +90,17 @@ class BagAssembly:
         for outcome in self.assembler.ready(self._now_ns):
             if (assembled := outcome.assembled) is None:
                 continue
+            self._publish_level_scans(assembled)
             for cloud in assembled.clouds:
                 frame = self._config.frame_id
                 if assembled.in_odometry:
                     frame = frame_of(cloud.origin, self._config.odom_frame)
                 self.counts.update(clouds=1, points=len(cloud.data))
                 self._publish(cloud, frame, self._now_ns)
+
+    def _publish_level_scans(self, assembled: Assembled) -> None:
+        if self._level_scanner is None or self._publish_level is None:
+            return
+        for scan in self._level_scanner.add(assembled):
+            self.counts['level scans'] += 1
+            self._publish_level(scan, assembled.scan.geometry.range_min, self._now_ns)

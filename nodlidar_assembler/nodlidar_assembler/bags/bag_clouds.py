@@ -8,7 +8,7 @@ from pathlib import Path
 import time
 from typing import Protocol
 
-from nodlidar_assembler.bags.bag_assembly import BagAssembly
+from nodlidar_assembler.bags.bag_assembly import BagAssembly, PublishLevel
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
 from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, TF
@@ -98,17 +98,30 @@ def write_clouds(
         required = _required(source, topics, config)
         first_ns, last_ns = source.span_ns
         replaced = [f"'{path}' existed and was replaced"] if path.exists() else []
-        with open_output(path, config.odom_frame) as file:
-            assembly = BagAssembly(config, file.write, _tf(source, topics, config))
+        with open_output(path, config) as file:
+            tf = _tf(source, topics, config)
+            assembly = BagAssembly(config, file.write, tf, _level_output(file, config))
             for k, recorded in enumerate(source.messages(required)):
                 assembly.add(recorded)
                 if not k % _MESSAGES_BETWEEN:
                     on_progress(recorded.time_ns, first_ns, last_ns)
             assembly.finish()
             _check_result(source, assembly)
-        notes = [*_damage(source), *replaced]
+        notes = [*_damage(source), *replaced, *_left_out(path, config)]
     seconds = time.perf_counter() - begin
     return Summary(assembly.counts, assembly.assembler, first_ns, last_ns, seconds, notes)
+
+
+def _level_output(file: Output, config: AssemblerConfig) -> PublishLevel | None:
+    if config.level_scan == 'off' or not isinstance(file, CloudBag):
+        return None
+    return file.write_level_scan
+
+
+def _left_out(path: Path, config: AssemblerConfig) -> list[str]:
+    if config.level_scan == 'off' or path.suffix == '.mcap':
+        return []
+    return ['level scans are left out, which only an .mcap file holds']
 
 
 def _damage(source: BagSource) -> list[str]:
@@ -182,12 +195,12 @@ def _check_output(path: Path, bag: Path, config: AssemblerConfig) -> None:
 
 
 @contextmanager
-def open_output(path: Path, odom_frame: str) -> Iterator[Output]:
+def open_output(path: Path, config: AssemblerConfig) -> Iterator[Output]:
     """Open a file for clouds, of the kind of its suffix; it appears when it is complete."""
     with whole_file(path) as part:
         file: Output
         if path.suffix == '.mcap':
-            file = CloudBag(part, odom_frame)
+            file = CloudBag(part, config)
         else:
             file = PointFile(part, ply_header if path.suffix == '.ply' else pcd_header)
         try:

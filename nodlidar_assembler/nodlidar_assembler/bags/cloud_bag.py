@@ -1,13 +1,15 @@
-"""Writes clouds into an MCAP file of PointCloud2 messages, without ROS."""
+"""Writes clouds and level scans into an MCAP file, without ROS."""
 
 from pathlib import Path
 import shutil
 from typing import Any
 
-from nodlidar_assembler.bags.bag_types import STORE, TF
+from nodlidar_assembler.bags.bag_types import SCAN, STORE, TF
 from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.level_scan import LevelScan, message_fields
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY
 from nodlidar_assembler.clouds.points import fields, layout
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from rosbags.interfaces import Connection
@@ -18,24 +20,25 @@ TYPES: dict[str, Any] = dict(STORE.types)
 
 
 class CloudBag:
-    """An MCAP file with the topic /points and, far from the origin, frames on /tf_static.
+    """An MCAP file with the topic /points; if any, /level_scan, and frames on /tf_static.
 
     Parameters
     ----------
     path
         File to write.
-    odom_frame
-        Frame of odometry: parent of the frames of far clouds.
+    config
+        Of the assembler.
     """
 
-    def __init__(self, path: Path, odom_frame: str) -> None:
-        self._path, self._odom_frame = path, odom_frame
+    def __init__(self, path: Path, config: AssemblerConfig) -> None:
+        self._path, self._config = path, config
         self._folder = path.with_name(path.name + '.bag')
         shutil.rmtree(self._folder, ignore_errors=True)
         self._writer = Writer(self._folder, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
         self._clouds = self._connection('/points', CLOUD)
         self._frames: Connection | None = None
+        self._level_scans: Connection | None = None
         self._known = {OF_ODOMETRY}
 
     def write(self, cloud: Points, frame_id: str, now_ns: int) -> None:
@@ -45,6 +48,18 @@ class CloudBag:
             self._write_frame(cloud, frame_id, now_ns)
         raw = STORE.serialize_cdr(_message(cloud, frame_id), CLOUD)
         self._writer.write(self._clouds, now_ns, raw)
+
+    def write_level_scan(self, scan: LevelScan, range_min: float, now_ns: int) -> None:
+        """Add a level scan, as published at a time [ns]."""
+        if self._level_scans is None:
+            self._level_scans = self._connection('/level_scan', SCAN)
+        message = TYPES[SCAN](
+            header=_header(scan.stamp_ns, self._config.frame_id),
+            ranges=scan.ranges,
+            intensities=np.zeros(0, dtype=np.float32),
+            **message_fields(scan, self._config, range_min),
+        )
+        self._writer.write(self._level_scans, now_ns, STORE.serialize_cdr(message, SCAN))
 
     def close(self) -> None:
         """Finish the file."""
@@ -69,7 +84,7 @@ class CloudBag:
         shift = TYPES['geometry_msgs/msg/Vector3'](*map(float, cloud.origin))
         unturned = TYPES['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 1.0)
         stamped = TYPES['geometry_msgs/msg/TransformStamped'](
-            _header(int(cloud.time_ns[0]), self._odom_frame),
+            _header(int(cloud.time_ns[0]), self._config.odom_frame),
             frame_id,
             TYPES['geometry_msgs/msg/Transform'](shift, unturned),
         )

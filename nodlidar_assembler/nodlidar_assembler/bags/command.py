@@ -8,6 +8,7 @@ import sys
 from typing import Any
 
 from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
+from nodlidar_assembler.clouds.level_ranges import LEVEL_SCANS
 from nodlidar_assembler.clouds.pipeline import CLOUD_MODES, EGO_MOTION_MODES
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
@@ -106,7 +107,7 @@ def _with_bar(bag: Path, output: Path, config: AssemblerConfig, topics: Topics) 
 
 
 def _chosen(arguments: argparse.Namespace) -> dict[str, Any]:
-    options = ('profile', 'estimator', 'cloud_mode', 'ego_motion')
+    options = ('profile', 'estimator', 'cloud_mode', 'ego_motion', 'level_scan')
     return {key: getattr(arguments, key) for key in options if getattr(arguments, key)}
 
 
@@ -125,6 +126,7 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
         ('--estimator', ESTIMATORS),
         ('--cloud-mode', CLOUD_MODES),
         ('--ego-motion', EGO_MOTION_MODES),
+        ('--level-scan', LEVEL_SCANS),
     ):
         parser.add_argument(option, choices=choices, help='parameter; overrides the file')
     for option, default in (

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Any
 
 from nodlidar_assembler.clouds.band_segments import Segments, segments_in_band
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig, ranges_of
@@ -44,6 +45,20 @@ class LevelScan:
     stamp_ns: int
     duration: float
     ranges: NDArray[np.float32]
+
+
+def message_fields(scan: LevelScan, config: LevelScanConfig, range_min: float) -> dict[str, Any]:
+    """Return the fields of a LaserScan, but for header, ranges and intensities."""
+    last = (config.level_scan_beams - 1) * config.increment
+    return {
+        'angle_min': -config.level_scan_angle,
+        'angle_max': last - config.level_scan_angle,
+        'angle_increment': config.increment,
+        'time_increment': 0.0,  # all beams are of one instant
+        'scan_time': scan.duration,
+        'range_min': range_min,
+        'range_max': config.level_scan_range,
+    }
 
 
 class LevelScanner:

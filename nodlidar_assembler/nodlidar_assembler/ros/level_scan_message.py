@@ -1,6 +1,6 @@
 """Publishes level scans as LaserScan messages."""
 
-from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
+from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner, message_fields
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.ros.messages import time_message
@@ -30,16 +30,8 @@ class LevelScanPublisher:
 
 
 def level_scan_message(scan: LevelScan, config: AssemblerConfig, range_min: float) -> LaserScan:
-    """Return a level scan as a message; all of its beams are of one instant."""
-    last = (config.level_scan_beams - 1) * config.increment
-    message = LaserScan(
-        angle_min=-config.level_scan_angle,
-        angle_max=last - config.level_scan_angle,
-        angle_increment=config.increment,
-        scan_time=scan.duration,
-        range_min=range_min,
-        range_max=config.level_scan_range,
-    )
+    """Return a level scan as a message."""
+    message = LaserScan(**message_fields(scan, config, range_min))
     message.header.frame_id = config.frame_id
     message.header.stamp = time_message(scan.stamp_ns)
     message.ranges.frombytes(scan.ranges.tobytes())

@@ -13,6 +13,7 @@ from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.clouds.veils import VeilConfig
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError, ParameterError
@@ -124,7 +125,7 @@ def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
 def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
     """Write a log's points without mixed pixels, and draw them as seen from the sensor's start."""
     points = points_of(log, 'slerp', VEIL_ANGLE)
-    with open_output(output / 'cloud.ply', 'odom') as file:
+    with open_output(output / 'cloud.ply', AssemblerConfig()) as file:
         file.write(points, 'odom' if scene.drives else 'nodlidar_base_link', points.time_ns[-1])
     xyz = scene.mount.to_child(xyz_of(points)) if scene.drives else xyz_of(points)
     write_picture(xyz, output / 'cloud.png', title)
