@@ -119,6 +119,14 @@ def test_there_is_no_file_that_is_not_checked():
     assert {path.name for path in FOLDER.iterdir()} == {*DECLARED, 'cartographer.lua'}
 
 
+def test_the_page_names_each_file_and_no_other():
+    page = (Path(__file__).parents[2] / 'docs' / 'slam.md').read_text()
+    commands = '\n'.join(re.findall(r'```\n(.*?)```', page, re.DOTALL))
+    named = set(re.findall(r'\w+\.(?:yaml|lua)', commands)) | {'nav2_costmap.yaml'}
+    assert 'config/slam/nav2_costmap.yaml' in page
+    assert named == {*DECLARED, 'cartographer.lua'}
+
+
 @pytest.mark.parametrize(
     ('name', 'base', 'odom', 'fixed'),
     [
