@@ -32,20 +32,19 @@ SEEDS = range(1, 4)
 class Program(Protocol):
     """A program that estimates the pose of each cloud."""
 
-    def add(self, points: Array, odometry: Array) -> Array:
-        """Return the pose of a cloud, given its points (n, 3) and its pose by odometry."""
+    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
+        """Return the pose of a cloud, given its stamp, points (n, 3) and pose by odometry."""
 
 
 class OurMapper:
     """nodlidar_mapper, with poses as known at the time."""
 
     def __init__(self) -> None:
-        self._mapper, self._clouds = Mapper(MapperConfig()), 0
+        self._mapper = Mapper(MapperConfig())
 
-    def add(self, points: Array, odometry: Array) -> Array:
+    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
         """Return the pose of a cloud."""
-        self._clouds += 1
-        return np.asarray(self._mapper.add(self._clouds, points, odometry).pose)
+        return np.asarray(self._mapper.add(stamp_ns, points, odometry).pose)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +101,7 @@ def followed(log: SensorLog, recording: Recording, use: Use) -> Followed:
     for cloud in clouds_of(log, replace(CONFIG, sweeps_per_cloud=use.sweeps)):
         points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()
-        poses.append(program.add(points, odometry).copy())
+        poses.append(program.add(cloud.stamp_ns, points, odometry).copy())
         seconds.append(time.process_time() - begin)
         stamps.append(cloud.stamp_ns)
     truth = true_poses(recording, np.array(stamps))

@@ -1,7 +1,7 @@
 """SLAM programs from PyPI, fed with our clouds: the pose of each cloud in the frame of the first.
 
-Each is called with the points of a cloud [m], shape (n, 3), and with the pose of the same frame by
-odometry, as a matrix; it returns the pose that it estimates.
+Each is called with the stamp of a cloud [ns], its points [m], shape (n, 3), and the pose of the
+same frame by odometry, as a matrix; it returns the pose that it estimates.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Predicted:
 class OdometryAlone(Predicted):
     """Odometry, as it is."""
 
-    def add(self, points: Array, odometry: Array) -> Array:
+    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
         """Return the pose of a cloud."""
         self.pose = self.pose @ self.motion(odometry)
         return self.pose
@@ -59,7 +59,7 @@ class Kiss:
         config.registration.max_num_threads = 1
         self._kiss, self._prior, self._predicted = KissICP(config), prior, Predicted()
 
-    def add(self, points: Array, odometry: Array) -> Array:
+    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
         """Return the pose of a cloud."""
         motion = self._predicted.motion(odometry)
         if self._prior:
@@ -78,7 +78,7 @@ class SmallGicp(Predicted):
         self._gicp = small_gicp
         self._keyframes: list[tuple[Array, Array]] = []
 
-    def add(self, points: Array, odometry: Array) -> Array:
+    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
         """Return the pose of a cloud."""
         self.pose = self.pose @ self.motion(odometry)
         source, _ = self._gicp.preprocess_points(points, SPACING)

@@ -22,6 +22,7 @@ def odometry_error(drives):
     [
         ('kiss_icp', 'kiss-icp, odometry as prior, 4 sweeps'),
         ('small_gicp', 'small_gicp to a submap, 4 sweeps'),
+        ('nodlidar_mapper', 'nodlidar_mapper'),
     ],
 )
 def test_programs_with_odometry_as_prior_follow_the_robot(drives, odometry_error, package, use):
