@@ -1,7 +1,8 @@
 """Maps of drives through scenes: how far trajectory and map are off, and what they cost.
 
 With the errors of a URG-04LX-UG01 and an RX-24F, and with ideal devices but 10 mm of range noise.
-Odometry has errors of scale and slip. Paths are aligned at the first cloud, where the map begins, and by the best fit.
+Odometry has errors of scale and slip. Paths are aligned at the first cloud, where the map begins,
+and by the best fit.
 """
 
 from dataclasses import dataclass, replace
