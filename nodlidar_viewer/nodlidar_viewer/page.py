@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import contextlib
+from contextlib import AbstractContextManager
 import io
 from ipaddress import ip_address
 from typing import Any
@@ -78,6 +79,10 @@ class Page:
     def is_watched(self) -> bool:
         """Whether any browser has the page open."""
         return bool(self._server.get_clients())
+
+    def at_once(self) -> AbstractContextManager[None]:
+        """Return a context whose changes all browsers show in one picture."""
+        return self._server.atomic()
 
     def tell(self, notice: str, diagnostics: str, rates: str) -> None:
         """Show what is missing, statuses and rates, as Markdown."""

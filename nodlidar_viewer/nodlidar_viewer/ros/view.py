@@ -55,7 +55,8 @@ class View:
     def step(self) -> None:
         """Draw what is new."""
         self._transforms.take()
-        self._draw()
+        with self._page.at_once():
+            self._draw()
         seconds = (steady_ns() - self._told_ns) / NS_PER_S
         if seconds >= WORDS_PERIOD:
             self._tell(seconds)
