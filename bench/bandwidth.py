@@ -57,7 +57,7 @@ class Listener(Node):
         """Subscribe to the topics that are new; note their publishers."""
         for topic, kinds in self.get_topic_names_and_types():
             found = publishers_of(self, topic)
-            if topic in UNHEARD or not found:
+            if topic in UNHEARD or '/_action/' in topic or not found:
                 continue
             if topic not in self.traffic:
                 self.traffic[topic] = Traffic()

@@ -1,5 +1,6 @@
 """Every command in the README files and in docs/ runs."""
 
+from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 import os
 from pathlib import Path
@@ -19,6 +20,7 @@ from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import pytest
+import yaml
 
 WORKSPACE = Path(__file__).parents[2]
 PAGES = [
@@ -26,13 +28,14 @@ PAGES = [
     *sorted(WORKSPACE.glob('docs/*.md')),
     *sorted(WORKSPACE.glob('nodlidar_*/README.md')),
 ]
-COMMAND = re.compile(r'(?:ros2 (?:run|launch)|make|rosbags-convert|python3? -m) [^`#]+')
-# By test_demo.py, test_mapping_demo.py and test_other_lidars.py of nodlidar_assembler. The router
-# of Zenoh is on no registry that the tests can use.
+PROGRAMS = r'ros2 (?:run|launch|service call|action send_goal)|make|rosbags-convert|python3? -m'
+COMMAND = re.compile(rf'(?:{PROGRAMS}) [^`#]+')
+# Programs of others: by test_slam_commands.py of nodlidar_bringup.
+OTHERS = re.compile(r'ros2 (?:run|launch) (?!nodlidar_)')
+# By test_demo.py, test_mapping_demo.py and test_other_lidars.py of nodlidar_assembler.
 RUN_ELSEWHERE = {
     'make demo',
     'make demo-mapping',
-    'ros2 run rmw_zenoh_cpp rmw_zenohd',
     'ros2 run nodlidar_demo demo',
     'rosbags-convert --src tilting.bag --dst tilting',
     'ros2 run nodlidar_assembler assemble_bag tilting tilting.ply --params lidar.yaml '
@@ -44,7 +47,7 @@ def documented():
     """Return the commands of all pages: lines of code blocks, and code within a sentence."""
     found = set()
     for page in PAGES:
-        text = page.read_text()
+        text = page.read_text().replace('\\\n', '')
         blocks = re.findall(r'^```\n(.*?)^```', text, re.DOTALL | re.MULTILINE)
         lines = [line for block in blocks for line in block.splitlines()]
         lines += re.findall(r'^ {4}(.+)', text, re.MULTILINE)
@@ -52,8 +55,8 @@ def documented():
         spans = [' '.join(span.split()) for span in re.findall(r'`([^`]+)`', prose)]
         for text in (*lines, *spans):
             if match := COMMAND.match(text.strip().removeprefix('$ ')):
-                found.add(match[0].strip())
-    return sorted(found - RUN_ELSEWHERE)
+                found.add(' '.join(match[0].split()))
+    return sorted(command for command in found - RUN_ELSEWHERE if not OTHERS.match(command))
 
 
 COMMANDS = documented()
@@ -136,6 +139,32 @@ def test_launch(command):
         argument.visit(context)
     assert len(context.launch_configurations) == len(declared)
     assert len(nodes.visit(context)) >= 4
+
+
+@starting('ros2', 'service', 'call')
+def test_service(command):
+    takes_fields(command, 'Request')
+
+
+@starting('ros2', 'action', 'send_goal')
+def test_action(command):
+    takes_fields(command, 'Goal')
+
+
+def takes_fields(command, part):
+    """Set the fields of a command's message, which refuses other names and types."""
+    *_, name, text = shlex.split(command)
+    package, folder, kind = name.split('/')
+    interface = getattr(import_module(f'{package}.{folder}'), kind)
+    fill(getattr(interface, part)(), yaml.safe_load(text))
+
+
+def fill(message, fields):
+    for name, value in fields.items():
+        if isinstance(value, dict):
+            fill(getattr(message, name), value)
+        else:
+            setattr(message, name, value)
 
 
 @starting('ros2', 'run', 'nodlidar_driver', 'driver')

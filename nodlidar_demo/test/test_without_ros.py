@@ -10,7 +10,7 @@ import pytest
 PACKAGES = [
     *('nodlidar_common', 'nodlidar_driver', 'nodlidar_servo', 'nodlidar_planner'),
     *('nodlidar_assembler', 'nodlidar_sim', 'nodlidar_demo', 'nodlidar_bringup'),
-    'nodlidar_mapper',
+    *('nodlidar_mapper', 'nodlidar_viewer'),
 ]
 ROS = [
     *('ament_index_python', 'launch', 'launch_ros', 'rclpy', 'rosidl_runtime_py'),
