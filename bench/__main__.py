@@ -112,7 +112,7 @@ def main() -> None:
         measurement = MEASUREMENTS[name]
         with console.status(name):
             rows = measurement.results()
-        console.print(table(measurement.TITLE, rows))
+        console.print(table(measurement.TITLE, rows, console.width))
         if arguments.record:
             record(name, recording(rows, measurement.TITLE, measured_at))
     if arguments.record:
@@ -124,7 +124,8 @@ def _compare(console: Console) -> int:
     before = recorded('hot_paths')
     with console.status('hot_paths'):
         rows = hot_paths.comparison(hot_paths.results(), before['rows'])
-    console.print(table(f'Against {before["commit"]} of {before["date"]}', rows))
+    title = f'Against {before["commit"]} of {before["date"]}'
+    console.print(table(title, rows, console.width))
     return int(any(row[hot_paths.VERDICT] for row in rows))
 
 

@@ -10,29 +10,82 @@ import os
 from pathlib import Path
 import platform
 import subprocess
+import textwrap
 import time
 from typing import Any
 
+from rich.console import Console, JustifyMethod
+from rich.markup import escape
+from rich.measure import Measurement
 from rich.table import Table
 
 RESULTS = Path(__file__).parent / 'results'
 DIGITS = 6  # significant ones that are recorded
 VERSIONS = ('numpy', 'rclpy')
+_WIDEST = Console(width=10_000)
 WRITTEN = (':!bench/results', ':!docs', ':!*.md')  # by measurements
 
 # What is measured -> a number or words. The unit is in the key, in brackets.
 Row = dict[str, Any]
 
 
-def table(title: str, rows: list[Row]) -> Table:
-    """Return rows as a table for a terminal; columns of words are flush left."""
-    result = Table(title=title)
-    for heading in headings(rows):
-        words = all(isinstance(row.get(heading, ''), str) for row in rows)
-        result.add_column(heading.replace('[', r'\['), justify='left' if words else 'right')
-    for row in rows:
-        result.add_row(*(in_words(row.get(heading)) for heading in headings(rows)))
+def table(title: str, rows: list[Row], width: int = 80) -> Table:
+    """Return rows as a table for a terminal of a width [characters], which cuts no word.
+
+    Where a line per row is too wide, headings are broken; then there is a line per heading and a
+    column per row; then the rows follow each other with a line per value.
+    """
+    layouts = (_upright(rows), _upright(rows, broken=True), _turned(rows))
+    result = next((each for each in layouts if _fits(each, width)), _one_by_one(rows))
+    result.title = title
     return result
+
+
+def _upright(rows: list[Row], broken: bool = False) -> Table:
+    """Return a line per row; columns of words are flush left."""
+    result = Table()
+    for heading in headings(rows):
+        values = [row.get(heading, '') for row in rows]
+        words = all(isinstance(value, str) for value in values)
+        widest = max([*map(len, heading.split()), *(len(in_words(value)) for value in values)])
+        lines = textwrap.wrap(heading, widest, break_on_hyphens=False) if broken else [heading]
+        justify: JustifyMethod = 'left' if words else 'right'
+        result.add_column(escape('\n'.join(lines)), justify=justify, no_wrap=True)
+    for row in rows:
+        result.add_row(*_cells(row, headings(rows)))
+    return result
+
+
+def _turned(rows: list[Row]) -> Table:
+    """Return a line per heading, and a column per row."""
+    result = Table(show_header=False)
+    result.add_column(no_wrap=True)
+    for _ in rows:
+        result.add_column(justify='right', no_wrap=True)
+    lines = [_cells(row, headings(rows)) for row in rows]
+    for heading, *values in zip(headings(rows), *lines, strict=True):
+        result.add_row(escape(heading), *values)
+    return result
+
+
+def _one_by_one(rows: list[Row]) -> Table:
+    """Return a line per value, and a section per row; long words are folded."""
+    result = Table(show_header=False)
+    result.add_column(overflow='fold')
+    result.add_column(overflow='fold')
+    for row in rows:
+        for heading, value in zip(row, _cells(row, list(row)), strict=True):
+            result.add_row(escape(heading), value)
+        result.add_section()
+    return result
+
+
+def _cells(row: Row, keys: list[str]) -> list[str]:
+    return [escape(in_words(row.get(key))) for key in keys]
+
+
+def _fits(result: Table, width: int) -> bool:
+    return Measurement.get(_WIDEST, _WIDEST.options, result).maximum <= width
 
 
 def markdown(rows: list[Row]) -> str:

@@ -1,11 +1,13 @@
 """What is recorded, and pages that show it."""
 
+import io
 import json
 import math
 import platform
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from bench import page, report
 from bench.__main__ import MEASUREMENTS
@@ -77,3 +79,35 @@ def test_what_is_recorded_is_of_a_measurement_and_tells_where_it_comes_from(name
     assert found['rows']
     assert all(found[key] for key in ('title', 'commit', 'date', 'versions'))
     assert found['machine']['cores'] >= 1
+
+
+@pytest.mark.parametrize('name', RECORDED)
+def test_a_table_of_80_columns_cuts_no_heading_and_no_value(name):
+    found = report.recorded(name)
+    console = Console(width=80, file=io.StringIO())
+    with console.capture() as capture:
+        console.print(report.table(found['title'], found['rows'], console.width))
+    text = capture.get()
+    assert '…' not in text
+    assert max(map(len, text.splitlines())) <= 80
+    # Breaks and frames aside, all is there: as often as it is in the rows.
+    printed = ''.join(text.split()).translate(dict.fromkeys(map(ord, '│─┃━')))
+    for row in found['rows']:
+        for cell in (*row, *map(report.in_words, row.values())):
+            for word in cell.split():
+                assert word in printed, (cell, word)
+
+
+def test_a_table_is_turned_and_taken_apart_only_where_it_is_too_wide():
+    rows = [{f'quantity {k} [m]': float(k) for k in range(12)}] * 2
+    lines = {width: _lines(report.table('', rows, width)) for width in (300, 150, 80)}
+    assert lines == {300: 4 + 2, 150: 5 + 2, 80: 12 + 2}  # headings of one line, of two; turned
+    many = [{**rows[0], 'name': 'n' * 20}] * 5
+    assert _lines(report.table('', many, 80)) == 5 * 13 + 4 + 2
+
+
+def _lines(table):
+    console = Console(width=300)
+    with console.capture() as capture:
+        console.print(table)
+    return len(capture.get().splitlines())
