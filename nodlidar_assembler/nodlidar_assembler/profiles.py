@@ -22,6 +22,7 @@ class ProfileConfig:
         'Default values of the other parameters: how much accuracy is worth how much time. The '
         'launch argument of the same name also sets the feedback_rate of the servo',
         choices=tuple(PROFILES),
+        live=True,
     )
 
 

@@ -405,6 +405,24 @@ def test_a_node_that_runs_keeps_no_memory_for_its_callbacks():
     assert objects[2] - objects[1] < 50
 
 
+def test_a_successor_takes_over():
+    ran = []
+
+    class Relay(Node):
+        def __init__(self, number=1):
+            super().__init__('relay')
+            self.number, self.failed, self.successor = number, False, None
+            self.create_timer(0.001, self.call)
+
+        def call(self):
+            ran.append((self.number, self.count_publishers('/parameter_events')))
+            self.successor = (lambda: Relay(self.number + 1)) if self.number < 3 else None
+            self.failed = self.number == 3
+
+    assert run(Relay) == 1
+    assert ran == [(1, 1), (2, 1), (3, 1)]
+
+
 def test_wrong_parameter_ends_the_process_with_its_name(capsys):
     def make():
         raise ParameterError('rate', 'at least 1', 0)

@@ -43,7 +43,7 @@ class ViewerConfig:
         maximum=1_000_000,
     )
     frame_rate: float = parameter(
-        10.0,
+        7.0,
         'Pictures per second that the page is sent, at most',
         unit='Hz',
         minimum=1.0,

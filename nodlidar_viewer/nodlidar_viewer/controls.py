@@ -8,6 +8,7 @@ import math
 from typing import Any, Protocol
 
 from nodlidar_assembler.control.nod_config import NOD_MODES, NodConfig
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 from nodlidar_viewer.choosing import samples_for
@@ -15,7 +16,7 @@ import viser
 
 Values = Mapping[str, Any]
 NOD = tuple(field.name for field in fields(NodConfig))
-ADAPTS = 'adapt_limits'
+ADAPTS, PROFILE = 'adapt_limits', 'profile'
 
 
 class Commands(Protocol):
@@ -36,7 +37,7 @@ class Controls:
     client
         The browser.
     values
-        Parameters of the assembler, by name: those of NOD and ADAPTS.
+        Parameters of the assembler, by name: those of NOD, ADAPTS and PROFILE.
     commands
         Carries out.
     """
@@ -58,6 +59,9 @@ class Controls:
             self._adapts = gui.add_checkbox('Limits follow the range', bool(values[ADAPTS]))
             self._size = gui.add_number('Object [m]', config.object_size, min=0.02, step=0.01)
             self._distance = gui.add_number('at [m]', config.object_distance, min=0.05, step=0.1)
+            self._profile = gui.add_dropdown(
+                'Profile', tuple(PROFILES), initial_value=values[PROFILE]
+            )
             choose = gui.add_button('Choose N_s for it', hint='the nod that sees it soonest')
             apply = gui.add_button('Apply')
             switch = gui.add_button_group('Devices', ('start', 'stop'))
@@ -96,4 +100,5 @@ class Controls:
             self._say(str(error))
 
     def _apply(self) -> None:
-        self._commands.change(self._chosen() | {ADAPTS: self._adapts.value}, self._say)
+        others = {ADAPTS: self._adapts.value, PROFILE: self._profile.value}
+        self._commands.change(self._chosen() | others, self._say)

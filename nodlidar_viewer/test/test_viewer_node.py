@@ -122,6 +122,7 @@ class Controlled(NodConfig):
     """The parameters that the page controls."""
 
     adapt_limits: bool = parameter(False, 'Limits follow the range', live=True)
+    profile: str = parameter('balanced', 'Profile', live=True)
 
 
 def test_a_browser_of_this_machine_plans_another_nod(running):
@@ -132,9 +133,11 @@ def test_a_browser_of_this_machine_plans_another_nod(running):
         browser.until(lambda: 'Apply' in browser.text(), spin)
         browser.set('N_s', 3001)
         browser.set('Mode', 'feedback')
+        browser.set('Profile', 'slam')
         browser.set('Apply', True)
         browser.until(lambda: 'applied' in browser.text(), spin)
-        assert [(nod.samples_per_sweep, nod.nod_mode) for nod in planned] == [(3001, 'feedback')]
+        [nod] = planned
+        assert (nod.samples_per_sweep, nod.nod_mode, nod.profile) == (3001, 'feedback', 'slam')
         browser.set('Object [m]', 9.0)
         browser.set('Apply', True)
         browser.until(lambda: 'refused' in browser.text(), spin)

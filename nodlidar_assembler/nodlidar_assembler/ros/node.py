@@ -1,5 +1,6 @@
 """The assembler node: scans and joint states in, point clouds and the nod command out."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 import sys
 
@@ -8,7 +9,6 @@ from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitor
-from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.cloud_frames import CloudFrames
 from nodlidar_assembler.ros.cloud_message import cloud_message
@@ -18,6 +18,7 @@ from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_assembler.ros.input import Input
 from nodlidar_assembler.ros.level_scan_message import LevelScanPublisher
 from nodlidar_assembler.ros.nod_commander import NodCommander
+from nodlidar_assembler.ros.profile_change import ProfileChange
 from nodlidar_assembler.ros.region_action import RegionAction
 from nodlidar_assembler.ros.scan_service import ScanService
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
@@ -27,6 +28,7 @@ from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
@@ -38,10 +40,10 @@ SCANS_WAITING, STATES_WAITING = 100, 1000
 class Assembler(Node):
     """Places every beam of each scan by its own pose and publishes the points."""
 
-    def __init__(self) -> None:
-        super().__init__('assembler')
-        profile = PROFILES[declare(self, ProfileConfig).profile]
-        self.config = declare(self, AssemblerConfig, self._reconfigure, profile)
+    def __init__(self, parameters: Sequence[Parameter] = ()) -> None:
+        super().__init__('assembler', parameter_overrides=list(parameters))
+        self._profile = ProfileChange(self, Assembler)
+        self.config = declare(self, AssemblerConfig, self._reconfigure, self._profile.defaults)
         self.survival = Survival(self.get_logger().error)
         self._host_clock = HostClock(self, self._clock_was_set)
         self._nod = None
@@ -183,6 +185,16 @@ class Assembler(Node):
         if config != replace(before, adapt_limits=config.adapt_limits):
             self._plan()
         self._hear_odometry()
+
+    @property
+    def successor(self) -> Callable[[], Node] | None:
+        """What makes the node that takes over, with another profile."""
+        return self._profile.successor
+
+    def destroy_node(self) -> None:
+        """Destroy the action, which rclpy leaves, and the node."""
+        self._region.destroy()
+        super().destroy_node()
 
     def _plan(self) -> None:
         """Continue with another planned nod."""

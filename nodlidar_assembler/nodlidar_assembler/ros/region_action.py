@@ -58,7 +58,7 @@ class RegionAction:
         self._scan: RegionScan | None = None
         self._over: Future[None] = Future()
         self._mount: tuple[float, float] | None = None
-        ActionServer(
+        self._server = ActionServer(
             node,
             ScanRegion,
             '~/scan_region',
@@ -83,6 +83,10 @@ class RegionAction:
         if self._scan is not None:
             self._scan.add(assembled)
             self._check()
+
+    def destroy(self) -> None:
+        """Remove the action from ROS."""
+        self._server.destroy()
 
     def end(self, message: str) -> None:
         """End the goal for a reason, if there is one."""

@@ -20,7 +20,8 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Run a node until a signal or a failure ends it; return the exit status.
 
     An exception in a callback does not end the node: it is logged with its traceback and counted,
-    by the node's own `survival` if it has one.
+    by the node's own `survival` if it has one. A node with a `successor` that is not None is
+    destroyed, and the node that its successor makes takes over.
     """
     with _ending_signals() as received:
         try:
@@ -33,11 +34,19 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         try:
             if isinstance(node, DeviceNode):
                 node.autostart()
-            _spin_until(lambda: bool(received) or getattr(node, 'failed', False), node)
+            _spin(node, received)
+            while not received and (successor := _successor(node)) is not None:
+                node.destroy_node()
+                node = successor()
+                _spin(node, received)
         finally:
             node.destroy_node()
             rclpy.shutdown()
     return 1 if getattr(node, 'failed', False) else 0
+
+
+def _successor(node: Node) -> Callable[[], Node] | None:
+    return getattr(node, 'successor', None)
 
 
 def _init(args: list[str] | None) -> None:
@@ -69,13 +78,16 @@ def _ending_signals() -> Iterator[list[int]]:
             signal.signal(number, signal.SIG_IGN if received else handler)
 
 
-def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
+def _spin(node: Node, received: list[int]) -> None:
+    """Run a node until a signal was received, it has failed, or another one takes over."""
     # rclpy's spin_until_future_complete leaks some memory with every callback.
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     survival = getattr(node, 'survival', None) or Survival(node.get_logger().error)
     try:
-        while not is_over() and rclpy.ok():
+        while not received and rclpy.ok():
+            if getattr(node, 'failed', False) or _successor(node) is not None:
+                return
             with survival.surviving():
                 executor.spin_once(timeout_sec=CHECK_PERIOD)
     finally:

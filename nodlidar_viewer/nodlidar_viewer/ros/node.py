@@ -6,7 +6,7 @@ from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.steady import create_steady_timer
 from nodlidar_common.survival import Survival
 from nodlidar_viewer.config import ViewerConfig
-from nodlidar_viewer.controls import ADAPTS, Controls, NOD
+from nodlidar_viewer.controls import ADAPTS, Controls, NOD, PROFILE
 from nodlidar_viewer.page import Page
 from nodlidar_viewer.point_file import ply_bytes
 from nodlidar_viewer.ros.commands import RosCommands
@@ -50,7 +50,7 @@ class ViewerNode(Node):
     def _add_controls(self, client: Any) -> None:
         """Let a browser control the sensor, as soon as the parameters are known."""
         self._commands.read(
-            [*NOD, ADAPTS],
+            [*NOD, ADAPTS, PROFILE],
             lambda values: Controls(client, values, self._commands),
             lambda text: client.gui.add_markdown(f'No controls: {text}.'),
         )

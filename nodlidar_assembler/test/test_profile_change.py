@@ -1,0 +1,59 @@
+"""Another profile while the assembler runs: a new node takes over, with what the user has set."""
+
+from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.ros.node import Assembler
+import pytest
+import rclpy
+from rclpy.parameter import Parameter
+
+ARGUMENTS = ['--ros-args', '-p', 'coverage_window:=5.0', '-p', 'profile:=fast']
+
+
+@pytest.fixture
+def assembler():
+    rclpy.init(args=ARGUMENTS)
+    yield Assembler()
+    rclpy.shutdown()
+
+
+def succeed(node, **values):
+    """Set parameters of a node, all at once, and return its successor."""
+    chosen = [Parameter(name, value=value) for name, value in values.items()]
+    assert node.set_parameters_atomically(chosen).successful
+    node.destroy_node()
+    return node.successor()
+
+
+def test_parameters_are_those_of_the_new_profile(assembler):
+    assert (assembler.config.cloud_mode, assembler.config.command_rate) == ('scan', 4.0)
+    node = succeed(assembler, profile='slam')
+    slam = PROFILES['slam']
+    assert (node.config.cloud_mode, node.config.ego_motion) == ('sweep', 'deskew')
+    assert node.config.command_rate == slam.command_rate
+    assert node.get_parameter('profile').value == 'slam'
+    assert node.config.coverage_window == 5.0  # as given at the start
+    node.destroy_node()
+
+
+def test_what_was_set_while_it_ran_stays(assembler):
+    assembler.set_parameters([Parameter('samples_per_sweep', value=2001)])
+    second = succeed(assembler, profile='balanced', pitch_max=0.25, adapt_limits=True)
+    third = succeed(second, profile='slam')
+    config = third.config
+    assert (config.samples_per_sweep, config.pitch_max, config.adapt_limits) == (2001, 0.25, True)
+    third.destroy_node()
+
+
+def test_what_is_refused_changes_nothing(assembler):
+    for values in ({'profile': 'best'}, {'profile': 'slam', 'pitch_max': -1.0}):
+        chosen = [Parameter(name, value=value) for name, value in values.items()]
+        assert not assembler.set_parameters_atomically(chosen).successful
+    assert assembler.successor is None
+    assembler.destroy_node()
+
+
+def test_the_first_node_leaves_nothing_in_ros(assembler):
+    node = succeed(assembler, profile='slam')
+    topics = ('/points', '/nod_command', '/assembler/scan_region/_action/status')
+    assert [node.count_publishers(topic) for topic in topics] == [1, 1, 1]
+    node.destroy_node()
