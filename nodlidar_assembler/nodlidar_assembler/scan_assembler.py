@@ -134,6 +134,11 @@ class ScanAssembler:
 
     # Outcomes.
 
+    @property
+    def is_waiting(self) -> bool:
+        """Whether a scan waits, or an outcome for `ready`."""
+        return bool(self._for_joints or self._for_odometry or self._decided)
+
     def ready(self, now_ns: int) -> Iterator[Outcome]:
         """Yield the outcomes that are known at an instant [ns] of the clock of `add_scan`."""
         while self._decided:

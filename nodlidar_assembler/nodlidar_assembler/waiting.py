@@ -69,6 +69,9 @@ class WaitingLine(Generic[Waiting, Found]):
         self._deadline_ns = deadline_ns
         self._waiting: deque[tuple[int, Waiting]] = deque()
 
+    def __len__(self) -> int:
+        return len(self._waiting)
+
     def add(self, waiting: Waiting, now_ns: int) -> None:
         """Add an item that waits from an instant [ns] on."""
         self._waiting.append((now_ns, waiting))

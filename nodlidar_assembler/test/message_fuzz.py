@@ -131,14 +131,17 @@ class Fed:
         self.node.get_logger().set_level(LoggingSeverity.FATAL)
         self._numbers = dict.fromkeys(('scan', 'joint', 'tf'), 0)
 
-    def feed(self, kind, message):
+    def feed(self, kind, message, arrived_ns=0):
         self._numbers[kind] += 1
         if kind == 'tf':
             if self.node.odometry is not None:
                 self.node.odometry.callback(message)
             return
-        given = self.node.inputs['scans' if kind == 'scan' else 'joint states']
-        given.callback(message, {'publication_sequence_number': self._numbers[kind]})
+        given = self.node.scans if kind == 'scan' else self.node.states
+        number = self._numbers[kind]
+        given.callback(
+            message, {'publication_sequence_number': number, 'received_timestamp': arrived_ns}
+        )
 
 
 @contextmanager

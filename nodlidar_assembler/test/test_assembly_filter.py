@@ -23,8 +23,17 @@ class VirtualHostClock:
     def patience_ns(self):
         return self.now_ns
 
-    def check(self, kind, stamp_ns):
+    def check(self, kind, stamp_ns, arrived_ns=0):
         return True
+
+
+class States(SimpleFilter):
+    """Joint states that come one by one: none ever waits."""
+
+    arrived_ns = 0
+
+    def take(self):
+        pass
 
 
 class Bench:
@@ -32,7 +41,7 @@ class Bench:
 
     def __init__(self, **config):
         self.clock, self.made, self.warnings = VirtualHostClock(), [], []
-        self._inputs = SimpleFilter(), SimpleFilter()
+        self._inputs = SimpleFilter(), States()
         self.filter = AssemblyFilter(
             *self._inputs,
             AssemblerConfig(ego_motion='beam', deadline=DEADLINE, **config),

@@ -7,6 +7,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_assembler.ros.host_clock import HostClock, SETTLING_NS
+from nodlidar_assembler.ros.input import PolledInput
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
@@ -18,13 +19,14 @@ UNSETTLED = f'within {SETTLING_NS / NS_PER_S} s after the clock was set'
 class AssemblyFilter(SimpleFilter):
     """A message_filters filter: LaserScans and JointStates in, the Outcome of each scan out.
 
-    Scans wait until joint samples, and odometry if used, bracket them. Deadlines are checked when
-    a message arrives, not by a timer: waking up costs a node more than a cloud does.
+    Scans wait until joint samples, and odometry if used, bracket them. Joint states are taken when
+    a scan has arrived, and wake the node only while one waits: waking up costs a node more than a
+    cloud does. For the same reason deadlines are checked when a message arrives, not by a timer.
 
     Parameters
     ----------
     scans, states
-        Filters of LaserScans and of JointStates.
+        LaserScans, and JointStates to be taken.
     config
         Parameters of the assembler.
     clock
@@ -45,14 +47,14 @@ class AssemblyFilter(SimpleFilter):
     def __init__(
         self,
         scans: SimpleFilter,
-        states: SimpleFilter,
+        states: PolledInput,
         config: AssemblerConfig,
         clock: HostClock,
         warn: Callable[[str], None],
         missing_odometry: Callable[[], str],
     ) -> None:
         super().__init__()
-        self._clock, self._warn = clock, warn
+        self._clock, self._states, self._warn = clock, states, warn
         self.assembler = MessageAssembler(config, missing_odometry)
         self.scans, self.samples = SimpleFilter(), SimpleFilter()
         scans.registerCallback(self.add_scan)
@@ -70,16 +72,19 @@ class AssemblyFilter(SimpleFilter):
             return
         self.scans.signalMessage(scan)
         self.assembler.add_scan(scan, self._clock.patience_ns())
+        self._states.take()
         self.release()
 
     def add_state(self, message: JointState) -> None:
         """Add the joint samples of a joint state."""
-        if not self._clock.check(type(message), time_ns(message.header.stamp)):
+        stamp_ns = time_ns(message.header.stamp)
+        if not self._clock.check(type(message), stamp_ns, self._states.arrived_ns):
             self.assembler.drops[f'joint state {UNSETTLED}'] += 1
             return
         for sample in self.assembler.add_joint_state(message):
             self.samples.signalMessage(*sample)
-            self.release()
+            if self.assembler.is_waiting:
+                self.release()
 
     def add_odometry(
         self, time_ns: int, position: Sequence[float], orientation: Sequence[float]

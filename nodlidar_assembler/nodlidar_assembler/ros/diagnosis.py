@@ -9,7 +9,7 @@ from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
-from nodlidar_assembler.ros.input import Input
+from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.diagnostics import SteadyUpdater
@@ -30,8 +30,9 @@ class Diagnosis:
         The assembler and its parameters at start; frame_id is the hardware ID.
     assembly, odometry
         Count drops and name missing inputs.
-    inputs
-        Scans and joint states, by their names in the plural; they count losses and publishers.
+    scans, states
+        The inputs; they count losses and publishers. The joint states are taken at least as often
+        as the state is checked, so that silence is noticed and none is lost.
     survival
         Counts internal errors.
     """
@@ -42,11 +43,13 @@ class Diagnosis:
         config: AssemblerConfig,
         assembly: AssemblyFilter,
         odometry: TfOdometry | None,
-        inputs: dict[str, Input],
+        scans: Input,
+        states: PolledInput,
         survival: Survival,
     ) -> None:
         self._node, self._assembly, self._odometry = node, assembly, odometry
-        self._joint_name, self._inputs, self._survival = config.joint_name, inputs, survival
+        self._joint_name, self._survival = config.joint_name, survival
+        self._scans, self._states = scans, states
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
         self._scan_silence, self._joint_silence = Silence(), Silence()
         self._odometry_silence = Silence()
@@ -85,6 +88,7 @@ class Diagnosis:
 
     def _state(self) -> object:
         """Return the present faults, to be reported at once when they change."""
+        self._states.take()
         now_ns = steady_ns()
         self._hear_odometry(now_ns)
         losses = self._losses()
@@ -105,18 +109,17 @@ class Diagnosis:
         losses = Counter(
             {f'dropped: {why}': n for why, n in self._assembly.assembler.drops.items()}
         )
-        for name, one in self._inputs.items():
+        for name, one in (('scans', self._scans), ('joint states', self._states)):
             losses[f'lost before they arrived: {name}'] = one.publishers.lost
         losses.update({f'internal error: {k}': n for k, n in self._survival.errors.items()})
         return losses
 
     def _shared_inputs(self) -> dict[str, int]:
         """Return the inputs with more than one publisher, and the number of these."""
-        scans, states = self._inputs.values()
-        publishers = self._node.count_publishers(scans.sub.topic_name)
+        publishers = self._node.count_publishers(self._scans.sub.topic_name)
         active = {
-            scans.sub.topic_name: publishers,
-            f"'{self._joint_name}'": states.publishers.active,
+            self._scans.sub.topic_name: publishers,
+            f"'{self._joint_name}'": self._states.publishers.active,
         }
         return {what: count for what, count in active.items() if count > 1}
 

@@ -28,7 +28,7 @@ class HostClock:
         self._clock, self._on_step = node.get_clock(), on_step
         self._time = HostTime(self.now_ns, steady_ns)
         self._settled_ns = 0
-        self._step_ns, self._doubtful_until_ns = 0, 0
+        self._step_ns, self._stepped_ns, self._doubtful_until_ns = 0, 0, 0
         self._ages_ns: dict[type, int] = {}  # of the last messages before a step, by kind
 
     def now_ns(self) -> int:
@@ -39,7 +39,7 @@ class HostClock:
         """Return the time for deadlines [ns]: steady, or simulated like the stamps."""
         return self.now_ns() if self._clock.ros_time_is_active else steady_ns()
 
-    def check(self, kind: type, stamp_ns: int) -> bool:
+    def check(self, kind: type, stamp_ns: int, arrived_ns: int = 0) -> bool:
         """Check for a step of the clock; return whether a stamp is of the present time.
 
         Parameters
@@ -48,13 +48,19 @@ class HostClock:
             Type of the message, all of which are equally old on their arrival, more or less.
         stamp_ns
             Its stamp [ns].
+        arrived_ns
+            Time of its arrival by the host's clock [ns], if it has waited since; 0 if unknown.
         """
         if self._clock.ros_time_is_active:
             return True
         if step_ns := self._time.update():
             self._step_ns += step_ns
+            self._stepped_ns = self.now_ns()
             self._doubtful_until_ns = steady_ns() + SETTLING_NS
-        age_ns = self.now_ns() - stamp_ns
+        now_ns = self.now_ns()
+        if self._step_ns and arrived_ns and not self._stepped_ns <= arrived_ns <= now_ns:
+            return steady_ns() >= self._settled_ns  # it arrived before the step
+        age_ns = (arrived_ns or now_ns) - stamp_ns
         if self._step_ns and self._decided(age_ns - self._ages_ns.get(kind, age_ns)):
             self._step_ns = 0
             self._ages_ns.clear()

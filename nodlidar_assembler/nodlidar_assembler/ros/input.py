@@ -1,9 +1,11 @@
 """Subscriptions of the assembler that continue after errors."""
 
+from collections.abc import Callable
 from typing import Any
 
 from message_filters import Subscriber
 from nodlidar_assembler.inputs.publishers import Publishers
+from nodlidar_common.ros.polled import taken, WhenWanted
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -26,12 +28,21 @@ class Input(Subscriber):
     ----------
     publishers
         Publishers and losses of the topic.
-    publisher
-        Publisher of the message that is being passed on.
+    publisher, arrived_ns
+        Publisher of the message that is being passed on, and the host's time of its arrival [ns];
+        0 if unknown.
     """
 
-    def __init__(self, node: Node, kind: Any, topic: str, depth: int, survival: Survival) -> None:
-        self.publishers, self.publisher = Publishers(), 0
+    def __init__(
+        self,
+        node: Node,
+        kind: Any,
+        topic: str,
+        depth: int,
+        survival: Survival,
+        **options: Any,
+    ) -> None:
+        self.publishers, self.publisher, self.arrived_ns = Publishers(), 0, 0
         self._survival = survival
         super().__init__(
             node,
@@ -39,10 +50,41 @@ class Input(Subscriber):
             topic,
             qos_profile=QoSProfile(depth=depth),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            **options,
         )
 
     def callback(self, msg: Any, info: dict[str, int]) -> None:
         """Pass on a message; catch errors."""
         self.publisher = self.publishers.add(info.get('publication_sequence_number'))
+        self.arrived_ns = info.get('received_timestamp', 0)
         with self._survival.surviving():
             super().callback(msg)
+
+
+class PolledInput(Input):
+    """An input whose messages wait until they are taken; they wake the node only if wanted.
+
+    Parameters
+    ----------
+    node, kind, topic, depth, survival
+        See Input.
+    wanted
+        Returns whether the next message is wanted at once.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        kind: Any,
+        topic: str,
+        depth: int,
+        survival: Survival,
+        wanted: Callable[[], bool],
+    ) -> None:
+        group = WhenWanted(wanted)
+        super().__init__(node, kind, topic, depth, survival, callback_group=group)
+
+    def take(self) -> None:
+        """Pass on the messages that wait, the oldest first."""
+        for message, info in taken(self.sub):
+            self.callback(message, info)

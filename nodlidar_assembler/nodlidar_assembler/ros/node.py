@@ -15,7 +15,7 @@ from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_assembler.ros.coverage_report import CoverageReport
 from nodlidar_assembler.ros.diagnosis import Diagnosis
 from nodlidar_assembler.ros.host_clock import HostClock
-from nodlidar_assembler.ros.input import Input
+from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.ros.level_scan_message import LevelScanPublisher
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_assembler.ros.profile_change import ProfileChange
@@ -76,11 +76,22 @@ class Assembler(Node):
 
     def _subscribe(self) -> None:
         """Subscribe to scans and joint states, and to TF where the base moves."""
-        scans = Input(self, LaserScan, 'scan', SCANS_WAITING, self.survival)
-        states = Input(self, JointState, 'joint_states', STATES_WAITING, self.survival)
-        self.inputs = {'scans': scans, 'joint states': states}
+        self.scans = Input(self, LaserScan, 'scan', SCANS_WAITING, self.survival)
+        self.states = PolledInput(
+            self,
+            JointState,
+            'joint_states',
+            STATES_WAITING,
+            self.survival,
+            lambda: self.assembly.assembler.is_waiting,
+        )
         self.assembly = AssemblyFilter(
-            scans, states, self.config, self._host_clock, self._warn, self._missing_odometry
+            self.scans,
+            self.states,
+            self.config,
+            self._host_clock,
+            self._warn,
+            self._missing_odometry,
         )
         self.odometry: TfOdometry | None = None
         self._compensates = self.config.ego_motion != 'off'
@@ -89,10 +100,10 @@ class Assembler(Node):
         self._hear_odometry()
         self.assembly.scans.registerCallback(self._scan_arrived)
         self.assembly.registerCallback(self._publish)
-        states.registerCallback(self._note_publisher)
+        self.states.registerCallback(self._note_publisher)
         needed = self.odometry if self._compensates else None
         self.diagnosis = Diagnosis(
-            self, self.config, self.assembly, needed, self.inputs, self.survival
+            self, self.config, self.assembly, needed, self.scans, self.states, self.survival
         )
 
     def _hear_odometry(self) -> None:
@@ -139,9 +150,8 @@ class Assembler(Node):
             self._nod.clock_was_set(step_ns)
 
     def _note_publisher(self, message: JointState) -> None:
-        states = self.inputs['joint states']
         if self.assembly.assembler.joint.has_joint(message):
-            states.publishers.note(states.publisher)
+            self.states.publishers.note(self.states.publisher)
 
     def _scan_arrived(self, scan: Scan) -> None:
         """Keep the nod phase-locked to the lidar, before the scan waits for its bracket."""

@@ -5,8 +5,8 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
+from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_msgs.msg import Coverage
-from nodlidar_viewer.ros.polled import PolledSubscription
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan, PointCloud2

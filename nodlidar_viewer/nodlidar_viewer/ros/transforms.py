@@ -1,7 +1,7 @@
 """The poses of frames, from TF."""
 
 from nodlidar_common.pose import Pose
-from nodlidar_viewer.ros.polled import PolledSubscription
+from nodlidar_common.ros.polled import PolledSubscription
 import numpy as np
 from rclpy.clock import ClockType
 from rclpy.node import Node
