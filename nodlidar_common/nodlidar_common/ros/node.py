@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+import gc
 import signal
 import sys
 
@@ -83,6 +84,10 @@ def _spin(node: Node, received: list[int]) -> None:
     # rclpy's spin_until_future_complete leaks some memory with every callback.
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    # What lives as long as the node need not be looked at in every collection.
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()
     survival = getattr(node, 'survival', None) or Survival(node.get_logger().error)
     try:
         while not received and rclpy.ok():
