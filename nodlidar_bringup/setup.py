@@ -26,4 +26,5 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Starts a whole nodding lidar, real or simulated.',
     license='Apache-2.0',
+    entry_points={'console_scripts': ['doctor = nodlidar_bringup.doctor:main']},
 )

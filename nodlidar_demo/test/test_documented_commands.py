@@ -12,6 +12,7 @@ import subprocess
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext
 from nodlidar_assembler.assemble_bag import main as assemble_bag
+from nodlidar_bringup.doctor import main as doctor
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_demo.ros.demonstration import parse
 from nodlidar_mapper.map_bag import main as map_bag
@@ -139,6 +140,11 @@ def test_launch(command):
         argument.visit(context)
     assert len(context.launch_configurations) == len(declared)
     assert len(nodes.visit(context)) >= 4
+
+
+@starting('ros2', 'run', 'nodlidar_bringup', 'doctor')
+def test_doctor(command):
+    assert doctor(['--no-ask', '--seconds', '1', *options(command)]) in (0, 1)
 
 
 @starting('ros2', 'service', 'call')

@@ -1,0 +1,1 @@
+"""Checks of devices, computer and running system: facts in, findings out."""

@@ -1,0 +1,146 @@
+"""Checks of the running nodes and their topics."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
+
+LAUNCH = 'ros2 launch nodlidar_bringup robot.launch.py'
+SOURCES = {'scan': 'driver', 'joint_states': 'servo', 'points': 'assembler'}
+"""Topics of a sensor, and the node of each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A publisher or a subscription.
+
+    Attributes
+    ----------
+    node
+        Name of its node.
+    reliable, transient_local
+        Its quality of service: reliable or best effort; whether late subscribers get old messages.
+    """
+
+    node: str
+    reliable: bool = True
+    transient_local: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic with its endpoints and message types."""
+
+    name: str
+    publishers: tuple[Endpoint, ...] = ()
+    subscriptions: tuple[Endpoint, ...] = ()
+    types: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Graph:
+    """The running nodes.
+
+    Attributes
+    ----------
+    nodes
+        Their full names; one that is there twice is listed twice.
+    topics
+        Topics of the sensor by their names in `SOURCES`, and others.
+    on_sim_time
+        Nodes whose parameter use_sim_time is true.
+    clock_published
+        Whether /clock has a publisher.
+    """
+
+    nodes: tuple[str, ...] = ()
+    topics: tuple[Topic, ...] = ()
+    on_sim_time: tuple[str, ...] = ()
+    clock_published: bool = False
+
+
+def is_running(graph: Graph) -> bool:
+    """Return whether a node of a sensor runs: one of its topics has a publisher."""
+    return any(topic.publishers for topic in graph.topics if topic.name in SOURCES)
+
+
+def check_graph(graph: Graph) -> list[Finding]:
+    """Return what is wrong with nodes and topics."""
+    if not is_running(graph):
+        text = 'no sensor runs in this ROS domain: its topics, transforms, rates are not checked'
+        return [unknown('no running system', text, f'{LAUNCH}, then doctor again')]
+    findings = [*_twice(graph.nodes), *_sim_time(graph)]
+    for topic in graph.topics:
+        findings += [*_publishers(topic), *_types(topic), *_mismatches(topic)]
+    return findings or [good('nodes', f'{len(graph.nodes)} nodes run, each topic has one source')]
+
+
+def _twice(nodes: Sequence[str]) -> list[Finding]:
+    return [
+        fault(
+            'two nodes of one name',
+            f"the node '{name}' runs {count} times",
+            f'end one of the two systems, or start it with {LAUNCH} namespace:=second',
+        )
+        for name, count in sorted(Counter(nodes).items())
+        if count > 1
+    ]
+
+
+def _sim_time(graph: Graph) -> list[Finding]:
+    if graph.clock_published or not graph.on_sim_time:
+        return []
+    names = ', '.join(graph.on_sim_time)
+    remedy = f'ros2 param set {graph.on_sim_time[0]} use_sim_time false'
+    text = f'use_sim_time is set in {names}, and nobody publishes /clock: time stands still there'
+    return [fault('no simulated time', text, remedy)]
+
+
+def _publishers(topic: Topic) -> list[Finding]:
+    if topic.name not in SOURCES:
+        return []
+    node = SOURCES[topic.name]
+    if not topic.publishers:
+        text = f"nobody publishes '{topic.name}': no {node} runs in this namespace"
+        return [fault('no publisher', text, f'{LAUNCH}, and read what the {node} says')]
+    names = [endpoint.node for endpoint in topic.publishers]
+    if len(names) > 1:
+        text = f"'{topic.name}' has {len(names)} publishers: {', '.join(names)}"
+        remedy = f'ros2 topic info -v {topic.name}; end one, or start it with namespace:=second'
+        return [fault('two publishers', text, remedy)]
+    return []
+
+
+def _types(topic: Topic) -> list[Finding]:
+    if len(topic.types) < 2:
+        return []
+    text = f"'{topic.name}' is used with different types: {', '.join(topic.types)}"
+    return [fault('types differ', text, f'ros2 topic info -v {topic.name}; remap one of them')]
+
+
+def _mismatches(topic: Topic) -> list[Finding]:
+    """Return the subscriptions that want more than a publisher offers.
+
+    As in the tables of compatibilities of the ROS 2 documentation, "Quality of Service settings".
+    """
+    findings = []
+    for publisher in topic.publishers:
+        for subscription in topic.subscriptions:
+            wanted = []
+            if subscription.reliable and not publisher.reliable:
+                wanted.append('reliable messages')
+            if subscription.transient_local and not publisher.transient_local:
+                wanted.append('kept messages')
+            if wanted:
+                text = (
+                    f"{subscription.node} hears nothing of '{topic.name}': it wants "
+                    f'{" and ".join(wanted)}, which {publisher.node} does not offer'
+                )
+                remedy = (
+                    f'give {subscription.node} the parameter '
+                    f'qos_overrides./{topic.name}.subscription.reliability: best_effort, '
+                    f'or see ros2 topic info -v {topic.name}'
+                )
+                findings.append(warning('quality of service', text, remedy))
+    return findings

@@ -1,0 +1,197 @@
+"""Checks of the serial ports and of what answers there.
+
+USB IDs: Hokuyo's 15d1:0000 is a CDC-ACM device; FTDI's 0403:6014 is the chip of the U2D2 and the
+USB2Dynamixel has 0403:6001 (ROBOTIS e-Manual; FTDI).
+"""
+
+from dataclasses import dataclass
+
+from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
+
+LIDAR, SERVO = 'lidar', 'servo'
+LIDAR_IDS = ('15d1:0000',)
+SERVO_IDS = ('0403:6014', '0403:6001', 'fff1:ff48', '16d0:06a7')
+LONGEST_LATENCY = 1
+"""Of a USB adapter's latency timer, without a warning [ms]."""
+
+INSTALL_RULES = 'ros2 run nodlidar_bringup install_udev_rules'
+_LAUNCH = 'ros2 launch nodlidar_bringup robot.launch.py hardware:=real'
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What answered on a port.
+
+    Attributes
+    ----------
+    device
+        'lidar', 'servo', or empty if nothing answered.
+    model
+        What it calls itself.
+    baud_rate
+        Bit rate at which it answered [bit/s].
+    servo_id
+        The servo's ID.
+    angle_limits
+        The limits that are stored in a servo of Protocol 1.0 [ticks]; both 0 are wheel mode.
+    """
+
+    device: str = ''
+    model: str = ''
+    baud_rate: int = 0
+    servo_id: int = 0
+    angle_limits: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """The port of a device.
+
+    Attributes
+    ----------
+    device
+        The device that should be there: 'lidar' or 'servo'.
+    path
+        Its device file.
+    chosen
+        Whether the user or a running node named the path.
+    exists, may_use
+        Whether the file exists, and whether this user may read and write it.
+    group
+        Group of the file.
+    target
+        The file that the path leads to, without links.
+    users
+        Programs that have the port open, as 'name (process)'.
+    usb_id
+        Vendor and product of the USB device, as '15d1:0000'; empty if it is none.
+    latency_timer
+        Of a USB adapter [ms]; None without one.
+    answer
+        What answered; None if nobody asked.
+    """
+
+    device: str
+    path: str
+    chosen: bool = True
+    exists: bool = True
+    may_use: bool = True
+    group: str = 'dialout'
+    target: str = ''
+    users: tuple[str, ...] = ()
+    usb_id: str = ''
+    latency_timer: int | None = None
+    answer: Answer | None = None
+
+
+@dataclass(frozen=True)
+class ServoSettings:
+    """What the servo's node expects: bit rate [bit/s] and ID."""
+
+    baud_rate: int = 1_000_000
+    servo_id: int = 1
+
+
+def check_ports(
+    lidar: Port, servo: Port, settings: ServoSettings, own: tuple[str, ...] = ()
+) -> list[Finding]:
+    """Return what is wrong with the ports.
+
+    Parameters
+    ----------
+    lidar, servo
+        The ports.
+    settings
+        What the servo's node expects.
+    own
+        Programs that may have a port open, because they are the nodes of the sensor.
+    """
+    if (
+        lidar.exists
+        and servo.exists
+        and (lidar.target or lidar.path) == (servo.target or servo.path)
+    ):
+        text = f"lidar and servo have the same port, '{lidar.path}'"
+        return [fault('one port for both', text, f'{_LAUNCH} lidar_port:=... servo_port:=...')]
+    if _swapped(lidar, servo):
+        text = f"the servo is at '{lidar.path}' and the lidar at '{servo.path}'"
+        remedy = f'{_LAUNCH} lidar_port:={servo.path} servo_port:={lidar.path}'
+        return [fault('ports swapped', text, remedy)]
+    return [*_check_port(lidar, own), *_check_port(servo, own), *_check_servo(servo, settings)]
+
+
+def _swapped(lidar: Port, servo: Port) -> bool:
+    """Return whether each port shows the other device, or one does and the other is silent."""
+    shown = _shown(lidar), _shown(servo)
+    return shown in {(SERVO, LIDAR), (SERVO, ''), ('', LIDAR)}
+
+
+def _shown(port: Port) -> str:
+    """Return the device that a port shows, by its answer or else by its USB ID."""
+    if port.answer and port.answer.device:
+        return port.answer.device
+    known = dict.fromkeys(LIDAR_IDS, LIDAR) | dict.fromkeys(SERVO_IDS, SERVO)
+    return known.get(port.usb_id, '')
+
+
+def _check_port(port: Port, own: tuple[str, ...]) -> list[Finding]:
+    name = f"the {port.device}'s port '{port.path}'"
+    if not port.exists:
+        remedy = (
+            f'plug it in, see `ls -l /dev/serial/by-id`, then {_LAUNCH} {port.device}_port:=...'
+        )
+        found = fault if port.chosen else unknown
+        return [found('port missing', f'{name} does not exist', remedy)]
+    if not port.may_use:
+        remedy = f'sudo usermod -aG {port.group} $USER, then log out and in again'
+        return [fault('no rights', f'{name} may not be used by this user', remedy)]
+    others = [user for user in port.users if user.split(' ')[0] not in own]
+    if others:
+        text = f'{name} is in use by {", ".join(others)}'
+        return [fault('port in use', text, f'end that program: `fuser -v {port.path}` shows it')]
+    return [*_check_latency(port, name), *_check_answer(port, name)]
+
+
+def _check_latency(port: Port, name: str) -> list[Finding]:
+    if port.latency_timer is None or port.latency_timer <= LONGEST_LATENCY:
+        return []
+    text = f'the adapter at {name} holds replies back for up to {port.latency_timer} ms'
+    return [warning('latency timer', text, INSTALL_RULES)]
+
+
+def _check_answer(port: Port, name: str) -> list[Finding]:
+    if port.answer is None:
+        if port.users:
+            return [good('port', f'{name} is open in {", ".join(port.users)}')]
+        return [unknown('port', f'{name} may be used; no device was asked for an answer')]
+    if not port.answer.device:
+        remedy = (
+            "check the servo's supply (its LED blinks at power-on), the cable and its bit rate"
+            if port.device == SERVO
+            else 'pull the USB cable of the lidar out and plug it in; it needs 5 V and 0.5 A'
+        )
+        return [fault('no answer', f'nothing answers at {name}', remedy)]
+    if port.answer.device != port.device:
+        text = f'at {name} answers a {port.answer.device}'
+        return [fault('wrong device', text, f'{_LAUNCH} {port.device}_port:=...')]
+    return [good('port', f'at {name} answers {port.answer.model}')]
+
+
+def _check_servo(port: Port, settings: ServoSettings) -> list[Finding]:
+    answer = port.answer
+    if answer is None or answer.device != SERVO:
+        return []
+    findings = []
+    if answer.baud_rate != settings.baud_rate:
+        text = f'the servo talks at {answer.baud_rate} bit/s, its node at {settings.baud_rate}'
+        remedy = f'set baud_rate: {answer.baud_rate} in the file of servo_params'
+        findings.append(fault('wrong bit rate', text, remedy))
+    if answer.servo_id != settings.servo_id:
+        text = f'the servo has the ID {answer.servo_id}, its node asks for {settings.servo_id}'
+        remedy = f'set servo_id: {answer.servo_id} in the file of servo_params'
+        findings.append(fault('wrong ID', text, remedy))
+    if answer.angle_limits == (0, 0):
+        text = 'the servo is in wheel mode: it turns without end and cannot nod'
+        remedy = 'set its angle limits (registers 6 and 8) to 0 and 1023, as in docs/hardware.md'
+        findings.append(fault('wheel mode', text, remedy))
+    return findings

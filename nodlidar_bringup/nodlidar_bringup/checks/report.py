@@ -1,0 +1,64 @@
+"""The findings on the terminal, and as JSON."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+import json
+
+from nodlidar_bringup.checks.finding import Finding, Level
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+_MARKS = {
+    Level.GOOD: ('ok', 'green'),
+    Level.UNKNOWN: ('?', 'cyan'),
+    Level.WARNING: ('warning', 'yellow'),
+    Level.FAULT: ('FAULT', 'bold red'),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """The findings of one subject."""
+
+    name: str
+    findings: Sequence[Finding]
+
+
+def faults(sections: Sequence[Section]) -> list[Finding]:
+    """Return what is wrong."""
+    return [
+        finding
+        for section in sections
+        for finding in section.findings
+        if finding.level == Level.FAULT
+    ]
+
+
+def print_sections(sections: Sequence[Section], console: Console) -> None:
+    """Print all findings with their remedies, and a sum."""
+    for section in sections:
+        if not section.findings:
+            continue
+        console.print(Text(section.name, style='bold'))
+        table = Table.grid(padding=(0, 1))
+        for finding in section.findings:
+            mark, style = _MARKS[finding.level]
+            table.add_row('', Text(mark, style=style), finding.text)
+            if finding.remedy:
+                table.add_row('', '', Text(f'-> {finding.remedy}', style='bold'))
+        console.print(table)
+    found = [finding.level for section in sections for finding in section.findings]
+    count, warnings = found.count(Level.FAULT), found.count(Level.WARNING)
+    console.print(f'{count} faults, {warnings} warnings, {len(found)} findings')
+
+
+def as_json(sections: Sequence[Section]) -> str:
+    """Return all findings as a JSON object, by subject."""
+    content = {
+        section.name: [
+            asdict(finding) | {'level': finding.level.name.lower()} for finding in section.findings
+        ]
+        for section in sections
+    }
+    return json.dumps({'faults': len(faults(sections)), 'subjects': content}, indent=2)

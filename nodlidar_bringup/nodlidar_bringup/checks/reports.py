@@ -1,0 +1,53 @@
+"""Checks of what the nodes report about themselves in /diagnostics."""
+
+from dataclasses import dataclass
+import re
+
+from nodlidar_bringup.checks.finding import fault, Finding, good, Level, unknown
+from nodlidar_bringup.checks.ports import INSTALL_RULES
+
+# What mends a report that has these words; the first that matches.
+_REMEDIES = (
+    ('latency|holds replies back', INSTALL_RULES),
+    ('permission denied', 'sudo usermod -aG dialout $USER, then log out and in again'),
+    ('does not exist', 'plug the device in; `ls -l /dev/serial/by-id` shows what is there'),
+    ('in use by another', 'end the other program: `fuser -v` and the port show it'),
+    ('wheel mode|angle limits', "set the servo's angle limits to 0 and 1023 (docs/hardware.md)"),
+    ('shut down|overload|overheating', 'remove what blocks the nod, then start the servo again'),
+    ('supply|voltage', 'supply the servo with 12 V at its connector (docs/hardware.md)'),
+    ('does not answer|no answer', 'check supply, cable, bit rate and ID of the device'),
+    ('no odometry|not transformed', 'ros2 run tf2_ros tf2_echo odom base_link'),
+    ('no joint', 'ros2 topic hz joint_states'),
+    ('clock drift|time mode', 'use a USB port of the computer itself, without a hub'),
+    ('clock was set', 'use a service that slews the clock: sudo apt install chrony'),
+    ('late|per second|scans/s', 'end other programs (`top`), or profile:=fast'),
+)
+_OTHERWISE = 'ros2 topic echo /diagnostics shows all of it; docs/faults.md says what it means'
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """One status of /diagnostics: its name, level (0 OK, 1 warning, 2 error, 3 stale), message."""
+
+    name: str
+    level: int
+    message: str
+
+
+def check_reports(reports: tuple[Report, ...], running: bool) -> list[Finding]:
+    """Return a finding for each status that is not OK."""
+    if not running:
+        return []
+    if not reports:
+        return [unknown('diagnostics', 'no node published /diagnostics while it was watched')]
+    findings = [_finding(report) for report in reports if report.level]
+    return findings or [good('diagnostics', f'{len(reports)} statuses are OK')]
+
+
+def _finding(report: Report) -> Finding:
+    words = f'{report.name}: {report.message}'
+    remedies = [remedy for words_of, remedy in _REMEDIES if re.search(words_of, words, re.I)]
+    remedy = remedies[0] if remedies else _OTHERWISE
+    if report.level == 1:
+        return Finding(Level.WARNING, 'reported', words, remedy)
+    return fault('reported', words, remedy)

@@ -1,0 +1,148 @@
+"""Checks of the messages that arrive: rates, stamps, content."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+import math
+
+from nodlidar_bringup.checks.finding import fault, Finding, good, warning
+from nodlidar_bringup.checks.graph import LAUNCH, SOURCES
+import numpy as np
+
+LEAST_RATE = {'scan': 5.0, 'joint_states': 15.0, 'points': 0.5}
+"""Slowest use of each topic [Hz]: a slow lidar, `profile:=fast`, clouds per sweep."""
+
+LARGEST_FUTURE = 0.02
+"""By how much a stamp may be ahead of this computer's clock [s]."""
+
+LARGEST_AGE = 2.0
+"""Age of a message that is not worth a finding [s]: a sweep, and the wait for odometry."""
+
+LEAST_VALID = 0.02
+"""Share of the beams that see something, in any room."""
+
+LEAST_NOD = 0.02
+"""Least movement of a joint that nods [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Traffic:
+    """The messages of one topic while it was watched.
+
+    Attributes
+    ----------
+    topic
+        Its name.
+    seconds
+        How long it was watched [s].
+    ages
+        Time from each message's stamp to its arrival [s].
+    steps
+        Time from each stamp to the next one [s].
+    unstamped
+        Number of messages with the stamp 0.
+    frames
+        Frames of the messages.
+    published
+        Whether the topic has a publisher.
+    """
+
+    topic: str
+    seconds: float
+    ages: Sequence[float] = ()
+    steps: Sequence[float] = ()
+    unstamped: int = 0
+    frames: frozenset[str] = frozenset()
+    published: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """What the messages say.
+
+    Attributes
+    ----------
+    valid_share
+        Share of the beams of all scans with a range; None without scans.
+    joint_name
+        Name of the nod joint, and those in the joint states.
+    joint_names
+        The names of joints in the joint states.
+    positions
+        Positions of the nod joint [rad].
+    """
+
+    valid_share: float | None = None
+    joint_name: str = 'nod_joint'
+    joint_names: frozenset[str] = frozenset()
+    positions: Sequence[float] = field(default=())
+
+
+def check_traffic(traffic: Traffic) -> list[Finding]:
+    """Return what is wrong with the messages of one topic."""
+    if not traffic.published:
+        return []
+    count = len(traffic.ages) + traffic.unstamped
+    name, node = f"'{traffic.topic}'", SOURCES.get(traffic.topic, 'publisher')
+    if not count:
+        text = f'no message came on {name} in {traffic.seconds:.0f} s'
+        return [fault('silent topic', text, f'ros2 topic echo /diagnostics, and see the {node}')]
+    findings = _stamps(traffic, name)
+    rate, least = count / traffic.seconds, LEAST_RATE.get(traffic.topic, 0.0)
+    if rate < least:
+        text = f'{name} comes {rate:.1f} times a second, at least {least:g} are usual'
+        remedy = f'ros2 topic echo /diagnostics says why the {node} is slow; try profile:=fast'
+        findings.append(warning('low rate', text, remedy))
+    return findings or [good('rate', f'{name} comes {rate:.1f} times a second')]
+
+
+def _stamps(traffic: Traffic, name: str) -> list[Finding]:
+    if traffic.unstamped:
+        text = f'{traffic.unstamped} messages on {name} have no stamp'
+        return [fault('no stamp', text, 'use a driver that stamps each message when it measures')]
+    findings = []
+    age = float(np.median(np.asarray(traffic.ages)))
+    if age < -LARGEST_FUTURE:
+        text = f"stamps on {name} are {-age:.2g} s ahead of this computer's clock"
+        findings.append(fault('stamps in the future', text, _synchronise()))
+    elif age > LARGEST_AGE:
+        text = f"stamps on {name} are {age:.2g} s behind this computer's clock"
+        findings.append(fault('stamps in the past', text, _synchronise()))
+    backwards = sum(step < 0.0 for step in traffic.steps)
+    if backwards:
+        text = f'stamps on {name} go back {backwards} times'
+        remedy = f'ros2 topic info -v {traffic.topic} shows who publishes; end all but one'
+        findings.append(fault('stamps go back', text, remedy))
+    return findings
+
+
+def _synchronise() -> str:
+    return (
+        'synchronise the clocks of all computers (sudo apt install chrony; chronyc makestep), or '
+        'with a bag: ros2 bag play --clock and use_sim_time'
+    )
+
+
+def check_content(content: Content) -> list[Finding]:
+    """Return what is wrong with what scans and joint states say."""
+    findings = []
+    if content.valid_share is not None and content.valid_share < LEAST_VALID:
+        text = f'only {content.valid_share:.1%} of the beams see anything'
+        remedy = 'clean the window of the lidar, take off its cover, turn it towards the room'
+        findings.append(fault('lidar sees nothing', text, remedy))
+    if content.joint_names and content.joint_name not in content.joint_names:
+        names = ', '.join(sorted(content.joint_names))
+        text = f"joint_states have no joint '{content.joint_name}', but {names}"
+        remedy = f'{LAUNCH} frame_prefix:=... as in the names, or joint_name in assembler_params'
+        findings.append(fault('joint missing', text, remedy))
+    if content.positions and math.dist(*_ends(content.positions)) < LEAST_NOD:
+        text = f'the joint stands still at {content.positions[-1]:.3f} rad'
+        remedy = (
+            'ros2 topic echo --once servo/status, and /diagnostics: torque, supply of 12 V, '
+            'command_nod of the assembler'
+        )
+        findings.append(fault('joint stands still', text, remedy))
+    return findings
+
+
+def _ends(values: Sequence[float]) -> tuple[tuple[float], tuple[float]]:
+    return (min(values),), (max(values),)

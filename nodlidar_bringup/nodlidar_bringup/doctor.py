@@ -1,0 +1,57 @@
+"""The command `doctor`, which says what is wrong with devices, computer and running system."""
+
+import argparse
+from collections.abc import Sequence
+import os
+import sys
+
+from nodlidar_bringup.checks.network import check_network
+from nodlidar_bringup.checks.network_facts import network_facts
+from nodlidar_common.command_line import LineParser, run
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Examine everything; return 1 if there is a fault, otherwise 0."""
+
+    def work() -> int:
+        from nodlidar_bringup.checks.report import as_json, faults, print_sections, Section
+
+        options = _parse(argv)
+        network = network_facts(os.environ)
+        if network.middleware not in network.installed:
+            os.environ.pop('RMW_IMPLEMENTATION', None)  # ROS would end the process
+
+        # Imported here, so that a missing package is reported in one line.
+        from nodlidar_bringup.ros.examination import examine
+        from rich.console import Console
+
+        sections = [Section('network', check_network(network)), *examine(options)]
+        if options.json:
+            print(as_json(sections))
+        else:
+            print_sections(sections, Console(highlight=False))
+        return 1 if faults(sections) else 0
+
+    return run('doctor', work)
+
+
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = LineParser('doctor', __doc__)
+    parser.add_argument('--lidar-port', metavar='PORT', help='port of the lidar')
+    parser.add_argument('--servo-port', metavar='PORT', help='port of the servo')
+    parser.add_argument('--baud-rate', type=int, metavar='BIT/S', help='of the servo')
+    parser.add_argument('--servo-id', type=int, metavar='ID', help='of the servo')
+    parser.add_argument('--namespace', default='', help='of the sensor')
+    parser.add_argument('--frame-prefix', default='', help='of the sensor')
+    parser.add_argument(
+        '--seconds', type=float, default=4.0, help='how long to listen to the running system'
+    )
+    parser.add_argument(
+        '--no-ask', action='store_true', help='do not ask free ports which device is there'
+    )
+    parser.add_argument('--json', action='store_true', help='print a JSON object')
+    return parser.parse_args(argv)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

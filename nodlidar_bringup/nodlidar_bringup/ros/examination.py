@@ -1,0 +1,169 @@
+"""Collects the facts and runs the checks of the command doctor."""
+
+from argparse import Namespace
+from dataclasses import replace
+import math
+import os
+from typing import Any
+
+from nodlidar_bringup import arguments
+from nodlidar_bringup.checks.ask import ask
+from nodlidar_bringup.checks.finding import fault, Finding
+from nodlidar_bringup.checks.graph import check_graph, Graph, is_running, SOURCES
+from nodlidar_bringup.checks.host import check_host
+from nodlidar_bringup.checks.host_facts import HostWatch
+from nodlidar_bringup.checks.mounting import check_mounting
+from nodlidar_bringup.checks.orientation import Mounting, seen_in
+from nodlidar_bringup.checks.port_facts import port_facts
+from nodlidar_bringup.checks.ports import check_ports, LIDAR, Port, SERVO, ServoSettings
+from nodlidar_bringup.checks.report import Section
+from nodlidar_bringup.checks.reports import check_reports
+from nodlidar_bringup.checks.traffic import check_content, check_traffic
+from nodlidar_bringup.checks.transforms import check_frames, Frames
+from nodlidar_bringup.ros.node_settings import settings_of
+from nodlidar_bringup.ros.system_watch import SystemWatch
+import rclpy
+from rclpy.node import Node
+
+DISCOVERY = 1.5  # s, until the running nodes are found
+PROGRAMS = ('driver', 'servo', 'emulate', 'guard_process.py')
+_PORTS = {
+    LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
+    SERVO: ('/dev/nodlidar_servo', '/dev/ttyUSB0'),
+}
+_SETTINGS = {
+    'driver': ('use_sim_time', 'port'),
+    'servo': ('use_sim_time', 'port', 'baud_rate', 'servo_id'),
+    'assembler': ('use_sim_time', 'laser_xyz', 'laser_rpy'),
+}
+Settings = dict[str, dict[str, Any]]
+
+
+def examine(options: Namespace) -> list[Section]:
+    """Return the findings about ports, computer and running system.
+
+    Parameters
+    ----------
+    options
+        Those of the command.
+
+    Raises
+    ------
+    ParameterError
+        If the namespace or the prefix of frames is not allowed.
+    """
+    arguments.check_namespace(options.namespace)
+    arguments.check_frame_prefix(options.frame_prefix)
+    watch = HostWatch()
+    system, settings, running = _examine_system(options)
+    ports = _examine_ports(options, settings)
+    return [
+        Section('ports', ports),
+        Section('computer', check_host(watch.facts(running))),
+        *system,
+    ]
+
+
+def _examine_system(options: Namespace) -> tuple[list[Section], Settings, bool]:
+    """Return the findings about the running system, its settings, and whether there is one."""
+    context = rclpy.Context()
+    try:
+        rclpy.init(context=context)
+    except Exception as error:  # a broken environment is what is looked for
+        remedy = 'source the setup file of ROS and of this workspace, and see `network` above'
+        return [Section('nodes', [fault('ROS does not start', str(error), remedy)])], {}, False
+    node = Node(
+        'doctor',
+        namespace=options.namespace,
+        context=context,
+        enable_rosout=False,
+        start_parameter_services=False,
+    )
+    try:
+        return _examine_with(node, options)
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+
+
+def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settings, bool]:
+    watch = SystemWatch(node)
+    watch.listen(DISCOVERY)
+    if not is_running(watch.graph()):
+        return [Section('nodes', check_graph(watch.graph()))], {}, False
+    space = node.get_namespace().rstrip('/')
+    settings = settings_of(node, {f'{space}/{name}': keys for name, keys in _SETTINGS.items()})
+    settings = {name.rsplit('/', 1)[-1]: values for name, values in settings.items()}
+    watch.listen(max(options.seconds, 1.0))
+    graph = watch.graph([f'{space}/{n}' for n, v in settings.items() if v.get('use_sim_time')])
+    frames = _frames(watch, options.frame_prefix, settings)
+    return (
+        [
+            Section('nodes', check_graph(graph)),
+            Section('messages', _of_messages(watch, graph, options.frame_prefix)),
+            Section('transforms', check_frames(frames)),
+            Section('mount', _of_mount(watch, frames)),
+            Section('diagnostics', check_reports(watch.reports, running=True)),
+        ],
+        settings,
+        True,
+    )
+
+
+def _of_messages(watch: SystemWatch, graph: Graph, prefix: str) -> list[Finding]:
+    of_topics = [finding for name in SOURCES for finding in check_traffic(watch.traffic(name))]
+    return [*of_topics, *check_content(watch.content(f'{prefix}nod_joint'))]
+
+
+def _frames(watch: SystemWatch, prefix: str, settings: Settings) -> Frames:
+    laser = watch.transforms.get(f'{prefix}laser')
+    assembler = settings.get('assembler', {}).get('laser_xyz')
+    return Frames(
+        {child: frozenset(parents) for child, parents in watch.parents.items()},
+        tuple(prefix + name for name in Frames().needed),
+        watch.traffic('scan').frames,
+        None if laser is None else _position(laser),
+        None if assembler is None else tuple(assembler),
+    )
+
+
+def _position(transform: Any) -> tuple[float, float, float]:
+    place = transform.translation
+    return (place.x, place.y, place.z)
+
+
+def _of_mount(watch: SystemWatch, frames: Frames) -> list[Finding]:
+    """Return what the cloud says of the mount; nothing if TF lacks it or turns the lidar."""
+    base, _, laser = frames.needed
+    mount, lidar = watch.transforms.get(base), watch.transforms.get(laser)
+    if mount is None or lidar is None or abs(lidar.rotation.w) < math.cos(0.05):
+        return []
+    turned = mount.rotation
+    upright = 1.0 - 2.0 * (turned.x**2 + turned.y**2)  # z of the frame's z axis
+    if abs(upright) < math.cos(0.2):
+        return []
+    mounting = Mounting(_position(lidar), _position(mount)[2], upside_down=upright < 0.0)
+    return check_mounting(seen_in(watch.points(base), mounting), mounting)
+
+
+def _examine_ports(options: Namespace, settings: Settings) -> list[Finding]:
+    lidar = _port(LIDAR, options.lidar_port or settings.get('driver', {}).get('port'), options)
+    servo = _port(SERVO, options.servo_port or settings.get('servo', {}).get('port'), options)
+    given = settings.get('servo', {})
+    expected = ServoSettings(
+        options.baud_rate or given.get('baud_rate', ServoSettings.baud_rate),
+        given.get('servo_id', ServoSettings.servo_id)
+        if options.servo_id is None
+        else options.servo_id,
+    )
+    return check_ports(lidar, servo, expected, PROGRAMS)
+
+
+def _port(device: str, path: str | None, options: Namespace) -> Port:
+    """Return the facts about a port; one that nobody uses is asked what is there."""
+    named, usual = _PORTS[device]
+    facts = port_facts(device, path or (named if os.path.exists(named) else usual))
+    port = replace(facts, chosen=path is not None)
+    if options.no_ask or not port.exists or not port.may_use or port.users:
+        return port
+    return replace(port, answer=ask(port))

@@ -1,0 +1,159 @@
+"""Watches the running system: nodes, topics, messages and transforms."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nodlidar_bringup.checks.graph import Endpoint, Graph, SOURCES, Topic
+from nodlidar_bringup.checks.reports import Report
+from nodlidar_bringup.checks.traffic import Content, Traffic
+from nodlidar_common.stamps import time_ns
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+from sensor_msgs_py.point_cloud2 import read_points
+from tf2_msgs.msg import TFMessage
+
+TYPES = {'scan': LaserScan, 'joint_states': JointState, 'points': PointCloud2}
+# A subscription that any publisher satisfies.
+LISTENING = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
+KEPT = QoSProfile(
+    depth=100,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+_MOST_POINTS = 60_000
+
+
+class SystemWatch:
+    """Listens to a sensor until `listen` returns.
+
+    Parameters
+    ----------
+    node
+        The node that listens, in the namespace of the sensor.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._arrivals: dict[str, list[tuple[int, Any]]] = defaultdict(list)
+        self.parents: dict[str, set[str]] = defaultdict(set)
+        self.transforms: dict[str, Any] = {}
+        self._reports: dict[str, Report] = {}
+        for name, kind in TYPES.items():
+            node.create_subscription(kind, name, self._keeper(name), LISTENING)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._reported, 20)
+        for topic in {'/tf', 'tf'}:
+            node.create_subscription(TFMessage, topic, self._transformed, LISTENING)
+        for topic in {'/tf_static', 'tf_static'}:
+            node.create_subscription(TFMessage, topic, self._transformed, KEPT)
+        self._seconds = 0.0
+
+    def listen(self, seconds: float) -> None:
+        """Take messages for some time [s]."""
+        executor = SingleThreadedExecutor(context=self._node.context)
+        executor.add_node(self._node)
+        begin = time.monotonic()
+        while (left := begin + seconds - time.monotonic()) > 0.0:
+            executor.spin_once(timeout_sec=left)
+        self._seconds += seconds
+        executor.remove_node(self._node)
+
+    def _keeper(self, name: str) -> Any:
+        kept = self._arrivals[name]
+        return lambda message: kept.append((time.time_ns(), message))
+
+    def _transformed(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            self.parents[transform.child_frame_id].add(transform.header.frame_id)
+            self.transforms[transform.child_frame_id] = transform.transform
+
+    def _reported(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            level = int.from_bytes(status.level, 'little')
+            self._reports[status.name] = Report(status.name, level, status.message)
+
+    @property
+    def reports(self) -> tuple[Report, ...]:
+        """The latest status of each name."""
+        return tuple(self._reports[name] for name in sorted(self._reports))
+
+    def graph(self, on_sim_time: Iterable[str] = ()) -> Graph:
+        """Return nodes and topics as they are now."""
+        own = self._node.get_name()
+        nodes = tuple(
+            f'{space.rstrip("/")}/{name}'
+            for name, space in self._node.get_node_names_and_namespaces()
+            if name != own and not name.startswith('_')
+        )
+        topics = tuple(self._topic(name) for name in SOURCES)
+        clock = self._node.count_publishers('/clock') > 0
+        return Graph(nodes, topics, tuple(on_sim_time), clock)
+
+    def _topic(self, name: str) -> Topic:
+        full = self._node.resolve_topic_name(name)
+        own = self._node.get_name()
+        publishers = self._node.get_publishers_info_by_topic(full)
+        subscriptions = self._node.get_subscriptions_info_by_topic(full)
+        others = [info for info in subscriptions if info.node_name != own]
+        types = {info.topic_type for info in [*publishers, *others]}
+        return Topic(
+            name,
+            tuple(map(_endpoint, publishers)),
+            tuple(map(_endpoint, others)),
+            tuple(sorted(types)),
+        )
+
+    def traffic(self, name: str) -> Traffic:
+        """Return the messages of a topic."""
+        came = self._arrivals[name]
+        stamps = [time_ns(message.header.stamp) for _, message in came]
+        arrivals = [arrival for arrival, _ in came]
+        stamped = [(a, s) for a, s in zip(arrivals, stamps, strict=True) if s]
+        steps = np.diff([stamp for _, stamp in stamped]) * 1e-9
+        published = self._node.count_publishers(self._node.resolve_topic_name(name)) > 0
+        return Traffic(
+            name,
+            max(self._seconds, 1e-3),
+            [(arrival - stamp) * 1e-9 for arrival, stamp in stamped],
+            steps.tolist(),
+            len(came) - len(stamped),
+            frozenset(message.header.frame_id for _, message in came),
+            published,
+        )
+
+    def content(self, joint_name: str) -> Content:
+        """Return what scans and joint states say."""
+        ranges = [np.asarray(message.ranges) for _, message in self._arrivals['scan']]
+        valid = [float(np.mean(np.isfinite(each))) for each in ranges if len(each)]
+        names: set[str] = set()
+        positions = []
+        for _, state in self._arrivals['joint_states']:
+            names.update(state.name)
+            if joint_name in state.name and state.position:
+                positions.append(float(state.position[list(state.name).index(joint_name)]))
+        share = float(np.mean(valid)) if valid else None
+        return Content(share, joint_name, frozenset(names), positions)
+
+    def points(self, frame: str) -> NDArray[np.float64]:
+        """Return the latest points in a frame, shape (n, 3)."""
+        clouds, count = [], 0
+        for _, cloud in reversed(self._arrivals['points']):
+            if cloud.header.frame_id == frame and count < _MOST_POINTS:
+                points = read_points(cloud, ('x', 'y', 'z'))
+                clouds.append(np.stack([points[axis] for axis in 'xyz'], axis=-1))
+                count += len(points)
+        return np.concatenate(clouds).astype(np.float64) if clouds else np.zeros((0, 3))
+
+
+def _endpoint(info: Any) -> Endpoint:
+    return Endpoint(
+        f'{info.node_namespace.rstrip("/")}/{info.node_name}',
+        info.qos_profile.reliability != ReliabilityPolicy.BEST_EFFORT,
+        info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+    )

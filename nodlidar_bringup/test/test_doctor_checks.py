@@ -1,0 +1,215 @@
+"""Each fault put into facts of a healthy sensor is found and named, with what mends it."""
+
+from dataclasses import replace
+
+from nodlidar_bringup.checks.finding import Level
+from nodlidar_bringup.checks.graph import check_graph, Endpoint, Graph, Topic
+from nodlidar_bringup.checks.host import check_host, EARLIEST_NS, Host, REFERENCE
+from nodlidar_bringup.checks.network import check_network, Network
+from nodlidar_bringup.checks.ports import Answer, check_ports, Port, ServoSettings
+from nodlidar_bringup.checks.reports import check_reports, Report
+from nodlidar_bringup.checks.traffic import check_content, check_traffic, Content, Traffic
+from nodlidar_bringup.checks.transforms import check_frames, Frames
+import pytest
+
+LIDAR = Port('lidar', '/dev/ttyACM0', usb_id='15d1:0000', answer=Answer('lidar', 'URG-04LX-UG01'))
+SERVO = Port(
+    'servo',
+    '/dev/ttyUSB0',
+    usb_id='0403:6014',
+    latency_timer=1,
+    answer=Answer('servo', 'RX-24F', 1_000_000, 1, (0, 1023)),
+)
+HOST = Host(EARLIEST_NS + 1)
+RUNNING = replace(HOST, nodes_run=True)
+NODES = ('/driver', '/servo', '/assembler', '/robot_state_publisher')
+TOPICS = {
+    'scan': Topic('scan', (Endpoint('/driver'),), (Endpoint('/assembler'),), ('LaserScan',)),
+    'joint_states': Topic('joint_states', (Endpoint('/servo'),), (), ('JointState',)),
+    'points': Topic('points', (Endpoint('/assembler'),), (), ('PointCloud2',)),
+}
+AGES = [0.11] * 40
+SCANS = Traffic('scan', 4.0, AGES, [0.1] * 39, frames=frozenset({'laser'}))
+CONTENT = Content(0.9, 'nod_joint', frozenset({'nod_joint'}), [-0.6, 0.0, 0.6])
+PARENTS = {
+    'nodlidar_base_link': frozenset({'base_link'}),
+    'nodlidar_tilt_link': frozenset({'nodlidar_base_link'}),
+    'laser': frozenset({'nodlidar_tilt_link'}),
+}
+FRAMES = Frames(
+    PARENTS,
+    scan_frames=frozenset({'laser'}),
+    lever=(0.0, 0.0, 0.08),
+    assembler_lever=(0.0, 0.0, 0.08),
+)
+
+
+def ports(lidar=None, servo=None, **settings):
+    return check_ports(
+        replace(LIDAR, **lidar or {}),
+        replace(SERVO, **servo or {}),
+        ServoSettings(**settings),
+        ('driver',),
+    )
+
+
+def graph(nodes=NODES, on_sim_time=(), clock=False, **topics):
+    return check_graph(Graph(nodes, tuple((TOPICS | topics).values()), on_sim_time, clock))
+
+
+def answer(**changes):
+    return {'answer': replace(SERVO.answer, **changes)}
+
+
+def without(frame):
+    return {name: parents for name, parents in PARENTS.items() if name != frame}
+
+
+@pytest.mark.parametrize(
+    'findings',
+    [
+        ports(),
+        ports({'users': ('driver (process 7)',), 'answer': None}),
+        check_host(HOST),
+        check_host(RUNNING),
+        check_host(replace(HOST, synchronised=None)),
+        check_network(Network()),
+        check_network(Network('42', 'LOCALHOST', 'rmw_fastrtps_cpp')),
+        graph(),
+        graph(on_sim_time=('/driver',), clock=True),
+        check_traffic(SCANS),
+        check_content(CONTENT),
+        check_frames(FRAMES),
+        check_reports((Report('driver: device', 0, 'connected'),), True),
+        check_reports((), False),
+    ],
+)
+def test_a_healthy_sensor_has_no_fault(findings):
+    assert all(finding.level < Level.WARNING for finding in findings), findings
+
+
+FAULTS = [
+    # what was put in, what is found, a part of what mends it
+    (ports({'exists': False}), 'port missing', 'lidar_port:='),
+    (ports(servo={'exists': False}), 'port missing', 'servo_port:='),
+    (ports({'may_use': False}), 'no rights', 'usermod -aG dialout'),
+    (ports({'may_use': False, 'group': 'uucp'}), 'no rights', 'usermod -aG uucp'),
+    (ports({'users': ('minicom (process 7)',)}), 'port in use', 'fuser -v /dev/ttyACM0'),
+    (ports({'path': '/dev/ttyUSB0'}), 'one port for both', 'servo_port:='),
+    (
+        ports({'usb_id': '0403:6014', 'answer': None}, {'usb_id': '15d1:0000', 'answer': None}),
+        'ports swapped',
+        'lidar_port:=/dev/ttyUSB0 servo_port:=/dev/ttyACM0',
+    ),
+    (ports({'answer': SERVO.answer}, {'answer': LIDAR.answer}), 'ports swapped', 'servo_port:='),
+    (ports({'answer': SERVO.answer}), 'wrong device', 'lidar_port:='),
+    (ports(servo={'latency_timer': 16}), 'latency timer', 'install_udev_rules'),
+    (ports(servo=answer(baud_rate=57_600)), 'wrong bit rate', 'baud_rate: 57600'),
+    (ports(servo=answer(servo_id=7)), 'wrong ID', 'servo_id: 7'),
+    (ports(servo=answer(angle_limits=(0, 0))), 'wheel mode', '0 and 1023'),
+    (ports(servo={'answer': Answer()}), 'no answer', 'supply'),
+    (ports({'answer': Answer()}), 'no answer', 'USB cable'),
+    (check_host(replace(HOST, now_ns=10**18)), 'clock never set', 'set-ntp true'),
+    (check_host(replace(HOST, clock_step=-0.5)), 'clock steps', 'chrony'),
+    (check_host(replace(HOST, synchronised=False)), 'clock not synchronised', 'set-ntp true'),
+    (check_host(replace(HOST, cores=1, yardstick=5 * REFERENCE)), 'processor too slow', 'fast'),
+    (check_host(replace(HOST, cores=2, busy=0.9)), 'processor busy', 'profile:=fast'),
+    (check_host(replace(RUNNING, busy=0.95)), 'processor busy', 'profile:=fast'),
+    (check_host(replace(HOST, governor='powersave')), 'power saving', 'cpupower'),
+    (check_network(Network('250')), 'domain', 'ROS_DOMAIN_ID=0'),
+    (check_network(Network('mine')), 'domain', 'ROS_DOMAIN_ID=0'),
+    (check_network(Network(discovery_range='OFF')), 'discovery', '=LOCALHOST'),
+    (check_network(Network(discovery_range='local')), 'discovery', '=LOCALHOST'),
+    (check_network(Network(localhost_only=True)), 'discovery', 'unset'),
+    (check_network(Network(middleware='rmw_zenoh_cpp')), 'middleware', '-rmw-zenoh-cpp'),
+    (check_network(Network(profiles_file='a', profiles_exist=False)), 'profiles', 'unset'),
+    (check_network(Network(shared_memory=1e6)), 'shared memory', '--shm-size'),
+    (graph((*NODES, '/servo')), 'two nodes of one name', 'namespace:='),
+    (graph(on_sim_time=('/driver',)), 'no simulated time', 'set /driver use_sim_time false'),
+    (graph(points=Topic('points')), 'no publisher', 'robot.launch.py'),
+    (
+        graph(scan=Topic('scan', (Endpoint('/driver'), Endpoint('/urg_node2')))),
+        'two publishers',
+        'topic info -v scan',
+    ),
+    (
+        graph(scan=replace(TOPICS['scan'], publishers=(Endpoint('/ld19', reliable=False),))),
+        'quality of service',
+        'qos_overrides./scan.subscription.reliability: best_effort',
+    ),
+    (
+        graph(points=replace(TOPICS['points'], subscriptions=(Endpoint('/map', True, True),))),
+        'quality of service',
+        'topic info -v points',
+    ),
+    (graph(scan=replace(TOPICS['scan'], types=('A', 'B'))), 'types differ', 'remap'),
+    (check_traffic(replace(SCANS, ages=())), 'silent topic', '/diagnostics'),
+    (check_traffic(replace(SCANS, ages=AGES[:8])), 'low rate', 'profile:=fast'),
+    (check_traffic(replace(SCANS, ages=[-3.0] * 40)), 'stamps in the future', 'chrony'),
+    (check_traffic(replace(SCANS, ages=[500.0] * 40)), 'stamps in the past', 'chrony'),
+    (check_traffic(replace(SCANS, steps=[0.1, -0.1])), 'stamps go back', 'topic info -v scan'),
+    (check_traffic(replace(SCANS, ages=(), unstamped=40)), 'no stamp', 'stamps each message'),
+    (check_content(replace(CONTENT, valid_share=0.0)), 'lidar sees nothing', 'window'),
+    (
+        check_content(replace(CONTENT, joint_names=frozenset({'left_nod_joint'}))),
+        'joint missing',
+        'frame_prefix:=',
+    ),
+    (check_content(replace(CONTENT, positions=[0.1, 0.11])), 'joint stands still', '12 V'),
+    (check_frames(replace(FRAMES, parents=without('laser'))), 'transform missing', 'model'),
+    (check_frames(Frames()), 'transform missing', 'robot_state_publisher'),
+    (
+        check_frames(replace(FRAMES, parents=PARENTS | {'laser': frozenset({'a', 'b'})})),
+        'two parents',
+        'frame_prefix:=',
+    ),
+    (
+        check_frames(replace(FRAMES, parents=PARENTS | {'laser': frozenset({'base_link'})})),
+        'wrong parent',
+        'robot.launch.py',
+    ),
+    (
+        check_frames(replace(FRAMES, scan_frames=frozenset({'urg'}))),
+        'unknown frame',
+        "frame_id to 'laser'",
+    ),
+    (
+        check_frames(replace(FRAMES, lever=(0.01, 0.0, 0.05))),
+        'lever arms differ',
+        'laser_xyz:="0.01 0 0.05"',
+    ),
+    (
+        check_reports((Report('servo', 2, 'the servo has shut down (overload)'),), True),
+        'reported',
+        'what blocks the nod',
+    ),
+    (check_reports((Report('driver', 1, 'no scan for 3 s'),), True), 'reported', 'faults.md'),
+]
+
+
+@pytest.mark.parametrize(('findings', 'check', 'remedy'), FAULTS)
+def test_a_fault_is_named_with_what_mends_it(findings, check, remedy):
+    found = [finding for finding in findings if finding.level >= Level.WARNING]
+    assert check in {finding.check for finding in found}, findings
+    assert any(remedy in finding.remedy for finding in found if finding.check == check), found
+    assert all(finding.text and finding.remedy for finding in found)
+
+
+def test_swapped_ports_are_not_reported_as_other_faults():
+    [found] = ports({'answer': SERVO.answer}, {'answer': LIDAR.answer})
+    assert found.check == 'ports swapped'
+
+
+def test_more_than_twenty_faults_are_told_apart():
+    assert len({check for _, check, _ in FAULTS}) >= 30
+
+
+def test_ports_that_nobody_named_may_be_absent():
+    [lidar, *_] = ports({'exists': False, 'chosen': False})
+    assert lidar.level == Level.UNKNOWN
+
+
+def test_without_a_running_system_the_rest_is_not_checked():
+    [finding] = check_graph(Graph())
+    assert finding.level == Level.UNKNOWN
+    assert 'robot.launch.py' in finding.remedy

@@ -1,0 +1,103 @@
+"""Faults put into running nodes, on real DDS: the command doctor finds and names each."""
+
+import json
+import os
+import threading
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import TransformStamped
+from nodlidar_bringup.doctor import main
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.time import Time
+from sensor_msgs.msg import JointState, LaserScan
+from tf2_msgs.msg import TFMessage
+
+FUTURE = 3 * 10**9
+
+
+@pytest.fixture(scope='module')
+def faulty_system():
+    """Run nodes with many faults."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    executor = SingleThreadedExecutor(context=context)
+    driver = rclpy.create_node(
+        'driver',
+        context=context,
+        parameter_overrides=[
+            Parameter('use_sim_time', value=True),
+            Parameter('port', value='/dev/ttyACM77'),
+        ],
+        automatically_declare_parameters_from_overrides=True,
+    )
+    servo = rclpy.create_node('servo', context=context)
+    twins = [rclpy.create_node('assembler', context=context) for _ in range(2)]
+    for node in (driver, servo, *twins):
+        executor.add_node(node)
+    unreliable = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+    scans = driver.create_publisher(LaserScan, 'scan', unreliable)
+    twins[0].create_subscription(LaserScan, 'scan', lambda message: None, 5)  # reliable
+    joints = [servo.create_publisher(JointState, 'joint_states', 5) for _ in range(2)]
+    transforms = servo.create_publisher(TFMessage, '/tf', 5)
+    status = driver.create_publisher(DiagnosticArray, '/diagnostics', 5)
+
+    def publish():
+        now_ns = time.time_ns()
+        scan = LaserScan(ranges=[float('inf')] * 10)
+        scan.header.frame_id = 'urg'
+        scan.header.stamp = Time(nanoseconds=now_ns + FUTURE).to_msg()
+        scans.publish(scan)
+        state = JointState(name=['left_nod_joint'], position=[0.0])
+        state.header.stamp = Time(nanoseconds=now_ns - 10**7).to_msg()
+        joints[0].publish(state)
+        tree = TFMessage()
+        for parent in ('base_link', 'nodlidar_tilt_link'):
+            transform = TransformStamped(child_frame_id='laser')
+            transform.header.frame_id = parent
+            tree.transforms.append(transform)
+        transforms.publish(tree)
+        late = DiagnosticStatus(
+            level=DiagnosticStatus.ERROR, name='servo: device', message='supply is 5.0 V'
+        )
+        status.publish(DiagnosticArray(status=[late]))
+
+    servo.create_timer(0.05, publish)
+    spinning = threading.Thread(target=executor.spin, daemon=True)
+    spinning.start()
+    yield
+    executor.shutdown()
+    rclpy.shutdown(context=context)
+    spinning.join()
+
+
+def test_each_fault_is_named(faulty_system, capsys):
+    assert main(['--json', '--seconds', '1', '--servo-port', '/dev/null']) == 1
+    report = json.loads(capsys.readouterr().out)
+    found = {
+        finding['check']: finding
+        for findings in report['subjects'].values()
+        for finding in findings
+        if finding['level'] in ('warning', 'fault')
+    }
+    assert {
+        *('port missing', 'two nodes of one name', 'no simulated time', 'no publisher'),
+        *('two publishers', 'quality of service', 'stamps in the future', 'unknown frame'),
+        *('lidar sees nothing', 'joint missing', 'two parents', 'transform missing', 'reported'),
+    } <= found.keys()
+    assert '/dev/ttyACM77' in found['port missing']['text']  # the parameter of the driver
+    assert '12 V' in found['reported']['remedy']
+    assert report['faults'] >= 12
+
+
+def test_without_a_running_system_it_says_so(capsys, monkeypatch):
+    monkeypatch.setenv(
+        'ROS_DOMAIN_ID', str(1 + (int(os.environ.get('ROS_DOMAIN_ID', 0)) + 50) % 100)
+    )
+    main(['--no-ask'])
+    printed = ' '.join(capsys.readouterr().out.split())
+    assert 'no sensor runs in this ROS domain' in printed

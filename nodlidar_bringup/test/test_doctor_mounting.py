@@ -1,0 +1,88 @@
+"""A cloud shows a wrong sign of the joint, a lidar below the axis and a sensor upside down."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_bringup.checks.finding import Level
+from nodlidar_bringup.checks.mounting import check_mounting
+from nodlidar_bringup.checks.orientation import beams_of, Mounting, points_of, seen_in
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
+import numpy as np
+import pytest
+
+HEIGHT = 1.0  # of the nod axis in all scenes
+NOD = NodTrajectory(-0.6136, 0.6136, 7547 * 0.1 / 1024, 7547, 10**18)
+LEVER = (0.0, 0.0, 0.08)
+
+
+@pytest.fixture(scope='module', params=['room', 'corridor', 'building', 'wall', 'corner'])
+def beams(request):
+    """Return scene, range, azimuth and measured pitch of the beams of 3 s, with real devices."""
+    log = simulate(load_scene(request.param, ideal=False), NOD, 3.0, start_ns=10**18)
+    since = (log.true_time_ns - 10**18).astype(float)
+    pitch = np.interp(since, (log.joint_stamp_ns - 10**18).astype(float), log.joint_position)
+    azimuth = np.broadcast_to(log.azimuth, pitch.shape)
+    valid = np.isfinite(log.ranges)
+    return request.param, log.ranges[valid], azimuth[valid], pitch[valid]
+
+
+def found(beams, sign=1.0, up=1.0):
+    """Return the findings on a cloud that was placed with another sign or lever arm."""
+    _, range_, azimuth, pitch = beams
+    mounting = Mounting((0.0, 0.0, 0.08 * up), HEIGHT)
+    cloud = points_of(range_, azimuth, sign * pitch, mounting.lever)
+    return check_mounting(seen_in(cloud, mounting), mounting)
+
+
+def checks(findings):
+    return {finding.check for finding in findings if finding.level >= Level.WARNING}
+
+
+def test_the_right_mount_is_not_a_fault(beams):
+    assert checks(found(beams)) == set()
+
+
+def test_a_wrong_sign_of_the_joint_is_found(beams):
+    expected = {'walls lean'} if beams[0] == 'corner' else {'joint sign'}  # no floor in view
+    assert checks(found(beams, sign=-1.0)) == expected
+
+
+def test_a_lidar_below_the_axis_is_found(beams):
+    expected = {'walls lean'} if beams[0] == 'corner' else {'lidar upside down'}
+    assert checks(found(beams, up=-1.0)) == expected
+
+
+def test_a_sensor_upside_down_is_found(beams):
+    expected = set() if beams[0] == 'corner' else {'sensor upside down'}
+    assert checks(found(beams, sign=-1.0, up=-1.0)) == expected
+
+
+def test_the_nearest_thing_is_on_its_side():
+    """A pole to the left of a wall, which is also the nearest thing."""
+    azimuth = np.tile(np.linspace(-1.0, 1.0, 400), 10)
+    range_ = np.where(np.abs(azimuth - 0.5) < 0.02, 1.5, 2.0 / np.cos(azimuth))
+    cloud = points_of(range_, azimuth, np.linspace(-0.1, 0.1, 4000), LEVER)
+    findings = check_mounting(seen_in(cloud, Mounting(LEVER, HEIGHT)), Mounting(LEVER, HEIGHT))
+    text = {finding.check: finding.text for finding in findings}['left and right']
+    assert '1.50 m away' in text
+    assert 'to the left' in text
+
+
+def test_few_points_show_nothing():
+    [finding] = check_mounting(
+        seen_in(np.ones((10, 3)), Mounting(LEVER, HEIGHT)), Mounting(LEVER, HEIGHT)
+    )
+    assert finding.level == Level.UNKNOWN
+
+
+@given(
+    st.floats(0.5, 30.0),
+    st.floats(-1.2, 1.2),
+    st.floats(-0.8, 0.8),
+    st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.1, 0.1)),
+)
+def test_points_turn_back_into_their_beams(range_, azimuth, pitch, lever):
+    beam = np.array([range_]), np.array([azimuth]), np.array([pitch])
+    back = beams_of(points_of(*beam, lever), lever)
+    np.testing.assert_allclose(np.concatenate(back), [range_, azimuth, pitch], atol=1e-6)

@@ -1,0 +1,121 @@
+"""Faults of ports, on pseudo-terminals with emulated devices."""
+
+import os
+from pathlib import Path
+
+from nodlidar_bringup.checks.ask import ask, PING_2
+from nodlidar_bringup.checks.finding import Level
+from nodlidar_bringup.checks.port_facts import port_facts
+from nodlidar_bringup.checks.ports import Answer, check_ports, Port, ServoSettings
+from nodlidar_common.serial_port import open_port
+from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
+from nodlidar_sim.world.servo_motion import ServoMotion
+import numpy as np
+import pytest
+
+
+def lidar(**options):
+    return UrgEmulator(
+        lambda times, azimuth: np.ones(len(times)), start_ns=HostClock()(), **options
+    )
+
+
+def servo(wheel=False, **options):
+    emulated = Rx24fEmulator(ServoMotion(), **{'baud': 1, 'return_delay': 0, **options})
+    if wheel:
+        emulated.table[table.CW_LIMIT], emulated.table[table.CCW_LIMIT] = 0, 0
+    return emulated
+
+
+class Silent:
+    """A device without power."""
+
+    def receive(self, data, now_ns):
+        pass
+
+    def transmit(self, now_ns):
+        return b''
+
+    def next_event_ns(self):
+        return None
+
+
+class Protocol2(Silent):
+    """Answers a ping of Protocol 2.0 with the example of ROBOTIS' e-Manual: ID 1, model 1030."""
+
+    reply = b''
+
+    def receive(self, data, now_ns):
+        if PING_2 in data:
+            self.reply = bytes.fromhex('FFFFFD00010700550006042665 5D')
+
+    def transmit(self, now_ns):
+        reply, self.reply = self.reply, b''
+        return reply
+
+
+@pytest.mark.parametrize(
+    ('at_lidar', 'at_servo', 'expected'),
+    [
+        (lidar(), servo(), set()),
+        (lidar(scip11=True), servo(), set()),
+        (servo(), lidar(), {'ports swapped'}),
+        (lidar(), servo(baud=34), {'wrong bit rate'}),
+        (lidar(), servo(servo_id=5), {'wrong ID'}),
+        (lidar(), servo(wheel=True), {'wheel mode'}),
+        (
+            lidar(),
+            servo(baud=34, servo_id=5, wheel=True),
+            {'wrong bit rate', 'wrong ID', 'wheel mode'},
+        ),
+        (lidar(), Silent(), {'no answer'}),
+        (Silent(), servo(), {'no answer'}),
+    ],
+)
+def test_what_answers_shows_the_fault(at_lidar, at_servo, expected):
+    with PseudoTerminals({'lidar': at_lidar, 'servo': at_servo}) as ports:
+        facts = [port_facts(name, ports[name]) for name in ('lidar', 'servo')]
+        asked = [
+            Port(port.device, port.path, target=port.target, answer=ask(port)) for port in facts
+        ]
+    found = check_ports(*asked, ServoSettings())
+    assert {each.check for each in found if each.level == Level.FAULT} == expected, found
+
+
+def test_a_servo_of_protocol_2_answers():
+    with PseudoTerminals({'servo': Protocol2()}) as ports:
+        assert ask(Port('servo', ports['servo'])) == Answer('servo', 'model 1030', 1_000_000, 1)
+
+
+def test_a_port_in_use_is_not_asked_and_its_user_is_named():
+    with PseudoTerminals({'servo': servo()}) as ports, open_port(ports['servo'], 1_000_000, 0.1):
+        port = port_facts('servo', ports['servo'])
+        assert ask(port) is None
+    assert any(f'(process {os.getpid()})' in user for user in port.users)
+    found = check_ports(Port('lidar', '/dev/ttyACM0'), port, ServoSettings())
+    assert 'port in use' in {each.check for each in found}
+
+
+def test_what_the_system_says_of_an_adapter(tmp_path):
+    """A folder like /sys/class/tty/ttyUSB0 of an FTDI adapter."""
+    device = tmp_path / 'usb1' / '1-1' / '1-1:1.0' / 'ttyUSB0'
+    device.mkdir(parents=True)
+    (device / 'latency_timer').write_text('16\n')
+    (device.parents[1] / 'idVendor').write_text('0403\n')
+    (device.parents[1] / 'idProduct').write_text('6014\n')
+    port = tmp_path / 'ttyUSB0'
+    port.touch(mode=0o000)
+    described = tmp_path / 'tty' / 'ttyUSB0'
+    described.mkdir(parents=True)
+    (described / 'device').symlink_to(device)
+    facts = port_facts('servo', str(port), tmp_path / 'tty')
+    assert (facts.usb_id, facts.latency_timer) == ('0403:6014', 16)
+    assert facts.may_use == (os.geteuid() == 0)
+    assert facts.group == Path(port).group()
+
+
+def test_a_missing_port(tmp_path):
+    assert not port_facts('lidar', str(tmp_path / 'ttyACM0')).exists
