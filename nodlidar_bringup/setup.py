@@ -13,6 +13,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml', 'LICENSE']),
         (f'share/{PACKAGE}/config', glob('config/*.*')),
+        (f'share/{PACKAGE}/config/udev', glob('config/udev/*.rules')),
         (f'share/{PACKAGE}/config/slam', glob('config/slam/*.*')),
         (f'share/{PACKAGE}/config/profiles', glob('config/profiles/*.yaml')),
         (f'share/{PACKAGE}/launch', glob('launch/*.py')),
@@ -26,5 +27,10 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Starts a whole nodding lidar, real or simulated.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['doctor = nodlidar_bringup.doctor:main']},
+    entry_points={
+        'console_scripts': [
+            'doctor = nodlidar_bringup.doctor:main',
+            'install_udev_rules = nodlidar_bringup.install_udev_rules:main',
+        ]
+    },
 )

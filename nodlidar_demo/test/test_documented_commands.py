@@ -13,6 +13,7 @@ from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext
 from nodlidar_assembler.assemble_bag import main as assemble_bag
 from nodlidar_bringup.doctor import main as doctor
+from nodlidar_bringup.install_udev_rules import main as install_udev_rules
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_demo.ros.demonstration import parse
 from nodlidar_mapper.map_bag import main as map_bag
@@ -145,6 +146,12 @@ def test_launch(command):
 @starting('ros2', 'run', 'nodlidar_bringup', 'doctor')
 def test_doctor(command):
     assert doctor(['--no-ask', '--seconds', '1', *options(command)]) in (0, 1)
+
+
+@starting('ros2', 'run', 'nodlidar_bringup', 'install_udev_rules')
+def test_install_udev_rules(command, capsys):
+    assert install_udev_rules([*{'--print', *options(command)}]) == 0
+    assert 'latency_timer' in capsys.readouterr().out
 
 
 @starting('ros2', 'service', 'call')

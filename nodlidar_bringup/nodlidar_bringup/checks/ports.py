@@ -1,7 +1,8 @@
 """Checks of the serial ports and of what answers there.
 
-USB IDs: Hokuyo's 15d1:0000 is a CDC-ACM device; FTDI's 0403:6014 is the chip of the U2D2 and the
-USB2Dynamixel has 0403:6001 (ROBOTIS e-Manual; FTDI).
+USB IDs: Hokuyo's 15d1:0000 is a CDC-ACM device, FTDI's 0403:6014 the chip of the U2D2, fff1:ff48
+ROBOTIS' OpenCM and OpenCR, 16d0:06a7 the USB2AX. The USB2Dynamixel's 0403:6001 is that of any
+FT232R, so it shows nothing.
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warni
 
 LIDAR, SERVO = 'lidar', 'servo'
 LIDAR_IDS = ('15d1:0000',)
-SERVO_IDS = ('0403:6014', '0403:6001', 'fff1:ff48', '16d0:06a7')
+SERVO_IDS = ('0403:6014', 'fff1:ff48', '16d0:06a7')
 LONGEST_LATENCY = 1
 """Of a USB adapter's latency timer, without a warning [ms]."""
 
