@@ -11,6 +11,7 @@ import xacro
 
 _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
 _FARTHEST = 1000.0  # [m, rad]
+_FASTEST = 1000.0  # [Hz], of robot_state_publisher, which counts in milliseconds
 # Moves the transforms into the namespace of a node, as nav2 does for several robots.
 OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
 _FRAME_PREFIX = re.compile(r'([A-Za-z0-9_][A-Za-z0-9_./-]*)?')
@@ -24,6 +25,7 @@ def check(values: Mapping[str, str]) -> None:
         raise ParameterError('own_tf', 'false without a namespace', values['own_tf'])
     for name in ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy'):
         numbers(name, values[name])
+    tf_rate(values['tf_rate'])
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
         check_parameter_file(name, values[name])
     if values['hardware'] == 'sim':
@@ -41,6 +43,17 @@ def numbers(name: str, text: str) -> list[float]:
         allowed = f'three numbers [{unit}], separated by spaces, none beyond {_FARTHEST:g}'
         raise ParameterError(name, allowed, text)
     return values
+
+
+def tf_rate(text: str) -> float:
+    """Return the highest rate of the transform of the nod [Hz]; raises ParameterError."""
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = 0.0
+    if not 1.0 <= rate <= _FASTEST:
+        raise ParameterError('tf_rate', f'from 1 to {_FASTEST:g} Hz', text)
+    return rate
 
 
 def check_namespace(text: str) -> None:

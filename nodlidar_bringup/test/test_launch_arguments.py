@@ -23,7 +23,8 @@ def values(tmp_path):
     nodes = 'driver', 'servo', 'assembler', 'viewer'
     files = {f'{node}_params': str(path) for node in nodes}
     scene = {'hardware': 'sim', 'scene': 'room', 'route': ''}
-    return {'namespace': '', 'frame_prefix': '', 'own_tf': 'false', **PLACES, **files, **scene}
+    tf = {'frame_prefix': '', 'own_tf': 'false', 'tf_rate': '20'}
+    return {'namespace': '', **tf, **PLACES, **files, **scene}
 
 
 @pytest.mark.parametrize(
@@ -33,6 +34,7 @@ def values(tmp_path):
         {'namespace': '/left/front_2/', 'frame_prefix': 'left_'},
         {'frame_prefix': 'robot-1/left.'},
         {'namespace': 'robot1', 'own_tf': 'true'},
+        {'tf_rate': '1e3'},
         {'mount_xyz': ' -1e-3\t+.5 7 ', 'route': 'turn', 'scene': 'wall'},
         {'hardware': 'real', 'scene': 'moon'},
     ],
@@ -50,6 +52,9 @@ def test_good_arguments_pass(values, change):
         ('mount_xyz', '0 0 inf', "'mount_xyz' must be three numbers [m]"),
         ('mount_xyz', '0 0 1e300', 'none beyond 1000'),
         ('mount_xyz', '0 0 1" foo', "'mount_xyz' must be three numbers [m]"),
+        ('tf_rate', 'often', "'tf_rate' must be from 1 to 1000 Hz, but is 'often'"),
+        ('tf_rate', '0', "'tf_rate' must be from 1 to 1000 Hz"),
+        ('tf_rate', 'nan', "'tf_rate' must be from 1 to 1000 Hz"),
         ('frame_prefix', 'a b', "'frame_prefix' must be letters, digits"),
         ('own_tf', 'true', "'own_tf' must be false without a namespace"),
         ('frame_prefix', '/left', "'frame_prefix' must be letters, digits"),

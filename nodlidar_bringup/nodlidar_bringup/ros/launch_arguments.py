@@ -91,6 +91,11 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'description': 'true: the transforms of these nodes are on tf and tf_static in the '
         'namespace, for several robots on one network (docs/network.md)',
     },
+    'tf_rate': {
+        'default_value': '20',
+        'description': 'highest rate of the transform of the nod, for RViz and other nodes that '
+        'place scans by TF [Hz]; clouds need no transform of the nod',
+    },
     'frame_prefix': {
         'default_value': '',
         'description': "prefix of the sensor's frames and its joint, but not of base_link",

@@ -13,9 +13,6 @@ from nodlidar_bringup import arguments
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS, share
 from nodlidar_bringup.ros.tied_node import tied_node
 
-# Hz, an upper limit: one transform per joint state. The default of 20 Hz would delay TF by 50 ms.
-TF_RATE = 1000.0
-
 
 def end_all(event: Any, context: LaunchContext) -> Shutdown | None:
     """Shut down the launch when a process ends, unless it is shutting down already."""
@@ -166,10 +163,11 @@ class Sensor:
             share('nodlidar_bringup', 'urdf/robot.urdf.xacro'),
             {name: self.values[name] for name in places} | {'prefix': self.frame('')},
         )
+        rate = arguments.tf_rate(self.values['tf_rate'])
         return self.node(
             'robot_state_publisher',
             'robot_state_publisher',
-            parameters=[{'robot_description': text(description), 'publish_frequency': TF_RATE}],
+            parameters=[{'robot_description': text(description), 'publish_frequency': rate}],
             on_exit=end_all,
         )
 
