@@ -18,6 +18,10 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+# In intervals of command_rate: from when on a scan takes a command along, which wakes nobody up,
+# and when a timer publishes one without a scan.
+_SOON, _LATE = 0.9, 1.5
+
 
 class NodCommander:
     """The nod controller with its topic.
@@ -46,7 +50,11 @@ class NodCommander:
             QoSProfile(depth=1),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
-        create_steady_timer(node, 1.0 / config.command_rate, survival.guarded(self._publish))
+        self._interval_ns = NS_PER_S / config.command_rate
+        self._published_ns = 0
+        self._timer = create_steady_timer(
+            node, _LATE / config.command_rate, survival.guarded(self._publish)
+        )
 
     @property
     def controller(self) -> NodController:
@@ -61,8 +69,9 @@ class NodCommander:
     def follow_lidar(self, scan: Scan) -> None:
         """Keep the nod phase-locked to the lidar; publish the first command at once."""
         first = self._controller.command is None
-        due = first or self._controller.approaching
         self._last_scan_ns = steady_ns()
+        since_ns = self._last_scan_ns - self._published_ns
+        due = first or self._controller.approaching or since_ns >= _SOON * self._interval_ns
         geometry = scan.geometry
         duration = (geometry.beams - 1) * geometry.time_increment
         last_beam_ns = scan.stamp_ns + round(duration * NS_PER_S)
@@ -127,6 +136,8 @@ class NodCommander:
             nod, start_ns = command
             message = nod_to_message(nod, self.now_ns(), self._config.frame_id, start_ns)
             self._commands.publish(message)
+            self._published_ns = steady_ns()
+            self._timer.reset()
 
     def _warn_if_samples_repeat(self) -> None:
         n_s, n_l = self._config.samples_per_sweep, self._config.steps_per_revolution

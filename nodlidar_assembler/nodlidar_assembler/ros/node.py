@@ -105,6 +105,7 @@ class Assembler(Node):
         self.diagnosis = Diagnosis(
             self, self.config, self.assembly, needed, self.scans, self.states, self.survival
         )
+        self.scans.registerCallback(lambda scan: self.diagnosis.updater.check())
 
     def _hear_odometry(self) -> None:
         """Listen to TF as long as clouds or limits depend on the motion of the base."""

@@ -36,6 +36,14 @@ class SteadyUpdater(Updater):
         node.destroy_timer(self.timer)
         self.timer: Any = create_steady_timer(node, min(CHECK_PERIOD, self.period), self._check)
 
+    def check(self) -> None:
+        """Check whether the state has changed; the timer does it after CHECK_PERIOD again.
+
+        A node that is awake anyway calls it, since waking up costs more than the check.
+        """
+        self.timer.reset()
+        self._check()
+
     def update(self) -> None:
         """Run every task and publish the statuses."""
         self._published, self._published_ns = self._state(), steady_ns()
