@@ -9,7 +9,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.ros.node import run
-from nodlidar_common.ros.steady import create_steady_timer, steady_ns
+from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.config import ServoConfig
@@ -44,7 +44,7 @@ class ServoNode(DeviceNode):
         self._status = self.create_lifecycle_publisher(
             NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=overridable
         )
-        create_steady_timer(self, STATUS_PERIOD, self._publish_status)
+        self._status_ns = 0
         self.sole_topic = self.create_subscription(
             NodCommand,
             'nod_command',
@@ -74,8 +74,9 @@ class ServoNode(DeviceNode):
                 self.get_logger().error(f'nod command refused: {error}')
 
     def _publish_status(self) -> None:
-        state = self.diagnosis.state
-        if state.link is not None:
+        now_ns, state = steady_ns(), self.diagnosis.state
+        if now_ns - self._status_ns >= STATUS_PERIOD * NS_PER_S and state.link is not None:
+            self._status_ns = now_ns
             progress = None if state.fault else state.progress
             self._status.publish(status_message(progress, time.time_ns(), self.config))
 
@@ -108,6 +109,7 @@ class ServoNode(DeviceNode):
         for sample in samples:
             fill_joint_state(self._message, sample)
             self._joint_states.publish(self._message)
+        self._publish_status()
         if self._following.fault != self._fault_logged:
             self._fault_logged = self._following.fault
             self.get_logger().error(self._fault_logged or 'the servo follows again')
