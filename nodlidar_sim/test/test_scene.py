@@ -226,7 +226,12 @@ def with_shape(shape):
             'wind',
         ),
         (WALL + 'sensor: 3', 'm.yaml: sensor', 'a mapping of keys to values', 3),
-        (WALL + 'sensor: {high: 3}', 'm.yaml: sensor.high', 'one of mount, opt', 'high'),
+        (
+            WALL + 'sensor: {high: 3}',
+            'm.yaml: sensor.high',
+            'one of misalignment, mount',
+            'high',
+        ),
         (WALL + 'sensor: {mount: [1]}', 'm.yaml: sensor.mount', 'a list of 6 numbers', [1]),
         (WALL + 'sensor: {optical_offset: x}', 'm.yaml: sensor.optical_offset', 'a num', 'x'),
         (WALL + 'base: {start: [0, 0, .nan]}', 'm.yaml: base.start', '3 numbers', math.nan),

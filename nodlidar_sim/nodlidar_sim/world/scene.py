@@ -40,6 +40,8 @@ class Scene:
         nodlidar_base_link in base_link.
     optical_offset
         z_off: height of the optical centre above the nod axis, in the nodding frame [m].
+    misalignment
+        Pose of the lidar off that place: x y z [m], roll pitch yaw [rad].
     base_start, base_velocity
         Initial x [m], y [m], yaw [rad] of base_link in the world; its forward speed [m/s] and turn
         rate [rad/s] after the legs.
@@ -68,6 +70,13 @@ class Scene:
     movers: dict[str, Mover] = field(default_factory=dict)
     servo: ServoParameters | None = None
     lidar: LidarParameters = field(default_factory=LidarParameters)
+    misalignment: tuple[float, ...] = (0.0,) * 6
+
+    @property
+    def laser(self) -> Pose:
+        """Lidar in the nodding frame."""
+        x, y, z, *rpy = self.misalignment
+        return Pose.from_xyzrpy((x, y, z + self.optical_offset, *rpy))
 
     @property
     def drives(self) -> bool:
@@ -172,6 +181,7 @@ def _scene(root: Section, base: Section) -> Scene:
         ),
         mount=Pose.from_xyzrpy(sensor.vector('mount', POSE, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))),
         optical_offset=sensor.number('optical_offset', 0.08),
+        misalignment=tuple(sensor.vector('misalignment', POSE, (0.0,) * 6)),
         base_start=(x, y, yaw),
         base_velocity=plan.velocity,
         effects=_effects(root.section('effects', {})),

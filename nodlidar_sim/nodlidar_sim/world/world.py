@@ -69,15 +69,16 @@ class World:
     def rays(self, times_ns: Times, azimuth: Array) -> tuple[Array, Array]:
         """Return the origin and the direction of each beam in the world, shape (n, 3) each.
 
-        The optical centre is z_off above the nod axis in the nodding frame. So origin and
-        direction are (0, 0, z_off) and (cos azimuth, sin azimuth, 0), rotated up by the pitch.
+        Origin and direction are those of the lidar in the nodding frame, rotated up by the pitch.
         """
         pitch = self.motion.position(times_ns)
         up, level = np.sin(pitch), np.cos(pitch)
-        ahead, zero = np.cos(azimuth), np.zeros_like(pitch)
-        arm = self.scene.optical_offset
-        origins = np.stack([-arm * up, zero, arm * level]).T
-        directions = np.stack([ahead * level, np.sin(azimuth), ahead * up]).T
+        laser = self.scene.laser
+        x, y, z = laser.position[:, None]
+        origins = np.stack([x * level - z * up, y + 0.0 * up, x * up + z * level]).T
+        ways = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)])
+        x, y, z = laser.rotation @ ways
+        directions = np.stack([x * level - z * up, y, x * up + z * level]).T
         mount, poses = self.scene.mount, self.base.poses(times_ns)
         if len(poses) == 1:  # the base does not move
             mount = to_space(poses[0]) @ mount
