@@ -1,0 +1,1 @@
+"""Calibration from a static scene, without a target and without ROS."""

@@ -1,0 +1,223 @@
+"""Where beams end for given calibration values, and how the ends move with each of them."""
+
+from dataclasses import dataclass, replace
+
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.geometry import Beams, MountConfig
+from nodlidar_assembler.clouds.pitch import PitchError
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
+from nodlidar_assembler.clouds.veils import VeilConfig, veiled
+from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+from numpy.typing import NDArray
+from transforms3d.euler import euler2mat
+
+Array = NDArray[np.float64]
+
+GRID_NS = 1_000_000  # 200 rad/s2 bend a chord of 1 ms by 25 microrad
+_WINDOW = 100  # steps of the grid that are smoothed together
+_AT_EDGE = 2  # beams beside a mixed pixel that do not count
+_PREPARED = 100_000  # beams, at most
+
+
+class CalibrationError(NodlidarError):
+    """A recording from which nothing can be calibrated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """The calibration.
+
+    Attributes
+    ----------
+    delay
+        Delay of joint state stamps minus that of scan stamps [s]; only the difference counts.
+    zero
+        Joint position at pitch 0 [rad], positive up.
+    roll, pitch, yaw
+        Orientation of the lidar in the nodding frame [rad].
+    x, y, z
+        Optical centre of the lidar in the nodding frame [m].
+    """
+
+    delay: float
+    zero: float
+    roll: float
+    pitch: float
+    yaw: float
+    x: float
+    y: float
+    z: float
+
+    def moved(self, names: tuple[str, ...], steps: Array) -> 'Values':
+        """Return the values with steps added to the named ones."""
+        pairs = zip(names, steps.tolist(), strict=True)
+        return replace(self, **{name: getattr(self, name) + step for name, step in pairs})
+
+    @classmethod
+    def of_mount(cls, mount: MountConfig, delay: float = 0.0, zero: float = 0.0) -> 'Values':
+        """Return the values of a mount, a delay [s] and a joint zero [rad]."""
+        return cls(delay, zero, *mount.laser_rpy, *mount.laser_xyz)
+
+
+@dataclass(frozen=True, slots=True)
+class JointTrack:
+    """The smoothed positions of a joint on a grid of time.
+
+    Attributes
+    ----------
+    begin_ns
+        Time of the first one [ns].
+    position, speed
+        At every GRID_NS [rad, rad/s], shape (n,); NaN where samples are missing.
+    """
+
+    begin_ns: int
+    position: Array
+    speed: Array
+
+    @classmethod
+    def of(cls, log: SensorLog) -> 'JointTrack':
+        """Return the track of a log's joint samples, smoothed by the estimator `trajectory`."""
+        estimator = PitchEstimator(EstimatorConfig(estimator='trajectory'))
+        begin_ns, end_ns = int(log.sample_ns[0]), int(log.sample_ns[-1])
+        offset_ns, parts = np.arange(_WINDOW) * GRID_NS, []
+        for start_ns in range(begin_ns, end_ns - _WINDOW * GRID_NS, _WINDOW * GRID_NS):
+            margin = estimator.margin_ns
+            stop_ns = start_ns + int(offset_ns[-1])
+            around = log.samples_around(start_ns - margin, stop_ns + margin)
+            samples = log.sample_ns[around], log.sample_pitch[around]
+            try:
+                parts.append(estimator.pitch(start_ns, offset_ns / NS_PER_S, *samples))
+            except PitchError:
+                parts.append(np.full(_WINDOW, np.nan))
+        if not parts:
+            raise CalibrationError('the joint states last less than 0.1 s')
+        position = np.concatenate(parts)
+        return cls(begin_ns, position, np.gradient(position) * (NS_PER_S / GRID_NS))
+
+    def at(self, time: Array) -> tuple[Array, Array]:
+        """Return position [rad] and speed [rad/s] at times [s] after begin_ns, NaN outside."""
+        place = time * (NS_PER_S / GRID_NS)
+        grid = np.arange(len(self.position))
+        nothing = {'left': np.nan, 'right': np.nan}
+        position = np.interp(place, grid, self.position, **nothing)
+        return position, np.interp(place, grid, self.speed, **nothing)
+
+
+@dataclass(frozen=True, slots=True)
+class Beam:
+    """Beams with a measurement.
+
+    Attributes
+    ----------
+    time
+        Instants by the stamps of the scans [s], after the track's begin, shape (n,).
+    azimuth, ranges
+        [rad] and [m], shape (n,).
+    scan
+        Number of the scan, shape (n,).
+    track
+        Positions of the joint.
+    """
+
+    time: Array
+    azimuth: Array
+    ranges: Array
+    scan: NDArray[np.int64]
+    track: JointTrack
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @classmethod
+    def of(cls, log: SensorLog, max_range: float = np.inf) -> 'Beam':
+        """Return beams of a log up to a range [m], without those at edges; not all if many."""
+        track, parts = JointTrack.of(log), []
+        step = max(1, sum(len(scan.ranges) for scan in log.scans) // _PREPARED)
+        for number, scan in enumerate(log.scans):
+            beams = Beams(scan.geometry, MountConfig().mount)
+            g = scan.geometry
+            good = (scan.ranges >= g.range_min) & (scan.ranges <= min(g.range_max, max_range))
+            edge = veiled(scan.ranges, g, VeilConfig())
+            near = np.convolve(edge, np.ones(2 * _AT_EDGE + 1), 'same') > 0.5
+            which = np.flatnonzero(good & ~near)[number % step :: step]
+            time = (scan.stamp_ns - track.begin_ns + beams.offset_ns[which]) / NS_PER_S
+            numbers = np.full(len(which), float(number))
+            parts.append([time, beams.azimuth[which], scan.ranges[which], numbers])
+        if not parts:
+            raise CalibrationError('there are no scans')
+        time, azimuth, ranges, scan_number = np.concatenate(parts, axis=1).astype(np.float64)
+        return cls(time, azimuth, ranges, scan_number.astype(np.int64), track)
+
+    def __getitem__(self, which: NDArray[np.bool_] | slice) -> 'Beam':
+        time, azimuth, ranges = self.time[which], self.azimuth[which], self.ranges[which]
+        return Beam(time, azimuth, ranges, self.scan[which], self.track)
+
+
+@dataclass(frozen=True, slots=True)
+class Ends:
+    """Ends of beams in nodlidar_base_link, shape (3, n), NaN where the pitch is unknown.
+
+    Attributes
+    ----------
+    xyz
+        The ends [m].
+    ways
+        Unit vectors along the beams.
+    moves
+        Derivatives by the calibration's values, by their names.
+    upward
+        Whether the nod moves up, shape (n,).
+    """
+
+    xyz: Array
+    ways: Array
+    moves: dict[str, Array]
+    upward: NDArray[np.bool_]
+
+
+def ends_of(beams: Beam, values: Values, with_moves: bool = True) -> Ends:
+    """Return where beams end.
+
+    ``R(phi) (Rz(yaw) Ry(pitch) Rx(roll) u r + (x, y, z))`` with R(phi) the rotation up by the
+    pitch, phi = position(time + delay) - zero: see `place`.
+    """
+    position, speed = beams.track.at(beams.time + values.delay)
+    phi = position - values.zero
+    rotation = np.asarray(euler2mat(values.roll, values.pitch, values.yaw, axes='sxyz'))
+    along = np.stack([np.cos(beams.azimuth), np.sin(beams.azimuth), np.zeros(len(beams))])
+    direction = rotation @ along
+    arm = np.array([values.x, values.y, values.z])
+    local = direction * beams.ranges + arm[:, None]
+    cos, sin = np.cos(phi), np.sin(phi)
+    xyz = _nodded(local, cos, sin)
+    ways = _nodded(direction, cos, sin)
+    if not with_moves:
+        return Ends(xyz, ways, {}, speed > 0.0)
+    up = upward(xyz)
+    of_roll = np.cross(rotation[:, 0], direction.T).T * beams.ranges
+    of_yaw = np.stack([-direction[1], direction[0], np.zeros(len(beams))]) * beams.ranges
+    one, nothing = np.ones(len(beams)), np.zeros(len(beams))
+    moves = {
+        'delay': up * speed,
+        'zero': -up,
+        'roll': _nodded(of_roll, cos, sin),
+        'yaw': _nodded(of_yaw, cos, sin),
+        'x': _nodded(np.stack([one, nothing, nothing]), cos, sin),
+        'y': np.stack([nothing, one, nothing]),
+        'z': _nodded(np.stack([nothing, nothing, one]), cos, sin),
+    }
+    return Ends(xyz, ways, moves, speed > 0.0)
+
+
+def upward(xyz: Array) -> Array:
+    """Return how points (3, n) move with the pitch, by radian."""
+    return np.stack([-xyz[2], np.zeros(xyz.shape[1]), xyz[0]])
+
+
+def _nodded(vectors: Array, cos: Array, sin: Array) -> Array:
+    """Return vectors of the nodding frame (3, n), rotated up by the pitch."""
+    x, y, z = vectors
+    return np.stack([x * cos - z * sin, y, x * sin + z * cos])

@@ -1,0 +1,172 @@
+"""Calibrates a nodding lidar from a static scene, by what must be flat.
+
+The way up and the way down see the same surfaces, so that a delay shows; planes that beams of many
+azimuths and nod angles see must be flat, so that the mounting of the lidar shows. See
+docs/calibration.md for what a scene determines.
+"""
+
+from dataclasses import dataclass, replace
+import math
+
+from nodlidar_assembler.calibration.beam_model import Beam, CalibrationError, ends_of, Values
+from nodlidar_assembler.calibration.level import Level
+from nodlidar_assembler.calibration.plane_search import Cells, find_planes
+from nodlidar_assembler.calibration.plane_system import BEND, PlaneSystem, Solution
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NAMES = ('delay', 'zero', 'roll', 'yaw', 'x', 'z')
+# Largest standard error with which a value counts as determined [s], [rad], [m].
+DETERMINED = {
+    'delay': 2e-3,
+    'zero': math.radians(0.5),
+    'roll': math.radians(0.5),
+    'yaw': math.radians(0.5),
+    'x': 0.01,
+    'z': 0.01,
+}
+# Distance [m] and angle [rad] that surfaces may be off their planes, from coarse to fine.
+GATES = ((0.15, 0.5), (0.12, 0.3), (0.09, 0.2), (0.07, 0.2), (0.07, 0.2))
+STEPS = 4  # of Gauss and Newton at each gate
+DELAYS = np.arange(-0.06, 0.0601, 0.004)  # tried first [s]
+_THICKEST = 0.1  # of a surface in a cube, while the delay is unknown [m]
+GRAZING = 0.15  # cosine of incidence below which a beam does not count
+_LEAST_BEAMS = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """Result of a calibration.
+
+    Attributes
+    ----------
+    start, values
+        The values before and after; what is not determined is as before.
+    errors
+        Standard errors of the named values [s], [rad], [m].
+    undetermined
+        Why the others are not determined, by their names.
+    before, after
+        RMS thickness of the planes [m].
+    planes
+        Their number.
+    """
+
+    start: Values
+    values: Values
+    errors: dict[str, float]
+    undetermined: dict[str, str]
+    before: float
+    after: float
+    planes: int
+
+
+def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
+    """Return the calibration of a static recording.
+
+    Parameters
+    ----------
+    beams
+        Of the recording.
+    start
+        The values so far.
+    up
+        Upward in nodlidar_base_link, shape (3,), if floors are level and walls upright; else None.
+
+    Raises
+    ------
+    CalibrationError
+        If there are too few beams, or no planes.
+    """
+    beams = beams[np.isfinite(ends_of(beams, start, False).xyz[0])]
+    if len(beams) < _LEAST_BEAMS:
+        raise CalibrationError(f'only {len(beams)} beams between joint states')
+    level = _level(up)
+    names = tuple(name for name in NAMES if name != 'zero' or level is not None)
+    undetermined: dict[str, str] = {}
+    if 'zero' not in names:
+        undetermined['zero'] = 'a turn of the whole cloud: without a level floor nothing shows it'
+    coarse = replace(start, delay=start.delay + _coarse_delay(beams, start))
+    while True:
+        solution, system = _solve(beams, coarse, start, names, level)
+        assert solution.covariance is not None
+        errors = dict(zip(names, np.sqrt(np.diag(solution.covariance)).tolist(), strict=True))
+        worst = max(names, key=lambda name: errors[name] / DETERMINED[name])
+        if errors[worst] <= DETERMINED[worst] or len(names) == 1:
+            break
+        undetermined[worst] = f'this scene leaves it open: standard error {errors[worst]:.2g}'
+        names = tuple(name for name in names if name != worst)
+        coarse = replace(solution.values, **{worst: getattr(start, worst)})
+    before = system.thickness(start)
+    after = system.thickness(solution.values)
+    return Calibration(
+        start, solution.values, errors, undetermined, before, after, len(solution.planes)
+    )
+
+
+def _level(up: Array | None) -> Level | None:
+    if up is None or abs(up[1]) > 0.9:  # the nod axis is upright: its zero is a heading
+        return None
+    return Level(up)
+
+
+def _coarse_delay(beams: Beam, start: Values) -> float:
+    """Return the delay [s] with which surfaces are thinnest, up and down sweeps together."""
+    costs = []
+    for delay in DELAYS:
+        ends = ends_of(beams, replace(start, delay=start.delay + delay), False).xyz
+        costs.append(Cells.of(ends[:, np.isfinite(ends[0])]).thickness(_THICKEST))
+    return float(DELAYS[int(np.argmin(costs))])
+
+
+def _solve(
+    beams: Beam, coarse: Values, start: Values, names: tuple[str, ...], level: Level | None
+) -> tuple[Solution, '_System']:
+    """Return the solution from coarse to fine, with its covariance."""
+    values, bend = coarse, BEND
+    for gate, angle in GATES:
+        system = _System(beams, (values, start), names, level, (gate, angle))
+        solution = replace(system.start, bend=bend)
+        for _ in range(STEPS):
+            solution = system.system.step(solution)
+        values, bend = solution.values, solution.bend
+        if level is not None:
+            level = replace(level, limit=max(0.03, 0.5 * level.limit))
+    return system.system.step(solution, with_covariance=True), system
+
+
+class _System:
+    """The planes that are found with given values, and their system."""
+
+    def __init__(
+        self,
+        beams: Beam,
+        values_and_expected: tuple[Values, Values],
+        names: tuple[str, ...],
+        level: Level | None,
+        gates: tuple[float, float],
+    ) -> None:
+        values, expected = values_and_expected
+        beams = beams[np.isfinite(ends_of(beams, values, False).xyz[0])]
+        ends = ends_of(beams, values, False)
+        xyz = ends.xyz
+        planes, labels = find_planes(xyz, *gates)
+        if not planes:
+            raise CalibrationError('the scene shows no planes')
+        normals = np.array([plane.normal for plane in planes])
+        cosine = np.sum(normals[labels].T * ends.ways, axis=0)
+        labels = np.where(np.abs(cosine) < GRAZING, -1, labels)
+        self._beams, self._labels = beams[labels >= 0], labels[labels >= 0]
+        self.system = PlaneSystem(self._beams, self._labels, names, expected, level)
+        self.start = Solution(values, planes, biases=np.zeros(len(planes)))
+
+    def thickness(self, values: Values) -> float:
+        """Return the RMS distance [m] of the ends from planes fitted to them, given values."""
+        xyz = ends_of(self._beams, values, False).xyz
+        squares = 0.0
+        for label in np.unique(self._labels):
+            own = xyz[:, (self._labels == label) & np.isfinite(xyz[0])]
+            squares += len(own.T) * float(np.linalg.eigvalsh(np.cov(own, bias=True))[0])
+        return math.sqrt(squares / len(self._labels))

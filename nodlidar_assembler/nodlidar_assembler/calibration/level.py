@@ -1,0 +1,61 @@
+"""Floors that are level and walls that are upright, by which the zero of the joint shows."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+OFF_LEVEL = 0.1  # a plane farther off is neither a floor nor a wall, at first [rad]
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """Floors, ceilings and walls are level and upright.
+
+    Attributes
+    ----------
+    up
+        Upward in nodlidar_base_link, shape (3,).
+    limit
+        Angle by which a plane may be off and still count [rad].
+    """
+
+    up: Array
+    limit: float = OFF_LEVEL
+
+    @property
+    def axis(self) -> Array:
+        """Horizontal axis across that of the nod: about it the base may be tilted."""
+        across = np.cross([0.0, 1.0, 0.0], self.up)
+        return np.asarray(across / np.linalg.norm(across))
+
+    def residuals(self, normal: Array, tilt: float) -> list[tuple[float, float, Array]]:
+        """Return how far a plane is off level or upright [rad], for a tilt of the base [rad].
+
+        Parameters
+        ----------
+        normal
+            Of the plane, shape (3,).
+        tilt
+            About the axis.
+
+        Returns
+        -------
+        Each residual, its derivative by the tilt, and that by the normal, shape (3,).
+        """
+        tipped = np.cross(self.axis, self.up)
+        up = self.up + tilt * tipped
+        height = float(normal @ up)
+        if abs(height) < self.limit:
+            return [(height, float(normal @ tipped), up)]
+        if abs(height) < math.cos(self.limit):
+            return []
+        side, ahead = math.copysign(1.0, height), np.cross(up, self.axis)
+        by_tilt = side * float(normal @ np.cross(tipped, self.axis))
+        return [
+            (side * float(normal @ self.axis), 0.0, side * self.axis),
+            (side * float(normal @ ahead), by_tilt, side * ahead),
+        ]

@@ -1,0 +1,155 @@
+"""The planes of a scene, found in the ends of beams that may still be several cm off."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+CELL = 0.3  # edge of the cubes in which a surface is taken for flat [m]
+EDGE = 0.05  # points so much closer than the gate to another plane do not count [m]
+MOST_PLANES = 24
+LEAST_WIDTH = 0.2  # standard deviation across the shorter side of a plane [m]
+LEAST_POINTS = 0.01  # share of all points
+_LEAST_IN_CELL = 6
+_LEAST_SPREAD = 0.03  # along a surface in its cube [m]
+_REACHES = (0.8, 1.6, 3.2, math.inf, math.inf)  # around the seed, from which a plane grows [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Cubes with points, and the moments of these.
+
+    Attributes
+    ----------
+    of_point
+        Cube of each point, shape (n,).
+    count, mean, scatter
+        Number, mean [m] and mean products of the points' offsets from it [m2], shapes (c,),
+        (c, 3), (c, 3, 3).
+    variance, axes
+        Eigenvalues [m2], ascending, (c, 3), and eigenvectors in columns, (c, 3, 3).
+    """
+
+    of_point: Labels
+    count: Array
+    mean: Array
+    scatter: Array
+    variance: Array
+    axes: Array
+
+    @classmethod
+    def of(cls, xyz: Array, size: float = CELL) -> 'Cells':
+        """Return the cubes of points (3, n)."""
+        index = np.floor(xyz / size).astype(np.int64) + (1 << 20)
+        key = (index[0] << 42) + (index[1] << 21) + index[2]
+        of_point = np.unique(key, return_inverse=True)[1].ravel()
+        count = np.bincount(of_point).astype(np.float64)
+        mean = np.stack([np.bincount(of_point, row) / count for row in xyz], axis=1)
+        off = xyz - mean[of_point].T
+        scatter = np.empty((len(count), 3, 3))
+        for i in range(3):
+            for j in range(i + 1):
+                scatter[:, i, j] = np.bincount(of_point, off[i] * off[j]) / count
+                scatter[:, j, i] = scatter[:, i, j]
+        return cls(of_point, count, mean, scatter, *np.linalg.eigh(scatter))
+
+    def thickness(self, limit: float) -> float:
+        """Return the RMS thickness [m] over all points, in each cube up to a limit [m]."""
+        used = self.count >= _LEAST_IN_CELL
+        variance = np.clip(self.variance[used, 0], 0.0, limit**2)
+        return math.sqrt(float(np.average(variance, weights=self.count[used])))
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """The points x with ``normal . x = offset`` [m]."""
+
+    normal: Array
+    offset: float
+
+
+def find_planes(xyz: Array, gate: float, angle: float) -> tuple[list[Plane], Labels]:
+    """Return the large planes, and that of each point, -1 for none, shape (n,).
+
+    Planes grow from the cube with the most points over cubes that are flat and lie in them.
+
+    Parameters
+    ----------
+    xyz
+        Points [m], shape (3, n).
+    gate, angle
+        Distance [m] and angle [rad] that a cube may be off its plane.
+    """
+    cells = Cells.of(xyz)
+    wide = np.sqrt(np.maximum(cells.variance[:, 1], 0.0)) > _LEAST_SPREAD
+    thin = cells.variance[:, 0] < gate**2
+    free = wide & thin & (cells.count >= _LEAST_IN_CELL)
+    of_cell = np.full(len(cells.count), -1)
+    planes: list[Plane] = []
+    seeds = np.argsort(-cells.count)
+    for seed in seeds[free[seeds]]:
+        if not free[seed] or len(planes) == MOST_PLANES:
+            continue
+        members = _grown(cells, int(seed), free, gate, angle)
+        free[seed] = False
+        if members is None or cells.count[members].sum() < LEAST_POINTS * xyz.shape[1]:
+            continue
+        plane, width = _fit(cells, members)
+        if width >= LEAST_WIDTH:
+            of_cell[members] = len(planes)
+            free[members] = False
+            planes.append(plane)
+    return _kept(planes, _labels(xyz, planes, of_cell[cells.of_point], gate))
+
+
+def _kept(planes: list[Plane], labels: Labels) -> tuple[list[Plane], Labels]:
+    """Return the planes with enough points, and the labels of these."""
+    count = np.bincount(labels + 1, minlength=len(planes) + 1)
+    kept = np.flatnonzero(count[1:] >= LEAST_POINTS * len(labels) / 2.0)
+    renamed = np.full(len(planes) + 1, -1)
+    renamed[kept + 1] = np.arange(len(kept))
+    return [planes[k] for k in kept], renamed[labels + 1]
+
+
+def _grown(
+    cells: Cells, seed: int, free: NDArray[np.bool_], gate: float, angle: float
+) -> Labels | None:
+    """Return the cubes of the plane that grows from a seed; None if it shrinks to nothing."""
+    center = cells.mean[seed]
+    plane = Plane(cells.axes[seed, :, 0], float(cells.axes[seed, :, 0] @ center))
+    away = np.linalg.norm(cells.mean - center, axis=1)
+    members: Labels | None = None
+    for reach in _REACHES:
+        parallel = np.abs(cells.axes[:, :, 0] @ plane.normal) > math.cos(angle)
+        within = np.abs(cells.mean @ plane.normal - plane.offset) < gate
+        members = np.flatnonzero(free & parallel & within & (away < reach))
+        if not len(members):
+            return None
+        plane, _ = _fit(cells, members)
+    return members
+
+
+def _fit(cells: Cells, members: Labels) -> tuple[Plane, float]:
+    """Return the plane of cubes, and the spread [m] of their points across its shorter side."""
+    count = cells.count[members]
+    mean = np.average(cells.mean[members], axis=0, weights=count)
+    off = cells.mean[members] - mean
+    outer = cells.scatter[members] + off[:, :, None] * off[:, None, :]
+    variance, axes = np.linalg.eigh(np.average(outer, axis=0, weights=count))
+    return Plane(axes[:, 0], float(axes[:, 0] @ mean)), math.sqrt(max(variance[1], 0.0))
+
+
+def _labels(xyz: Array, planes: list[Plane], label: Labels, gate: float) -> Labels:
+    """Return the labels of the points within the gate of one plane, their own, else -1."""
+    if not planes:
+        return np.full_like(label, -1)
+    normals = np.array([plane.normal for plane in planes])
+    offsets = np.array([plane.offset for plane in planes])
+    off = np.abs(normals @ xyz - offsets[:, None])
+    own = off[label, np.arange(len(label))]
+    at_edge = np.sum(off < gate + EDGE, axis=0) > 1
+    return np.where((label >= 0) & (own < gate) & ~at_edge, label, -1)

@@ -1,0 +1,250 @@
+"""The linear system of a calibration: values and planes that bring the ends of beams onto planes.
+
+Each plane has its own excess of the range, as lidars have by brightness and material, and all
+share one that grows with the incidence. The encoder has a smooth error over the nod angle, as
+potentiometers and gears with play have. All are unknowns, with the spread that devices show.
+"""
+
+from dataclasses import dataclass, field, replace
+
+from nodlidar_assembler.calibration.beam_model import Beam, Ends, ends_of, upward, Values
+from nodlidar_assembler.calibration.level import Level
+from nodlidar_assembler.calibration.noise import noise_variance
+from nodlidar_assembler.calibration.plane_search import Labels, Plane
+from nodlidar_assembler.calibration.sandwich import groups, of_groups, sandwich
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+
+# Standard deviation of each value before any measurement [s], [rad], [m].
+BEFORE = {'delay': 0.05, 'zero': 0.2, 'roll': 0.1, 'yaw': 0.1, 'x': 0.03, 'z': 0.03}
+BIAS = 0.01  # of ranges: Kneip et al., ICRA 2009, and Okubo et al., 2009, found 5 to 20 mm [m]
+TILT = 0.2  # of the base about its x axis [rad]
+LEVEL = 3e-4  # of floors and walls [rad]
+REDESCENDING = 4.0  # standard deviations; Tukey's biweight ignores what is farther off
+BEND = 3e-3  # of the smooth error of an encoder at each knot, until it is learned [rad]
+LEAST_BEND = 1e-4  # [rad]
+KNOTS = np.linspace(-1.6, 1.6, 25)  # of nod angle, between which it is linear [rad]
+_OF_PLANE = 4  # unknowns: two slopes, offset, excess of the range
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Values and planes, and how sure they are.
+
+    Attributes
+    ----------
+    values, planes, tilt, slant, biases, bends
+        The unknowns: tilt of the base [rad], excess of the range at grazing incidence [m] and of
+        each plane [m], errors of the encoder at the knots [rad].
+    bend
+        Their standard deviation [rad], learned from them.
+    covariance
+        Of the named values, shape (k, k); None if it was not asked for.
+    rms
+        Distance of the beams' ends from their planes [m].
+    """
+
+    values: Values
+    planes: list[Plane]
+    tilt: float = 0.0
+    slant: float = 0.0
+    biases: Array = field(default_factory=lambda: np.zeros(0))
+    bends: Array = field(default_factory=lambda: np.zeros(len(KNOTS)))
+    bend: float = BEND
+    covariance: Array | None = None
+    rms: float = float('nan')
+
+
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    """Residuals [m], their derivatives (n, unknowns), weights, and slopes of the influence."""
+
+    off: Array
+    slopes: csr_array
+    weight: Array
+    influence: Array
+
+
+class PlaneSystem:
+    """Solves for values and planes from beams on known planes.
+
+    Parameters
+    ----------
+    beams, labels
+        The beams, and the plane of each.
+    names, expected
+        The values to solve for, and what they are expected at.
+    level
+        Which way is up; None if that is unknown.
+    """
+
+    def __init__(
+        self,
+        beams: Beam,
+        labels: Labels,
+        names: tuple[str, ...],
+        expected: Values,
+        level: Level | None,
+    ) -> None:
+        self._beams, self._labels, self.names, self._level = beams, labels, names, level
+        self._expected = expected
+        self._first = len(names) + len(KNOTS) + 2
+
+    def step(self, before: Solution, with_covariance: bool = False) -> Solution:
+        """Return the solution after a Gauss-Newton step."""
+        ends = ends_of(self._beams, before.values, False)
+        bases, k = [_basis(plane.normal) for plane in before.planes], len(self.names)
+        rows = self._rows(ends, before, bases)
+        level_off, level_slopes, level_weight = self._level_rows(before, bases)
+        prior_off, prior = self._prior(before)
+        weighted = rows.slopes.multiply(rows.weight[:, None]).tocsr()
+        normal = (weighted.T @ rows.slopes).toarray() + np.diag(prior)
+        normal += level_slopes.T @ (level_slopes * level_weight[:, None])
+        right = weighted.T @ rows.off + prior * prior_off
+        right += level_slopes.T @ (level_weight * level_off)
+        scale = 1.0 / np.sqrt(np.diag(normal))
+        inverse = np.linalg.inv(normal * np.outer(scale, scale)) * np.outer(scale, scale)
+        change = -inverse @ right
+        covariance = None
+        if with_covariance:
+            spread = _spread(rows, groups(self._beams, ends, before.values))
+            level_scores = level_slopes * (level_weight * level_off)[:, None]
+            spread += level_scores.T @ level_scores + np.diag(prior)
+            covariance = sandwich(normal + _curving(rows), spread)[:k, :k]
+        after = self._moved(before, bases, change, rows, covariance)
+        return replace(after, bend=self._learned_bend(after, np.diag(inverse)))
+
+    def _learned_bend(self, after: Solution, variance: Array) -> float:
+        """Return the spread of the encoder's errors [rad], by expectation maximisation."""
+        own = variance[len(self.names) : self._first - 2]
+        position, _ = self._beams.track.at(self._beams.time + after.values.delay)
+        lowest, highest = np.quantile(position - after.values.zero, (0.01, 0.99))
+        seen = np.abs(KNOTS - (lowest + highest) / 2.0) < (highest - lowest) / 2.0
+        if not seen.any():
+            return after.bend
+        return max(LEAST_BEND, float(np.sqrt(np.mean(after.bends[seen] ** 2 + own[seen]))))
+
+    def _rows(self, ends: Ends, at: Solution, bases: list[Array]) -> _Rows:
+        """Return the rows; their derivatives are at the planes, where no noise biases them."""
+        normals = np.array([plane.normal for plane in at.planes])[self._labels].T
+        offsets = np.array([plane.offset for plane in at.planes])[self._labels]
+        cosine = np.sum(normals * ends.ways, axis=0)
+        grazing = 1.0 - np.abs(cosine)
+        excess = at.biases[self._labels] + at.slant * grazing
+        hats = self._hats(at.values)
+        place = ends.xyz - ends.ways * excess + upward(ends.xyz) * (at.bends @ hats)
+        off = np.sum(normals * place, axis=0) - offsets
+        true = replace(self._beams, ranges=self._beams.ranges - excess - off / cosine)
+        variance = noise_variance(off, cosine, true.ranges)
+        far = np.clip(off / np.sqrt(variance) / REDESCENDING, -1.0, 1.0) ** 2
+        weight = (1.0 - far) ** 2 / variance
+        influence = (1.0 - far) * (1.0 - 5.0 * far) / variance
+        tangents = np.array(bases)[self._labels]
+        on_plane = ends_of(true, at.values)
+        slopes = [
+            *(np.sum(normals * on_plane.moves[name], axis=0) for name in self.names),
+            *(hats * np.sum(normals * upward(on_plane.xyz), axis=0)),
+            -cosine * grazing,
+            np.einsum('nk,kn->n', tangents[:, 0], on_plane.xyz),
+            np.einsum('nk,kn->n', tangents[:, 1], on_plane.xyz),
+            -np.ones(len(off)),
+            -cosine,
+        ]
+        return _Rows(off, self._sparse(slopes), weight, influence)
+
+    def _hats(self, values: Values) -> Array:
+        """Return the share of each knot in each beam, shape (knots, n)."""
+        position, _ = self._beams.track.at(self._beams.time + values.delay)
+        apart = np.abs(position - values.zero - KNOTS[:, None]) / (KNOTS[1] - KNOTS[0])
+        return np.asarray(np.maximum(1.0 - apart, 0.0))
+
+    def _sparse(self, slopes: list[Array]) -> csr_array:
+        """Return the derivatives as a matrix: of values, slant, tilt, and each row's plane."""
+        count, shared = len(self._labels), self._first - 1
+        own = self._first + _OF_PLANE * self._labels[:, None] + np.arange(_OF_PLANE)
+        columns = np.hstack([np.tile(np.arange(shared), (count, 1)), own])
+        data = np.stack(slopes, axis=1)
+        pointer = np.arange(count + 1) * data.shape[1]
+        size = self._first + _OF_PLANE * (int(self._labels.max()) + 1)
+        return csr_array((data.ravel(), columns.ravel(), pointer), shape=(count, size))
+
+    def _level_rows(self, at: Solution, bases: list[Array]) -> tuple[Array, Array, Array]:
+        """Return residuals [rad], derivatives and weights of what is level or upright."""
+        off, slopes, size = [], [], self._first + _OF_PLANE * len(at.planes)
+        if self._level is not None:
+            for number, (plane, basis) in enumerate(zip(at.planes, bases, strict=True)):
+                first = self._first + _OF_PLANE * number
+                for residual, by_tilt, target in self._level.residuals(plane.normal, at.tilt):
+                    row = np.zeros(size)
+                    row[first : first + 2] = basis @ target
+                    row[self._first - 1] = by_tilt
+                    off.append(residual)
+                    slopes.append(row)
+        residuals = np.array(off)
+        weight = 1.0 / (LEVEL**2 + residuals**2)
+        return residuals, np.reshape(slopes, (len(off), size)), weight
+
+    def _prior(self, at: Solution) -> tuple[Array, Array]:
+        """Return each unknown minus its prior mean, where that is known, and the information."""
+        planes = len(at.planes)
+        off = np.zeros(self._first + _OF_PLANE * planes)
+        spread = np.ones(len(off))  # of slopes and offsets: keeps a plane without weight in place
+        for column, name in enumerate(self.names):
+            off[column] = getattr(at.values, name) - getattr(self._expected, name)
+        known = [*(BEFORE[name] for name in self.names), *[at.bend] * len(KNOTS), BIAS, TILT]
+        spread[: self._first] = known
+        off[len(self.names) : self._first - 2] = at.bends
+        off[self._first - 2 : self._first] = at.slant, at.tilt
+        spread[self._first + 3 :: _OF_PLANE] = BIAS
+        off[self._first + 3 :: _OF_PLANE] = at.biases
+        return off, spread**-2.0
+
+    def _moved(
+        self,
+        before: Solution,
+        bases: list[Array],
+        change: Array,
+        rows: _Rows,
+        covariance: Array | None,
+    ) -> Solution:
+        """Return a solution with its unknowns changed."""
+        own = change[self._first :].reshape(-1, _OF_PLANE)
+        planes = []
+        for plane, basis, (one, two, offset, _) in zip(before.planes, bases, own, strict=True):
+            normal = plane.normal + one * basis[0] + two * basis[1]
+            length = np.linalg.norm(normal)
+            planes.append(Plane(normal / length, float((plane.offset + offset) / length)))
+        slant, tilt = change[self._first - 2 : self._first]
+        inside = rows.weight > 0.0
+        return Solution(
+            before.values.moved(self.names, change[: len(self.names)]),
+            planes,
+            before.tilt + float(tilt),
+            before.slant + float(slant),
+            before.biases + own[:, 3],
+            before.bends + change[len(self.names) : self._first - 2],
+            before.bend,
+            covariance,
+            float(np.sqrt(np.mean(rows.off[inside] ** 2))),
+        )
+
+
+def _basis(normal: Array) -> Array:
+    """Return two unit vectors across a normal, shape (2, 3)."""
+    return np.asarray(np.linalg.svd(normal[None, :])[2][1:])
+
+
+def _spread(rows: _Rows, grouped: list[Labels]) -> Array:
+    """Return the spread of the scores of rows in groups by scan, by nod angle, and by both."""
+    scores = rows.slopes.multiply((rows.weight * rows.off)[:, None]).tocsr()
+    one, two, both = (of_groups(scores, group) for group in grouped)
+    return one + two - both
+
+
+def _curving(rows: _Rows) -> Array:
+    """Return what the curvature is more than the normal matrix, by the shape of the weights."""
+    more = rows.slopes.multiply((rows.influence - rows.weight)[:, None]).tocsr()
+    return np.asarray((more.T @ rows.slopes).toarray())

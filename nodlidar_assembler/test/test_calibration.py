@@ -1,0 +1,131 @@
+"""Calibration: values put into a simulated sensor are found again, with true standard errors."""
+
+from dataclasses import replace
+import math
+
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.calibration.beam_model import Beam, CalibrationError, ends_of, Values
+from nodlidar_assembler.calibration.calibrate import calibrate
+from nodlidar_assembler.calibration.plane_search import find_planes
+from nodlidar_assembler.clouds.geometry import MountConfig, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.lidar_parameters import LidarParameters
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.sensor_model import SensorModel
+import numpy as np
+import pytest
+
+UP = np.array([0.0, 0.0, 1.0])
+DEGREE = math.radians(1.0)
+SWEEP = 7547
+NOD = NodTrajectory(-0.61, 0.61, SWEEP * 0.1 / 1024, SWEEP, 0)
+TRUE = Values(8e-3, 1.5 * DEGREE, DEGREE, 0.0, DEGREE, 0.005, 0.0, 0.085)
+
+
+@pytest.fixture(scope='module')
+def beams():
+    """Return beams in the room, by a lidar with noise and the values of TRUE."""
+    room = load_scene('room', ideal=True)
+    off = (TRUE.x, 0.0, TRUE.z - 0.08, TRUE.roll, 0.0, TRUE.yaw)
+    scene = replace(room, lidar=LidarParameters(noise=0.003), misalignment=off)
+    sensor = SensorModel(joint_rate=100.0, joint_tick=0.0015)
+    seen = simulate(scene, NOD, 8.0, 1, sensor=sensor)
+    geometry = ScanGeometry(
+        len(seen.azimuth), float(seen.azimuth[0]), sensor.angle_increment, 0.1 / 1024, 0.02, 5.6
+    )
+    rows = zip(seen.scan_stamp_ns.tolist(), seen.ranges.astype(np.float32), strict=True)
+    scans = [Scan(stamp_ns, geometry, ranges) for stamp_ns, ranges in rows]
+    late_ns = seen.joint_stamp_ns + round(TRUE.delay * NS_PER_S)
+    return Beam.of(SensorLog(scans, late_ns, seen.joint_position + TRUE.zero))
+
+
+def test_values_are_found_with_their_standard_errors(beams):
+    """Every value is within limits and within four standard errors."""
+    found = calibrate(beams[::3], Values.of_mount(MountConfig()), UP)
+    limits = {
+        'delay': 0.5e-3,
+        'zero': 0.1 * DEGREE,
+        'roll': 0.1 * DEGREE,
+        'yaw': 0.1 * DEGREE,
+        'x': 0.006,  # 3 mm need a longer recording
+        'z': 0.006,
+    }
+    assert not found.undetermined
+    for name, limit in limits.items():
+        off = abs(getattr(found.values, name) - getattr(TRUE, name))
+        assert off < limit, name
+        assert off < 4.0 * found.errors[name], name
+        assert found.errors[name] < limit, name
+    assert found.after < 0.5 * found.before
+
+
+def test_without_level_surfaces_the_zero_stays_open(beams):
+    """A turn about the nod axis changes no plane: the zero is as before, and the page says so."""
+    found = calibrate(beams[::4], Values.of_mount(MountConfig()), None)
+    assert 'zero' in found.undetermined
+    assert found.values.zero == 0.0
+    assert abs(found.values.delay - TRUE.delay) < 0.5e-3
+
+
+def test_y_moves_and_the_zero_turns_the_whole_cloud(beams):
+    """So neither changes a distance between two points."""
+    some = beams[::500]
+    at = ends_of(some, TRUE).xyz
+    known = np.isfinite(at[0])
+    aside = ends_of(some, replace(TRUE, y=0.02)).xyz
+    np.testing.assert_allclose((aside - at)[:, known].T, [[0.0, 0.02, 0.0]] * known.sum(), 0, 1e-9)
+    turned = ends_of(some, replace(TRUE, zero=TRUE.zero - 0.1)).xyz
+    c, s = math.cos(0.1), math.sin(0.1)
+    by_hand = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]) @ at
+    np.testing.assert_allclose(turned[:, known], by_hand[:, known], 0, 1e-9)
+
+
+def test_pitch_of_the_lidar_is_a_joint_zero_with_another_arm(beams):
+    """With no roll and yaw, pitch p equals zero -p and the arm turned back by p."""
+    some = beams[::500]
+    p, at = 0.2, replace(TRUE, roll=0.0, yaw=0.0, zero=0.0)
+    c, s = math.cos(p), math.sin(p)
+    # Ry(p) turns the beam down by p: the same as a pitch lower by p, the zero higher.
+    same = replace(at, zero=p, x=c * at.x - s * at.z, z=s * at.x + c * at.z)
+    one, two = ends_of(some, replace(at, pitch=p)).xyz, ends_of(some, same).xyz
+    np.testing.assert_allclose(one, two, 0, 1e-9)
+
+
+def test_derivatives_are_those_of_the_ends(beams):
+    """Compared with differences, where the joint's track is smooth."""
+    some, step = beams[::200], 1e-6
+    some = some[np.isfinite(ends_of(some, TRUE).xyz[0])]
+    ends = ends_of(some, TRUE)
+    for name in ('zero', 'roll', 'yaw', 'x', 'y', 'z'):
+        sides = [
+            ends_of(some, replace(TRUE, **{name: getattr(TRUE, name) + off})).xyz
+            for off in (step, -step)
+        ]
+        np.testing.assert_allclose(
+            (sides[0] - sides[1]) / (2.0 * step), ends.moves[name], 0, 1e-4, err_msg=name
+        )
+
+
+def test_planes_of_a_box_are_found():
+    """Six sides of a box with noise; the points at its edges belong to none."""
+    rng = np.random.default_rng(3)
+    half = np.array([2.0, 1.5, 1.2])
+    xyz = rng.uniform(-1.0, 1.0, (12_000, 3)) * half
+    axis, side = rng.integers(0, 3, len(xyz)), rng.choice([-1.0, 1.0], len(xyz))
+    xyz[np.arange(len(xyz)), axis] = side * half[axis] + rng.normal(0.0, 0.005, len(xyz))
+    planes, labels = find_planes(xyz.T, 0.05, 0.2)
+    assert len(planes) == 6
+    for number, plane in enumerate(planes):
+        own = np.argmax(np.abs(plane.normal))
+        assert abs(plane.normal[own]) > 0.999
+        assert abs(abs(plane.offset) - half[own]) < 0.005
+        assert (axis[labels == number] == own).all()
+    assert np.mean(labels >= 0) > 0.6
+
+
+def test_too_few_beams_are_refused(beams):
+    """With a typed error that says how many there are."""
+    with pytest.raises(CalibrationError, match='only 100 beams'):
+        calibrate(beams[5000:5100], Values.of_mount(MountConfig()), UP)
