@@ -11,6 +11,7 @@ from figures import (
     corner,
     coverage,
     estimators,
+    mount,
     pareto,
     pattern,
     repeats,
@@ -28,6 +29,7 @@ FIGURES = {
     'pareto': pareto.draw,
     'estimators': estimators.draw,
     'sensing': sensing.draw,
+    'mount': mount.draw,
 }
 FOLDER = Path(__file__).parent.parent / 'docs' / 'figures'
 

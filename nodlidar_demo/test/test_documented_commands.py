@@ -212,7 +212,7 @@ def test_make(command):
 @starting('python', '-m')
 def test_bench(command):
     module, *name = shlex.split(command)[2:]
-    path = module if module.startswith('bench.') else f'bench.{name[0]}'
+    path = f'{module}.{name[0]}' if '.' not in module else module
     assert (WORKSPACE / f'{path.replace(".", "/")}.py').exists()
 
 
