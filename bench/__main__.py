@@ -1,6 +1,7 @@
 """Prints every measurement: `python -m bench`, or some: `python -m bench accuracy`."""
 
 import argparse
+from pathlib import Path
 import sys
 
 from rich import get_console
@@ -32,6 +33,7 @@ from bench import (
     pitch_compensation,
     pitch_motions,
     planner_speed,
+    processor_time,
     profiles,
     published_choice,
     published_repeats,
@@ -56,6 +58,7 @@ MEASUREMENTS = {
     'pareto': pareto,
     'effects': effects,
     'live': live,
+    'processor_time': processor_time,
     'bandwidth': bandwidth,
     'network': network,
     'network_clouds': network_clouds,
@@ -103,6 +106,12 @@ def main() -> None:
         action='store_true',
         help='report what became slower than recorded; the exit status is then 1',
     )
+    parser.add_argument(
+        '--against',
+        type=Path,
+        metavar='FOLDER',
+        help='another version, built there: processor_time measures it, too',
+    )
     arguments = parsed(parser, MEASUREMENTS)
     console = get_console()
     if arguments.compare:
@@ -111,12 +120,16 @@ def main() -> None:
     for name in arguments.names:
         measurement = MEASUREMENTS[name]
         with console.status(name):
-            rows = measurement.results()
+            rows = measurement.results(*_of_another_version(name, arguments.against))
         console.print(table(measurement.TITLE, rows, console.width))
         if arguments.record:
             record(name, recording(rows, measurement.TITLE, measured_at))
     if arguments.record:
         fill_pages()
+
+
+def _of_another_version(name: str, against: Path | None) -> list[Path | None]:
+    return [against] if name == 'processor_time' else []
 
 
 def _compare(console: Console) -> int:

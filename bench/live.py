@@ -3,7 +3,6 @@
 A node that receives the assembler's messages and ignores them runs beside it.
 """
 
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +18,7 @@ import psutil
 from rich.console import Console
 import yaml
 
-from bench.node_processes import node_processes, NODES
+from bench.node_processes import NODES, processor_seconds, seconds_of
 from bench.profiles import FEEDBACK_RATE
 from bench.report import Row
 
@@ -56,10 +55,10 @@ def measure(arguments: list[str]) -> Row:
             _receiver() as receiver,
         ):
             record(folder / 'warm_up', 2.0, sensor, Console(quiet=True))
-            before, received_before = _cpu_seconds(sensor.process.pid), _seconds(receiver)
+            before, received_before = processor_seconds(sensor.process.pid), seconds_of(receiver)
             record(folder / 'bag', DURATION, sensor, Console(quiet=True))
-            used = _cpu_seconds(sensor.process.pid) - before
-            receiving = _seconds(receiver) - received_before
+            used = processor_seconds(sensor.process.pid) - before
+            receiving = seconds_of(receiver) - received_before
         latency = read_delivery(folder / 'bag').latency
     median, high = np.percentile(latency, [50, 99]) * 1e3
     return {
@@ -78,16 +77,3 @@ def _receiver() -> Iterator[psutil.Process]:
             yield psutil.Process(child.pid)
         finally:
             child.terminate()
-
-
-def _cpu_seconds(launch_pid: int) -> Counter[str]:
-    """Return the processor time that each node has used so far [s]."""
-    used: Counter[str] = Counter()
-    for node, process in node_processes(launch_pid).items():
-        used[node] += _seconds(process)  # type: ignore[assignment]
-    return used
-
-
-def _seconds(process: psutil.Process) -> float:
-    times = process.cpu_times()
-    return float(times.user + times.system)

@@ -1,5 +1,6 @@
-"""The processes of a launched sensor's nodes."""
+"""The processes of a launched sensor's nodes, and the processor time that they use."""
 
+from collections import Counter
 from contextlib import suppress
 from pathlib import Path
 
@@ -17,3 +18,17 @@ def node_processes(launch_pid: int) -> dict[str, psutil.Process]:
                 for node in {Path(part).name for part in child.cmdline()[:2]} & set(NODES):
                     found[node] = child
     return found
+
+
+def processor_seconds(launch_pid: int) -> Counter[str]:
+    """Return the processor time that each node has used so far [s]."""
+    used: Counter[str] = Counter()
+    for node, process in node_processes(launch_pid).items():
+        used[node] += seconds_of(process)  # type: ignore[assignment]
+    return used
+
+
+def seconds_of(process: psutil.Process) -> float:
+    """Return the processor time that a process has used so far [s]."""
+    times = process.cpu_times()
+    return float(times.user + times.system)

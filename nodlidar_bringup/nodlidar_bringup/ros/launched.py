@@ -24,7 +24,13 @@ class LaunchedSensor:
         The `ros2 launch` process, leader of a session of its own.
     """
 
-    def __init__(self, log: Path, *arguments: str, file: str = 'robot.launch.py') -> None:
+    def __init__(
+        self,
+        log: Path,
+        *arguments: str,
+        file: str = 'robot.launch.py',
+        environment: dict[str, str] | None = None,
+    ) -> None:
         self.log = log
         # A background job of a script ignores SIGINT, and launch would inherit that.
         command = ['env', '--default-signal=SIGINT', 'ros2', 'launch', 'nodlidar_bringup']
@@ -39,6 +45,7 @@ class LaunchedSensor:
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
+                env=environment,
             )
 
     def running(self) -> bool:
@@ -68,10 +75,16 @@ def keep_apart() -> None:
 
 @contextmanager
 def launched_sensor(
-    log: Path, *arguments: str, file: str = 'robot.launch.py'
+    log: Path,
+    *arguments: str,
+    file: str = 'robot.launch.py',
+    environment: dict[str, str] | None = None,
 ) -> Iterator[LaunchedSensor]:
-    """Run a launch file with arguments like 'scene:=wall' until the context ends."""
-    sensor = LaunchedSensor(log, *arguments, file=file)
+    """Run a launch file with arguments like 'scene:=wall' until the context ends.
+
+    The environment is by default that of this process.
+    """
+    sensor = LaunchedSensor(log, *arguments, file=file, environment=environment)
     try:
         yield sensor
     finally:
