@@ -1,10 +1,14 @@
 """Checks of the launch arguments, before any node is started."""
 
 from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 import re
 
+from nodlidar_assembler.clouds.geometry import MountConfig
 from nodlidar_common.errors import NodlidarError, ParameterError
-from nodlidar_common.parameter_file import read_parameters
+from nodlidar_common.parameter_file import file_values, read_parameters
+from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_sim.world.scene import load_scene
 import xacro
@@ -54,6 +58,23 @@ def tf_rate(text: str) -> float:
     if not 1.0 <= rate <= _FASTEST:
         raise ParameterError('tf_rate', f'from 1 to {_FASTEST:g} Hz', text)
     return rate
+
+
+def calibrated(values: Mapping[str, str]) -> dict[str, str]:
+    """Return the arguments with the place of the lidar of the calibration, if there is one.
+
+    Raises
+    ------
+    ParameterError
+        If its file cannot be read, or a value is not allowed.
+    """
+    if not values['calibration']:
+        return dict(values)
+    check_parameter_file('calibration', values['calibration'])
+    found = file_values(Path(values['calibration']), 'assembler', MountConfig)
+    check_parameters(replace(MountConfig(), **found))
+    texts = {name: ' '.join(map(str, numbers)) for name, numbers in found.items()}
+    return {**values, **texts}
 
 
 def check_namespace(text: str) -> None:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nodlidar_bringup.arguments import check, numbers, robot_description
+from nodlidar_bringup.arguments import calibrated, check, numbers, robot_description
 from nodlidar_common.errors import NodlidarError
 import pytest
 
@@ -22,6 +22,7 @@ def values(tmp_path):
     path.write_text('/**:\n  ros__parameters: {}\n')
     nodes = 'driver', 'servo', 'assembler', 'viewer'
     files = {f'{node}_params': str(path) for node in nodes}
+    files['calibration'] = ''
     scene = {'hardware': 'sim', 'scene': 'room', 'route': ''}
     tf = {'frame_prefix': '', 'own_tf': 'false', 'tf_rate': '20'}
     return {'namespace': '', **tf, **PLACES, **files, **scene}
@@ -98,3 +99,19 @@ def test_a_robot_model_is_made_or_what_is_wrong_with_it_is_told(tmp_path):
     path.write_text('<robot')
     with pytest.raises(NodlidarError, match=f"xacro cannot process '{path}'"):
         robot_description(str(path), {})
+
+
+def test_a_calibration_sets_the_place_of_the_lidar(values, tmp_path):
+    path = tmp_path / 'calibration.yaml'
+    text = 'laser_xyz: [0.005, 0.0, 0.085], laser_rpy: [0.01, 0.0, 0.02], joint_delay: 0.008'
+    path.write_text(f'/**: {{ros__parameters: {{{text}}}}}\n')
+    found = calibrated(values | {'calibration': str(path)})
+    assert numbers('laser_xyz', found['laser_xyz']) == [0.005, 0.0, 0.085]
+    assert numbers('laser_rpy', found['laser_rpy']) == [0.01, 0.0, 0.02]
+    check(found)
+    assert calibrated(values) == values
+
+
+def test_a_missing_calibration_is_named(values):
+    with pytest.raises(NodlidarError, match="'calibration' must be a YAML file"):
+        calibrated(values | {'calibration': '/nowhere.yaml'})

@@ -12,6 +12,7 @@ import subprocess
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext
 from nodlidar_assembler.assemble_bag import main as assemble_bag
+from nodlidar_assembler.calibrate import main as calibrate
 from nodlidar_bringup.doctor import main as doctor
 from nodlidar_bringup.install_udev_rules import main as install_udev_rules
 from nodlidar_common.nod import NodTrajectory
@@ -100,6 +101,16 @@ def test_assemble_bag(command, tmp_path, monkeypatch):
     (tmp_path / 'demo_output').mkdir()
     (tmp_path / 'bag').rename(tmp_path / 'demo_output' / 'bag')
     assert assemble_bag(options(command)) == 0
+
+
+@starting('ros2', 'run', 'nodlidar_assembler', 'calibrate')
+def test_calibrate(command, tmp_path, monkeypatch):
+    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+    (tmp_path / 'demo_output').mkdir()
+    still = simulate(load_scene('room', ideal=True), nod, 1.5, start_ns=10**18)
+    write_bag(still, tmp_path / 'demo_output' / 'bag')
+    monkeypatch.chdir(tmp_path)
+    assert calibrate(options(command)) == 0
 
 
 @starting('ros2', 'run', 'nodlidar_mapper', 'map_bag')

@@ -131,6 +131,11 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'description': 'parameter file of the assembler, but for frame_id, joint_name, laser_xyz '
         'and laser_rpy',
     },
+    'calibration': {
+        'default_value': '',
+        'description': 'file that the command calibrate of nodlidar_assembler wrote: delay and '
+        'zero of the joint, place of the lidar; overrides assembler_params, laser_xyz and laser_rpy',
+    },
     'viewer_params': {
         'default_value': share('nodlidar_viewer', 'config/viewer.yaml'),
         'description': 'parameter file of the viewer, but for fixed_frame and sensor_frame '

@@ -41,6 +41,7 @@ class Sensor:
     def __init__(self, context: LaunchContext) -> None:
         self.context = context
         self.values = {name: context.launch_configurations[name] for name in ARGUMENTS}
+        self.values = arguments.calibrated(self.values)
         arguments.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
         # The frame that stands still in a view.
@@ -133,7 +134,7 @@ class Sensor:
 
     def assembler(self) -> Node:
         """Return the assembler."""
-        files = [self.profile(), self.values['assembler_params']]
+        files = [self.profile(), self.values['assembler_params'], self.values['calibration']]
         own = {
             'frame_id': text(self.frame('nodlidar_base_link')),
             'joint_name': text(self.frame('nod_joint')),
@@ -148,7 +149,7 @@ class Sensor:
             'nodlidar_assembler',
             'assembler',
             name='assembler',
-            parameters=[*files, own],
+            parameters=[*filter(None, files), own],
             on_exit=end_all,
         )
 

@@ -1,0 +1,152 @@
+"""The options of the command calibrate, its table and its file."""
+
+import argparse
+from collections.abc import Callable, Sequence
+import math
+from pathlib import Path
+import sys
+
+from nodlidar_assembler.bags.command import absolute, configuration, WIDTH
+from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.calibration.beam_model import Beam
+from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
+from nodlidar_assembler.calibration.recorded import (
+    log_of_bag,
+    parameters,
+    start_values,
+    upward,
+)
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.command_line import LineParser
+from nodlidar_common.whole_file import whole_file
+from rich.console import Console
+from rich.table import Table
+import yaml
+
+LIVE = 'live'
+SECONDS = 60.0
+# What each value is, its unit in the table, and how many of these it has.
+ROWS = {
+    'delay': ('joint delay, minus scan delay', 'ms', 1e3),
+    'zero': ('joint zero', 'deg', math.degrees(1.0)),
+    'roll': ('roll of the lidar', 'deg', math.degrees(1.0)),
+    'yaw': ('yaw of the lidar', 'deg', math.degrees(1.0)),
+    'x': ('lidar ahead of the nod axis, x', 'mm', 1e3),
+    'z': ('lidar above the nod axis, z', 'mm', 1e3),
+}
+NEVER = {
+    'y': 'a shift of the whole cloud: no nod shows it',
+    'pitch': 'the same as a joint zero with another x and z',
+}
+
+# Records the live topics for a time [s]: config, scan topic, joint topic, seconds.
+Record = Callable[[AssemblerConfig, str, str, float], SensorLog]
+
+
+def calibrate_and_report(
+    argv: Sequence[str] | None, description: str | None, record: Record
+) -> None:
+    """Calibrate by a command line: print a table, and write the parameters.
+
+    Raises
+    ------
+    ParameterError
+        For a parameter that is not allowed.
+    BagError, CalibrationError, OSError
+        If there is nothing to calibrate from, or the file cannot be written.
+    SystemExit
+        After --help, or with status 2 and a line on stderr for an invalid option.
+    """
+    arguments = _parse(argv, description)
+    config = configuration(arguments.params, {})
+    if arguments.source == LIVE:
+        log = record(config, arguments.scan, arguments.joint_states, arguments.seconds)
+    else:
+        topics = absolute(arguments.scan), absolute(arguments.joint_states)
+        log = log_of_bag(Path(arguments.source), config, *topics)
+    up = None if arguments.not_level else upward(tuple(arguments.mount_rpy))
+    beams = Beam.of(log, config.max_range or math.inf)
+    found = calibrate(beams, start_values(config), up)
+    console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
+    console.print(result_table(found, arguments.output))
+    write(arguments.output, found, config)
+
+
+def result_table(found: Calibration, output: Path) -> Table:
+    """Return a calibration as a table."""
+    table = Table('value', 'before', 'after', 'standard error', 'unit')
+    for column in table.columns[1:4]:
+        column.justify = 'right'
+    for name in NAMES:
+        title, unit, scale = ROWS[name]
+        before, after = (getattr(each, name) * scale for each in (found.start, found.values))
+        if name in found.undetermined:
+            table.add_row(title, f'{before:.3f}', 'not determined', '', unit)
+        else:
+            error = found.errors[name] * scale
+            table.add_row(title, f'{before:.3f}', f'{after:.3f}', f'{error:.3f}', unit)
+    thickness = (f'{each * 1e3:.1f}' for each in (found.before, found.after))
+    table.add_row(f'RMS thickness of {found.planes} planes', *thickness, '', 'mm')
+    lines = [
+        f'{name} is not determined: {why}' for name, why in (found.undetermined | NEVER).items()
+    ]
+    table.caption = '\n'.join([*lines, f'use it: robot.launch.py calibration:={output}'])
+    table.caption_justify = 'left'
+    return table
+
+
+def write(path: Path, found: Calibration, config: AssemblerConfig) -> None:
+    """Write the parameters as a file of parameters; raises OSError."""
+    values = parameters(found.values, config)
+    errors = ', '.join(f'{name} {value:.2g}' for name, value in found.errors.items())
+    left = ', '.join([*found.undetermined, *NEVER])
+    text = (
+        '# Written by: ros2 run nodlidar_assembler calibrate\n'
+        f'# Standard errors [s, rad, m]: {errors}.\n'
+        f'# Not determined, and left as before: {left}.\n'
+    )
+    rounded = {
+        key: [round(each, 6) for each in value] if isinstance(value, list) else round(value, 6)
+        for key, value in values.items()
+    }
+    text += yaml.safe_dump({'/**': {'ros__parameters': rounded}}, default_flow_style=None)
+    with whole_file(path) as part:
+        part.write_text(text, encoding='utf-8')
+
+
+def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
+    parser = LineParser('calibrate', description)
+    parser.add_argument(
+        'source', metavar='BAG|live', help='a rosbag2 folder or file, or the running sensor'
+    )
+    parser.add_argument(
+        '--output',
+        type=Path,
+        metavar='YAML',
+        default=Path('calibration.yaml'),
+        help='file to write or replace; default: calibration.yaml',
+    )
+    parser.add_argument(
+        '--params', type=Path, metavar='YAML', help='parameter file of the assembler node'
+    )
+    parser.add_argument(
+        '--mount-rpy',
+        type=float,
+        nargs=3,
+        metavar=('ROLL', 'PITCH', 'YAW'),
+        default=(0.0, 0.0, 0.0),
+        help='orientation of the sensor in the level robot [rad], as mount_rpy of the launch file',
+    )
+    parser.add_argument(
+        '--not-level',
+        action='store_true',
+        help='floors and walls are not level and upright: the joint zero then stays open',
+    )
+    parser.add_argument(
+        '--seconds', type=float, default=SECONDS, help=f'of live; default: {SECONDS:g}'
+    )
+    parser.add_argument('--scan', metavar='TOPIC', default='scan', help='default: scan')
+    parser.add_argument(
+        '--joint-states', metavar='TOPIC', default='joint_states', help='default: joint_states'
+    )
+    return parser.parse_args(argv)

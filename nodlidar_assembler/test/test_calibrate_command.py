@@ -1,0 +1,60 @@
+"""The command calibrate: from a bag to a table and the parameter file."""
+
+from dataclasses import replace
+import math
+from pathlib import Path
+
+from nodlidar_assembler.calibrate import main
+from nodlidar_assembler.calibration.recorded import parameters, start_values, upward
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.parameter_file import file_values
+from nodlidar_common.pose import Pose
+from nodlidar_sim.bag import write_bag
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
+import numpy as np
+import pytest
+
+NOD = NodTrajectory(-0.61, 0.61, 4001 * 0.1 / 1024, 4001, 10**18)
+
+
+def test_a_bag_gives_a_file_and_a_table(tmp_path, monkeypatch, capsys):
+    """Delay of 8 ms put in by the stamps; an ideal lidar at its place otherwise."""
+    seen = simulate(load_scene('room', ideal=True), NOD, 2.5, start_ns=10**18)
+    write_bag(replace(seen, joint_stamp_ns=seen.joint_stamp_ns + 8_000_000), tmp_path / 'bag')
+    monkeypatch.chdir(tmp_path)
+    assert main(['bag', '--output', 'found.yaml']) == 0
+    values = file_values(Path('found.yaml'), 'assembler', AssemblerConfig)
+    assert abs(values['joint_delay'] - 0.008) < 0.5e-3
+    assert abs(values['laser_rpy'][2]) < math.radians(0.1)
+    printed = capsys.readouterr().out
+    assert 'joint delay' in printed
+    assert 'RMS thickness' in printed
+    assert 'calibration:=found.yaml' in printed
+
+
+def test_what_is_missing_is_named(capsys):
+    assert main(['nowhere']) == 1
+    assert "'nowhere' does not exist" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('way', ['up', 'down'])
+def test_values_and_parameters_are_the_same(way):
+    config = AssemblerConfig(
+        joint_positive=way,
+        joint_zero=0.03,
+        joint_delay=0.004,
+        laser_xyz=(0.01, 0.02, 0.09),
+        laser_rpy=(0.1, 0.2, 0.3),
+    )
+    again = parameters(start_values(config), config)
+    assert {key: np.ravel(value).tolist() for key, value in again.items()} == {
+        key: np.ravel(getattr(config, key)).tolist() for key in again
+    }
+
+
+def test_upward_in_a_tilted_frame():
+    rpy = (0.3, -0.4, 1.0)
+    expected = Pose.from_xyzrpy((0.0, 0.0, 0.0, *rpy)).rotation.T @ [0.0, 0.0, 1.0]
+    np.testing.assert_allclose(upward(rpy), expected, 0, 1e-12)
