@@ -1,7 +1,10 @@
 """Each fault put into facts of a healthy sensor is found and named, with what mends it."""
 
 from dataclasses import replace
+from pathlib import Path
+import re
 
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.checks.finding import Level
 from nodlidar_bringup.checks.graph import check_graph, Endpoint, Graph, Topic
 from nodlidar_bringup.checks.host import check_host, EARLIEST_NS, Host, REFERENCE
@@ -10,8 +13,11 @@ from nodlidar_bringup.checks.ports import Answer, check_ports, Port, ServoSettin
 from nodlidar_bringup.checks.reports import check_reports, Report
 from nodlidar_bringup.checks.traffic import check_content, check_traffic, Content, Traffic
 from nodlidar_bringup.checks.transforms import check_frames, Frames
+from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
+from nodlidar_servo.config import ServoConfig
 import pytest
 
+WORKSPACE = Path(__file__).parents[2]
 LIDAR = Port('lidar', '/dev/ttyACM0', usb_id='15d1:0000', answer=Answer('lidar', 'URG-04LX-UG01'))
 SERVO = Port(
     'servo',
@@ -198,6 +204,21 @@ def test_a_fault_is_named_with_what_mends_it(findings, check, remedy):
 def test_swapped_ports_are_not_reported_as_other_faults():
     [found] = ports({'answer': SERVO.answer}, {'answer': LIDAR.answer})
     assert found.check == 'ports swapped'
+
+
+def test_what_mends_a_fault_exists():
+    """Commands of this workspace, launch arguments and parameters that remedies name."""
+    remedies = ' ; '.join(
+        finding.remedy for findings, *_ in FAULTS for finding in findings if finding.remedy
+    )
+    for package, command in set(re.findall(r'ros2 run (nodlidar_\w+) (\w+)', remedies)):
+        setup = (WORKSPACE / package / 'setup.py').read_text()
+        assert f"'{command} = " in setup
+    assert set(re.findall(r'(\w+):=', remedies)) <= ARGUMENTS.keys()
+    parameters = ServoConfig.__dataclass_fields__.keys() | AssemblerConfig.__dataclass_fields__
+    assert set(re.findall(r'set (\w+): ', remedies)) <= parameters
+    for page in re.findall(r'docs/\w+\.md', remedies):
+        assert (WORKSPACE / page).exists()
 
 
 def test_more_than_twenty_faults_are_told_apart():

@@ -35,6 +35,21 @@ def found(beams, sign=1.0, up=1.0):
     return check_mounting(seen_in(cloud, mounting), mounting)
 
 
+def test_what_is_known_to_be_reversed_is_turned_back():
+    """Of a sensor that is upright, but taken to be upside down, and of one above its axis."""
+    log = simulate(load_scene('room', ideal=True), NOD, 2.0, start_ns=10**18)
+    valid = np.isfinite(log.ranges)
+    azimuth = np.broadcast_to(log.azimuth, valid.shape)[valid]
+    beams = log.ranges[valid], azimuth, log.true_pitch[valid]
+    taken = Mounting(LEVER, HEIGHT, upside_down=True)
+    [mount, _] = check_mounting(seen_in(points_of(*beams, LEVER), taken), taken)
+    assert 'mount_rpy:="0 0 0"' in mount.remedy
+    below = Mounting((0.0, 0.0, -0.08), HEIGHT)
+    [mount, _] = check_mounting(seen_in(points_of(*beams, below.lever), below), below)
+    assert 'is above the axis, not below' in mount.text
+    assert 'laser_xyz:="0 0 0.08"' in mount.remedy
+
+
 def checks(findings):
     return {finding.check for finding in findings if finding.level >= Level.WARNING}
 

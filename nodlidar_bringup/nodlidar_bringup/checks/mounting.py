@@ -70,11 +70,15 @@ def _wrong(best: Reversed, mounting: Mounting) -> Finding:
         text = "the joint's sign is wrong: with it reversed, the floor is where it should be"
         return fault('joint sign', text, _JOINT)
     if best == Reversed(lever=True):
-        text = 'the lidar is upside down: its optical centre is below the nod axis, not above'
+        sides = ('below', 'above') if z > 0.0 else ('above', 'below')
+        text = (
+            f'the lidar is upside down: its optical centre is {sides[0]} the axis, not {sides[1]}'
+        )
         remedy = f'{LAUNCH} laser_xyz:="{x:g} {y:g} {-z:g}" laser_rpy:="3.14159 0 0"'
         return fault('lidar upside down', text, remedy)
-    text = 'the whole sensor is upside down: the floor is above it'
-    return fault('sensor upside down', text, f'{LAUNCH} mount_rpy:="3.14159 0 0"')
+    text = 'the whole sensor is upside down in the robot model, or on the robot'
+    turned = '0 0 0' if mounting.upside_down else '3.14159 0 0'
+    return fault('sensor upside down', text, f'{LAUNCH} mount_rpy:="{turned}"')
 
 
 def _left(seen: Seen) -> Finding:

@@ -55,7 +55,7 @@ class Port:
     path
         Its device file.
     chosen
-        Whether the user or a running node named the path.
+        Whether the user named the path.
     exists, may_use
         Whether the file exists, and whether this user may read and write it.
     group

@@ -9,6 +9,10 @@ from nodlidar_bringup.checks.ports import INSTALL_RULES
 # What mends a report that has these words; the first that matches.
 _REMEDIES = (
     ('latency|holds replies back', INSTALL_RULES),
+    (
+        'no odometry|TF:',
+        'ros2 run tf2_ros tf2_echo odom base_link shows odometry',
+    ),
     ('permission denied', 'sudo usermod -aG dialout $USER, then log out and in again'),
     ('does not exist', 'plug the device in; `ls -l /dev/serial/by-id` shows what is there'),
     ('in use by another', 'end the other program: `fuser -v` and the port show it'),
@@ -16,7 +20,6 @@ _REMEDIES = (
     ('shut down|overload|overheating', 'remove what blocks the nod, then start the servo again'),
     ('supply|voltage', 'supply the servo with 12 V at its connector (docs/hardware.md)'),
     ('does not answer|no answer', 'check supply, cable, bit rate and ID of the device'),
-    ('no odometry|not transformed', 'ros2 run tf2_ros tf2_echo odom base_link'),
     ('no joint', 'ros2 topic hz joint_states'),
     ('clock drift|time mode', 'use a USB port of the computer itself, without a hub'),
     ('clock was set', 'use a service that slews the clock: sudo apt install chrony'),

@@ -147,8 +147,8 @@ def _of_mount(watch: SystemWatch, frames: Frames) -> list[Finding]:
 
 
 def _examine_ports(options: Namespace, settings: Settings) -> list[Finding]:
-    lidar = _port(LIDAR, options.lidar_port or settings.get('driver', {}).get('port'), options)
-    servo = _port(SERVO, options.servo_port or settings.get('servo', {}).get('port'), options)
+    lidar = _port(LIDAR, options.lidar_port, settings.get('driver', {}).get('port'), options)
+    servo = _port(SERVO, options.servo_port, settings.get('servo', {}).get('port'), options)
     given = settings.get('servo', {})
     expected = ServoSettings(
         options.baud_rate or given.get('baud_rate', ServoSettings.baud_rate),
@@ -159,11 +159,15 @@ def _examine_ports(options: Namespace, settings: Settings) -> list[Finding]:
     return check_ports(lidar, servo, expected, PROGRAMS)
 
 
-def _port(device: str, path: str | None, options: Namespace) -> Port:
-    """Return the facts about a port; one that nobody uses is asked what is there."""
+def _port(device: str, given: str | None, used: str | None, options: Namespace) -> Port:
+    """Return the facts about a port; one that nobody uses is asked what is there.
+
+    The port that a node uses may be on another computer, so it is not a fault if it is not here.
+    The node itself reports it.
+    """
     named, usual = _PORTS[device]
-    facts = port_facts(device, path or (named if os.path.exists(named) else usual))
-    port = replace(facts, chosen=path is not None)
+    facts = port_facts(device, given or used or (named if os.path.exists(named) else usual))
+    port = replace(facts, chosen=given is not None)
     if options.no_ask or not port.exists or not port.may_use or port.users:
         return port
     return replace(port, answer=ask(port))

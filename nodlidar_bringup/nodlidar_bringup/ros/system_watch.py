@@ -1,7 +1,7 @@
 """Watches the running system: nodes, topics, messages and transforms."""
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 import time
 from typing import Any
 
@@ -52,7 +52,7 @@ class SystemWatch:
             node.create_subscription(TFMessage, topic, self._transformed, LISTENING)
         for topic in {'/tf_static', 'tf_static'}:
             node.create_subscription(TFMessage, topic, self._transformed, KEPT)
-        self._seconds = 0.0
+        self._seconds, self._end_ns = 0.0, time.time_ns()
 
     def listen(self, seconds: float) -> None:
         """Take messages for some time [s]."""
@@ -62,6 +62,7 @@ class SystemWatch:
         while (left := begin + seconds - time.monotonic()) > 0.0:
             executor.spin_once(timeout_sec=left)
         self._seconds += seconds
+        self._end_ns = time.time_ns()
         executor.remove_node(self._node)
 
     def _keeper(self, name: str) -> Any:
@@ -119,13 +120,19 @@ class SystemWatch:
         published = self._node.count_publishers(self._node.resolve_topic_name(name)) > 0
         return Traffic(
             name,
-            max(self._seconds, 1e-3),
+            self._watched(arrivals),
             [(arrival - stamp) * 1e-9 for arrival, stamp in stamped],
             steps.tolist(),
             len(came) - len(stamped),
             frozenset(message.header.frame_id for _, message in came),
             published,
         )
+
+    def _watched(self, arrivals: Sequence[int]) -> float:
+        """Return how long a topic was watched [s]: from its first message on."""
+        if not arrivals:
+            return self._seconds
+        return max((self._end_ns - arrivals[0]) * 1e-9, 0.1)
 
     def content(self, joint_name: str) -> Content:
         """Return what scans and joint states say."""
