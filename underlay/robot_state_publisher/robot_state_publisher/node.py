@@ -7,11 +7,13 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
+from rclpy.callback_groups import CallbackGroup
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from robot_state_publisher.kinematics import Joint, parse, UrdfError
 from robot_state_publisher.throttle import Throttle
@@ -20,6 +22,23 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# As many as may come between two looks.
+_STATES = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+# Shortest interval of transforms [ns] at which looking for states is cheaper than being woken.
+_LEAST_LOOK_NS = 20_000_000
+
+
+class _WithoutWaking(CallbackGroup):
+    """Messages wait until they are taken: most are not due, and waking up costs most."""
+
+    def can_execute(self, entity):
+        return False
+
+    def beginning_execution(self, entity):
+        return False
+
+    def ending_execution(self, entity):
+        pass
 
 
 class RobotStatePublisher(Node):
@@ -42,10 +61,21 @@ class RobotStatePublisher(Node):
         now = self.get_clock().now().to_msg()
         static = [_transform(joint, 0.0, now) for joint in joints if not joint.turns]
         self._tf_static.publish(TFMessage(transforms=static))
-        self.create_subscription(
-            JointState, 'joint_states', self._joint_states_arrived, qos_profile_sensor_data
+        looks = self._interval_ns >= _LEAST_LOOK_NS
+        polled = {'callback_group': _WithoutWaking()} if looks else {}
+        self._states = self.create_subscription(
+            JointState, 'joint_states', self._joint_states_arrived, _STATES, **polled
         )
+        if looks:
+            clock = Clock(clock_type=ClockType.STEADY_TIME)
+            self.create_timer(self._interval_ns * 1e-9, self._look, clock=clock)
         self.get_logger().info('Robot initialized')
+
+    def _look(self) -> None:
+        """Take the joint states that have come."""
+        with self._states.handle:
+            while taken := self._states.handle.take_message(JointState, False):
+                self._joint_states_arrived(taken[0])
 
     def _joint_states_arrived(self, state: JointState) -> None:
         if len(state.name) != len(state.position):
