@@ -55,7 +55,6 @@ def ports(lidar=None, servo=None, **settings):
         replace(LIDAR, **lidar or {}),
         replace(SERVO, **servo or {}),
         ServoSettings(**settings),
-        ('driver',),
     )
 
 
@@ -75,7 +74,7 @@ def without(frame):
     'findings',
     [
         ports(),
-        ports({'users': ('driver (process 7)',), 'answer': None}),
+        ports({'users': ('driver (process 7)',), 'own': True, 'answer': None}),
         check_host(HOST),
         check_host(RUNNING),
         check_host(replace(HOST, synchronised=None)),

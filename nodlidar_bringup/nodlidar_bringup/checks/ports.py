@@ -56,6 +56,8 @@ class Port:
         Its device file.
     chosen
         Whether the user named the path.
+    own
+        Whether a running node of the sensor uses the path, and so may have it open.
     exists, may_use
         Whether the file exists, and whether this user may read and write it.
     group
@@ -75,6 +77,7 @@ class Port:
     device: str
     path: str
     chosen: bool = True
+    own: bool = False
     exists: bool = True
     may_use: bool = True
     group: str = 'dialout'
@@ -93,9 +96,7 @@ class ServoSettings:
     servo_id: int = 1
 
 
-def check_ports(
-    lidar: Port, servo: Port, settings: ServoSettings, own: tuple[str, ...] = ()
-) -> list[Finding]:
+def check_ports(lidar: Port, servo: Port, settings: ServoSettings) -> list[Finding]:
     """Return what is wrong with the ports.
 
     Parameters
@@ -104,8 +105,6 @@ def check_ports(
         The ports.
     settings
         What the servo's node expects.
-    own
-        Programs that may have a port open, because they are the nodes of the sensor.
     """
     if (
         lidar.exists
@@ -118,7 +117,7 @@ def check_ports(
         text = f"the servo is at '{lidar.path}' and the lidar at '{servo.path}'"
         remedy = f'{_LAUNCH} lidar_port:={servo.path} servo_port:={lidar.path}'
         return [fault('ports swapped', text, remedy)]
-    return [*_check_port(lidar, own), *_check_port(servo, own), *_check_servo(servo, settings)]
+    return [*_check_port(lidar), *_check_port(servo), *_check_servo(servo, settings)]
 
 
 def _swapped(lidar: Port, servo: Port) -> bool:
@@ -135,7 +134,7 @@ def _shown(port: Port) -> str:
     return known.get(port.usb_id, '')
 
 
-def _check_port(port: Port, own: tuple[str, ...]) -> list[Finding]:
+def _check_port(port: Port) -> list[Finding]:
     name = f"the {port.device}'s port '{port.path}'"
     if not port.exists:
         remedy = (
@@ -146,9 +145,8 @@ def _check_port(port: Port, own: tuple[str, ...]) -> list[Finding]:
     if not port.may_use:
         remedy = f'sudo usermod -aG {port.group} $USER, then log out and in again'
         return [fault('no rights', f'{name} may not be used by this user', remedy)]
-    others = [user for user in port.users if user.split(' ')[0] not in own]
-    if others:
-        text = f'{name} is in use by {", ".join(others)}'
+    if port.users and not port.own:
+        text = f'{name} is in use by {", ".join(port.users)}'
         return [fault('port in use', text, f'end that program: `fuser -v {port.path}` shows it')]
     return [*_check_latency(port, name), *_check_answer(port, name)]
 

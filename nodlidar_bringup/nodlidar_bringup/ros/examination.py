@@ -26,7 +26,6 @@ import rclpy
 from rclpy.node import Node
 
 DISCOVERY = 1.5  # s, until the running nodes are found
-PROGRAMS = ('driver', 'servo', 'emulate', 'guard_process.py')
 _PORTS = {
     LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
     SERVO: ('/dev/nodlidar_servo', '/dev/ttyUSB0'),
@@ -156,7 +155,7 @@ def _examine_ports(options: Namespace, settings: Settings) -> list[Finding]:
         if options.servo_id is None
         else options.servo_id,
     )
-    return check_ports(lidar, servo, expected, PROGRAMS)
+    return check_ports(lidar, servo, expected)
 
 
 def _port(device: str, given: str | None, used: str | None, options: Namespace) -> Port:
@@ -167,7 +166,7 @@ def _port(device: str, given: str | None, used: str | None, options: Namespace) 
     """
     named, usual = _PORTS[device]
     facts = port_facts(device, given or used or (named if os.path.exists(named) else usual))
-    port = replace(facts, chosen=given is not None)
+    port = replace(facts, chosen=given is not None, own=facts.path == used)
     if options.no_ask or not port.exists or not port.may_use or port.users:
         return port
     return replace(port, answer=ask(port))
