@@ -134,7 +134,8 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     'calibration': {
         'default_value': '',
         'description': 'file that the command calibrate of nodlidar_assembler wrote: delay and '
-        'zero of the joint, place of the lidar; overrides assembler_params, laser_xyz and laser_rpy',
+        'zero of the joint, place of the lidar; overrides assembler_params, laser_xyz and '
+        'laser_rpy',
     },
     'viewer_params': {
         'default_value': share('nodlidar_viewer', 'config/viewer.yaml'),
