@@ -33,6 +33,7 @@ STEPS = 4  # of Gauss and Newton at each gate
 DELAYS = np.arange(-0.06, 0.0601, 0.004)  # tried first [s]
 _THICKEST = 0.1  # of a surface in a cube, while the delay is unknown [m]
 GRAZING = 0.15  # cosine of incidence below which a beam does not count
+_LARGEST_DELAY = 0.1  # off that before [s]
 _LEAST_BEAMS = 2000
 
 
@@ -80,7 +81,7 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
     CalibrationError
         If there are too few beams, or no planes.
     """
-    beams = beams[np.isfinite(ends_of(beams, start, False).xyz[0])]
+    beams = beams[_within_joint_states(beams, start)]
     if len(beams) < _LEAST_BEAMS:
         raise CalibrationError(f'only {len(beams)} beams between joint states')
     level = _level(up)
@@ -91,8 +92,8 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
     coarse = replace(start, delay=start.delay + _coarse_delay(beams, start))
     while True:
         solution, system = _solve(beams, coarse, start, names, level)
-        assert solution.covariance is not None
-        errors = dict(zip(names, np.sqrt(np.diag(solution.covariance)).tolist(), strict=True))
+        assert solution.errors is not None
+        errors = dict(zip(names, solution.errors.tolist(), strict=True))
         worst = max(names, key=lambda name: errors[name] / DETERMINED[name])
         if errors[worst] <= DETERMINED[worst] or len(names) == 1:
             break
@@ -104,6 +105,14 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
     return Calibration(
         start, solution.values, errors, undetermined, before, after, len(solution.planes)
     )
+
+
+def _within_joint_states(beams: Beam, start: Values) -> NDArray[np.bool_]:
+    """Return whether the pitch of each beam is known, with any delay that may come out."""
+    known = np.ones(len(beams), dtype=np.bool_)
+    for other in (-_LARGEST_DELAY, 0.0, _LARGEST_DELAY):
+        known &= np.isfinite(beams.track.at(beams.time + start.delay + other)[0])
+    return known
 
 
 def _level(up: Array | None) -> Level | None:
@@ -124,7 +133,7 @@ def _coarse_delay(beams: Beam, start: Values) -> float:
 def _solve(
     beams: Beam, coarse: Values, start: Values, names: tuple[str, ...], level: Level | None
 ) -> tuple[Solution, '_System']:
-    """Return the solution from coarse to fine, with its covariance."""
+    """Return the solution from coarse to fine, with its standard errors."""
     values, bend = coarse, BEND
     for gate, angle in GATES:
         system = _System(beams, (values, start), names, level, (gate, angle))
@@ -134,7 +143,7 @@ def _solve(
         values, bend = solution.values, solution.bend
         if level is not None:
             level = replace(level, limit=max(0.03, 0.5 * level.limit))
-    return system.system.step(solution, with_covariance=True), system
+    return system.system.step(solution, with_errors=True), system
 
 
 class _System:

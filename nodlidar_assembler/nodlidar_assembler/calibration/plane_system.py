@@ -11,7 +11,7 @@ from nodlidar_assembler.calibration.beam_model import Beam, Ends, ends_of, upwar
 from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.noise import noise_variance
 from nodlidar_assembler.calibration.plane_search import Labels, Plane
-from nodlidar_assembler.calibration.sandwich import groups, of_groups, sandwich
+from nodlidar_assembler.calibration.sandwich import groups, of_groups, standard_errors
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -41,8 +41,8 @@ class Solution:
         each plane [m], errors of the encoder at the knots [rad].
     bend
         Their standard deviation [rad], learned from them.
-    covariance
-        Of the named values, shape (k, k); None if it was not asked for.
+    errors
+        Standard errors of the named values, shape (k,); None if they were not asked for.
     rms
         Distance of the beams' ends from their planes [m].
     """
@@ -54,7 +54,7 @@ class Solution:
     biases: Array = field(default_factory=lambda: np.zeros(0))
     bends: Array = field(default_factory=lambda: np.zeros(len(KNOTS)))
     bend: float = BEND
-    covariance: Array | None = None
+    errors: Array | None = None
     rms: float = float('nan')
 
 
@@ -93,7 +93,7 @@ class PlaneSystem:
         self._expected = expected
         self._first = len(names) + len(KNOTS) + 2
 
-    def step(self, before: Solution, with_covariance: bool = False) -> Solution:
+    def step(self, before: Solution, with_errors: bool = False) -> Solution:
         """Return the solution after a Gauss-Newton step."""
         ends = ends_of(self._beams, before.values, False)
         bases, k = [_basis(plane.normal) for plane in before.planes], len(self.names)
@@ -108,13 +108,14 @@ class PlaneSystem:
         scale = 1.0 / np.sqrt(np.diag(normal))
         inverse = np.linalg.inv(normal * np.outer(scale, scale)) * np.outer(scale, scale)
         change = -inverse @ right
-        covariance = None
-        if with_covariance:
-            spread = _spread(rows, groups(self._beams, ends, before.values))
+        errors = None
+        if with_errors:
+            grouped = groups(self._beams, ends, before.values)
             level_scores = level_slopes * (level_weight * level_off)[:, None]
-            spread += level_scores.T @ level_scores + np.diag(prior)
-            covariance = sandwich(normal + _curving(rows), spread)[:k, :k]
-        after = self._moved(before, bases, change, rows, covariance)
+            rest = level_scores.T @ level_scores + np.diag(prior)
+            spreads = [each + rest for each in _spreads(rows, grouped)]
+            errors = standard_errors(normal + _curving(rows), spreads)[:k]
+        after = self._moved(before, bases, change, rows, errors)
         return replace(after, bend=self._learned_bend(after, np.diag(inverse)))
 
     def _learned_bend(self, after: Solution, variance: Array) -> float:
@@ -208,7 +209,7 @@ class PlaneSystem:
         bases: list[Array],
         change: Array,
         rows: _Rows,
-        covariance: Array | None,
+        errors: Array | None,
     ) -> Solution:
         """Return a solution with its unknowns changed."""
         own = change[self._first :].reshape(-1, _OF_PLANE)
@@ -227,7 +228,7 @@ class PlaneSystem:
             before.biases + own[:, 3],
             before.bends + change[len(self.names) : self._first - 2],
             before.bend,
-            covariance,
+            errors,
             float(np.sqrt(np.mean(rows.off[inside] ** 2))),
         )
 
@@ -237,11 +238,11 @@ def _basis(normal: Array) -> Array:
     return np.asarray(np.linalg.svd(normal[None, :])[2][1:])
 
 
-def _spread(rows: _Rows, grouped: list[Labels]) -> Array:
-    """Return the spread of the scores of rows in groups by scan, by nod angle, and by both."""
+def _spreads(rows: _Rows, grouped: list[Labels]) -> list[Array]:
+    """Return the spread of the scores in groups by scan, by nod angle, and by either."""
     scores = rows.slopes.multiply((rows.weight * rows.off)[:, None]).tocsr()
     one, two, both = (of_groups(scores, group) for group in grouped)
-    return one + two - both
+    return [one, two, one + two - both]
 
 
 def _curving(rows: _Rows) -> Array:

@@ -31,12 +31,17 @@ def of_groups(scores: csr_array, group: Labels) -> Array:
     return np.asarray(sums.T @ sums)
 
 
-def sandwich(curvature: Array, spread: Array) -> Array:
-    """Return the covariance: the spread of the scores between inverses of the curvature."""
+def standard_errors(curvature: Array, spreads: list[Array]) -> Array:
+    """Return the largest standard errors by several spreads of the scores.
+
+    The covariance is a spread between inverses of the curvature. That of groups of either kind
+    may be negative by chance; it is at least that of each kind.
+    """
     scale = 1.0 / np.sqrt(np.diag(curvature))
     outer = np.outer(scale, scale)
     inverse = np.linalg.inv(curvature * outer) * outer
-    return np.asarray(inverse @ spread @ inverse)
+    variances = [np.einsum('ij,jk,ki->i', inverse, spread, inverse) for spread in spreads]
+    return np.asarray(np.sqrt(np.max(variances, axis=0)))
 
 
 def _numbered(group: Labels) -> Labels:

@@ -13,7 +13,8 @@ from sensor_msgs.msg import JointState, LaserScan
 def record(config: AssemblerConfig, scan: str, joint_states: str, seconds: float) -> SensorLog:
     """Return the log of two topics over a time [s]; raises CalibrationError if one is silent."""
     recorder = Recorder(config)
-    with rclpy.init():
+    rclpy.init()
+    try:
         node = rclpy.create_node('calibrate')
         for kind, topic, add in (
             (LaserScan, scan, recorder.add_scan),
@@ -24,4 +25,6 @@ def record(config: AssemblerConfig, scan: str, joint_states: str, seconds: float
         while (left := end - time.monotonic()) > 0.0:
             rclpy.spin_once(node, timeout_sec=left)
         node.destroy_node()
+    finally:
+        rclpy.try_shutdown()
     return recorder.log()
