@@ -44,9 +44,7 @@ class Cells:
     @classmethod
     def of(cls, xyz: Array, size: float = CELL) -> 'Cells':
         """Return the cubes of points (3, n)."""
-        index = np.floor(xyz / size).astype(np.int64) + (1 << 20)
-        key = (index[0] << 42) + (index[1] << 21) + index[2]
-        of_point = np.unique(key, return_inverse=True)[1].ravel()
+        of_point = np.unique(patches(xyz, size), return_inverse=True)[1].ravel()
         count = np.bincount(of_point).astype(np.float64)
         mean = np.stack([np.bincount(of_point, row) / count for row in xyz], axis=1)
         off = xyz - mean[of_point].T
@@ -62,6 +60,12 @@ class Cells:
         used = self.count >= _LEAST_IN_CELL
         variance = np.clip(self.variance[used, 0], 0.0, limit**2)
         return math.sqrt(float(np.average(variance, weights=self.count[used])))
+
+
+def patches(xyz: Array, size: float) -> Labels:
+    """Return a number for the cube of each point (3, n), by the edge of the cubes [m]."""
+    index = np.floor(xyz / size).astype(np.int64) + (1 << 20)
+    return np.asarray((index[0] << 42) + (index[1] << 21) + index[2])
 
 
 @dataclass(frozen=True, slots=True)

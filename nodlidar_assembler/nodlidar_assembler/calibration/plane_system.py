@@ -11,7 +11,7 @@ from nodlidar_assembler.calibration.beam_model import Beam, Ends, ends_of, upwar
 from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.noise import noise_variance
 from nodlidar_assembler.calibration.plane_search import Labels, Plane
-from nodlidar_assembler.calibration.sandwich import groups, of_groups, standard_errors
+from nodlidar_assembler.calibration.sandwich import spreads_of, standard_errors
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -110,10 +110,11 @@ class PlaneSystem:
         change = -inverse @ right
         errors = None
         if with_errors:
-            grouped = groups(self._beams, ends, before.values)
+            scores = rows.slopes.multiply((rows.weight * rows.off)[:, None]).tocsr()
+            spreads = spreads_of(scores, self._beams, ends, before.values)
             level_scores = level_slopes * (level_weight * level_off)[:, None]
             rest = level_scores.T @ level_scores + np.diag(prior)
-            spreads = [each + rest for each in _spreads(rows, grouped)]
+            spreads = [each + rest for each in spreads]
             errors = standard_errors(normal + _curving(rows), spreads)[:k]
         after = self._moved(before, bases, change, rows, errors)
         return replace(after, bend=self._learned_bend(after, np.diag(inverse)))
@@ -236,13 +237,6 @@ class PlaneSystem:
 def _basis(normal: Array) -> Array:
     """Return two unit vectors across a normal, shape (2, 3)."""
     return np.asarray(np.linalg.svd(normal[None, :])[2][1:])
-
-
-def _spreads(rows: _Rows, grouped: list[Labels]) -> list[Array]:
-    """Return the spread of the scores in groups by scan, by nod angle, and by either."""
-    scores = rows.slopes.multiply((rows.weight * rows.off)[:, None]).tocsr()
-    one, two, both = (of_groups(scores, group) for group in grouped)
-    return [one, two, one + two - both]
 
 
 def _curving(rows: _Rows) -> Array:

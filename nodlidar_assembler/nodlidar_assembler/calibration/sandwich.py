@@ -1,31 +1,41 @@
-"""The covariance of an estimate whose residuals are alike in groups of two kinds.
+"""The covariance of an estimate whose residuals are alike in groups of several kinds.
 
-Errors are alike within a scan and, by the encoder, within a nod angle: Cameron, Gelbach, Miller,
+Errors are alike within a scan, by the encoder within a nod angle, and by the surface within a
+patch of it: Cameron, Gelbach, Miller,
 "Robust inference with multiway clustering", Journal of Business and Economic Statistics, 2011.
 """
 
 from nodlidar_assembler.calibration.beam_model import Beam, Ends, Values
-from nodlidar_assembler.calibration.plane_search import Labels
+from nodlidar_assembler.calibration.plane_search import Labels, patches
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 
+PATCH = 0.4  # edge of the cubes in which errors of a surface are alike [m]
 PITCH_BIN = 0.02  # of nod angle in which errors of the encoder are alike [rad]
 
 
-def groups(beams: Beam, ends: Ends, values: Values) -> list[Labels]:
-    """Return the group of each beam by its scan, by nod angle and way, and by both."""
+def spreads_of(scores: csr_array, beams: Beam, ends: Ends, values: Values) -> list[Array]:
+    """Return the spreads of the beams' scores (n, unknowns), by groups of several kinds.
+
+    By scan, by nod angle and way, by patch of surface, by scan or angle, and by scan or patch.
+    """
     position, _ = beams.track.at(beams.time + values.delay)
-    bins = np.floor(position / PITCH_BIN).astype(np.int64)
-    angle = _numbered(2 * bins + ends.upward)
+    angle = 2 * np.floor(position / PITCH_BIN).astype(np.int64) + ends.upward
     scan = _numbered(beams.scan)
-    return [scan, angle, _numbered(scan * (int(angle.max()) + 1) + angle)]
+    by_scan = _spread(scores, scan)
+    spreads = [by_scan]
+    for group in (_numbered(angle), _numbered(patches(ends.xyz, PATCH))):
+        both = _numbered(scan * (int(group.max()) + 1) + group)
+        one = _spread(scores, group)
+        spreads += [one, by_scan + one - _spread(scores, both)]
+    return spreads
 
 
-def of_groups(scores: csr_array, group: Labels) -> Array:
-    """Return the sum over the groups of the outer products of their scores (n, unknowns)."""
+def _spread(scores: csr_array, group: Labels) -> Array:
+    """Return the sum over the groups of the outer products of their scores."""
     count = len(group)
     sums = (csr_array((np.ones(count), (group, np.arange(count)))) @ scores).toarray()
     return np.asarray(sums.T @ sums)
