@@ -132,6 +132,7 @@ FAULTS = [
     (graph((*NODES, '/servo')), 'two nodes of one name', 'namespace:='),
     (graph(on_sim_time=('/driver',)), 'no simulated time', 'set /driver use_sim_time false'),
     (graph(points=Topic('points')), 'no publisher', 'robot.launch.py'),
+    (graph(scan=Topic('scan')), 'node not active', 'lifecycle set /driver activate'),
     (
         graph(scan=Topic('scan', (Endpoint('/driver'), Endpoint('/urg_node2')))),
         'two publishers',

@@ -155,8 +155,9 @@ def test_launch(command):
 
 
 @starting('ros2', 'run', 'nodlidar_bringup', 'doctor')
-def test_doctor(command):
+def test_doctor(command, capsys):
     assert doctor(['--no-ask', '--seconds', '1', *options(command)]) in (0, 1)
+    assert 'no sensor runs' in capsys.readouterr().out
 
 
 @starting('ros2', 'run', 'nodlidar_bringup', 'install_udev_rules')

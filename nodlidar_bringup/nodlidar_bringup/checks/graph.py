@@ -11,6 +11,10 @@ SOURCES = {'scan': 'driver', 'joint_states': 'servo', 'points': 'assembler'}
 """Topics of a sensor, and the node of each."""
 
 
+LIFECYCLE = ('driver', 'servo')
+"""Nodes that publish only when they are configured."""
+
+
 @dataclass(frozen=True, slots=True)
 class Endpoint:
     """A publisher or a subscription.
@@ -72,7 +76,7 @@ def check_graph(graph: Graph) -> list[Finding]:
         return [unknown('no running system', text, f'{LAUNCH}, then doctor again')]
     findings = [*_twice(graph.nodes), *_sim_time(graph)]
     for topic in graph.topics:
-        findings += [*_publishers(topic), *_types(topic), *_mismatches(topic)]
+        findings += [*_publishers(topic, graph.nodes), *_types(topic), *_mismatches(topic)]
     return findings or [good('nodes', f'{len(graph.nodes)} nodes run, each topic has one source')]
 
 
@@ -97,11 +101,16 @@ def _sim_time(graph: Graph) -> list[Finding]:
     return [fault('no simulated time', text, remedy)]
 
 
-def _publishers(topic: Topic) -> list[Finding]:
+def _publishers(topic: Topic, nodes: Sequence[str]) -> list[Finding]:
     if topic.name not in SOURCES:
         return []
     node = SOURCES[topic.name]
     if not topic.publishers:
+        for name in nodes:
+            if name.rsplit('/', 1)[-1] == node and node in LIFECYCLE:
+                text = f"'{name}' runs, but is not configured: it does not publish '{topic.name}'"
+                mend = f'ros2 lifecycle set {name} configure; ros2 lifecycle set {name} activate'
+                return [fault('node not active', text, mend)]
         text = f"nobody publishes '{topic.name}': no {node} runs in this namespace"
         return [fault('no publisher', text, f'{LAUNCH}, and read what the {node} says')]
     names = [endpoint.node for endpoint in topic.publishers]
