@@ -132,7 +132,11 @@ FAULTS = [
     (graph((*NODES, '/servo')), 'two nodes of one name', 'namespace:='),
     (graph(on_sim_time=('/driver',)), 'no simulated time', 'set /driver use_sim_time false'),
     (graph(points=Topic('points')), 'no publisher', 'robot.launch.py'),
-    (graph(scan=Topic('scan')), 'node not active', 'lifecycle set /driver activate'),
+    (
+        check_graph(Graph(NODES, tuple(TOPICS.values()), inactive=('/driver',))),
+        'node not active',
+        'lifecycle set /driver activate',
+    ),
     (
         graph(scan=Topic('scan', (Endpoint('/driver'), Endpoint('/urg_node2')))),
         'two publishers',
@@ -231,6 +235,6 @@ def test_ports_that_nobody_named_may_be_absent():
 
 
 def test_without_a_running_system_the_rest_is_not_checked():
-    [finding] = check_graph(Graph())
+    [finding] = check_graph(Graph(('/left/driver', '/rviz')))  # another sensor's driver
     assert finding.level == Level.UNKNOWN
     assert 'robot.launch.py' in finding.remedy

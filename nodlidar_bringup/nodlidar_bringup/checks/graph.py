@@ -12,7 +12,7 @@ SOURCES = {'scan': 'driver', 'joint_states': 'servo', 'points': 'assembler'}
 
 
 LIFECYCLE = ('driver', 'servo')
-"""Nodes that publish only when they are configured."""
+"""Nodes that publish only while they are active."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,17 +56,26 @@ class Graph:
         Nodes whose parameter use_sim_time is true.
     clock_published
         Whether /clock has a publisher.
+    namespace
+        Of the sensor, without a slash at the end.
+    inactive
+        Lifecycle nodes that are not active.
     """
 
     nodes: tuple[str, ...] = ()
     topics: tuple[Topic, ...] = ()
     on_sim_time: tuple[str, ...] = ()
     clock_published: bool = False
+    namespace: str = ''
+    inactive: tuple[str, ...] = ()
 
 
 def is_running(graph: Graph) -> bool:
-    """Return whether a node of a sensor runs: one of its topics has a publisher."""
-    return any(topic.publishers for topic in graph.topics if topic.name in SOURCES)
+    """Return whether a node of a sensor runs, or one of its topics has a publisher."""
+    nodes = {f'{graph.namespace}/{name}' for name in SOURCES.values()}
+    return bool(nodes.intersection(graph.nodes)) or any(
+        topic.publishers for topic in graph.topics if topic.name in SOURCES
+    )
 
 
 def check_graph(graph: Graph) -> list[Finding]:
@@ -74,9 +83,9 @@ def check_graph(graph: Graph) -> list[Finding]:
     if not is_running(graph):
         text = 'no sensor runs in this ROS domain: its topics, transforms, rates are not checked'
         return [unknown('no running system', text, f'{LAUNCH}, then doctor again')]
-    findings = [*_twice(graph.nodes), *_sim_time(graph)]
+    findings = [*_twice(graph.nodes), *_inactive(graph.inactive), *_sim_time(graph)]
     for topic in graph.topics:
-        findings += [*_publishers(topic, graph.nodes), *_types(topic), *_mismatches(topic)]
+        findings += [*_publishers(topic), *_types(topic), *_mismatches(topic)]
     return findings or [good('nodes', f'{len(graph.nodes)} nodes run, each topic has one source')]
 
 
@@ -92,6 +101,17 @@ def _twice(nodes: Sequence[str]) -> list[Finding]:
     ]
 
 
+def _inactive(names: Sequence[str]) -> list[Finding]:
+    return [
+        fault(
+            'node not active',
+            f"'{name}' runs, but is not active, so it publishes nothing",
+            f'ros2 lifecycle set {name} configure; ros2 lifecycle set {name} activate',
+        )
+        for name in names
+    ]
+
+
 def _sim_time(graph: Graph) -> list[Finding]:
     if graph.clock_published or not graph.on_sim_time:
         return []
@@ -101,16 +121,11 @@ def _sim_time(graph: Graph) -> list[Finding]:
     return [fault('no simulated time', text, remedy)]
 
 
-def _publishers(topic: Topic, nodes: Sequence[str]) -> list[Finding]:
+def _publishers(topic: Topic) -> list[Finding]:
     if topic.name not in SOURCES:
         return []
     node = SOURCES[topic.name]
     if not topic.publishers:
-        for name in nodes:
-            if name.rsplit('/', 1)[-1] == node and node in LIFECYCLE:
-                text = f"'{name}' runs, but is not configured: it does not publish '{topic.name}'"
-                mend = f'ros2 lifecycle set {name} configure; ros2 lifecycle set {name} activate'
-                return [fault('node not active', text, mend)]
         text = f"nobody publishes '{topic.name}': no {node} runs in this namespace"
         return [fault('no publisher', text, f'{LAUNCH}, and read what the {node} says')]
     names = [endpoint.node for endpoint in topic.publishers]

@@ -9,7 +9,7 @@ from nodlidar_bringup.checks.graph import LAUNCH
 LARGEST_DIFFERENCE = 0.002
 """Between the lever arms of robot model and assembler [m]."""
 
-_MODEL = f'{LAUNCH} publishes the robot model (robot_state_publisher)'
+_MODEL = f'{LAUNCH}, whose robot_state_publisher publishes the robot model'
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,13 @@ from argparse import Namespace
 from dataclasses import replace
 import math
 import os
+import time
 from typing import Any
 
 from nodlidar_bringup import arguments
 from nodlidar_bringup.checks.ask import ask
 from nodlidar_bringup.checks.finding import fault, Finding
-from nodlidar_bringup.checks.graph import check_graph, Graph, is_running, SOURCES
+from nodlidar_bringup.checks.graph import check_graph, Graph, is_running, LIFECYCLE, SOURCES
 from nodlidar_bringup.checks.host import check_host
 from nodlidar_bringup.checks.host_facts import HostWatch
 from nodlidar_bringup.checks.mounting import check_mounting
@@ -20,12 +21,14 @@ from nodlidar_bringup.checks.report import Section
 from nodlidar_bringup.checks.reports import check_reports
 from nodlidar_bringup.checks.traffic import check_content, check_traffic
 from nodlidar_bringup.checks.transforms import check_frames, Frames
-from nodlidar_bringup.ros.node_settings import settings_of
+from nodlidar_bringup.ros.discovery import announce_often
+from nodlidar_bringup.ros.node_settings import inactive, settings_of
 from nodlidar_bringup.ros.system_watch import SystemWatch
 import rclpy
 from rclpy.node import Node
 
-DISCOVERY = 1.5  # s, until the running nodes are found
+DISCOVERY = 3.2  # s, until the running nodes are found: Fast DDS announces itself every 3 s
+OTHERS = 1.0  # s, from the first node until all are found
 _PORTS = {
     LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
     SERVO: ('/dev/nodlidar_servo', '/dev/ttyUSB0'),
@@ -65,6 +68,7 @@ def examine(options: Namespace) -> list[Section]:
 
 def _examine_system(options: Namespace) -> tuple[list[Section], Settings, bool]:
     """Return the findings about the running system, its settings, and whether there is one."""
+    announce_often()
     context = rclpy.Context()
     try:
         rclpy.init(context=context)
@@ -87,14 +91,18 @@ def _examine_system(options: Namespace) -> tuple[list[Section], Settings, bool]:
 
 def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settings, bool]:
     watch = SystemWatch(node)
-    watch.listen(DISCOVERY)
+    _discover(watch)
     if not is_running(watch.graph()):
         return [Section('nodes', check_graph(watch.graph()))], {}, False
     space = node.get_namespace().rstrip('/')
-    settings = settings_of(node, {f'{space}/{name}': keys for name, keys in _SETTINGS.items()})
+    running = watch.graph().nodes
+    wanted = {f'{space}/{name}': keys for name, keys in _SETTINGS.items()}
+    settings = settings_of(node, {name: keys for name, keys in wanted.items() if name in running})
+    lifecycle = [name for name in running if name in {f'{space}/{n}' for n in LIFECYCLE}]
     settings = {name.rsplit('/', 1)[-1]: values for name, values in settings.items()}
     watch.listen(max(options.seconds, 1.0))
-    graph = watch.graph([f'{space}/{n}' for n, v in settings.items() if v.get('use_sim_time')])
+    on_sim_time = [f'{space}/{n}' for n, v in settings.items() if v.get('use_sim_time')]
+    graph = replace(watch.graph(on_sim_time), inactive=inactive(node, lifecycle))
     frames = _frames(watch, options.frame_prefix, settings)
     return (
         [
@@ -107,6 +115,16 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
         settings,
         True,
     )
+
+
+def _discover(watch: SystemWatch) -> None:
+    """Wait until the running nodes are found."""
+    deadline = time.monotonic() + DISCOVERY
+    while time.monotonic() < deadline:
+        watch.listen(0.2)
+        if is_running(watch.graph()):
+            watch.listen(OTHERS)
+            return
 
 
 def _of_messages(watch: SystemWatch, graph: Graph, prefix: str) -> list[Finding]:

@@ -1,13 +1,17 @@
-"""Reads parameters of running nodes."""
+"""Asks running nodes for their parameters and states."""
 
+from collections.abc import Callable, Iterable
 import time
 from typing import Any
 
+from lifecycle_msgs.msg import State
+from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
+TIMEOUT = 1.5  # s, to find the services of all nodes, and again for their answers
 _VALUES = {
     ParameterType.PARAMETER_BOOL: 'bool_value',
     ParameterType.PARAMETER_INTEGER: 'integer_value',
@@ -17,9 +21,7 @@ _VALUES = {
 }
 
 
-def settings_of(
-    node: Node, wanted: dict[str, tuple[str, ...]], timeout: float = 1.0
-) -> dict[str, dict[str, Any]]:
+def settings_of(node: Node, wanted: dict[str, tuple[str, ...]]) -> dict[str, dict[str, Any]]:
     """Return parameters of nodes, without those that do not answer.
 
     Parameters
@@ -28,36 +30,47 @@ def settings_of(
         The node that asks.
     wanted
         Names of parameters by the full name of their node.
-    timeout
-        For all answers together [s].
     """
+    requests = {name: GetParameters.Request(names=list(keys)) for name, keys in wanted.items()}
+    answers = _answers(node, GetParameters, 'get_parameters', requests)
+    return {name: _values(wanted[name], answer) for name, answer in answers.items()}
+
+
+def inactive(node: Node, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the lifecycle nodes among some that are not active."""
+    requests = {name: GetState.Request() for name in names}
+    answers = _answers(node, GetState, 'get_state', requests)
+    return tuple(
+        name
+        for name, answer in answers.items()
+        if answer.current_state.id != State.PRIMARY_STATE_ACTIVE
+    )
+
+
+def _answers(node: Node, kind: Any, service: str, requests: dict[str, Any]) -> dict[str, Any]:
+    """Return the answers to requests by the full name of the nodes that answered."""
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
-    deadline = time.monotonic() + timeout
-    clients = {
-        name: node.create_client(GetParameters, f'{name}/get_parameters') for name in wanted
-    }
+    clients = {name: node.create_client(kind, f'{name}/{service}') for name in requests}
     try:
-        while time.monotonic() < deadline and not all(
-            client.service_is_ready() for client in clients.values()
-        ):
-            executor.spin_once(timeout_sec=0.05)
+        _spin(executor, lambda: all(client.service_is_ready() for client in clients.values()))
         futures = {
-            name: client.call_async(GetParameters.Request(names=list(wanted[name])))
+            name: client.call_async(requests[name])
             for name, client in clients.items()
             if client.service_is_ready()
         }
-        while time.monotonic() < deadline and not all(f.done() for f in futures.values()):
-            executor.spin_once(timeout_sec=0.05)
-        return {
-            name: _values(wanted[name], future.result())
-            for name, future in futures.items()
-            if future.done()
-        }
+        _spin(executor, lambda: all(future.done() for future in futures.values()))
+        return {name: future.result() for name, future in futures.items() if future.done()}
     finally:
         executor.remove_node(node)
         for client in clients.values():
             node.destroy_client(client)
+
+
+def _spin(executor: SingleThreadedExecutor, finished: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + TIMEOUT
+    while not finished() and time.monotonic() < deadline:
+        executor.spin_once(timeout_sec=0.05)
 
 
 def _values(names: tuple[str, ...], answer: Any) -> dict[str, Any]:

@@ -94,7 +94,8 @@ class SystemWatch:
         )
         topics = tuple(self._topic(name) for name in SOURCES)
         clock = self._node.count_publishers('/clock') > 0
-        return Graph(nodes, topics, tuple(on_sim_time), clock)
+        space = self._node.get_namespace().rstrip('/')
+        return Graph(nodes, topics, tuple(on_sim_time), clock, space)
 
     def _topic(self, name: str) -> Topic:
         full = self._node.resolve_topic_name(name)
