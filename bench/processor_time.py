@@ -21,7 +21,7 @@ from sensor_msgs.msg import PointCloud2
 from bench.node_processes import NODES, processor_seconds
 from bench.report import Row
 
-ROUNDS, WARM_UP, DURATION = 5, 3.0, 15.0
+ROUNDS, WARM_UP, DURATION = 4, 3.0, 12.0
 START_TIMEOUT = 30.0
 PUBLISHER = 'robot_state_publisher'
 OTHER = 'balanced, the version before'
