@@ -112,7 +112,7 @@ def main() -> None:
         '--against',
         type=Path,
         metavar='FOLDER',
-        help='another version, built there: processor_time measures it, too',
+        help='another version, built there: processor_time, which needs it, measures it, too',
     )
     arguments = parsed(parser, MEASUREMENTS)
     console = get_console()
@@ -120,6 +120,9 @@ def main() -> None:
         sys.exit(_compare(console))
     measured_at = commit()
     for name in arguments.names:
+        if name == 'processor_time' and arguments.against is None:
+            console.print('processor_time: left out, since it needs --against')
+            continue
         measurement = MEASUREMENTS[name]
         with console.status(name):
             rows = measurement.results(*_of_another_version(name, arguments.against))
@@ -130,8 +133,8 @@ def main() -> None:
         fill_pages()
 
 
-def _of_another_version(name: str, against: Path | None) -> list[Path | None]:
-    return [against] if name == 'processor_time' else []
+def _of_another_version(name: str, against: Path | None) -> list[Path]:
+    return [against] if name == 'processor_time' and against else []
 
 
 def _compare(console: Console) -> int:

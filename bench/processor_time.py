@@ -31,9 +31,9 @@ TITLE = f'Processor time of the nodes, in the room: median of {ROUNDS} runs of {
 SetUps = dict[str, tuple[Path | None, str]]
 
 
-def results(against: Path | None = None) -> list[Row]:
+def results(against: Path) -> list[Row]:
     """Return the shares of a core of each set-up, and their ratios to the first one."""
-    setups: SetUps = {} if against is None else {OTHER: (against, 'balanced')}
+    setups: SetUps = {OTHER: (against, 'balanced')}
     setups |= {profile: (None, profile) for profile in ('balanced', 'fast')}
     runs: dict[str, list[Counter[str]]] = {name: [] for name in setups}
     for _ in range(ROUNDS):
