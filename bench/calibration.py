@@ -4,6 +4,7 @@ The first row is the room with given values; the others were chosen beforehand, 
 and heading of the robot drawn at random for each run.
 """
 
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 import math
 
@@ -56,24 +57,23 @@ class Case:
 
 CASES = {
     'room, ideal servo': Case('room', 50, fixed=True),
-    'room, RX-24F': Case('room', 5, servo='rx24f'),
-    'corridor': Case('corridor', 5, ((1.0, 0.0), (7.0, 0.2))),
-    'rooms of the building': Case('building', 5, ((4.5, 5.0), (9.5, 5.0), (10.0, -2.0))),
-    'room, tilted mount': Case('room', 5, mount=(0.0, 0.0, 1.0, 0.2, 0.5, 0.0)),
-    'room, nod of 30 deg': Case('room', 5, span=30.0 * DEGREE),
+    'room, RX-24F': Case('room', 4, servo='rx24f'),
+    'corridor': Case('corridor', 4, ((1.0, 0.0), (7.0, 0.2))),
+    'rooms of the building': Case('building', 4, ((4.5, 5.0), (9.5, 5.0), (10.0, -2.0))),
+    'room, tilted mount': Case('room', 4, mount=(0.0, 0.0, 1.0, 0.2, 0.5, 0.0)),
+    'room, nod of 30 deg': Case('room', 4, span=30.0 * DEGREE),
 }
 
 
 def results() -> list[Row]:
     """Return the rows of all cases: one for each value."""
-    return [row for name in CASES for row in rows_of(name)]
-
-
-def rows_of(name: str, runs: int = 0) -> list[Row]:
-    """Return the rows of a case, with fewer runs if given."""
-    case = CASES[name]
-    found = [run(case, seed) for seed in range(runs or case.runs)]
-    return [_row(name, found, value) for value in NAMES]
+    with ProcessPoolExecutor(2) as pool:
+        started = {
+            name: [pool.submit(run, case, seed) for seed in range(case.runs)]
+            for name, case in CASES.items()
+        }
+        found = {name: [each.result() for each in runs] for name, runs in started.items()}
+    return [_row(name, runs, value) for name, runs in found.items() for value in NAMES]
 
 
 def run(case: Case, seed: int) -> tuple[Calibration, Values]:

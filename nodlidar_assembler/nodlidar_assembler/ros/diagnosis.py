@@ -6,6 +6,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
@@ -35,6 +36,11 @@ class Diagnosis:
         as the state is checked, so that silence is noticed and none is lost.
     survival
         Counts internal errors.
+
+    Attributes
+    ----------
+    agreement
+        Takes the assembled scans, and warns if the calibration is off.
     """
 
     def __init__(
@@ -59,6 +65,7 @@ class Diagnosis:
         self._recent: Counter[str] = Counter()
         self._recent_ns = steady_ns() - _RECENT_NS
         self._latency = 0.0
+        self.agreement = SweepAgreement()
         self.updater = SteadyUpdater(node, config.frame_id, self._state)
         self.updater.add('clouds', self._report)
 
@@ -137,6 +144,7 @@ class Diagnosis:
         ).items():
             status.add(name, str(count))
         status.add('revolutions without a scan', str(self._assembly.assembler.watch.missing))
+        status.add('joint delay by the sweeps [ms]', f'{self.agreement.delay * 1e3:.2f}')
         status.add('latency after the last point [s]', f'{self._latency:.4f}')
         return status
 
@@ -146,6 +154,7 @@ class Diagnosis:
 
     def _warnings(self) -> list[str]:
         texts = [f'{count} publishers of {what}' for what, count in self._shared_inputs().items()]
+        texts += filter(None, [self.agreement.warning])
         if steady_ns() - self._recent_ns < _RECENT_NS:
             what, count = self._recent.most_common(1)[0]
             texts.append(f'{count} {what}')

@@ -139,6 +139,7 @@ class Assembler(Node):
         """Restart all but the nod, which continues in the new time."""
         self.get_logger().warning(f'the clock was set by {step_ns / NS_PER_S:.3f} s')
         self.assembly.clock_was_set(step_ns)
+        self.diagnosis.agreement.restart()
         if self.odometry is not None:
             self.odometry.restart()
         self._scene_monitor.restart()
@@ -174,6 +175,7 @@ class Assembler(Node):
         if self._scan_service is not None:
             self._scan_service.add(assembled)
         self._region.add(assembled)
+        self.diagnosis.agreement.add(assembled)
         self._adapt(assembled, outcome.odometry)
 
     def _frame_id(self, cloud: Points, in_odometry: bool) -> str:

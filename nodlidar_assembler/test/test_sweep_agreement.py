@@ -1,0 +1,60 @@
+"""The watch over the calibration: a wrong delay is noticed, motion is not taken for one."""
+
+from dataclasses import replace
+
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.pitch import PitchError
+import nodlidar_assembler.clouds.sweep_agreement as module
+from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.lidar_parameters import LidarParameters
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.sensor_model import SensorModel
+import pytest
+
+SWEEP = 7547
+NOD = NodTrajectory(-0.61, 0.61, SWEEP * 0.1 / 1024, SWEEP, 0)
+
+
+def watched(scene, delay, velocity=(0.0, 0.0)):
+    """Return the watch after 13 s in a scene, with windows of 4 s."""
+    lidar = LidarParameters(noise=0.006, noise_growth=0.004)
+    still = replace(load_scene(scene, ideal=True), lidar=lidar, base_legs=(), base_repeat=False)
+    sensor = SensorModel(joint_rate=100.0)
+    seen = simulate(replace(still, base_velocity=velocity), NOD, 13.0, 1, sensor=sensor)
+    geometry = ScanGeometry(
+        len(seen.azimuth), float(seen.azimuth[0]), sensor.angle_increment, 0.1 / 1024, 0.02, 5.6
+    )
+    pipeline, watch = Pipeline(PipelineConfig()), SweepAgreement()
+    sample_ns = seen.joint_stamp_ns + round(delay * NS_PER_S)
+    for stamp_ns, ranges in zip(seen.scan_stamp_ns.tolist(), seen.ranges, strict=True):
+        scan = Scan(stamp_ns, geometry, ranges.astype('f4'))
+        end_ns = stamp_ns + pipeline.beams(geometry).duration_ns
+        first, last = sample_ns.searchsorted([stamp_ns, end_ns])
+        around = slice(max(first - 1, 0), last + 1)
+        try:
+            watch.add(pipeline.add_scan(scan, sample_ns[around], seen.joint_position[around]))
+        except PitchError:
+            continue
+    return watch
+
+
+@pytest.fixture(autouse=True)
+def short_windows(monkeypatch):
+    monkeypatch.setattr(module, 'WINDOW', 4.0)
+
+
+def test_a_wrong_delay_is_warned_of():
+    delay = 8e-3
+    watch = watched('room', delay)
+    assert abs(watch.delay - delay) < 1e-3
+    assert 'joint_delay is off' in watch.warning
+    watch.restart()
+    assert not watch.warning
+
+
+@pytest.mark.parametrize(('scene', 'velocity'), [('room', (0.0, 0.6)), ('corridor', (0.4, 0.0))])
+def test_neither_a_right_delay_nor_motion_is_warned_of(scene, velocity):
+    assert not watched(scene, 0.0, velocity).warning
