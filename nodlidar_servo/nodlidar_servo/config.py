@@ -27,10 +27,10 @@ class ServoConfig:
         'nod_joint', 'Name of the joint in joint_states, as in the robot description'
     )
     zero_tick: int = parameter(
-        512,
-        'Position of the servo at which the scan plane is level: 512 is the middle of 1024 steps, '
-        '2048 that of an MX-28',
-        minimum=0,
+        -1,
+        'Position of the servo at which the scan plane is level; -1: the middle, 512 of 1024 '
+        'steps, 2048 of 4096',
+        minimum=-1,
         maximum=4095,
     )
     invert: bool = parameter(False, 'The beams go down as the position of the servo rises')
@@ -101,4 +101,6 @@ class ServoConfig:
     @property
     def scale(self) -> PitchScale:
         """Conversion between ticks and pitch, for the mounted servo."""
-        return PitchScale(MODELS[self.model], self.zero_tick, self.invert)
+        model = MODELS[self.model]
+        zero = model.ticks // 2 if self.zero_tick < 0 else self.zero_tick
+        return PitchScale(model, zero, self.invert)

@@ -14,24 +14,20 @@ from dynamixel_sdk import (
     COMM_SUCCESS,
     INST_READ,
     INST_WRITE,
-    PacketHandler,
     PortHandler,
 )
 from nodlidar_common.serial_port import port_errors, SerialPort
+from nodlidar_servo.packets import Answer, PacketFormat, PROTOCOL_1
 from nodlidar_servo.replies import (
     CorruptReplyError,
     NoAnswerError,
-    REFUSALS,
     RefusedError,
     Reply,
     ReplyError,
-    status_names,
 )
 from nodlidar_servo.reply_timeout import LONGEST, ReplyTimeout
 
-PROTOCOL = 1.0
-OVERHEAD = 6
-"""Bytes of a packet besides its parameters."""
+INST_REBOOT = 8  # of Protocol 2.0 only
 
 _MOST_AT_ONCE = 1024  # bytes; if more come before an answer, there is none
 _MISSED_TO_DRAIN = 5
@@ -40,7 +36,6 @@ _MISSED_TO_DRAIN = 5
 # the instruction of a sync write is taken for the length. These bytes end it and start no other.
 _FILLER = bytes(140)
 _LONGEST_FILLER = 0.005  # s
-_ID, _LENGTH, _STATUS, _DATA = 2, 3, 4, 5  # places in a packet
 
 
 class OpenPort(PortHandler):
@@ -111,14 +106,21 @@ class DynamixelBus:
         ID of the motor, and bit rate of the bus [bit/s].
     clock
         Returns the host time [ns].
+    packets
+        The version of the protocol.
     """
 
     def __init__(
-        self, stream: SerialPort, servo_id: int, baud_rate: int, clock: Callable[[], int]
+        self,
+        stream: SerialPort,
+        servo_id: int,
+        baud_rate: int,
+        clock: Callable[[], int],
+        packets: PacketFormat = PROTOCOL_1,
     ) -> None:
         self._port = OpenPort(stream, clock)
         self._id = servo_id
-        self._packets = PacketHandler(PROTOCOL)
+        self._packets = packets
         self._timeout = ReplyTimeout(baud_rate)
         self._filler = _FILLER[: round(_LONGEST_FILLER * baud_rate / 10)]
         self._missed = 0
@@ -132,49 +134,63 @@ class DynamixelBus:
         address, length
             Address of the first register, and number of bytes.
         spare
-            Up to this many more bytes may be read. Each request after one without an answer has
-            another length, so that a late reply is not taken for that of a later request. When
-            no length is left, no further request is sent: the motor has to be connected again.
+            Up to this many bytes before them may be read, too. Each request after one without an
+            answer has another length, so that a late reply is not taken for that of a later
+            request. When no length is left, no further request is sent: the motor has to be
+            connected again.
         """
         if spare and self._missed > spare:
             self._port.drain()
             raise NoAnswerError(f'{self._name} does not answer')
-        size = length + self._requests % (spare + 1)
-        packet = self._request(INST_READ, [address, size], size)
-        status, data = packet[_STATUS], bytes(packet[_DATA:-1])
-        if not data:
-            self._check_accepted(status)
+        more = self._requests % (spare + 1)
+        size = length + more
+        number = self._packets.number
+        parameters = number(address - more) + number(size)
+        answer = self._request(INST_READ, parameters, size)
+        if not answer.data:
+            self._check_accepted(answer.status)
             raise CorruptReplyError(f'{self._name} sent no data')
-        return Reply(data[:length], size, status, self._port.sent_ns, self._port.received_ns)
+        return Reply(
+            answer.data[more:],
+            len(parameters) + self._packets.request_overhead,
+            size + self._packets.answer_overhead,
+            answer.status,
+            self._port.sent_ns,
+            self._port.received_ns,
+        )
 
     def write(self, address: int, data: bytes) -> None:
         """Write registers and wait for the motor's confirmation."""
-        packet = self._request(INST_WRITE, [address, *data], 0)
-        self._check_accepted(packet[_STATUS])
+        answer = self._request(INST_WRITE, self._packets.number(address) + data, 0)
+        self._check_accepted(answer.status)
+
+    def reboot(self) -> None:
+        """Start the motor anew, which Protocol 2.0 can: it then has no alarms and no torque."""
+        self._request(INST_REBOOT, b'', 0)
 
     def post(self, address: int, data: bytes) -> None:
         """Write registers without confirmation (a sync write, which has no reply)."""
         block = [self._id, *data]
         try:
-            result = self._packets.syncWriteTxOnly(
+            result = self._packets.handler.syncWriteTxOnly(
                 self._port, address, len(data), block, len(block)
             )
         finally:
             self._port.is_using = False
         self._check(result)
 
-    def _request(self, instruction: int, parameters: list[int], size: int) -> list[int]:
+    def _request(self, instruction: int, parameters: bytes, size: int) -> Answer:
         """Send a request; return the answer, which has `size` bytes of data or none."""
         if self._missed >= _MISSED_TO_DRAIN or (self._missed and instruction == INST_WRITE):
             self._port.drain()  # all confirmations of writes are alike
-        total = len(parameters) + OVERHEAD + size + OVERHEAD
+        overhead = self._packets.request_overhead + self._packets.answer_overhead
+        total = len(parameters) + size + overhead
         self._port.wait_for(self._timeout.seconds(total, self._missed))
         self._missed, self._requests = self._missed + 1, self._requests + 1
-        header = [0xFF, 0xFF, self._id, len(parameters) + 2, instruction]
+        packet = self._packets.request(self._id, instruction, parameters)
         try:
-            result = self._packets.txPacket(self._port, [*header, *parameters, 0])
-            self._check(result)
-            packet = self._answer(size)
+            self._check(self._packets.handler.txPacket(self._port, packet))
+            answer = self._answer(size)
         except NoAnswerError:
             self._port.writePort(list(self._filler))
             raise
@@ -182,14 +198,21 @@ class DynamixelBus:
             self._port.is_using = False  # the SDK leaves it set when the port raises
         self._timeout.add(total, self._port.received_ns - self._port.sent_ns)
         self._missed, self._requests = 0, self._requests - 1
-        return packet
+        return answer
 
-    def _answer(self, size: int) -> list[int]:
+    def _answer(self, size: int) -> Answer:
         while True:
-            packet, result = self._packets.rxPacket(self._port)
+            packet, result = self._receive()
             self._check(result)
-            if packet[_ID] == self._id and packet[_LENGTH] in (2, size + 2):
-                return list(packet)
+            answer = self._packets.answer(packet)
+            if answer.servo_id == self._id and len(answer.data) in (0, size):
+                return answer
+
+    def _receive(self) -> tuple[list[int], int]:
+        handler = self._packets.handler
+        if self._packets.version == 1.0:
+            return handler.rxPacket(self._port)  # type: ignore[no-any-return]
+        return handler.rxPacket(self._port, False)  # type: ignore[no-any-return]
 
     def _check(self, result: int) -> None:
         if result == COMM_RX_TIMEOUT:
@@ -197,11 +220,11 @@ class DynamixelBus:
         if result == COMM_RX_CORRUPT:
             raise CorruptReplyError(f'{self._name} sent a corrupt reply')
         if result != COMM_SUCCESS:
-            raise ReplyError(f'{self._name}: {self._packets.getTxRxResult(result)}')
+            raise ReplyError(f'{self._name}: {self._packets.handler.getTxRxResult(result)}')
 
     def _check_accepted(self, status: int) -> None:
-        if status & REFUSALS:
-            raise RefusedError(f'{self._name} refused the request: {status_names(status)}')
+        if refusal := self._packets.refusal(status):
+            raise RefusedError(f'{self._name} refused the request: {refusal}')
 
     @property
     def _name(self) -> str:

@@ -1,28 +1,9 @@
-"""The supported servo models, and the units of their registers.
-
-All models use Protocol 1.0 and share the registers used here (ROBOTIS e-manual, RX-24F). They
-differ in the number of ticks, the speed unit and the speed.
-"""
+"""The supported servo models, and the units of their registers."""
 
 from dataclasses import dataclass
-from enum import IntEnum
 import math
 
-VALUE_BITS = 0x3FF
-CLOCKWISE_BIT = 0x400
-"""In present speed and load: bit 10 is the direction, set for clockwise (falling ticks)."""
-
-
-class Register(IntEnum):
-    """First addresses of the control table; those below TORQUE_ENABLE are EEPROM."""
-
-    MODEL = 0
-    RETURN_DELAY = 5
-    RETURN_LEVEL = 16
-    TORQUE_ENABLE = 24
-    GOAL = 30
-    TORQUE_LIMIT = 34
-    PRESENT = 36
+from nodlidar_servo.control_table import ControlTable, TABLE_1, TABLE_2
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +22,10 @@ class ServoModel:
         One count of the speed registers [rad/s].
     max_speed
         No-load speed at the nominal voltage [rad/s].
+    table
+        Its registers.
+    most_load
+        Count of the load register at the maximum torque, or at the limit of the current.
     """
 
     name: str
@@ -49,45 +34,56 @@ class ServoModel:
     tick_angle: float
     speed_unit: float
     max_speed: float
+    table: ControlTable = TABLE_1
+    most_load: int = 1023
 
     @property
     def fastest(self) -> float:
         """Highest speed that can be commanded [rad/s]; the register may limit the motor's."""
-        return min(self.max_speed, VALUE_BITS * self.speed_unit)
+        return min(self.max_speed, self.table.most_speed * self.speed_unit)
 
     def speed_counts(self, speed: float) -> int:
-        """Return the moving-speed register for a speed [rad/s].
+        """Return the register of the speed to the goal for a speed [rad/s].
 
-        Never 0, which means 'as fast as possible', and at most 1023, the end of the register.
+        Never 0, which means 'as fast as possible', and at most the end of the register.
         """
-        return min(max(round(speed / self.speed_unit), 1), VALUE_BITS)
-
-    def velocity(self, register: int) -> float:
-        """Return the velocity [rad/s], positive for rising ticks, of a present-speed register."""
-        return signed(register) * self.speed_unit
-
-
-def signed(register: int) -> int:
-    """Return the value of a present speed or load register, positive for rising ticks."""
-    value = register & VALUE_BITS
-    return -value if register & CLOCKWISE_BIT else value
-
-
-def load_share(register: int) -> float:
-    """Return a load register as a share of the maximum torque, -1 to 1."""
-    return signed(register) / VALUE_BITS
+        return min(max(round(speed / self.speed_unit), 1), self.table.most_speed)
 
 
 def _rpm(value: float) -> float:
     return value * 2.0 * math.pi / 60.0
 
 
+_STEP_300, _STEP_360 = math.radians(300.0) / 1024, math.radians(360.0) / 4096  # rad
+_UNIT_1, _UNIT_MX, _UNIT_2 = _rpm(0.111), _rpm(0.114), _rpm(0.229)  # rad/s
+
+
+def _series_1(name: str, number: int, rpm: float) -> ServoModel:
+    """Return an AX or RX servo."""
+    return ServoModel(name, number, 1024, _STEP_300, _UNIT_1, _rpm(rpm))
+
+
+def _series_2(name: str, number: int, rpm: float, most_load: int) -> ServoModel:
+    """Return an X or MX servo with Protocol 2.0."""
+    return ServoModel(name, number, 4096, _STEP_360, _UNIT_2, _rpm(rpm), TABLE_2, most_load)
+
+
+# Speeds without load by the e-manual: AX-12A, AX-18A and RX-24F at 12 V, RX-28 and RX-64 at
+# 18.5 V, XL430 and MX-28 at 12 V, XL330 at 5 V.
 MODELS = {
     model.name: model
     for model in (
-        ServoModel('RX-24F', 24, 1024, math.radians(300.0) / 1024, _rpm(0.111), _rpm(126.0)),
-        ServoModel('AX-12A', 12, 1024, math.radians(300.0) / 1024, _rpm(0.111), _rpm(59.0)),
-        ServoModel('MX-28', 29, 4096, math.radians(360.0) / 4096, _rpm(0.114), _rpm(55.0)),
+        _series_1('RX-24F', 24, 126.0),
+        _series_1('RX-28', 28, 85.0),
+        _series_1('RX-64', 64, 64.0),
+        _series_1('AX-12A', 12, 59.0),
+        _series_1('AX-18A', 18, 97.0),
+        ServoModel('MX-28', 29, 4096, _STEP_360, _UNIT_MX, _rpm(55.0)),
+        _series_2('MX-28-2', 30, 55.0, 1000),
+        _series_2('XL430-W250', 1060, 61.0, 1000),
+        # Their load is the current, in units of 1 mA of at most 1750.
+        _series_2('XL330-M288', 1200, 103.0, 1750),
+        _series_2('XL330-M077', 1190, 383.0, 1750),
     )
 }
 

@@ -12,9 +12,15 @@ STATUS_BITS = {
     0x10: 'checksum',
     0x20: 'overload',
     0x40: 'instruction',
+    # The hardware errors of Protocol 2.0, a byte higher.
+    0x0100: 'input voltage',
+    0x0400: 'overheating',
+    0x0800: 'motor encoder',
+    0x1000: 'electrical shock',
+    0x2000: 'overload',
 }
 REFUSALS = 0x02 | 0x08 | 0x10 | 0x40
-"""The status bits of a refused request; the others are the motor's state."""
+"""The status bits of Protocol 1.0 of a refused request; the others are the motor's state."""
 
 
 class ReplyError(DeviceError):
@@ -61,16 +67,17 @@ class Reply:
     ----------
     data
         The requested bytes.
-    size
-        Number of bytes in the reply, see :meth:`.DynamixelBus.read`.
+    request_size, size
+        Bytes of the request and of the reply on the wire, see :meth:`.DynamixelBus.read`.
     status
-        The status bits of the motor, see :func:`status_names`; 0 if all is well.
+        The status byte of the motor; 0 if all is well.
     sent_ns, received_ns
         Host times just before the request was sent and just after the last byte of the reply was
         read [ns].
     """
 
     data: bytes
+    request_size: int
     size: int
     status: int
     sent_ns: int

@@ -4,8 +4,6 @@ from collections import deque
 from dataclasses import dataclass
 
 BITS_PER_BYTE = 10
-REQUEST_BYTES = 8
-REPLY_OVERHEAD_BYTES = 6
 USB_FRAME_NS = 1_000_000
 
 LATEST_NS = 20_000_000
@@ -29,17 +27,13 @@ class WireTime:
     reply_ns: int
 
     @classmethod
-    def of_read(cls, length: int, baud_rate: int, delay_ns: int) -> 'WireTime':
-        """Return the times of a read of `length` bytes at a bit rate [bit/s].
+    def of_read(cls, request: int, reply: int, baud_rate: int, delay_ns: int) -> 'WireTime':
+        """Return the times of a request and a reply of some bytes, at a bit rate [bit/s].
 
-        A byte is ten bits on the wire; a read request has 8 bytes, its reply 6 and the data.
+        A byte is ten bits on the wire.
         """
         byte_ns = BITS_PER_BYTE * 1e9 / baud_rate
-        return cls(
-            round(REQUEST_BYTES * byte_ns),
-            delay_ns,
-            round((REPLY_OVERHEAD_BYTES + length) * byte_ns),
-        )
+        return cls(round(request * byte_ns), delay_ns, round(reply * byte_ns))
 
 
 def excess_ns(sent_ns: int, received_ns: int, wire: WireTime) -> int:

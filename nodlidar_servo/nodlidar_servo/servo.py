@@ -2,44 +2,21 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
-import struct
 
-from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.errors import DeviceError
 from nodlidar_common.serial_port import SerialPort
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.dynamixel_bus import DynamixelBus
-from nodlidar_servo.models import load_share, MODELS, Register
 from nodlidar_servo.positions import PositionCheck
-from nodlidar_servo.replies import (
-    LateReplyError,
-    NoAnswerError,
-    RefusedError,
-    Reply,
-    ReplyError,
-)
+from nodlidar_servo.replies import LateReplyError, Reply, ReplyError
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.sample_time import excess_ns, sample_time_ns, UsualExcess, WireTime
+from nodlidar_servo.setting_up import hardware_errors, set_up, write_torque_limit
 
-_EEPROM = struct.Struct('<H3xBHHxBBBHBxB')  # 0..18, see _set_up
-_PRESENT = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, temperature
-_DRIVE = struct.Struct('<HH')  # 30..33: goal, moving speed
-_RETURN_DELAY_UNIT_NS = 2000
-_REPLY_TO_ALL = 2
 _ATTEMPTS_TO_STOP = 8
-_SPARE = 6  # 44..49 may be read, too
+_SPARE = 6  # bytes before those that measure may be read, too
 _TRIALS = 8  # reads that measure how long the adapter holds replies back
 _USUAL_FOR = 0.5  # s; replies that have been late for so long are usual
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """The motor's own limits: temperature [deg C], voltages [V], status bits that shut it down."""
-
-    temperature: int
-    voltage_min: float
-    voltage_max: float
-    shutdown: int
 
 
 class Servo:
@@ -64,9 +41,11 @@ class Servo:
     """
 
     def __init__(self, stream: SerialPort, config: ServoConfig, clock: Callable[[], int]) -> None:
-        self._bus = DynamixelBus(stream, config.servo_id, config.baud_rate, clock)
-        self._config = config
-        self._scale = config.scale
+        self._config, self._scale = config, config.scale
+        self._table = self._scale.model.table
+        self._bus = DynamixelBus(
+            stream, config.servo_id, config.baud_rate, clock, self._table.packets
+        )
         self._torque: bool | None = None
         self._is_connected = False
         self._positions = PositionCheck(self._scale.model, config.acceleration)
@@ -81,85 +60,13 @@ class Servo:
             If the servo does not answer, is another model, or its own limits exclude those of
             the mount.
         """
-        self.limits = self._set_up()
-        self._delay_ns = self._return_delay_ns()
+        self._torque = None
+        self._setting = set_up(self._bus, self._config)
+        self._torque, self.limits = False, self._setting.limits
         self._usual = UsualExcess(
             self._latency_timer_ns(), round(_USUAL_FOR * self._config.feedback_rate)
         )
         self._is_connected = True
-
-    def _set_up(self) -> Limits:
-        number, delay, cw, ccw, *limits, torque, level, shutdown = self._read_eeprom()
-        self._check_model(number)
-        if level != _REPLY_TO_ALL:
-            self._have_writes_confirmed()
-        self.set_torque(False)
-        self._check_angle_limits(cw, ccw)
-        if delay != 0:  # the EEPROM wears out
-            self._clear_return_delay()
-        if torque == 0:
-            raise DeviceError('the maximum torque of the servo (address 14) is 0: it cannot move')
-        self._torque_limit = round(self._config.torque_limit * torque).to_bytes(2, 'little')
-        self._write_torque_limit()
-        hottest, lowest, highest = limits
-        return Limits(hottest, lowest / 10.0, highest / 10.0, shutdown)
-
-    def _read_eeprom(self) -> tuple[int, ...]:
-        try:
-            eeprom = self._bus.read(Register.MODEL, _EEPROM.size)
-        except NoAnswerError:  # it may be set to answer nothing but pings
-            self._post_return_level()
-            eeprom = self._bus.read(Register.MODEL, _EEPROM.size)
-        return _EEPROM.unpack(eeprom.data)
-
-    def _write_torque_limit(self) -> None:
-        """Write the torque limit, which also revives a motor that has shut itself down."""
-        self._bus.write(Register.TORQUE_LIMIT, self._torque_limit)
-
-    def _have_writes_confirmed(self) -> None:
-        self._post_return_level()
-        level = self._bus.read(Register.RETURN_LEVEL, 1).data[0]
-        if level != _REPLY_TO_ALL:
-            raise DeviceError(
-                f'the servo confirms no writes (its status return level, address 16, is {level})'
-                ' and is locked: switch its power off and on'
-            )
-
-    def _post_return_level(self) -> None:
-        self._bus.post(Register.RETURN_LEVEL, bytes([_REPLY_TO_ALL]))
-
-    def _clear_return_delay(self) -> None:
-        """Write the EEPROM; if that is locked, the delay stays and the stamps allow for it."""
-        with suppress(RefusedError):
-            self._bus.write(Register.RETURN_DELAY, bytes([0]))
-
-    def _check_model(self, number: int) -> None:
-        if number != self._scale.model.number:
-            found = next((m.name for m in MODELS.values() if m.number == number), 'unknown')
-            raise DeviceError(
-                f"'model' is {self._config.model}, but the servo with ID {self._config.servo_id}"
-                f' has model number {number} ({found})'
-            )
-
-    def _check_angle_limits(self, cw: int, ccw: int) -> None:
-        if cw == ccw == 0:
-            raise DeviceError(
-                'the servo is in wheel mode: set its CW and CCW angle limits (addresses 6 and 8)'
-            )
-        if cw > ccw:
-            raise DeviceError(
-                f'the CW angle limit of the servo (address 6), {cw}, is above its CCW one, {ccw}'
-            )
-        for key in ('pitch_lower_limit', 'pitch_upper_limit'):
-            pitch = getattr(self._config, key)
-            if not cw <= self._scale.tick(pitch) <= ccw:
-                low, high = sorted((self._scale.pitch(cw), self._scale.pitch(ccw)))
-                limit = f'between {low:.4f} and {high:.4f} rad, the angle limits set in the servo'
-                raise DeviceError(str(ParameterError(key, limit, pitch)))
-
-    def _return_delay_ns(self) -> int:
-        delay = self._bus.read(Register.RETURN_DELAY, 1).data[0]
-        return delay * _RETURN_DELAY_UNIT_NS
 
     def _latency_timer_ns(self) -> int:
         """Return how long the adapter holds replies back, by requests that follow at once."""
@@ -173,22 +80,29 @@ class Servo:
     def read(self) -> Sample:
         """Measure once, in one transaction; raises DeviceError."""
         reply = self._read_present()
-        position, speed, load, voltage, temperature = _PRESENT.unpack(reply.data)
-        self.shut_down |= reply.status & self.limits.shutdown
+        present, model = self._table.parse_present(reply.data), self._scale.model
+        status = self._status(reply)
+        self.shut_down |= status & self.limits.shutdown
         stamp_ns = self._stamp(reply)
-        self._positions.accept(stamp_ns, position)
+        self._positions.accept(stamp_ns, present.position)
         return Sample(
             stamp_ns=stamp_ns,
-            pitch=self._scale.pitch(position),
-            velocity=self._scale.sign * self._scale.model.velocity(speed),
-            load=self._scale.sign * load_share(load),
-            voltage=voltage / 10.0,
-            temperature=temperature,
-            status=reply.status,
+            pitch=self._scale.pitch(present.position),
+            velocity=self._scale.sign * present.speed * model.speed_unit,
+            load=self._scale.sign * present.load / model.most_load,
+            voltage=present.voltage,
+            temperature=present.temperature,
+            status=status,
         )
 
+    def _status(self, reply: Reply) -> int:
+        if self._table.hardware_error is None:
+            return reply.status
+        has_alarm = self._table.packets.has_alarm(reply.status)
+        return hardware_errors(self._bus, self._table) if has_alarm else 0
+
     def _read_present(self) -> Reply:
-        return self._bus.read(Register.PRESENT, _PRESENT.size, _SPARE)
+        return self._bus.read(self._table.present, self._table.present_size, _SPARE)
 
     def _stamp(self, reply: Reply) -> int:
         if not self._usual.add(self._excess_ns(reply)):
@@ -201,7 +115,9 @@ class Servo:
         return excess_ns(reply.sent_ns, reply.received_ns, self._wire(reply))
 
     def _wire(self, reply: Reply) -> WireTime:
-        return WireTime.of_read(reply.size, self._config.baud_rate, self._delay_ns)
+        return WireTime.of_read(
+            reply.request_size, reply.size, self._config.baud_rate, self._setting.return_delay_ns
+        )
 
     def drive(self, pitch: float, speed: float) -> None:
         """Send the servo to a pitch [rad] at a speed [rad/s], torque on; raises DeviceError.
@@ -209,17 +125,20 @@ class Servo:
         The goal is sent without confirmation: it is repeated every cycle, and a reply would double
         the time on the bus.
         """
-        goal = _DRIVE.pack(self._scale.tick(pitch), self._scale.model.speed_counts(speed))
-        self._bus.post(Register.GOAL, goal)
+        speed_counts = self._scale.model.speed_counts(speed)
+        goal = self._table.goal(self._scale.tick(pitch), speed_counts)
+        self._bus.post(self._table.drive, goal)
         if self._torque is not True:
             if not self.shut_down:
-                self._write_torque_limit()  # it may have been reset
+                write_torque_limit(
+                    self._bus, self._table, self._setting.torque_limit
+                )  # it may have been reset
             self.set_torque(True)
 
     def set_torque(self, on: bool) -> None:
         """Switch the torque, confirmed by the motor; raises DeviceError."""
         self._torque = None
-        self._bus.write(Register.TORQUE_ENABLE, bytes([on]))
+        self._bus.write(self._table.torque_enable, bytes([on]))
         self._torque = on
 
     def disconnect(self) -> None:

@@ -7,7 +7,7 @@ import pytest
 @pytest.mark.parametrize(
     ('key', 'values'),
     [
-        ('model', {'model': 'XL430-W250'}),
+        ('model', {'model': 'XL-320'}),
         ('servo_id', {'servo_id': 254}),
         ('pitch_upper_limit', {'pitch_lower_limit': 0.5, 'pitch_upper_limit': 0.5}),
         ('pitch_lower_limit', {'pitch_lower_limit': -3.0}),
@@ -22,5 +22,5 @@ def test_wrong_values_are_named(key, values):
 
 
 def test_an_unknown_model_is_told_the_known_ones():
-    with pytest.raises(ParameterError, match='RX-24F, AX-12A, MX-28'):
-        check(ServoConfig(model='XL430-W250'))
+    with pytest.raises(ParameterError, match='RX-24F, RX-28, RX-64, AX-12A'):
+        check(ServoConfig(model='XL-320'))

@@ -155,9 +155,9 @@ def test_a_late_reply_is_not_taken_for_that_of_a_later_request():
     dynamixel, script = bus(b'', late + own, packet(1, 11, 0, *range(20, 29)))
     with pytest.raises(NoAnswerError):
         dynamixel.read(36, 8, spare=6)
-    assert dynamixel.read(36, 8, spare=6).data == bytes(range(10, 18))
-    assert dynamixel.read(36, 8, spare=6).data == bytes(range(20, 28))
-    assert [request[6] for request in script.written] == [8, 9, 9]
+    assert dynamixel.read(36, 8, spare=6).data == bytes(range(11, 19))
+    assert dynamixel.read(36, 8, spare=6).data == bytes(range(21, 29))
+    assert [tuple(request[5:7]) for request in script.written] == [(36, 8), (35, 9), (35, 9)]
 
 
 def test_a_late_confirmation_is_not_taken_for_that_of_a_later_write():

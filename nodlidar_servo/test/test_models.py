@@ -1,8 +1,10 @@
 import math
+import struct
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_servo.models import load_share, MODELS, PitchScale, signed
+from nodlidar_servo.control_table import signed, TABLE_1
+from nodlidar_servo.models import MODELS, PitchScale
 import pytest
 
 RX24F = MODELS['RX-24F']
@@ -50,5 +52,5 @@ def test_a_speed_is_never_sent_as_uncontrolled(speed):
 )
 def test_bit_10_means_falling_ticks(register, value):
     assert signed(register) == value
-    assert RX24F.velocity(register) == pytest.approx(value * RX24F.speed_unit)
-    assert load_share(register) == pytest.approx(value / 1023)
+    present = TABLE_1.parse_present(struct.pack('<HHHBB', 512, register, register, 120, 35))
+    assert (present.speed, present.load) == (value, value)

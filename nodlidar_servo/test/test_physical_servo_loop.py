@@ -1,5 +1,6 @@
 """The servo's loop keeps its phase on a servo by physics, in virtual time."""
 
+from nodlidar_servo.config import ServoConfig
 from nodlidar_sim.world.servo.motion import PhysicalServo
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
@@ -22,12 +23,17 @@ def lateness(bench):
 
 
 @pytest.mark.parametrize(
-    ('name', 'latency_timer'),
-    [('rx24f', 0.016), ('rx24f', 0.001), ('mx28', 0.016), ('xl430', 0.001)],
+    ('name', 'latency_timer', 'model'),
+    [
+        ('rx24f', 0.016, 'RX-24F'),
+        ('rx24f', 0.001, 'RX-24F'),
+        ('mx28', 0.016, 'RX-24F'),
+        ('xl430', 0.001, 'XL430-W250'),
+    ],
 )
-def test_the_phase_of_a_servo_that_can_is_locked(name, latency_timer):
+def test_the_phase_of_a_servo_that_can_is_locked(name, latency_timer, model):
     motion = PhysicalServo(load_servo(name), 0.2, seed=3, history=1e6)
-    bench = Bench(latency_timer, motion=motion)
+    bench = Bench(latency_timer, motion=motion, config=ServoConfig(model=model))
     bench.run(SETTLING + DURATION)
     late = lateness(bench)
     duration = (bench.clock() - START_NS) / 1e9 - SETTLING

@@ -1,12 +1,12 @@
 from nodlidar_servo.sample_time import sample_time_ns, UsualExcess, WireTime
 import pytest
 
-RX24F_READ = WireTime.of_read(length=8, baud_rate=1_000_000, delay_ns=0)
+RX24F_READ = WireTime.of_read(request=8, reply=14, baud_rate=1_000_000, delay_ns=0)
 
 
 def test_a_block_read_takes_220_us_on_the_wire_and_720_with_the_factory_delay():
     assert WireTime(80_000, 0, 140_000) == RX24F_READ
-    factory = WireTime.of_read(8, 1_000_000, 250 * 2000)
+    factory = WireTime.of_read(8, 14, 1_000_000, 250 * 2000)
     assert factory.request_ns + factory.delay_ns + factory.reply_ns == 720_000
 
 
@@ -30,7 +30,7 @@ def test_what_is_beyond_one_usb_frame_is_taken_for_the_way_back(way_out_us, way_
 
 
 def test_the_return_delay_is_halved():
-    wire = WireTime.of_read(8, 1_000_000, 500_000)
+    wire = WireTime.of_read(8, 14, 1_000_000, 500_000)
     assert sample_time_ns(0, 720_000, wire) == 80_000 + 250_000
 
 

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError, PortError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.control_table import TABLE_1
 from nodlidar_servo.following import Following
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.nod_commands import NodCommands
@@ -16,6 +17,7 @@ from nodlidar_sim.devices import rx24f_table as table
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.rx24f import Rx24fEmulator
 from nodlidar_sim.devices.rx24f_motor import SPEED_UNIT, TICK
+from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
@@ -24,21 +26,25 @@ import pytest
 START_NS = 1_800_000_000_000_000_000
 SWEEP = 4001 * 0.1 / 1024
 NOD = NodTrajectory(-0.6136, 0.6136, SWEEP, 4001, START_NS)
+CONFIG = ServoConfig()
 
 
 class Bench:
     """A loop on an emulated servo in virtual time, with a commander that can fall silent."""
 
-    def __init__(self, latency_timer=0.0, rate=100.0, motion=None):
+    def __init__(self, latency_timer=0.0, rate=100.0, motion=None, config=CONFIG):
         self.motion = motion or ServoMotion(0.2, history=1e6)
-        self.emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=latency_timer)
+        if MODELS[config.model].table is TABLE_1:
+            self.emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=latency_timer)
+        else:
+            self.emulator = XServoEmulator(self.motion, baud=3, latency_timer=latency_timer)
         self.faults = FaultyDevice(self.emulator, seed=1)
         self.clock = VirtualClock(START_NS)
         self.port = VirtualPort(self.faults, self.clock)
-        self.commands = NodCommands(ServoConfig())
+        self.commands = NodCommands(config)
         self.figures = LoopFigures()
-        self.following = Following(ServoConfig())
-        self.servo = Servo(self.port, ServoConfig(), self.clock)
+        self.following = Following(config)
+        self.servo = Servo(self.port, config, self.clock)
         self.servo.connect()
         self.loop = ServoLoop(
             self.servo,

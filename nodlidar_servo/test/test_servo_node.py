@@ -327,7 +327,7 @@ def test_a_second_instance_on_the_same_port_says_so_and_does_not_disturb(command
     ('parameter', 'words'),
     [
         ('baud_rate:=fast', "'baud_rate' must be of type int, but is 'fast'"),
-        ('model:=XL430-W250', "'model' must be one of RX-24F, AX-12A, MX-28"),
+        ('model:=XL-320', "'model' must be one of RX-24F, RX-28, RX-64, AX-12A"),
         ('pitch_upper_limit:=-0.9', "'pitch_upper_limit' must be above pitch_lower_limit"),
         ('feedback_rate:=1e6', "'feedback_rate' must be between"),
     ],

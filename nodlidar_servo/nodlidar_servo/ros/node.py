@@ -88,7 +88,9 @@ class ServoNode(DeviceNode):
 
     def connect(self) -> None:
         """Open the port and set the servo up."""
-        port = self.thread.open_port(LONGEST, torque_off(self.config.servo_id))
+        port = self.thread.open_port(
+            LONGEST, torque_off(self.config.servo_id, self.config.scale.model.table)
+        )
         warning = reduce_latency(port)
         if warning:
             self.get_logger().warning(warning)

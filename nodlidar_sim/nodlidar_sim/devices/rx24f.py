@@ -1,7 +1,6 @@
 """A Dynamixel RX-24F at byte level: Protocol 1.0, its control table and its motor."""
 
-import math
-
+from nodlidar_sim.devices.bus_servo import BusServo
 from nodlidar_sim.devices.dynamixel_packets import (
     BROADCAST,
     Instruction,
@@ -18,18 +17,15 @@ from nodlidar_sim.devices.rx24f_table import (
     RETURN_DELAY,
     RETURN_LEVEL,
 )
-from nodlidar_sim.devices.wire import BITS_PER_BYTE, Wire
 from nodlidar_sim.world.motion import ServoShaft
 
 PING, READ, WRITE, REG_WRITE, ACTION, RESET, SYNC_WRITE = 1, 2, 3, 4, 5, 6, 0x83
 
 _DELAY_UNIT_NS = 2_000
-_PIECE = 256
 _FASTEST_BIT_RATE = 2_000_000
-_BIT_RATE_TOLERANCE = 0.03
 
 
-class Rx24fEmulator:
+class Rx24fEmulator(BusServo):
     """The servo, its bus and its USB adapter as the host sees them; a `Device`.
 
     Parameters
@@ -50,9 +46,6 @@ class Rx24fEmulator:
         The motor; tests inject faults there.
     table
         The registers.
-    host_bit_rate
-        Bit rate of the host's port [bit/s], None if unknown. The servo ignores other rates than
-        its own.
     """
 
     def __init__(
@@ -69,39 +62,13 @@ class Rx24fEmulator:
         self.table[ID], self.table[BAUD] = servo_id, baud
         self.table[RETURN_DELAY] = return_delay
         self.motor = Rx24fMotor(motion, self.table, invert)
-        self.host_bit_rate: int | None = None
-        self._reader = InstructionReader()
-        self._wire = Wire(self.bit_rate / BITS_PER_BYTE, _PIECE, round(latency_timer * 1e9))
-        self._received_ns = 0
+        super().__init__(InstructionReader(), self.bit_rate, latency_timer)
         self._registered: bytes | None = None
 
     @property
     def bit_rate(self) -> float:
         """Bit rate of the servo [bit/s]."""
         return _FASTEST_BIT_RATE / (self.table[BAUD] + 1)
-
-    def receive(self, data: bytes, now_ns: int) -> None:
-        """Take bytes from the host, which take time on the wire as of the bit rate."""
-        if not self._bit_rates_match():
-            return
-        start_ns = max(now_ns, self._received_ns)
-        for instruction, taken in self._reader.feed(data, now_ns):
-            self._handle(instruction, start_ns + self._wire.duration_ns(taken))
-        self._received_ns = start_ns + self._wire.duration_ns(len(data))
-        self._wire.bytes_per_second = self.bit_rate / BITS_PER_BYTE
-
-    def transmit(self, now_ns: int) -> bytes:
-        """Remove and return the bytes that have reached the host by a time [ns]."""
-        return self._wire.take(now_ns)
-
-    def next_event_ns(self) -> int | None:
-        """Return when the next reply reaches the host [ns], None if none is on its way."""
-        return self._wire.next_event_ns()
-
-    def _bit_rates_match(self) -> bool:
-        if self.host_bit_rate is None:
-            return True
-        return math.isclose(self.host_bit_rate, self.bit_rate, rel_tol=_BIT_RATE_TOLERANCE)
 
     def _handle(self, instruction: Instruction, at_ns: int) -> None:
         """Execute a packet at the time at which it was complete, and answer it."""

@@ -1,0 +1,130 @@
+"""Sets a servo up: it answers, holds no torque, and its own limits allow those of the mount."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+
+from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.control_table import ControlTable, HARDWARE_ERRORS, SetUp
+from nodlidar_servo.dynamixel_bus import DynamixelBus
+from nodlidar_servo.models import MODELS
+from nodlidar_servo.replies import NoAnswerError, RefusedError, status_names
+
+_RETURN_DELAY_UNIT_NS = 2000
+_REPLY_TO_ALL = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The motor's own limits: temperature [deg C], voltages [V], status bits that shut it down."""
+
+    temperature: int
+    voltage_min: float
+    voltage_max: float
+    shutdown: int
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What was set: limits, the torque limit's register, and the return delay [ns]."""
+
+    limits: Limits
+    torque_limit: int
+    return_delay_ns: int
+
+
+def set_up(bus: DynamixelBus, config: ServoConfig) -> Setting:
+    """Set a servo up, with its torque off.
+
+    Raises
+    ------
+    DeviceError
+        If the servo does not answer, is another model, cannot be positioned, or its own limits
+        exclude those of the mount.
+    """
+    table = config.scale.model.table
+    found = _read(bus, table)
+    _check_model(found.number, config)
+    if found.return_level != _REPLY_TO_ALL:
+        _have_writes_confirmed(bus, table)
+    _revive(bus, table)
+    bus.write(table.torque_enable, bytes([False]))
+    _check_positions(found, config)
+    if found.return_delay != 0:  # the EEPROM wears out
+        with suppress(RefusedError):  # if it is locked, the stamps allow for the delay
+            bus.write(table.return_delay, bytes([0]))
+    if found.most_torque == 0:
+        raise DeviceError(
+            f'the maximum torque of the servo (address {table.most_torque}) is 0: it cannot move'
+        )
+    torque_limit = round(config.torque_limit * found.most_torque)
+    write_torque_limit(bus, table, torque_limit)
+    delay_ns = bus.read(table.return_delay, 1).data[0] * _RETURN_DELAY_UNIT_NS
+    limits = Limits(found.temperature, found.voltage_min, found.voltage_max, found.shutdown)
+    return Setting(limits, torque_limit, delay_ns)
+
+
+def write_torque_limit(bus: DynamixelBus, table: ControlTable, limit: int) -> None:
+    """Write the torque limit; Protocol 1.0: it revives a motor that has shut itself down."""
+    bus.write(table.torque_limit, limit.to_bytes(2, 'little'))
+
+
+def hardware_errors(bus: DynamixelBus, table: ControlTable) -> int:
+    """Return the status bits of the register of alarms, 0 if the servo has no such register."""
+    if table.hardware_error is None:
+        return 0
+    return bus.read(table.hardware_error, 1).data[0] << HARDWARE_ERRORS
+
+
+def _read(bus: DynamixelBus, table: ControlTable) -> SetUp:
+    try:
+        block = bus.read(0, table.set_up_size)
+    except NoAnswerError:  # it may be set to answer nothing but pings
+        bus.post(table.return_level, bytes([_REPLY_TO_ALL]))
+        block = bus.read(0, table.set_up_size)
+    return table.parse_set_up(block.data)
+
+
+def _have_writes_confirmed(bus: DynamixelBus, table: ControlTable) -> None:
+    address = table.return_level
+    bus.post(address, bytes([_REPLY_TO_ALL]))
+    level = bus.read(address, 1).data[0]
+    if level != _REPLY_TO_ALL:
+        raise DeviceError(
+            f'the servo confirms no writes (its status return level, address {address}, is'
+            f' {level}) and is locked: switch its power off and on'
+        )
+
+
+def _revive(bus: DynamixelBus, table: ControlTable) -> None:
+    """Start a motor anew that has shut itself down, if only that revives it."""
+    if alarms := hardware_errors(bus, table):
+        bus.reboot()
+        raise DeviceError(
+            f'the servo has shut itself down ({status_names(alarms)}); it was started anew'
+        )
+
+
+def _check_model(number: int, config: ServoConfig) -> None:
+    if number != config.scale.model.number:
+        found = next((m.name for m in MODELS.values() if m.number == number), 'unknown')
+        raise DeviceError(
+            f"'model' is {config.model}, but the servo with ID {config.servo_id}"
+            f' has model number {number} ({found})'
+        )
+
+
+def _check_positions(found: SetUp, config: ServoConfig) -> None:
+    if found.wrong_mode:
+        raise DeviceError(f'the servo is {found.wrong_mode}')
+    low, high, scale = found.low, found.high, config.scale
+    if low > high:
+        raise DeviceError(
+            f'the lower limit of the position in the servo, {low}, is above the upper one, {high}'
+        )
+    for key in ('pitch_lower_limit', 'pitch_upper_limit'):
+        pitch = getattr(config, key)
+        if not low <= scale.tick(pitch) <= high:
+            least, most = sorted((scale.pitch(low), scale.pitch(high)))
+            limit = f'between {least:.4f} and {most:.4f} rad, the limits set in the servo'
+            raise DeviceError(str(ParameterError(key, limit, pitch)))

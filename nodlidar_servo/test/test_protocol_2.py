@@ -1,0 +1,156 @@
+"""Servos of Protocol 2.0: set up, measured and driven as those of 1.0."""
+
+import math
+import re
+
+from nodlidar_common.errors import DeviceError
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.control_table import TABLE_1, TABLE_2
+from nodlidar_servo.models import MODELS
+from nodlidar_servo.packets import PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.replies import NoAnswerError, RefusedError, status_names
+from nodlidar_servo.servo import Servo
+from nodlidar_servo.torque_off import torque_off
+from nodlidar_sim.devices import x_table as table
+from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.servo_motion import ServoMotion
+import numpy as np
+import pytest
+
+START_NS = 1_800_000_000_000_000_000
+ONE_MEGABIT = 3
+CONFIG = ServoConfig(model='XL430-W250')
+
+
+class Bench:
+    """An X servo at a pitch, in virtual time, seen from both sides."""
+
+    def __init__(self, **options):
+        self.motion = ServoMotion(0.2)
+        self.emulator = XServoEmulator(self.motion, baud=ONE_MEGABIT, **options)
+        self.faults = FaultyDevice(self.emulator)
+        self.clock = VirtualClock(START_NS)
+        self.port = VirtualPort(self.faults, self.clock)
+
+    def connect(self, config=CONFIG):
+        servo = Servo(self.port, config, self.clock)
+        servo.connect()
+        return servo
+
+    def __getitem__(self, register):
+        return self.emulator.table[register]
+
+    def __setitem__(self, register, value):
+        self.emulator.table[register] = value
+
+
+def test_a_servo_from_the_factory_is_set_up():
+    bench = Bench()
+    bench[table.TORQUE_ENABLE] = 1  # left on by a crash
+    servo = bench.connect(ServoConfig(model='XL430-W250', torque_limit=0.4))
+    assert (bench[table.RETURN_DELAY], bench[table.TORQUE_ENABLE]) == (0, 0)
+    assert bench[table.GOAL_PWM] == 354  # of 885
+    limits = servo.limits
+    assert (limits.temperature, limits.voltage_min, limits.voltage_max) == (72, 6.0, 14.0)
+
+
+@pytest.mark.parametrize(('name', 'number'), [(m.name, m.number) for m in MODELS.values()])
+def test_models_are_told_apart(name, number):
+    if MODELS[name].table is TABLE_2:
+        bench = Bench(model=number)
+        assert not bench.connect(ServoConfig(model=name)).torque
+        other = ServoConfig(model='MX-28-2' if name != 'MX-28-2' else 'XL330-M288')
+        with pytest.raises(DeviceError, match=f'model number {number} .{name}'):
+            bench.connect(other)
+
+
+def test_a_sample_is_what_the_shaft_does():
+    bench = Bench()
+    servo = bench.connect()
+    bench.emulator.load = -0.25
+    servo.drive(0.6, 2.0)
+    for _ in range(100):
+        sample = servo.read()
+    assert sample.velocity == pytest.approx(2.0, abs=0.03)
+    assert sample.load == pytest.approx(-0.25, abs=0.01)
+    assert (sample.voltage, sample.temperature, sample.status) == (12.0, 35, 0)
+    at = float(bench.motion.position(np.array([sample.stamp_ns]))[0])
+    assert sample.pitch == pytest.approx(at, abs=TICK)
+
+
+def test_the_speed_is_that_of_the_profile():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(-0.3, 1.5)
+    assert bench[table.PROFILE_VELOCITY] == round(1.5 / (0.229 * 2 * math.pi / 60))
+    assert bench[table.GOAL] == 2048 - round(0.3 / TICK)
+    assert (bench[table.TORQUE_ENABLE], servo.torque) == (1, True)
+    servo.disconnect()
+    assert bench[table.TORQUE_ENABLE] == 0
+
+
+@pytest.mark.parametrize(
+    ('register', 'value', 'words'),
+    [
+        (table.OPERATING_MODE, 1, 'operating mode 1 .*position control'),
+        (table.DRIVE_MODE, 4, 'drive mode 4'),
+        (table.MAX_POSITION, 2100, "'pitch_upper_limit' must be between"),
+        (table.PWM_LIMIT, 0, r'maximum torque of the servo \(address 36\) is 0'),
+    ],
+)
+def test_what_cannot_nod_is_named(register, value, words):
+    bench = Bench()
+    bench[register] = value
+    with pytest.raises(DeviceError, match=words):
+        bench.connect()
+
+
+def test_an_overload_is_named_and_the_servo_is_started_anew():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(0.6, 2.0)
+    bench.emulator.load = 1.5
+    servo.read()
+    sample = servo.read()
+    assert status_names(sample.status) == 'overload'
+    assert servo.shut_down == sample.status
+    assert bench[table.TORQUE_ENABLE] == 0
+    with pytest.raises(RefusedError):
+        servo.set_torque(True)
+    bench.emulator.load = 0.0
+    with pytest.raises(DeviceError, match=r'shut itself down \(overload\); it was started anew'):
+        bench.connect()
+    again = bench.connect()
+    assert again.read().status == 0
+
+
+def test_a_servo_that_answers_nothing_is_made_to():
+    bench = Bench()
+    bench[table.RETURN_LEVEL] = 0
+    bench.connect()
+    assert bench[table.RETURN_LEVEL] == 2
+
+
+def test_another_protocol_does_not_answer():
+    with pytest.raises(NoAnswerError):
+        Bench().connect(ServoConfig(model='RX-24F'))
+
+
+@pytest.mark.parametrize('control', [TABLE_1, TABLE_2])
+def test_the_confirmation_of_a_stop_is_recognised_with_any_alarm(control):
+    packets = control.packets
+    expected = torque_off(1, control).confirmation
+    for status in range(256):
+        confirmed = re.search(expected, packets.encode_answer(1, status)) is not None
+        assert confirmed == (not packets.refusal(status))
+    assert not re.search(expected, packets.encode_answer(2, 0))
+
+
+def test_packets_are_those_of_the_manuals():
+    assert PROTOCOL_1.encode(1, 1, b'') == bytes.fromhex('FFFF010201FB')
+    read = PROTOCOL_2.encode(1, 2, PROTOCOL_2.number(132) + PROTOCOL_2.number(4))
+    assert read == bytes.fromhex('FFFFFD00 01 0700 02 84000400 1D15')
+    answer = PROTOCOL_2.answer(bytes.fromhex('FFFFFD00 01 0800 55 00 A6000000 8CC0'))
+    assert (answer.servo_id, answer.status, answer.data) == (1, 0, b'\xa6\x00\x00\x00')

@@ -1,0 +1,196 @@
+"""A Dynamixel of the X series at byte level: Protocol 2.0, its control table and its motor.
+
+Profile velocity only: a profile acceleration other than 0 is not emulated, nor are operating modes
+other than position control.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nodlidar_sim.devices import x_table as table
+from nodlidar_sim.devices.bus_servo import BusServo
+from nodlidar_sim.devices.dynamixel_packets import BROADCAST, Instruction
+from nodlidar_sim.devices.dynamixel_packets_2 import InstructionReader, status_packet
+from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.servo.firmware import Compliance
+import numpy as np
+
+PING, READ, WRITE, REBOOT, SYNC_WRITE = 1, 2, 3, 8, 0x83
+BIT_RATES = (9600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
+TICK = math.radians(360.0) / 4096
+SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
+
+_DELAY_UNIT_NS = 2_000
+_ZERO_TICK = 2048  # at pitch 0
+_LOAD_UNIT = 1000
+_SUPPLY = 12.0  # V
+
+
+class XServoEmulator(BusServo):
+    """The servo, its bus and its USB adapter as the host sees them; a `Device`.
+
+    Parameters
+    ----------
+    motion
+        Motion of shaft and lidar, which follows the servo's goals.
+    model
+        Model number: 1060 is the XL430-W250.
+    fastest
+        Speed without load at 12 V [rad/s]; by default, that of the XL430-W250.
+    servo_id, baud, return_delay
+        Initial values of these registers; the factory settings are 1, 1 (57600 bit/s) and 250.
+    latency_timer
+        Of the USB adapter [s].
+
+    Attributes
+    ----------
+    table
+        The registers.
+    voltage, temperature, load
+        Of the supply [V] and of the motor [deg C]; torque of a further load, in units of the
+        greatest torque. Above the limit of the PWM the motor is overloaded.
+    """
+
+    def __init__(
+        self,
+        motion: ServoShaft,
+        *,
+        model: int = table.MODEL.default,
+        fastest: float = 61.0 * 2.0 * math.pi / 60.0,
+        servo_id: int = table.ID.default,
+        baud: int = table.BAUD.default,
+        return_delay: int = table.RETURN_DELAY.default,
+        latency_timer: float = 0.0,
+    ) -> None:
+        self.table = table.XTable()
+        values = {table.MODEL: model, table.ID: servo_id, table.BAUD: baud}
+        for register, value in (values | {table.RETURN_DELAY: return_delay}).items():
+            self.table[register] = value
+        self.voltage, self.temperature, self.load = _SUPPLY, 35.0, 0.0
+        self._motion, self._fastest = motion, fastest
+        self._target: tuple[float, float] | None = None
+        self._limit: float | None = None
+        super().__init__(InstructionReader(), self.bit_rate, latency_timer)
+
+    @property
+    def bit_rate(self) -> float:
+        """Bit rate of the servo [bit/s]."""
+        return BIT_RATES[self.table[table.BAUD]]
+
+    def _handle(self, instruction: Instruction, at_ns: int) -> None:
+        own_id, answered = self.table[table.ID], self._answers(instruction)
+        answer_ns = at_ns + self.table[table.RETURN_DELAY] * _DELAY_UNIT_NS
+        if instruction.servo_id not in (own_id, BROADCAST):
+            return
+        error, data = table.CRC_ERROR, b''
+        if instruction.sound:
+            error, data = self._execute(instruction, at_ns)
+        self._update(at_ns)
+        if answered:
+            alert = table.ALERT if self.table[table.HARDWARE_ERROR] else 0
+            self._wire.send(status_packet(own_id, error | alert, data), answer_ns)
+
+    def _answers(self, instruction: Instruction) -> bool:
+        """Return whether an instruction is answered: by the return level; a ping always is."""
+        least = {PING: 0, READ: 1}.get(instruction.code, 2) if instruction.sound else 2
+        if instruction.servo_id == BROADCAST:
+            return least == 0
+        return self.table[table.RETURN_LEVEL] >= least
+
+    def _execute(self, instruction: Instruction, at_ns: int) -> tuple[int, bytes]:
+        """Execute a packet with the right CRC; return error number and data of the answer."""
+        code, parameters = instruction.code, instruction.parameters
+        address = int.from_bytes(parameters[:2], 'little')
+        if code == READ and len(parameters) == 4:
+            self._measure(at_ns)
+            data = self.table.read(address, int.from_bytes(parameters[2:], 'little'))
+            return (table.DATA_RANGE, b'') if data is None else (0, data)
+        if code == PING and not parameters:
+            model = self.table.read(table.MODEL.address, 2) or b''
+            return 0, model + bytes([self.table[table.FIRMWARE]])
+        if code == WRITE and len(parameters) > 2:
+            return self._write(address, parameters[2:]), b''
+        if code == SYNC_WRITE and instruction.servo_id == BROADCAST and len(parameters) > 4:
+            return self._sync_write(address, parameters), b''
+        if code == REBOOT and not parameters:
+            self._reboot()
+            return 0, b''
+        return table.INSTRUCTION_ERROR, b''
+
+    def _write(self, address: int, data: bytes) -> int:
+        """Write registers; a motor with a hardware error keeps its torque off."""
+        if address == table.TORQUE_ENABLE.address and any(data) and self._is_shut_down:
+            return table.DATA_RANGE
+        return self.table.write(address, data)
+
+    def _sync_write(self, address: int, parameters: bytes) -> int:
+        """Write this servo's part of: address, size, then ID and data of each servo."""
+        step = int.from_bytes(parameters[2:4], 'little') + 1
+        for begin in range(4, len(parameters) - step + 1, step):
+            if parameters[begin] == self.table[table.ID]:
+                return self._write(address, parameters[begin + 1 : begin + step])
+        return 0
+
+    def _reboot(self) -> None:
+        """Set the registers of RAM to their defaults."""
+        for register in table.REGISTERS:
+            if register.address >= table.EEPROM_END:
+                self.table[register] = register.default
+
+    @property
+    def _is_shut_down(self) -> bool:
+        return bool(self.table[table.HARDWARE_ERROR] & self.table[table.SHUTDOWN])
+
+    def _update(self, now_ns: int) -> None:
+        """Apply the registers at a time [ns]."""
+        registers = self.table
+        registers[table.HARDWARE_ERROR] |= self._alarms()
+        if self._is_shut_down:
+            registers[table.TORQUE_ENABLE] = 0
+        limit = registers[table.GOAL_PWM] / table.PWM_LIMIT.default
+        if limit != self._limit:
+            self._limit = limit
+            self._motion.set_compliance(now_ns, Compliance(0.0, 1.0, 0.0, 1.0, 0.0, limit))
+        target = self._wanted()
+        if target != self._target:
+            self._target = target
+            if target is None:
+                self._motion.brake(now_ns)
+            else:
+                self._motion.set_goal(now_ns, *target)
+
+    def _alarms(self) -> int:
+        registers, alarms = self.table, 0
+        lowest, highest = registers[table.VOLTAGE_MIN], registers[table.VOLTAGE_MAX]
+        if not lowest <= round(self.voltage * 10.0) <= highest:
+            alarms |= table.INPUT_VOLTAGE
+        if self.temperature > registers[table.TEMPERATURE_LIMIT]:
+            alarms |= table.OVERHEATING
+        limit = registers[table.GOAL_PWM] / table.PWM_LIMIT.default
+        if registers[table.TORQUE_ENABLE] and abs(self.load) > limit:
+            alarms |= table.OVERLOAD
+        return alarms
+
+    def _wanted(self) -> tuple[float, float] | None:
+        """Return the goal [rad] and the speed [rad/s]; None without torque."""
+        registers = self.table
+        if not registers[table.TORQUE_ENABLE]:
+            return None
+        fastest = self._fastest * self.voltage / _SUPPLY
+        speed = registers[table.PROFILE_VELOCITY] * SPEED_UNIT
+        goal = (registers[table.GOAL] - _ZERO_TICK) * TICK
+        return goal, min(speed or fastest, fastest)
+
+    def _measure(self, now_ns: int) -> None:
+        """Update the registers that report the state."""
+        at = np.array([now_ns])
+        speed = float(self._motion.shaft_velocity(at)[0])
+        registers = self.table
+        position = float(self._motion.encoder(at)[0]) / TICK + _ZERO_TICK
+        registers[table.POSITION] = round(position)
+        registers[table.VELOCITY] = round(speed / SPEED_UNIT)
+        registers[table.LOAD] = round((self.load + self._motion.load(now_ns)) * _LOAD_UNIT)
+        registers[table.MOVING] = int(abs(speed) > 1e-9)
+        registers[table.VOLTAGE] = round(self.voltage * 10.0)
+        registers[table.TEMPERATURE] = round(self.temperature)
