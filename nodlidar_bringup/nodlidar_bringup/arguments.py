@@ -10,6 +10,7 @@ from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameter_file import file_values, read_parameters
 from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.yaml_file import YamlError
+from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.world.scene import load_scene
 import xacro
 
@@ -33,6 +34,8 @@ def check(values: Mapping[str, str]) -> None:
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
         check_parameter_file(name, values[name])
     if values['hardware'] == 'sim':
+        if values['servo'] and values['servo'] not in EMULATED:
+            raise ParameterError('servo', f'one of {", ".join(EMULATED)} in sim', values['servo'])
         load_scene(values['scene'], values['route'] or None)
 
 

@@ -23,7 +23,7 @@ def values(tmp_path):
     nodes = 'driver', 'servo', 'assembler', 'viewer'
     files = {f'{node}_params': str(path) for node in nodes}
     files['calibration'] = ''
-    scene = {'hardware': 'sim', 'scene': 'room', 'route': ''}
+    scene = {'hardware': 'sim', 'scene': 'room', 'route': '', 'servo': ''}
     tf = {'frame_prefix': '', 'own_tf': 'false', 'tf_rate': '20'}
     return {'namespace': '', **tf, **PLACES, **files, **scene}
 
@@ -38,6 +38,8 @@ def values(tmp_path):
         {'tf_rate': '1e3'},
         {'mount_xyz': ' -1e-3\t+.5 7 ', 'route': 'turn', 'scene': 'wall'},
         {'hardware': 'real', 'scene': 'moon'},
+        {'servo': 'XL430-W250'},
+        {'hardware': 'real', 'servo': 'XL330-M288'},
     ],
 )
 def test_good_arguments_pass(values, change):
@@ -69,6 +71,7 @@ def test_good_arguments_pass(values, change):
             'moon',
             "'scene' must be one of building, corner, corridor, crossing, room, wall, or a",
         ),
+        ('servo', 'XL330-M288', "'servo' must be one of RX-24F, XL430-W250, MX-28-2 in sim"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],
 )

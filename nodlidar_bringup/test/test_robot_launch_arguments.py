@@ -16,6 +16,7 @@ import yaml
 
 
 def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
+    """With servos of both protocols."""
     observer = Observer()
     sides = ('left', 'right')
     for side in sides:
@@ -28,7 +29,7 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
     }
     with (
         launched_sensor(tmp_path / 'left.log', *arguments['left']),
-        launched_sensor(tmp_path / 'right.log', *arguments['right']),
+        launched_sensor(tmp_path / 'right.log', *arguments['right'], 'servo:=XL430-W250'),
     ):
         # Each topic is found in its own time.
         topics = [

@@ -10,7 +10,7 @@ import time
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.command_line import run as run_command
 from nodlidar_sim.devices.device import Device
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.servo_models import EMULATED, make_emulator, with_servo
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.commanded import CommandedBase
@@ -28,7 +28,6 @@ import numpy as np
 _GRACE = 2.0  # for drivers that stop at the same time, to make the devices safe [s]
 _LONGEST_TIMEOUT = 3600.0  # of a cmd_vel [s]
 _LONGEST_LATENCY = 255.0  # of an FTDI adapter [ms]
-_BAUD_1M = 1  # value of the register for 1 Mbit/s
 
 
 def without_ros_args(arguments: Sequence[str]) -> list[str]:
@@ -77,6 +76,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         '--latency-timer', type=float, default=0.0, metavar='MS',
         help="of the servo's USB adapter [ms]; 16 limits the servo to 62 Hz [default: 0]",
     )  # fmt: skip
+    parser.add_argument(
+        '--servo-model', choices=tuple(EMULATED), default='RX-24F', metavar='MODEL',
+        help=f'{", ".join(EMULATED)}; its physics replace those of the scene [default: RX-24F]',
+    )  # fmt: skip
     parser.add_argument('--scip11', action='store_true', help='the lidar powers up in SCIP 1.1')
     options = parser.parse_args(without_ros_args(arguments))
     if options.lidar_link is None and options.servo_link is None:
@@ -99,6 +102,7 @@ def make_devices(
     latency_timer: float = 0.0,
     scip11: bool = False,
     base: Base | None = None,
+    servo_model: str = 'RX-24F',
 ) -> dict[str, Device]:
     """Return the two devices, 'lidar' and 'servo', in a scene.
 
@@ -116,6 +120,8 @@ def make_devices(
         Whether the lidar powers up in SCIP 1.1.
     base
         Motion of the base; by default the scene's route.
+    servo_model
+        One of EMULATED.
     """
     motion = make_servo(scene, seed)
     world = World(scene, motion, base, start_ns)
@@ -126,8 +132,7 @@ def make_devices(
         rotation_phase=np.random.default_rng(seed).random(),
         scip11=scip11,
     )
-    servo = Rx24fEmulator(motion, baud=_BAUD_1M, latency_timer=latency_timer)
-    return {'lidar': lidar, 'servo': servo}
+    return {'lidar': lidar, 'servo': make_emulator(servo_model, motion, latency_timer)}
 
 
 def make_servo(scene: Scene, seed: int) -> ServoShaft:
@@ -140,10 +145,18 @@ def make_servo(scene: Scene, seed: int) -> ServoShaft:
 def run(options: argparse.Namespace) -> int:
     """Run the devices with a link until SIGINT or SIGTERM; return the exit status."""
     scene = load_scene(options.scene, options.route or None, ideal=options.ideal)
+    if options.servo_model != 'RX-24F':
+        scene = with_servo(scene, options.servo_model)
     start_ns = time.time_ns()
     base = make_base(options, scene, start_ns)
     devices = make_devices(
-        scene, start_ns, options.seed, options.latency_timer / 1e3, options.scip11, base
+        scene,
+        start_ns,
+        options.seed,
+        options.latency_timer / 1e3,
+        options.scip11,
+        base,
+        options.servo_model,
     )
     links = {'lidar': options.lidar_link, 'servo': options.servo_link}
     links = {name: link for name, link in links.items() if link is not None}

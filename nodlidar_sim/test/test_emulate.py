@@ -144,6 +144,7 @@ def test_scip_1_1(start, tmp_path):
         (['--lidar-link', 'l', '--base', 'fly'], '--base'),
         (['--lidar-link', 'l', '--cmd-vel-timeout', '0'], 'at most 3600 s, but is 0.0'),
         (['--lidar-link', 'l', '--latency-timer', 'nan'], 'from 0 to 255 ms, but is nan'),
+        (['--servo-link', 's', '--servo-model', 'S3003'], 'XL430-W250'),
         (['--lidar-link', 'l', '--seed', 'x'], '--seed'),
         (['--lidar-link', 'l', '--seed', '-1'], 'at least 0, but is -1'),
     ],

@@ -5,6 +5,8 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
+from nodlidar_servo.models import MODELS
+from nodlidar_sim.devices.servo_models import EMULATED
 
 
 def share(package: str, path: str) -> str:
@@ -25,6 +27,12 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     'servo_port': {
         'default_value': '/dev/ttyUSB0',
         'description': 'serial port of the servo (hardware:=real)',
+    },
+    'servo': {
+        'default_value': '',
+        'choices': ['', *MODELS],
+        'description': 'model of the servo; hardware:=sim has ' + ', '.join(EMULATED) + '; if '
+        'empty, servo_params decides',
     },
     'scene': {
         'default_value': 'room',

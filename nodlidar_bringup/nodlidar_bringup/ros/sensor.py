@@ -98,6 +98,7 @@ class Sensor:
                 '--base',
                 self.values['base'],
                 *(['--ideal'] if self.values['ideal'] == 'true' else []),
+                *(['--servo-model', self.values['servo']] if self.values['servo'] else []),
             ],
             on_exit=end_all,
         )
@@ -124,6 +125,8 @@ class Sensor:
             'joint_name': text(self.frame('nod_joint')),
             'autostart': True,
         }
+        if self.values['servo']:
+            own['model'] = text(self.values['servo'])
         return self.node(
             'nodlidar_servo',
             'servo',
