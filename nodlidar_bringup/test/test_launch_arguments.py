@@ -40,6 +40,7 @@ def values(tmp_path):
         {'hardware': 'real', 'scene': 'moon'},
         {'servo': 'XL430-W250'},
         {'hardware': 'real', 'servo': 'XL330-M288'},
+        {'hardware': 'real', 'servo': 'none'},
     ],
 )
 def test_good_arguments_pass(values, change):
@@ -72,6 +73,7 @@ def test_good_arguments_pass(values, change):
             "'scene' must be one of building, corner, corridor, crossing, room, wall, or a",
         ),
         ('servo', 'XL330-M288', "'servo' must be one of RX-24F, XL430-W250, MX-28-2 in sim"),
+        ('servo', 'none', "'servo' must be one of RX-24F, XL430-W250, MX-28-2 in sim"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],
 )

@@ -30,9 +30,10 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'servo': {
         'default_value': '',
-        'choices': ['', *MODELS],
-        'description': 'model of the servo; hardware:=sim has ' + ', '.join(EMULATED) + '; if '
-        'empty, servo_params decides',
+        'choices': ['', *MODELS, 'none'],
+        'description': 'model of the servo; none: no servo node, another node moves the joint and '
+        'publishes joint_states (hardware:=real); hardware:=sim has ' + ', '.join(EMULATED) + '; '
+        'if empty, servo_params decides',
     },
     'scene': {
         'default_value': 'room',

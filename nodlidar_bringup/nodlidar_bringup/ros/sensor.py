@@ -51,7 +51,9 @@ class Sensor:
 
     def nodes(self) -> list[Any]:
         """Return all nodes; raises NodlidarError if one is not installed."""
-        nodes = [self.driver(), self.servo(), self.assembler(), self.state_publisher()]
+        nodes = [self.driver(), self.assembler(), self.state_publisher()]
+        if self.values['servo'] != 'none':
+            nodes.insert(1, self.servo())
         if self.in_sim:
             nodes.insert(0, self.emulators())
         return nodes + self.views()

@@ -1,0 +1,32 @@
+"""Which nodes a launch starts: their executables, none of which runs."""
+
+from launch import LaunchContext
+from nodlidar_bringup.ros import sensor
+from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
+import pytest
+
+
+@pytest.fixture
+def executables(monkeypatch):
+    """Return a function from arguments to the executables of the nodes."""
+    monkeypatch.setattr(sensor, 'tied_node', lambda _, package, executable, **options: executable)
+
+    def of(**values):
+        context = LaunchContext()
+        defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
+        context.launch_configurations.update(defaults | values)
+        return sensor.Sensor(context).nodes()
+
+    return of
+
+
+@pytest.mark.parametrize(
+    ('servo', 'nodes'),
+    [
+        ('', ['driver', 'servo', 'assembler', 'robot_state_publisher']),
+        ('XL430-W250', ['driver', 'servo', 'assembler', 'robot_state_publisher']),
+        ('none', ['driver', 'assembler', 'robot_state_publisher']),
+    ],
+)
+def test_the_servo_node_starts_unless_the_joint_is_left_to_others(executables, servo, nodes):
+    assert executables(hardware='real', servo=servo) == nodes
