@@ -12,6 +12,7 @@ from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.sensor_model import SensorModel
+import numpy as np
 import pytest
 
 SWEEP = 7547
@@ -58,3 +59,13 @@ def test_a_wrong_delay_is_warned_of():
 @pytest.mark.parametrize(('scene', 'velocity'), [('room', (0.0, 0.6)), ('corridor', (0.4, 0.0))])
 def test_neither_a_right_delay_nor_motion_is_warned_of(scene, velocity):
     assert not watched(scene, 0.0, velocity).warning
+
+
+def test_a_scan_without_a_beam_that_counts_is_taken():
+    """At rest the pitch does not change, so no beam shows a delay."""
+    geometry = ScanGeometry(682, -2.0, 2.0 * np.pi / 1024, 0.1 / 1024, 0.02, 5.6)
+    pipeline, watch = Pipeline(PipelineConfig()), SweepAgreement()
+    times_ns = np.array([0, 100_000_000])
+    scan = Scan(10_000_000, geometry, np.full(682, 2.0, dtype='f4'))
+    watch.add(pipeline.add_scan(scan, times_ns, np.zeros(2)))
+    assert not watch.warning

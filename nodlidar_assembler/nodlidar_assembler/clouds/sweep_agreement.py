@@ -82,7 +82,7 @@ class SweepAgreement:
         off = pitch - (row + 0.5) * PITCH_CELL + _FARTHEST
         aside = azimuth - (np.floor(azimuth / AZIMUTH_CELL) + 0.5) * AZIMUTH_CELL
         terms = np.stack([np.ones_like(off), off, aside, speed, ranges], axis=1)[inside]
-        products = (terms[:, :, None] * terms[:, None, :]).reshape(len(terms), -1)
+        products = (terms[:, :, None] * terms[:, None, :]).reshape(len(terms), _TERMS**2)
         np.add.at(self._sums, (column * self._cells[1] + row)[inside], products)
 
     def _end(self) -> None:
