@@ -69,8 +69,17 @@ class NodeBench:
     def spin_until_heard(self, *publishers):
         self.spin_until(lambda: all(p.get_subscription_count() for p in publishers))
 
-    def feed(self, log, others=()):
-        """Publish a log and others, of (time, publisher, message), letting the node keep up."""
+    def send(self, publisher, message, pause=0.0):
+        """Publish a message, and let the node keep up.
+
+        It takes joint states when a scan waits for them, so they wake nobody; `pause` [s] is
+        given to them all the same.
+        """
+        publisher.publish(message)
+        self.executor.spin_once(timeout_sec=pause if publisher is self.states else 0.05)
+
+    def feed(self, log, others=(), pause=0.0):
+        """Send a log and others, of (time, publisher, message)."""
         messages = [
             (scan.stamp_ns + SCAN_NS, self.scans, scan_message(scan)) for scan in log.scans
         ]
@@ -79,8 +88,7 @@ class NodeBench:
             for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True)
         ]
         for _, publisher, message in sorted([*messages, *others], key=lambda entry: entry[0]):
-            publisher.publish(message)
-            self.executor.spin_once(timeout_sec=0.05)
+            self.send(publisher, message, pause)
 
     def close(self):
         self.executor.shutdown()

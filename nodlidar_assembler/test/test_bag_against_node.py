@@ -42,8 +42,7 @@ def clouds_of_node(entries, expected, cloud_mode, sigma_field):
         publishers = {'/scan': running.scans, '/joint_states': running.states}
         for _, topic, message in entries:
             raw = bytes(STORE.serialize_cdr(message, TOPICS[topic]))
-            publishers[topic].publish(deserialize_message(raw, KINDS[topic]))
-            running.executor.spin_once(timeout_sec=0.05)
+            running.send(publishers[topic], deserialize_message(raw, KINDS[topic]))
         clouds, drops = running.out[PointCloud2], running.node.assembly.assembler.drops
         running.spin_until(lambda: len(clouds) >= len(expected.clouds))
         running.spin_until(lambda: drops.total() >= expected.drops.total())

@@ -53,8 +53,7 @@ def test_the_node_publishes_the_level_scans_of_the_bag(simulated, of_bag):
             if name in KINDS:
                 raw = bytes(STORE.serialize_cdr(message, TOPICS[name]))
                 publisher = running.scans if name == '/scan' else running.states
-                publisher.publish(deserialize_message(raw, KINDS[name]))
-                running.executor.spin_once(timeout_sec=0.05)
+                running.send(publisher, deserialize_message(raw, KINDS[name]))
         running.spin_until(lambda: len(found) >= len(expected))
     for one, other in zip(found, expected, strict=True):
         assert time_ns(one.header.stamp) == time_ns(other.header.stamp)
