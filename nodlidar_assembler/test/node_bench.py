@@ -69,16 +69,15 @@ class NodeBench:
     def spin_until_heard(self, *publishers):
         self.spin_until(lambda: all(p.get_subscription_count() for p in publishers))
 
-    def send(self, publisher, message, pause=0.0):
+    def send(self, publisher, message):
         """Publish a message, and let the node keep up.
 
-        It takes joint states when a scan waits for them, so they wake nobody; `pause` [s] is
-        given to them all the same.
+        It takes joint states when a scan waits for them, so they wake nobody.
         """
         publisher.publish(message)
-        self.executor.spin_once(timeout_sec=pause if publisher is self.states else 0.05)
+        self.executor.spin_once(timeout_sec=0.0 if publisher is self.states else 0.05)
 
-    def feed(self, log, others=(), pause=0.0):
+    def feed(self, log, others=()):
         """Send a log and others, of (time, publisher, message)."""
         messages = [
             (scan.stamp_ns + SCAN_NS, self.scans, scan_message(scan)) for scan in log.scans
@@ -88,7 +87,7 @@ class NodeBench:
             for stamp_ns, pitch in zip(log.sample_ns, log.sample_pitch, strict=True)
         ]
         for _, publisher, message in sorted([*messages, *others], key=lambda entry: entry[0]):
-            self.send(publisher, message, pause)
+            self.send(publisher, message)
 
     def close(self):
         self.executor.shutdown()

@@ -64,7 +64,7 @@ class OdometryBench(NodeBench):
         self._tf_static = self.feeder.create_publisher(TFMessage, '/tf_static', static)
         self.spin_until_heard(self._tf, self._tf_static)
 
-    def feed(self, log, odometry_delay_ns=0, pause=0.0):
+    def feed(self, log, odometry_delay_ns=0):
         """Publish a log and its odometry in the order of time, letting the node keep up."""
         mount = transform('base_link', 'nodlidar_base_link', 0, MOUNT.position, (0, 0, 0, 1))
         self._tf_static.publish(TFMessage(transforms=[mount]))
@@ -75,7 +75,7 @@ class OdometryBench(NodeBench):
         ):
             message = TFMessage(transforms=[transform('odom', 'base_link', stamp_ns, p, q)])
             messages.append((stamp_ns + odometry_delay_ns, self._tf, message))
-        super().feed(log, messages, pause)
+        super().feed(log, messages)
 
     def reported(self, key):
         """Return the last value of a key in the diagnostics, 0 if there is none."""
@@ -237,8 +237,7 @@ def test_when_all_time_goes_back_the_clouds_are_those_of_the_earlier_time(log):
     )  # fmt: skip
     with bench('deadline:=10.0') as running:
         for k, part in enumerate((log, earlier), start=1):
-            # As slowly as time passes: else joint states of both times are taken at once.
-            running.feed(part, pause=0.01)
+            running.feed(part)
             running.spin_until(lambda k=k: len(running.clouds) == k * len(log.scans))
         assert_same(running.clouds, [*offline(log), *offline(earlier)])
 

@@ -71,8 +71,8 @@ class AssemblyFilter(SimpleFilter):
             self._warn(f'scan dropped: {error}')
             return
         self.scans.signalMessage(scan)
+        self._states.take()  # before the scan, as they came: time may have gone back with them
         self.assembler.add_scan(scan, self._clock.patience_ns())
-        self._states.take()
         self.release()
 
     def add_state(self, message: JointState) -> None:
