@@ -20,6 +20,7 @@ PAGES = tuple(
         'docs/publication.md',
         'docs/services.md',
         'docs/slam.md',
+        'docs/viewer.md',
     )
 )
 _MARKED = re.compile(

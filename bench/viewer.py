@@ -16,6 +16,9 @@ from bench.report import Row
 SETTLING, DURATION = 12.0, 20.0  # until most_points are shown; of the measurement [s]
 TITLE = f'The page in Chromium without a graphics card, {DURATION:.0f} s'
 PICTURE = Path('viewer.png')
+CLOSE_NOTICE = (  # that there is no graphics card
+    "document.querySelector('.mantine-Notification-closeButton').click()"
+)
 _ADDRESS = re.compile(r'open (http\S+) in a browser')
 
 
@@ -39,6 +42,7 @@ async def _measure(address: str, node: psutil.Process) -> Row:
         before = await tab.value('window.pictures')
         load = await _load(node)
         drawn = await tab.value('window.pictures') - before
+        await tab.value(CLOSE_NOTICE)
         await tab.save_picture(PICTURE)
         first = await tab.value('window.firstPoints')
         hosts = tab.hosts - {'localhost', '127.0.0.1'}
