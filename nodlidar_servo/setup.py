@@ -10,7 +10,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml', 'LICENSE']),
-        (f'share/{PACKAGE}/config', ['config/servo.yaml']),
+        (f'share/{PACKAGE}/config', ['config/servo.yaml', 'config/trajectory.yaml']),
     ],
     install_requires=['setuptools'],
     extras_require={'test': ['pytest']},  # so that colcon runs the tests with pytest
@@ -19,5 +19,10 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Dynamixel servo that follows a nod command and publishes joint states.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['servo = nodlidar_servo.ros.node:main']},
+    entry_points={
+        'console_scripts': [
+            'servo = nodlidar_servo.ros.node:main',
+            'trajectory = nodlidar_servo.ros.trajectory_node:main',
+        ]
+    },
 )

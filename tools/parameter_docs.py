@@ -20,6 +20,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.live import NodeConfig
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.trajectory_config import TrajectoryConfig
 from nodlidar_viewer.config import ViewerConfig
 import yaml
 
@@ -28,6 +29,7 @@ NODES = {
     'assembler': (ProfileConfig, AssemblerConfig),
     'driver': (DriverConfig,),
     'servo': (ServoConfig,),
+    'trajectory': (TrajectoryConfig,),
     'mapper': (NodeConfig, MapperConfig, GridConfig),
     'viewer': (ViewerConfig,),
 }
@@ -36,9 +38,11 @@ LEFT_TO_PROFILES = {
     'assembler': {'profile', *governed()},
     'driver': set(),
     'servo': {'feedback_rate'},
+    'trajectory': set(),
     'mapper': set(),
     'viewer': set(),
 }
+IN_PACKAGE_OF = {'trajectory': 'servo'}  # a second node of a package
 WIDTH = 99
 
 
@@ -131,14 +135,21 @@ def profile_table() -> str:
     return '\n'.join(rows)
 
 
+def folder_of(node: str) -> Path:
+    """Return the folder of the package of a node."""
+    return WORKSPACE / f'nodlidar_{IN_PACKAGE_OF.get(node, node)}'
+
+
 def documents() -> dict[Path, str]:
     """Return the current text of all documents of parameters."""
     found = {}
     for node in NODES:
-        folder = WORKSPACE / f'nodlidar_{node}'
+        folder = folder_of(node)
         found[folder / 'config' / f'{node}.yaml'] = yaml_file(node)
         readme = folder / 'README.md'
-        found[readme] = filled(readme.read_text(), 'parameters', table(node))
+        text = found.get(readme) or readme.read_text()
+        block = f'parameters of {node}' if node in IN_PACKAGE_OF else 'parameters'
+        found[readme] = filled(text, block, table(node))
     readme = WORKSPACE / 'nodlidar_assembler' / 'README.md'
     found[readme] = filled(found[readme], 'profiles', profile_table())
     return found

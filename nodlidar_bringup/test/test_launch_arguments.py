@@ -41,6 +41,7 @@ def values(tmp_path):
         {'servo': 'XL430-W250'},
         {'hardware': 'real', 'servo': 'XL330-M288'},
         {'hardware': 'real', 'servo': 'none'},
+        {'hardware': 'real', 'servo': 'trajectory'},
     ],
 )
 def test_good_arguments_pass(values, change):

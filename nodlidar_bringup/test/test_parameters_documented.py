@@ -32,7 +32,7 @@ def declared(node):
 
 
 def yaml_text(node):
-    return (WORKSPACE / f'nodlidar_{node}' / 'config' / f'{node}.yaml').read_text()
+    return (parameter_docs.folder_of(node) / 'config' / f'{node}.yaml').read_text()
 
 
 def given_too(node):
@@ -66,7 +66,7 @@ def test_what_is_documented_is_what_the_code_says(path):
 
 @of_every_node
 def test_the_readme_has_every_parameter(node):
-    text = (WORKSPACE / f'nodlidar_{node}' / 'README.md').read_text()
+    text = (parameter_docs.folder_of(node) / 'README.md').read_text()
     assert [name for name in declared(node) if f'\n| `{name}` |' not in text] == []
 
 

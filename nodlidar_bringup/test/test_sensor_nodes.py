@@ -25,6 +25,7 @@ def executables(monkeypatch):
     [
         ('', ['driver', 'servo', 'assembler', 'robot_state_publisher']),
         ('XL430-W250', ['driver', 'servo', 'assembler', 'robot_state_publisher']),
+        ('trajectory', ['driver', 'trajectory', 'assembler', 'robot_state_publisher']),
         ('none', ['driver', 'assembler', 'robot_state_publisher']),
     ],
 )

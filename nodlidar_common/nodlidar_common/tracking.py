@@ -95,8 +95,13 @@ class NodTracker:
 
     def next_reversal_ns(self, now_ns: int) -> int:
         """Return the instant [ns] at which the present leg ends."""
-        nod = self._led(self.nod)
+        nod = self.led
         return nod.reversal_time_ns(self._leg(nod, now_ns) + 1)
+
+    @property
+    def led(self) -> NodTrajectory:
+        """The nod, earlier by the lead."""
+        return replace(self.nod, reference_time_ns=self.nod.reference_time_ns - self.phase.lead_ns)
 
     def progress(self) -> Progress:
         """Return how the nod is followed at present."""
@@ -105,10 +110,17 @@ class NodTracker:
             self.nod, self.drive, phase.error, phase.lead_ns, phase.drift.measured_ratio
         )
 
+    def measure_phase(self, sample: Measured) -> None:
+        """Add a measurement to the phase, unless it is the one of before."""
+        if sample.stamp_ns != self._measured_ns:
+            cruise = cruising_speed(self.nod, self._dynamics.acceleration)
+            self.phase.add(self.nod, sample, cruise)
+        self._measured_ns = sample.stamp_ns
+
     def step(self, now_ns: int, sample: Measured) -> Drive:
         """Return the command to the servo at a time [ns], from its latest measurement."""
-        self._measure_phase(self.nod, sample)
-        nod = self._led(self.nod)
+        self.measure_phase(sample)
+        nod = self.led
         leg = self._leg(nod, now_ns)
         direction = _direction(leg)
         goal = _end(nod, direction)
@@ -142,14 +154,6 @@ class NodTracker:
         fastest = min(fastest, self._dynamics.max_speed)
         self.drive = Drive(goal, min(speed, fastest), speed > fastest)
         return self.drive
-
-    def _measure_phase(self, nod: NodTrajectory, sample: Measured) -> None:
-        if sample.stamp_ns != self._measured_ns:
-            self.phase.add(nod, sample, cruising_speed(nod, self._dynamics.acceleration))
-        self._measured_ns = sample.stamp_ns
-
-    def _led(self, nod: NodTrajectory) -> NodTrajectory:
-        return replace(nod, reference_time_ns=nod.reference_time_ns - self.phase.lead_ns)
 
     def _is_arriving(self, remaining: float) -> bool:
         return remaining < self.drive.speed / self._dynamics.acceleration + HOLD

@@ -202,6 +202,11 @@ def test_servo(command):
     runs_until_interrupted(command, 'trying again')
 
 
+@starting('ros2', 'run', 'nodlidar_servo', 'trajectory')
+def test_trajectory(command):
+    runs_until_interrupted(command, 'trying again')
+
+
 @starting('ros2', 'run', 'nodlidar_sim', 'emulate')
 def test_emulate(command, tmp_path):
     if '--help' in command:

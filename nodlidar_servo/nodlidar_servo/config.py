@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_servo.models import MODELS, PitchScale
@@ -104,3 +105,9 @@ class ServoConfig:
         model = MODELS[self.model]
         zero = model.ticks // 2 if self.zero_tick < 0 else self.zero_tick
         return PitchScale(model, zero, self.invert)
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """What the servo can do with its load."""
+        model = MODELS[self.model]
+        return Dynamics(self.acceleration, model.speed_unit, model.fastest)

@@ -8,6 +8,7 @@ from typing import Any
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
 from nodlidar_common.tracking import Progress
+from nodlidar_servo.command_report import CommandReport, phase_figures
 from nodlidar_servo.following import Following
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import LateReplyError, status_names
@@ -56,12 +57,11 @@ class Diagnosis:
     ) -> None:
         self.state = ServoState(figures.copy())
         self._figures = figures
-        self._commands = commands
+        self._commands = CommandReport(commands)
         self._following = following
         self._feedback_rate = feedback_rate
         self._servo: Servo | None = None
         self._recent = Recent(_WINDOW)
-        self._refused_reported = 0
 
     # The device's thread.
 
@@ -107,13 +107,13 @@ class Diagnosis:
         if state.link is None:
             self._recent.clear()
         self._recent.add(now_ns, Counter({_SAMPLES: counted.samples}) + counted.failures)
-        warnings = [*self._refusals(), *self._command_warnings(state.link, now_ns)]
+        warnings = [*self._commands.new_refusals(), *self._command_warnings(state.link, now_ns)]
         warnings += [*self._rate_warnings(), *_out_of_limits(state)]
         if state.latency_warning:
             warnings.append(state.latency_warning)
         fault = [state.fault] if state.fault else []
         figures = self._loop_figures(counted, now_ns)
-        figures |= _phase_figures(state.progress) | _motor_figures(state)
+        figures |= phase_figures(state.progress) | _motor_figures(state)
         return Report(figures, tuple(warnings), (*fault, *_alarms(state)))
 
     @property
@@ -128,17 +128,13 @@ class Diagnosis:
             'joint states withheld': str(counted.withheld),
             'missed cycles': str(counted.missed_cycles),
             'cycles at the speed limit': str(counted.saturated_cycles),
-            'command age [s]': f'{self._commands.age(now_ns):.2f}',
-            'refused commands': str(self._commands.refused),
         }
         failures = sorted(counted.failures.items())
-        return figures | {f'failed: {reason}': str(count) for reason, count in failures}
-
-    def _refusals(self) -> list[str]:
-        refused, self._refused_reported = self._refused_reported, self._commands.refused
-        if self._commands.refused == refused:
-            return []
-        return [f'nod command refused: {self._commands.refusal}']
+        return (
+            figures
+            | self._commands.figures(now_ns)
+            | {f'failed: {reason}': str(count) for reason, count in failures}
+        )
 
     def _command_warnings(self, link: Link | None, now_ns: int) -> list[str]:
         if link is None or self._commands.are_current(now_ns):
@@ -161,17 +157,6 @@ class Diagnosis:
             if reason != _SAMPLES:
                 warnings.append(f'{count / replies:.1%} of the replies failed: {reason}')
         return warnings
-
-
-def _phase_figures(progress: Progress | None) -> dict[str, str]:
-    if progress is None:
-        return {}
-    samples = progress.nod.samples_per_sweep
-    return {
-        'samples per sweep, commanded': str(samples),
-        'samples per sweep, measured': f'{samples * progress.measured_ratio:.2f}',
-        'phase error [ms]': f'{progress.phase_error * 1e3:.2f}',
-    }
 
 
 def _motor_figures(state: ServoState) -> dict[str, str]:

@@ -30,9 +30,12 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'servo': {
         'default_value': '',
-        'choices': ['', *MODELS, 'none'],
-        'description': 'model of the servo; none: no servo node, another node moves the joint and '
-        'publishes joint_states (hardware:=real); hardware:=sim has ' + ', '.join(EMULATED) + '; '
+        'choices': ['', *MODELS, 'trajectory', 'none'],
+        'description': 'model of the servo; trajectory: a joint that ros2_control moves by a '
+        'joint_trajectory_controller; none: no servo node, another node moves the joint and '
+        'publishes joint_states (both hardware:=real); hardware:=sim has '
+        + ', '.join(EMULATED)
+        + '; '
         'if empty, servo_params decides',
     },
     'scene': {

@@ -122,18 +122,22 @@ class Sensor:
 
     def servo(self) -> Node:
         """Return the servo's node."""
-        own = {
-            'port': text(self.port('servo')),
-            'joint_name': text(self.frame('nod_joint')),
-            'autostart': True,
-        }
-        if self.values['servo']:
-            own['model'] = text(self.values['servo'])
+        own = {'joint_name': text(self.frame('nod_joint')), 'autostart': True}
+        model, file = self.values['servo'], self.values['servo_params']
+        executable = 'servo'
+        if model == 'trajectory':
+            executable = model
+            if file == ARGUMENTS['servo_params']['default_value']:
+                file = share('nodlidar_servo', 'config/trajectory.yaml')
+        else:
+            own['port'] = text(self.port('servo'))
+            if model:
+                own['model'] = text(model)
         return self.node(
             'nodlidar_servo',
-            'servo',
+            executable,
             name='servo',
-            parameters=[self.profile(), self.values['servo_params'], own],
+            parameters=[self.profile(), file, own],
             on_exit=end_all,
         )
 

@@ -1,0 +1,184 @@
+"""The lifecycle node of a joint that ros2_control moves: nod commands in, trajectories out."""
+
+from dataclasses import dataclass, replace
+import math
+import sys
+import time
+from typing import Any
+
+from nodlidar_common.dynamics import cruising_speed
+from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.device_node import DeviceNode
+from nodlidar_common.ros.messages import nod_from_message
+from nodlidar_common.ros.node import run
+from nodlidar_common.ros.polled import PolledSubscription
+from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.stamps import time_ns
+from nodlidar_common.tracking import Drive, NodTracker, Progress
+from nodlidar_msgs.msg import NodCommand, NodStatus
+from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.ros.messages import status_message, trajectory_message
+from nodlidar_servo.trajectory_config import TrajectoryConfig
+from nodlidar_servo.trajectory_diagnosis import TrajectoryDiagnosis
+from nodlidar_servo.waypoints import Planner, stop
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
+
+MOST_STATES = 500  # kept between two trajectories; half a second of a controller at 1 kHz
+
+
+@dataclass(frozen=True, slots=True)
+class JointSample:
+    """Pitch [rad] and velocity [rad/s] of the joint at a time [ns]."""
+
+    stamp_ns: int
+    pitch: float
+    velocity: float
+
+
+class TrajectoryNode(DeviceNode):
+    """Sends the nod to a joint_trajectory_controller; publishes `~/status`.
+
+    The controller takes the place of a device: connected is the node while the controller listens
+    and joint states arrive.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('servo', TrajectoryConfig)
+        self._trajectory: Any = None  # its topic is a parameter
+        self.configure()
+        kept = QoSProfile(depth=MOST_STATES, reliability=ReliabilityPolicy.BEST_EFFORT)
+        self._joint_states = PolledSubscription(self, JointState, 'joint_states', kept)
+        self._status = self.create_lifecycle_publisher(NodStatus, '~/status', QoSProfile(depth=10))
+        self.sole_topic = self.create_subscription(
+            NodCommand, 'nod_command', self._on_command, QoSProfile(depth=10)
+        ).topic_name
+
+    def configure(self) -> None:
+        """Forget all commands: the limits may have changed, and the controller."""
+        if self._trajectory is not None:
+            self.destroy_publisher(self._trajectory)
+        topic = f'{self.config.controller}/joint_trajectory'
+        self._trajectory = self.create_publisher(JointTrajectory, topic, QoSProfile(depth=1))
+        self._commands = NodCommands(self.config)
+        self._planner = Planner(self.config.dynamics)
+        self._sample: JointSample | None = None
+        self._arrived_ns = 0
+        self._is_moving = False
+        self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self._commands)
+
+    def _on_command(self, message: NodCommand) -> None:
+        now_ns = steady_ns()
+        try:
+            start_ns = now_ns + time_ns(message.start_time) - self._now_ns()
+            self._commands.accept(nod_from_message(message), now_ns, start_ns)
+        except ParameterError as error:
+            if self._commands.refuse(error):
+                self.get_logger().error(f'nod command refused: {error}')
+
+    def connect(self) -> None:
+        """Wait for the controller and the first joint state."""
+        deadline_ns = steady_ns() + round(self.config.joint_timeout * NS_PER_S)
+        self._sample = None
+        while self.thread.keep_going() and steady_ns() < deadline_ns and self._sample is None:
+            time.sleep(1.0 / self.config.send_rate)
+            self._new_samples()
+        self._check()
+
+    def cycle(self) -> None:
+        """Send the nod from the present leg on, or stop the joint without a command."""
+        time.sleep(1.0 / self.config.send_rate)
+        samples = self._new_samples()
+        self._check()
+        assert self._sample is not None
+        tracker = self._commands.follow(steady_ns())
+        if tracker is None:
+            self._stop()
+            self._show(len(samples), None, None)
+            return
+        for sample in samples:
+            tracker.measure_phase(sample)
+        self._send(tracker, self._sample)
+        self._show(len(samples), self._progress(tracker), self._off_since(tracker, self._sample))
+
+    def disconnect(self) -> None:
+        """Stop the joint."""
+        self._stop()
+        self._show(0, None, None)
+
+    def _send(self, tracker: NodTracker, sample: JointSample) -> None:
+        waypoints = self._planner.plan(tracker.led, sample, self._now_ns())
+        self._trajectory.publish(trajectory_message(self.config.joint_name, waypoints))
+        self._is_moving = True
+
+    def _stop(self) -> None:
+        if self._is_moving and self._sample is not None:
+            rest = stop(self._sample, self._now_ns(), self.config.acceleration)
+            self._trajectory.publish(trajectory_message(self.config.joint_name, [rest]))
+        self._is_moving = False
+        self._planner = Planner(self.config.dynamics)
+
+    def _check(self) -> None:
+        """Raise DeviceError without a controller or joint states."""
+        if not self._trajectory.get_subscription_count():
+            raise DeviceError(f"no controller listens on '{self._trajectory.topic_name}'")
+        age = (steady_ns() - self._arrived_ns) / NS_PER_S
+        if self._sample is None or age > self.config.joint_timeout:
+            timeout = self.config.joint_timeout
+            raise DeviceError(f"no joint states of '{self.config.joint_name}' for {timeout:g} s")
+
+    def _new_samples(self) -> list[JointSample]:
+        """Return the measurements since the last call; the last one is kept."""
+        samples = []
+        for message in self._joint_states.take():
+            if (sample := self._measured(message)) is not None:
+                samples.append(sample)
+                self._sample, self._arrived_ns = sample, steady_ns()
+        return samples
+
+    def _measured(self, message: JointState) -> JointSample | None:
+        """Return the measurement of the joint; None if the message has none that is later."""
+        if self.config.joint_name not in message.name:
+            return None
+        index, stamp_ns = message.name.index(self.config.joint_name), time_ns(message.header.stamp)
+        pitch, before = message.position[index], self._sample
+        if not math.isfinite(pitch) or (before is not None and stamp_ns == before.stamp_ns):
+            return None
+        velocity = message.velocity[index] if message.velocity else math.nan
+        if not math.isfinite(velocity):  # not every hardware measures it
+            velocity = 0.0
+            if before is not None and stamp_ns > before.stamp_ns:
+                velocity = (pitch - before.pitch) / (stamp_ns - before.stamp_ns) * NS_PER_S
+        return JointSample(stamp_ns, pitch, velocity)
+
+    def _progress(self, tracker: NodTracker) -> Progress:
+        speed = cruising_speed(tracker.nod, self.config.acceleration)
+        return replace(tracker.progress(), drive=Drive(math.nan, speed, False))
+
+    def _off_since(self, tracker: NodTracker, sample: JointSample) -> int | None:
+        if self._planner.follows(tracker.led, sample):
+            return None
+        return self.diagnosis.state.off_since_ns or steady_ns()
+
+    def _show(self, samples: int, progress: Progress | None, off_since_ns: int | None) -> None:
+        state = self.diagnosis.state
+        pitch = math.nan if self._sample is None else self._sample.pitch
+        self.diagnosis.state = replace(
+            state,
+            samples=state.samples + samples,
+            pitch=pitch,
+            progress=progress,
+            off_since_ns=off_since_ns,
+        )
+        self._status.publish(status_message(progress, self._now_ns(), self.config))
+
+    def _now_ns(self) -> int:
+        """Return the time of the node's clock [ns], the simulator's with use_sim_time."""
+        return int(self.get_clock().now().nanoseconds)
+
+
+def main() -> None:
+    """Run the node."""
+    sys.exit(run(TrajectoryNode))

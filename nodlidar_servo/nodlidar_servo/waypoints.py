@@ -1,0 +1,170 @@
+"""The nod as waypoints for a controller that draws cubic splines through them.
+
+Each leg goes from rest at one limit to rest at the other, as :mod:`nodlidar_common.dynamics` has
+it: an acceleration, a constant speed and a braking. A cubic spline through position and velocity
+at the four instants between them is exactly that motion. A controller that gets nothing more after
+a plan stops at a limit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.dynamics import cruising_speed, Dynamics
+from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.phase import LOCKED
+from nodlidar_common.tracking import CATCH_UP, Measured
+from scipy.interpolate import CubicHermiteSpline
+
+HORIZON = 1.0
+"""A plan reaches at least this time [s] ahead, and ends at a reversal."""
+
+_STEADY = 0.02  # rad, the least distance from the plan of a joint that does not follow it
+_SMOOTH = 0.25  # of the speed of the nod, by which tuning changes the velocity, at reversals
+_RETIMED = 0.05  # of a sweep, by which tuning moves the reversal that an approach leads to
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoint:
+    """Pitch [rad] and velocity [rad/s] at a time [ns]."""
+
+    time_ns: int
+    pitch: float
+    velocity: float
+
+
+def leg(nod: NodTrajectory, number: int, acceleration: float) -> list[Waypoint]:
+    """Return the four waypoints of a leg (even ones go up), from rest to rest.
+
+    Parameters
+    ----------
+    nod
+        A nod that the acceleration [rad/s^2] suffices for.
+    """
+    begin_ns, end_ns = nod.reversal_time_ns(number), nod.reversal_time_ns(number + 1)
+    direction = 1.0 if number % 2 == 0 else -1.0
+    begin, end = _limit(nod, number), _limit(nod, number + 1)
+    speed = cruising_speed(nod, acceleration)
+    ramp_ns = round(speed / acceleration * NS_PER_S)
+    way, velocity = direction * speed**2 / acceleration / 2.0, direction * speed
+    points = [
+        Waypoint(begin_ns, begin, 0.0),
+        Waypoint(begin_ns + ramp_ns, begin + way, velocity),
+        Waypoint(end_ns - ramp_ns, end - way, velocity),
+        Waypoint(end_ns, end, 0.0),
+    ]
+    if points[2].time_ns <= points[1].time_ns:  # all acceleration and braking
+        del points[2]
+    return points
+
+
+def stop(sample: Measured, now_ns: int, acceleration: float) -> Waypoint:
+    """Return where a joint is at rest soonest, for a sample and the time at present [ns]."""
+    braking = abs(sample.velocity) / acceleration
+    coasted = sample.velocity * (now_ns - sample.stamp_ns) / NS_PER_S
+    pitch = sample.pitch + coasted + sample.velocity * braking / 2.0
+    return Waypoint(now_ns + max(round(braking * NS_PER_S), 1), pitch, 0.0)
+
+
+class Planner:
+    """Plans the way of a joint to the nod, and the nod.
+
+    A joint that is not on the nod stops, goes to the limit of the first reversal that it reaches
+    in time, and begins there.
+
+    Parameters
+    ----------
+    dynamics
+        What the joint can do.
+    """
+
+    def __init__(self, dynamics: Dynamics) -> None:
+        self._dynamics = dynamics
+        self._plan: list[Waypoint] = []
+        self._joins_ns = 0  # reversal at which the approach in the plan ends
+
+    def plan(self, nod: NodTrajectory, sample: Measured, now_ns: int) -> list[Waypoint]:
+        """Return the waypoints from the present leg or approach on.
+
+        Parameters
+        ----------
+        nod
+            The nod, earlier by the lead.
+        sample
+            The latest measurement of the joint.
+        now_ns
+            The present time [ns].
+        """
+        before: list[Waypoint] = []
+        if self._plan and now_ns < self._joins_ns and self._leads_to(nod):
+            before, first = self._plan[:1], round(float(nod.sweeps(self._joins_ns)))
+        elif self._continues(nod, now_ns) and self.follows(nod, sample):
+            first = math.floor(nod.sweeps(now_ns))
+        else:
+            rest = stop(sample, now_ns, self._dynamics.acceleration)
+            before, first = [rest], self._first_reached(rest, nod)
+        if before:
+            self._joins_ns = nod.reversal_time_ns(first)
+        self._plan = [*before, *self._legs(nod, first, now_ns)]
+        return self._plan
+
+    def follows(self, nod: NodTrajectory, sample: Measured) -> bool:
+        """Return whether a joint is on the nod, up to LOCKED late or early."""
+        pitch, _ = self._state(nod, sample.stamp_ns)
+        allowed = LOCKED * cruising_speed(nod, self._dynamics.acceleration) + _STEADY
+        return abs(pitch - sample.pitch) <= allowed
+
+    def _state(self, nod: NodTrajectory, time_ns: int) -> tuple[float, float]:
+        """Return pitch [rad] and velocity [rad/s] of the nod with its turns."""
+        return _at(leg(nod, math.floor(nod.sweeps(time_ns)), self._dynamics.acceleration), time_ns)
+
+    def _continues(self, nod: NodTrajectory, now_ns: int) -> bool:
+        """Return whether a nod continues the plan, but for what tuning changes."""
+        if not self._plan or not self._plan[0].time_ns <= now_ns <= self._plan[-1].time_ns:
+            return False
+        (pitch, velocity), (was, went) = self._state(nod, now_ns), _at(self._plan, now_ns)
+        return abs(pitch - was) <= _STEADY and abs(velocity - went) <= _SMOOTH * nod.speed
+
+    def _leads_to(self, nod: NodTrajectory) -> bool:
+        """Return whether the approach in the plan ends at a reversal of a nod."""
+        number = round(float(nod.sweeps(self._joins_ns)))
+        late = abs(self._joins_ns - nod.reversal_time_ns(number)) / NS_PER_S
+        goal = self._plan[1]
+        return goal.pitch == _limit(nod, number) and late <= _RETIMED * nod.sweep_duration
+
+    def _first_reached(self, rest: Waypoint, nod: NodTrajectory) -> int:
+        """Return the number of the first reversal that a joint at rest reaches in time."""
+        number = math.ceil(nod.sweeps(rest.time_ns))
+        while not self._is_reached(
+            rest, Waypoint(nod.reversal_time_ns(number), _limit(nod, number), 0.0), nod
+        ):
+            number += 1
+        return number
+
+    def _is_reached(self, rest: Waypoint, goal: Waypoint, nod: NodTrajectory) -> bool:
+        """Return whether a cubic from rest to rest is within the limits of the joint."""
+        duration, way = (goal.time_ns - rest.time_ns) / NS_PER_S, abs(goal.pitch - rest.pitch)
+        fastest = min(CATCH_UP * nod.speed, self._dynamics.max_speed)
+        return (
+            duration > 0.0
+            and 1.5 * way <= fastest * duration
+            and 6.0 * way <= self._dynamics.acceleration * duration**2
+        )
+
+    def _legs(self, nod: NodTrajectory, first: int, now_ns: int) -> list[Waypoint]:
+        """Return the legs from the first one to the end of the horizon."""
+        last = max(math.ceil(nod.sweeps(now_ns + round(HORIZON * NS_PER_S))), first + 1)
+        points = [leg(nod, number, self._dynamics.acceleration) for number in range(first, last)]
+        return [*(point for part in points for point in part[:-1]), points[-1][-1]]
+
+
+def _at(waypoints: Sequence[Waypoint], time_ns: int) -> tuple[float, float]:
+    """Return pitch [rad] and velocity [rad/s] at a time [ns] within waypoints."""
+    times = [(each.time_ns - time_ns) / NS_PER_S for each in waypoints]
+    pitches, velocities = zip(*((each.pitch, each.velocity) for each in waypoints), strict=True)
+    spline = CubicHermiteSpline(times, pitches, velocities)
+    return float(spline(0.0)), float(spline(0.0, 1))
+
+
+def _limit(nod: NodTrajectory, reversal: int) -> float:
+    return nod.pitch_min if reversal % 2 == 0 else nod.pitch_max

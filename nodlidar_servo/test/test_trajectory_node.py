@@ -1,0 +1,132 @@
+"""The node as users run it, on real DDS; the controller is the one of spline_controller.py."""
+
+from contextlib import contextmanager
+import subprocess
+import sys
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.ros.messages import nod_to_message, time_message
+from nodlidar_common.stamps import time_ns
+from nodlidar_msgs.msg import NodCommand, NodStatus
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from sensor_msgs.msg import JointState
+from spline_controller import SplineController
+from trajectory_msgs.msg import JointTrajectory
+
+TIMEOUT = 20.0
+MAIN = 'from nodlidar_servo.ros.trajectory_node import main; main()'
+
+
+class Robot:
+    """The other side of the node: gives commands, and has the controller."""
+
+    def __init__(self):
+        self.context = Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node('robot', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.nod, self.message, self.statuses, self.pitches = None, '', [], []
+        self.controller = SplineController(0.1)
+        self._commands = self.node.create_publisher(NodCommand, 'nod_command', 10)
+        self._states = self.node.create_publisher(JointState, 'joint_states', 10)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+        self.node.create_subscription(NodStatus, 'servo/status', self.statuses.append, 10)
+        self.node.create_timer(0.1, self._command)
+
+    def start_controller(self):
+        self.node.create_timer(0.01, self._publish_state)
+        self.node.create_subscription(
+            JointTrajectory, 'joint_trajectory_controller/joint_trajectory', self._take, 1
+        )
+
+    def _on_diagnostics(self, message):
+        for status in message.status:
+            if 'servo' in status.name:
+                self.message = status.message
+
+    def _command(self):
+        if self.nod is not None:
+            self._commands.publish(nod_to_message(self.nod, time.time_ns(), 'nodlidar_base_link'))
+
+    def _publish_state(self):
+        now_ns = time.time_ns()
+        pitch, _ = self.controller.sample(now_ns)
+        self.pitches.append(pitch)
+        other = JointState(name=['wheel', 'nod_joint'], position=[1.0, pitch], velocity=[])
+        other.header.stamp = time_message(now_ns)
+        self._states.publish(other)
+
+    def _take(self, message):
+        assert message.joint_names == ['nod_joint']
+        points = [
+            (time_ns(each.time_from_start), each.positions[0], each.velocities[0])
+            for each in message.points
+        ]
+        self.controller.accept(time_ns(message.header.stamp), points, time.time_ns())
+
+    def until(self, condition, what):
+        deadline = time.monotonic() + TIMEOUT
+        while not condition():
+            assert time.monotonic() < deadline, f'{what}; last: {self.message}'
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def rests(self):
+        last = self.pitches[-20:]
+        return max(last) - min(last) < 1e-6
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture
+def robot():
+    robot = Robot()
+    yield robot
+    robot.close()
+
+
+@contextmanager
+def running(*parameters):
+    options = [word for parameter in parameters for word in ('-p', parameter)]
+    process = subprocess.Popen([sys.executable, '-c', MAIN, '--ros-args', *options])
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot):
+    nod = NodTrajectory(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    with running('autostart:=true', 'reconnect_delay:=0.1') as process:
+        robot.until(lambda: 'no controller listens' in robot.message, 'not diagnosed')
+        robot.start_controller()
+        robot.until(lambda: 'no nod command' in robot.message, 'not connected')
+        assert robot.controller.points == []  # nothing moves unasked
+        robot.nod = nod
+        robot.until(
+            lambda: robot.statuses and abs(robot.statuses[-1].phase_error) < 1e-3, 'not in phase'
+        )
+        assert robot.statuses[-1].following
+        assert robot.statuses[-1].samples_per_sweep == 4001
+        robot.pitches.clear()
+        robot.until(lambda: len(robot.pitches) > 100, 'no joint states')
+        assert min(robot.pitches) == pytest.approx(-0.3, abs=0.02)
+        assert max(robot.pitches) == pytest.approx(0.4, abs=0.02)
+        robot.nod = None
+        robot.until(robot.rests, 'the joint goes on without commands')
+        robot.nod = nod
+        robot.until(lambda: not robot.rests(), 'the joint does not start again')
+        process.kill()
+        robot.until(robot.rests, 'the joint goes on after the node was killed')
+        assert robot.pitches[-1] == pytest.approx(robot.controller.points[-1][1])
+        assert time.time_ns() >= robot.controller.points[-1][0]
+    assert robot.controller.refusals == []

@@ -1,0 +1,147 @@
+from dataclasses import dataclass, replace
+
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from nodlidar_common.dynamics import cruising_speed, Dynamics
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.tracking import NodTracker
+from nodlidar_servo.waypoints import leg, Planner, stop
+import numpy as np
+import pytest
+from spline_controller import SplineController
+
+S = 1_000_000_000
+T0 = 1_763_900_000 * S
+DYNAMICS = Dynamics(50.0, 0.0, 6.0)
+NOD = NodTrajectory(-0.4, 0.5, 0.74, 7547, T0)
+
+
+@dataclass(frozen=True)
+class Sample:
+    stamp_ns: int
+    pitch: float
+    velocity: float
+
+
+def sent(controller, plan, now_ns):
+    begin = plan[0].time_ns
+    controller.accept(
+        begin, [(each.time_ns - begin, each.pitch, each.velocity) for each in plan], now_ns
+    )
+
+
+def test_a_leg_is_a_trapezoid_of_speed_in_closed_form():
+    points = leg(NOD, 2, 50.0)
+    times = [(point.time_ns - T0) / S - 2 * 0.74 for point in points]
+    # v * (T - v / a) = span: the lower root
+    v = (0.74 - (0.74**2 - 4 * 0.9 / 50.0) ** 0.5) * 50.0 / 2.0
+    assert [p.velocity for p in points] == pytest.approx([0.0, v, v, 0.0])
+    assert times == pytest.approx([0.0, v / 50.0, 0.74 - v / 50.0, 0.74], abs=1e-6)
+    assert [p.pitch for p in points] == pytest.approx(
+        [-0.4, -0.4 + v**2 / 100, 0.5 - v**2 / 100, 0.5]
+    )
+    down = leg(NOD, 3, 50.0)
+    assert [p.pitch for p in down] == pytest.approx([0.1 - p.pitch for p in points])
+
+
+def test_splines_through_the_waypoints_are_in_phase_and_need_no_more_than_the_joint_has():
+    controller = SplineController(-0.4)
+    sent(
+        controller,
+        [p for n in range(4) for p in leg(NOD, n, 50.0)[:-1]] + [leg(NOD, 3, 50.0)[-1]],
+        T0,
+    )
+    assert controller.refusals == []
+    times = T0 + np.arange(0, int(2.9 * S), 500_000)
+    pitch, velocity = np.array([controller.sample(t) for t in times]).T
+    assert np.abs(np.diff(velocity) / 5e-4).max() < 50.0 * 1.01
+    assert pitch.min() >= -0.4 - 1e-9
+    assert pitch.max() <= 0.5 + 1e-9
+    for n in range(4):  # half-way at half-time
+        assert controller.sample(T0 + round((n + 0.5) * 0.74 * S))[0] == pytest.approx(0.05)
+
+
+def test_the_shortest_leg_is_acceleration_and_braking_alone():
+    nod = replace(NOD, sweep_duration=2.0 * (0.9 / 50.0) ** 0.5 * (1.0 + 1e-12))
+    assert len({p.time_ns for p in leg(nod, 0, 50.0)}) == len(leg(nod, 0, 50.0)) >= 3
+
+
+def test_a_moving_joint_stops_by_its_acceleration():
+    rest = stop(Sample(T0, 0.2, -3.0), T0 + 10_000_000, 50.0)
+    assert rest.time_ns == T0 + 10_000_000 + round(3.0 / 50.0 * S)
+    assert rest.pitch == pytest.approx(0.2 - 0.03 - 9.0 / 100.0)
+    assert rest.velocity == 0.0
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    pitch=st.floats(-1.5, 1.5),
+    velocity=st.floats(-4.0, 4.0),
+    phase=st.floats(0.0, 1.48),
+    span=st.floats(0.05, 1.4),
+    speed=st.floats(0.05, 2.5),
+)
+def test_any_joint_comes_to_the_nod_within_its_speed_and_acceleration(
+    pitch, velocity, phase, span, speed
+):
+    nod = NodTrajectory(-span / 2, span / 2, span / speed, 4001, T0 - round(phase * S))
+    assume(cruising_speed(nod, DYNAMICS.acceleration) <= DYNAMICS.max_speed)
+    planner, controller = Planner(DYNAMICS), SplineController(pitch)
+    controller.before = (T0 - 1, pitch, velocity)
+    controller.points = [(T0 + S, pitch + velocity, velocity)]
+    before, seen = velocity, []
+    arrived = None
+    for step in range(20_000):
+        now = T0 + step * 2_000_000
+        p, v = controller.sample(now)
+        seen.append(p)
+        assert abs(v) <= max(abs(velocity), 2.0 * nod.speed, 1e-6) * 1.35 + 0.01
+        assert abs(v - before) / 2e-3 <= 50.0 * 1.6 + 1.0
+        before = v
+        if step % 50 == 0:
+            sent(controller, planner.plan(nod, Sample(now, p, v), now), now)
+            if arrived is None and planner.follows(nod, Sample(now, p, v)):
+                arrived = step
+        if arrived is not None and step > arrived + 2_000:
+            break
+    assert controller.refusals == []
+    assert arrived is not None
+    stopping = pitch + velocity * abs(velocity) / 100.0
+    low, high = sorted((pitch, stopping))
+    assert min(seen) >= min(low, -span / 2) - 0.01
+    assert max(seen) <= max(high, span / 2) + 0.01
+
+
+@pytest.mark.parametrize('lag', [0.0, 0.012, 0.04])
+def test_the_phase_of_a_joint_that_lags_is_kept(lag):
+    """The joint is a low-pass filter of second order behind the controller; the nod changes."""
+    planner, controller = Planner(DYNAMICS), SplineController(0.3)
+    tracker = NodTracker(NOD, DYNAMICS)
+    p, v, rng = 0.3, 0.0, np.random.default_rng(1)
+    filtered = [p, p]
+    pitches = []
+    for step in range(40_000):
+        now = T0 + step * S // 1000
+        goal = controller.sample(now)[0]
+        if lag:
+            for stage in range(2):
+                filtered[stage] += ((goal, filtered[0])[stage] - filtered[stage]) * 2e-3 / lag
+        else:
+            filtered[1] = goal
+        p, v = filtered[1], (filtered[1] - p) * 1000.0
+        pitches.append(p)
+        if step % 10 == 0:
+            tracker.measure_phase(Sample(now, p + rng.normal(0.0, 1e-3), v))
+        if step == 20_000:
+            tracker.nod = replace(NOD, pitch_min=-0.2, sweep_duration=0.61)
+        if step % 100 == 0:
+            sent(controller, planner.plan(tracker.led, Sample(now, p, v), now), now)
+    assert controller.refusals == []
+    assert abs(tracker.phase.error) < 2e-3
+    last = np.array(pitches[-5000:])
+    times = T0 + (np.arange(35_000, 40_000)) * (S // 1000)
+    phase = np.mod(tracker.nod.sweeps(times), 1.0)
+    middle = np.abs(phase - 0.5) < 0.2
+    assert np.abs((last - tracker.nod.pitch(times))[middle]).max() < 0.03
+    assert last.min() >= -0.2 - 1e-3
+    assert last.max() <= 0.5 + 1e-3
