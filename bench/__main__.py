@@ -45,6 +45,7 @@ from bench import (
     slam,
     stages,
     standard_packages,
+    unsteady_lidars,
     veils,
     viewer,
 )
@@ -77,6 +78,7 @@ MEASUREMENTS = {
     'mapping': mapping,
     'level_scan': level_scan,
     'viewer': viewer,
+    'unsteady_lidars': unsteady_lidars,
     'slam': slam,
     'scan_region': scan_region,
     'coverage_feedback': coverage_feedback,

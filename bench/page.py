@@ -11,6 +11,7 @@ PAGES = tuple(
         'nodlidar_servo/README.md',
         'docs/error_budget.md',
         'docs/faults.md',
+        'docs/lidars.md',
         'docs/mapping.md',
         'docs/moving_robot.md',
         'docs/network.md',

@@ -15,6 +15,7 @@ setup(
         (f'share/{PACKAGE}/config', glob('config/*.*')),
         (f'share/{PACKAGE}/config/udev', glob('config/udev/*.rules')),
         (f'share/{PACKAGE}/config/slam', glob('config/slam/*.*')),
+        (f'share/{PACKAGE}/config/lidars', glob('config/lidars/*.yaml')),
         (f'share/{PACKAGE}/config/profiles', glob('config/profiles/*.yaml')),
         (f'share/{PACKAGE}/launch', glob('launch/*.py')),
         (f'share/{PACKAGE}/urdf', glob('urdf/*')),

@@ -23,7 +23,7 @@ def values(tmp_path):
     nodes = 'driver', 'servo', 'assembler', 'viewer'
     files = {f'{node}_params': str(path) for node in nodes}
     files['calibration'] = ''
-    scene = {'hardware': 'sim', 'scene': 'room', 'route': '', 'servo': ''}
+    scene = {'hardware': 'sim', 'scene': 'room', 'route': '', 'lidar': '', 'servo': ''}
     tf = {'frame_prefix': '', 'own_tf': 'false', 'tf_rate': '20'}
     return {'namespace': '', **tf, **PLACES, **files, **scene}
 
@@ -41,6 +41,7 @@ def values(tmp_path):
         {'servo': 'XL430-W250'},
         {'hardware': 'real', 'servo': 'XL330-M288'},
         {'hardware': 'real', 'servo': 'none'},
+        {'hardware': 'real', 'lidar': 'none'},
         {'hardware': 'real', 'servo': 'trajectory'},
     ],
 )
@@ -74,6 +75,7 @@ def test_good_arguments_pass(values, change):
             "'scene' must be one of building, corner, corridor, crossing, room, wall, or a",
         ),
         ('servo', 'XL330-M288', "'servo' must be one of RX-24F, XL430-W250, MX-28-2 in sim"),
+        ('lidar', 'none', "'lidar' must be empty in sim"),
         ('servo', 'none', "'servo' must be one of RX-24F, XL430-W250, MX-28-2 in sim"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],

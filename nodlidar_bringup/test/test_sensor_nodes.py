@@ -31,3 +31,8 @@ def executables(monkeypatch):
 )
 def test_the_servo_node_starts_unless_the_joint_is_left_to_others(executables, servo, nodes):
     assert executables(hardware='real', servo=servo) == nodes
+
+
+def test_the_driver_starts_unless_another_one_publishes_scans(executables):
+    nodes = executables(hardware='real', lidar='none')
+    assert nodes == ['servo', 'assembler', 'robot_state_publisher']

@@ -19,7 +19,7 @@ class ScanInputConfig:
 
     scan_delay: float = parameter(
         0.0,
-        'Delay of scan stamps after the first beam',
+        'Delay of scan stamps after the beam that is measured first',
         unit='s',
         minimum=-1.0,
         maximum=1.0,
@@ -31,6 +31,11 @@ class ScanInputConfig:
         unit='s',
         minimum=0.0,
         maximum=1.0,
+    )
+    last_beam_first: bool = parameter(
+        False,
+        'The lidar measures the last beam of a message first, as with drivers that reverse the '
+        'beams of lidars that turn clockwise (docs/lidars.md)',
     )
     max_range: float = parameter(
         0.0,
@@ -51,7 +56,7 @@ class ScanInput:
     Parameters
     ----------
     config
-        Delay of the stamps, default time_increment, largest range.
+        Delay of the stamps, default time_increment, order of the beams, largest range.
 
     Attributes
     ----------
@@ -64,12 +69,17 @@ class ScanInput:
         self._delay_ns = round(config.scan_delay * NS_PER_S)
         self._time_increment = config.time_increment
         self._max_range = config.max_range or math.inf
+        self._last_beam_first = config.last_beam_first
 
     def scan(self, message: Any) -> Scan:
         """Return a LaserScan as a scan, or raise RefusedScanError."""
         try:
             scan = scan_from_message(
-                message, self._delay_ns, self._time_increment, self._max_range
+                message,
+                self._delay_ns,
+                self._time_increment,
+                self._max_range,
+                self._last_beam_first,
             )
             nominal = revolution_time(scan.geometry)
         except ParameterError as error:

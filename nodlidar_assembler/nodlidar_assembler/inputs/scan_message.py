@@ -13,7 +13,11 @@ import numpy as np
 
 
 def scan_from_message(
-    message: Any, delay_ns: int = 0, time_increment: float = 0.0, max_range: float = math.inf
+    message: Any,
+    delay_ns: int = 0,
+    time_increment: float = 0.0,
+    max_range: float = math.inf,
+    last_beam_first: bool = False,
 ) -> Scan:
     """Return a LaserScan as a scan whose arrays are views of the message's.
 
@@ -27,6 +31,8 @@ def scan_from_message(
         Time between beams if the message has none [s].
     max_range
         Largest range that is a measurement, if below the message's range_max [m].
+    last_beam_first
+        Whether the lidar measured the last beam of the message first.
 
     Raises
     ------
@@ -36,19 +42,23 @@ def scan_from_message(
     stamp_ns = time_ns(message.header.stamp) - delay_ns
     if not 0 <= stamp_ns <= LATEST_NS:
         raise ParameterError('stamp', 'after 1970 and before 2038', stamp_ns / NS_PER_S)
+    beams, angle, step = len(message.ranges), message.angle_min, message.angle_increment
+    if last_beam_first:
+        angle, step = angle + (beams - 1) * step, -step
     geometry = _geometry(
-        len(message.ranges),
-        message.angle_min,
-        message.angle_increment,
+        beams,
+        angle,
+        step,
         message.time_increment or time_increment,
         message.range_min,
         min(message.range_max, max_range),
     )
+    order = slice(None, None, -1 if last_beam_first else 1)
     return Scan(
         stamp_ns=stamp_ns,
         geometry=geometry,
-        ranges=np.frombuffer(message.ranges, dtype=np.float32),
-        intensities=np.frombuffer(message.intensities, dtype=np.float32),
+        ranges=np.frombuffer(message.ranges, dtype=np.float32)[order],
+        intensities=np.frombuffer(message.intensities, dtype=np.float32)[order],
     )
 
 

@@ -28,6 +28,12 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'default_value': '/dev/ttyUSB0',
         'description': 'serial port of the servo (hardware:=real)',
     },
+    'lidar': {
+        'default_value': '',
+        'choices': ['', 'none'],
+        'description': 'none: no lidar driver of ours, that of your lidar publishes scan '
+        '(hardware:=real); assembler_params takes a file for it from config/lidars',
+    },
     'servo': {
         'default_value': '',
         'choices': ['', *MODELS, 'trajectory', 'none'],

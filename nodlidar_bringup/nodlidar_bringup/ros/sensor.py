@@ -51,12 +51,12 @@ class Sensor:
 
     def nodes(self) -> list[Any]:
         """Return all nodes; raises NodlidarError if one is not installed."""
-        nodes = [self.driver(), self.assembler(), self.state_publisher()]
+        nodes = [self.emulators()] if self.in_sim else []
+        if self.values['lidar'] != 'none':
+            nodes.append(self.driver())
         if self.values['servo'] != 'none':
-            nodes.insert(1, self.servo())
-        if self.in_sim:
-            nodes.insert(0, self.emulators())
-        return nodes + self.views()
+            nodes.append(self.servo())
+        return [*nodes, self.assembler(), self.state_publisher(), *self.views()]
 
     def views(self) -> list[Node]:
         """Return what shows the sensor."""
