@@ -45,5 +45,5 @@ def revolutions(name: str, time: NDArray[np.float64]) -> NDArray[np.float64]:
     if name == NOT_WHOLE:
         return time * (BEAMS / 450.37)
     if name == DRIFTS:  # within 7 s, as a controlled motor does
-        return RATE * (time + 0.01 * 7.0 / math.tau * np.sin(math.tau * time / 7.0))
-    return time * RATE
+        time = time + 0.01 * 7.0 / math.tau * np.sin(math.tau * time / 7.0)
+    return RATE * time

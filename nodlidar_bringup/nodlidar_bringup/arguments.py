@@ -34,7 +34,7 @@ def check(values: Mapping[str, str]) -> None:
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
         check_parameter_file(name, values[name])
     if values['hardware'] == 'sim':
-        if values['lidar'] == 'none':
+        if values['lidar']:
             raise ParameterError('lidar', 'empty in sim', values['lidar'])
         if values['servo'] and values['servo'] not in EMULATED:
             raise ParameterError('servo', f'one of {", ".join(EMULATED)} in sim', values['servo'])

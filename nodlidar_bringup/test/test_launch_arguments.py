@@ -41,7 +41,7 @@ def values(tmp_path):
         {'servo': 'XL430-W250'},
         {'hardware': 'real', 'servo': 'XL330-M288'},
         {'hardware': 'real', 'servo': 'none'},
-        {'hardware': 'real', 'lidar': 'none'},
+        {'hardware': 'real', 'lidar': 'rplidar'},
         {'hardware': 'real', 'servo': 'trajectory'},
     ],
 )

@@ -12,6 +12,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import ScanInput, ScanInputConfig
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ScanAssembler
+from nodlidar_bringup.ros.launch_arguments import OTHER_DRIVERS
 from nodlidar_common.parameter_file import read_parameters
 from nodlidar_common.ros.messages import time_message
 import numpy as np
@@ -128,7 +129,7 @@ def configured(values):
 
 
 def test_there_is_a_test_for_each_file():
-    assert [path.stem for path in FILES] == sorted(DRIVERS)
+    assert [path.stem for path in FILES] == sorted(DRIVERS) == sorted(OTHER_DRIVERS)
 
 
 @pytest.mark.parametrize('name', DRIVERS)

@@ -1,5 +1,7 @@
 """Which nodes a launch starts: their executables, none of which runs."""
 
+from pathlib import Path
+
 from launch import LaunchContext
 from nodlidar_bringup.ros import sensor
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
@@ -33,6 +35,18 @@ def test_the_servo_node_starts_unless_the_joint_is_left_to_others(executables, s
     assert executables(hardware='real', servo=servo) == nodes
 
 
-def test_the_driver_starts_unless_another_one_publishes_scans(executables):
-    nodes = executables(hardware='real', lidar='none')
+@pytest.mark.parametrize('lidar', ['none', 'rplidar'])
+def test_the_driver_starts_unless_another_one_publishes_scans(executables, lidar):
+    nodes = executables(hardware='real', lidar=lidar)
     assert nodes == ['servo', 'assembler', 'robot_state_publisher']
+
+
+def test_the_file_of_a_driver_takes_precedence_over_the_assembler_s(monkeypatch):
+    monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['parameters'])
+    context = LaunchContext()
+    defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
+    context.launch_configurations.update(defaults | {'hardware': 'real', 'lidar': 'ldlidar'})
+    *files, own = sensor.Sensor(context).assembler()
+    names = [Path(file).name for file in files]
+    assert names == ['balanced.yaml', 'assembler.yaml', 'ldlidar.yaml']
+    assert 'last_beam_first' not in own

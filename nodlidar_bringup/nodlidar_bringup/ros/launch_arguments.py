@@ -14,6 +14,8 @@ def share(package: str, path: str) -> str:
     return os.path.join(get_package_share_directory(package), path)
 
 
+OTHER_DRIVERS = ('rplidar', 'ldlidar', 'ydlidar', 'urg_node2')  # each has a file in config/lidars
+
 ARGUMENTS: dict[str, dict[str, Any]] = {
     'hardware': {
         'default_value': 'sim',
@@ -30,9 +32,10 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'lidar': {
         'default_value': '',
-        'choices': ['', 'none'],
-        'description': 'none: no lidar driver of ours, that of your lidar publishes scan '
-        '(hardware:=real); assembler_params takes a file for it from config/lidars',
+        'choices': ['', *OTHER_DRIVERS, 'none'],
+        'description': 'driver of another lidar that publishes scan, with what the assembler must '
+        'know of it (docs/lidars.md); none: any other driver (both hardware:=real); if empty, '
+        'the driver of Hokuyo lidars is started',
     },
     'servo': {
         'default_value': '',

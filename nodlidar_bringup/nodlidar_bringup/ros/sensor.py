@@ -10,7 +10,7 @@ from launch.actions import Shutdown
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_bringup import arguments
-from nodlidar_bringup.ros.launch_arguments import ARGUMENTS, share
+from nodlidar_bringup.ros.launch_arguments import ARGUMENTS, OTHER_DRIVERS, share
 from nodlidar_bringup.ros.tied_node import tied_node
 
 
@@ -52,7 +52,7 @@ class Sensor:
     def nodes(self) -> list[Any]:
         """Return all nodes; raises NodlidarError if one is not installed."""
         nodes = [self.emulators()] if self.in_sim else []
-        if self.values['lidar'] != 'none':
+        if not self.values['lidar']:
             nodes.append(self.driver())
         if self.values['servo'] != 'none':
             nodes.append(self.servo())
@@ -143,7 +143,11 @@ class Sensor:
 
     def assembler(self) -> Node:
         """Return the assembler."""
-        files = [self.profile(), self.values['assembler_params'], self.values['calibration']]
+        files = [self.profile(), self.values['assembler_params']]
+        if self.values['lidar'] in OTHER_DRIVERS:
+            lidar = f'config/lidars/{self.values["lidar"]}.yaml'
+            files.append(share('nodlidar_bringup', lidar))
+        files.append(self.values['calibration'])
         own = {
             'frame_id': text(self.frame('nodlidar_base_link')),
             'joint_name': text(self.frame('nod_joint')),
