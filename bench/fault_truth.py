@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from nodlidar_sim.devices.urg_scan import FIRST_STEP, LAST_STEP, MIN_RANGE_MM, Revolution
+from nodlidar_sim.devices.scip_models import URG_04LX_UG01
+from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.world.motion import Array, Motion, Times
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
@@ -70,8 +71,8 @@ class Truth:
 
     def add_scan(self, revolution: Revolution, heard: bool) -> None:
         """Record a revolution that is sent."""
-        codes = revolution.codes[FIRST_STEP : LAST_STEP + 1].copy()
-        codes[codes < MIN_RANGE_MM] = 0
+        codes = revolution.codes[URG_04LX_UG01.steps]
+        codes[codes < URG_04LX_UG01.range_min_mm] = 0
         pitch = self._shaft.position(revolution.times_ns)
         self.scans.append(TrueScan(revolution.times_ns, codes, pitch, heard))
 

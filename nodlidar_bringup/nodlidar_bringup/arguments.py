@@ -10,6 +10,7 @@ from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameter_file import file_values, read_parameters
 from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.yaml_file import YamlError
+from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.world.scene import load_scene
 import xacro
@@ -34,8 +35,9 @@ def check(values: Mapping[str, str]) -> None:
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
         check_parameter_file(name, values[name])
     if values['hardware'] == 'sim':
-        if values['lidar']:
-            raise ParameterError('lidar', 'empty in sim', values['lidar'])
+        if values['lidar'] and values['lidar'] not in SCIP_MODELS:
+            allowed = f'one of {", ".join(SCIP_MODELS)} in sim'
+            raise ParameterError('lidar', allowed, values['lidar'])
         if values['servo'] and values['servo'] not in EMULATED:
             raise ParameterError('servo', f'one of {", ".join(EMULATED)} in sim', values['servo'])
         load_scene(values['scene'], values['route'] or None)

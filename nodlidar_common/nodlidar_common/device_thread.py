@@ -9,8 +9,7 @@ from typing import Any, Protocol
 
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard import Guard, StopRequest
-from nodlidar_common.serial_port import close_port, open_port
-import serial
+from nodlidar_common.serial_port import close_port, open_port, OpenPort
 
 
 class Device(Protocol):
@@ -56,7 +55,7 @@ class DeviceThread:
         self._log_info, self._log_error = log_info, log_error
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
-        self._port: serial.Serial | None = None
+        self._port: OpenPort | None = None
         self._guard: Guard | None = None
         self._unsafe = ''
 
@@ -78,7 +77,7 @@ class DeviceThread:
         """Return whether the thread continues; long waits check it now and then."""
         return not self._stop.is_set()
 
-    def open_port(self, timeout: float, stop: StopRequest) -> serial.Serial:
+    def open_port(self, timeout: float, stop: StopRequest) -> OpenPort:
         """Open the device's port and start its guard, both until the device is disconnected.
 
         Parameters

@@ -1,4 +1,4 @@
-"""Serial ports, locked against a second user, with errors that say what to do."""
+"""Serial ports, locked against a second user, and TCP connections; errors say what to do."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -7,7 +7,11 @@ import termios
 from typing import Protocol
 
 from nodlidar_common.errors import PortError
+from nodlidar_common.tcp_port import TcpPort
 import serial
+
+TCP = 'tcp://'
+TCP_PORT = 10940  # that of lidars of SCIP 2.0
 
 _HINTS = {
     errno.ENOENT: 'it does not exist; is the device plugged in?',
@@ -38,13 +42,16 @@ class SerialPort(Protocol):
         """Drop the received bytes."""
 
 
-def open_port(path: str, baud_rate: int, timeout: float | None) -> serial.Serial:
+OpenPort = serial.Serial | TcpPort
+
+
+def open_port(path: str, baud_rate: int, timeout: float | None) -> OpenPort:
     """Open a serial port, locked against a second user.
 
     Parameters
     ----------
     path
-        Device file, for example ``/dev/ttyACM0``.
+        Device file, for example ``/dev/ttyACM0``, or ``tcp://ADDRESS:PORT``.
     baud_rate
         Bit rate [bit/s]; without effect on USB devices and pseudo-terminals.
     timeout
@@ -53,13 +60,24 @@ def open_port(path: str, baud_rate: int, timeout: float | None) -> serial.Serial
     Raises
     ------
     PortError
-        If the port is missing, forbidden, in use or not a serial port.
+        If the port is missing, forbidden, in use or not a serial port, or nobody answers there.
     """
+    if path.startswith(TCP):
+        return _connected(path, timeout)
     try:
         return serial.Serial(path, baud_rate, timeout=timeout, exclusive=True)
     except (OSError, termios.error, ValueError) as error:
         hint = _HINTS.get(_error_number(error), str(error))
         raise PortError(f"cannot open serial port '{path}': {hint}") from error
+
+
+def _connected(url: str, timeout: float | None) -> TcpPort:
+    """Return a connection to ``tcp://ADDRESS:PORT``; trying takes up to 5 s."""
+    address, _, port = url.removeprefix(TCP).partition(':')
+    try:
+        return TcpPort(f'socket://{address}:{port or TCP_PORT}', timeout=timeout)
+    except (OSError, ValueError) as error:
+        raise PortError(f"cannot connect to '{url}': {error}") from error
 
 
 @contextmanager
@@ -76,7 +94,7 @@ def port_errors() -> Iterator[None]:
         raise PortError(f'the serial port went away: {error}') from error
 
 
-def close_port(port: serial.Serial) -> None:
+def close_port(port: OpenPort) -> None:
     """Close a port, even if it was unplugged."""
     with suppress(PortError), port_errors():
         port.close()

@@ -151,7 +151,7 @@ def test_launch(command):
     for argument in declared:
         argument.visit(context)
     assert len(context.launch_configurations) == len(declared)
-    assert len(nodes.visit(context)) >= 4
+    assert len(nodes.visit(context)) >= 3
 
 
 @starting('ros2', 'run', 'nodlidar_bringup', 'doctor')

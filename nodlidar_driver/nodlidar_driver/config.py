@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
+from nodlidar_driver.identity import Capabilities
 from nodlidar_driver.scan import scan_window, ScanWindow
 
 _REVOLUTION = 0.1  # s, nominal time of one scan, sent or skipped
@@ -15,7 +16,8 @@ class DriverConfig:
 
     port: str = parameter(
         '/dev/ttyACM0',
-        'Serial port of the lidar; with two lidars use the stable names in /dev/serial/by-id',
+        'Serial port of the lidar, or tcp://ADDRESS:PORT, 10940 by default; with two lidars use '
+        'the stable names in /dev/serial/by-id',
     )
     baud_rate: int = parameter(
         115200,
@@ -27,18 +29,20 @@ class DriverConfig:
         'laser', 'Frame of the scans: origin at the optical centre, x forward, z up'
     )
     angle_min: float = parameter(
-        -2.0862,
-        'Azimuth of the first beam, rounded to a whole step of the lidar',
+        -3.1416,
+        'Azimuth of the first beam, rounded to a whole step; what the lidar does not measure is '
+        'left out',
         unit='rad',
-        minimum=-2.0863,
-        maximum=2.0925,
+        minimum=-3.1416,
+        maximum=3.1416,
     )
     angle_max: float = parameter(
-        2.0924,
-        'Azimuth of the last beam, rounded to a whole step of the lidar',
+        3.1416,
+        'Azimuth of the last beam, rounded to a whole step; what the lidar does not measure is '
+        'left out',
         unit='rad',
-        minimum=-2.0863,
-        maximum=2.0925,
+        minimum=-3.1416,
+        maximum=3.1416,
     )
     cluster: int = parameter(
         1,
@@ -63,13 +67,15 @@ class DriverConfig:
     autostart: bool = parameter(False, 'Configure and activate the node at start')
 
     def check_together(self) -> None:
-        """Raise ParameterError if the window has no cluster or the timeout is below two scans."""
-        self.window()
+        """Raise ParameterError if the window is empty or the timeout is below two scans."""
+        if self.angle_max <= self.angle_min:
+            limit = f'above angle_min = {self.angle_min}'
+            raise ParameterError('angle_max', limit, self.angle_max)
         least = round(2 * (self.skip + 1) * _REVOLUTION, 1)
         if self.timeout < least:
             limit = f'at least {least} s, the time of two scans with skip = {self.skip}'
             raise ParameterError('timeout', limit, self.timeout)
 
-    def window(self) -> ScanWindow:
-        """Return the requested beams."""
-        return scan_window(self.angle_min, self.angle_max, self.cluster, self.skip)
+    def window(self, lidar: Capabilities) -> ScanWindow:
+        """Return the requested beams of a lidar; DeviceError if it measures none of them."""
+        return scan_window(self.angle_min, self.angle_max, self.cluster, self.skip, lidar)

@@ -9,7 +9,6 @@ from typing import Any
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
 from nodlidar_driver.lidar import Lidar, Scan
-from nodlidar_driver.scan import ScanWindow
 from nodlidar_driver.scan_account import MISSED, ScanAccount, SETTLING
 from nodlidar_driver.state import LidarState, Link
 
@@ -34,14 +33,14 @@ class Diagnosis:
 
     Parameters
     ----------
-    window
-        The beams of a scan.
+    skip
+        Scans left out after each sent one.
     account
         Counts the scans; read in the device's thread only.
     """
 
-    def __init__(self, window: ScanWindow, account: ScanAccount) -> None:
-        self._periods = 1 + window.skip
+    def __init__(self, skip: int, account: ScanAccount) -> None:
+        self._periods = 1 + skip
         self._account = account
         self._lidar: Lidar | None = None
         self._state = self._reported = LidarState(deepcopy(account))

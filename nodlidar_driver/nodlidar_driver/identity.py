@@ -84,13 +84,13 @@ def version(information: Mapping[str, str]) -> Version:
 
 
 def capabilities(information: Mapping[str, str]) -> Capabilities:
-    """Return the answer to PP; raises DeviceError if a key is missing or not a positive number."""
+    """Return the answer to PP; raises DeviceError if a key is missing or not a number."""
     return Capabilities(
         model=_value(information, 'MODL'),
         range_min_mm=_number(information, 'DMIN'),
         range_max_mm=_number(information, 'DMAX'),
         steps_per_revolution=_number(information, 'ARES'),
-        first_step=_number(information, 'AMIN'),
+        first_step=_number(information, 'AMIN', least=0),
         last_step=_number(information, 'AMAX'),
         front_step=_number(information, 'AFRT'),
         speed=_number(information, 'SCAN'),
@@ -111,8 +111,9 @@ def _value(information: Mapping[str, str], key: str) -> str:
     return information[key]
 
 
-def _number(information: Mapping[str, str], key: str) -> int:
+def _number(information: Mapping[str, str], key: str, least: int = 1) -> int:
     value = _value(information, key)
-    if not value.isdecimal() or len(value) > _DIGITS or int(value) == 0:
-        raise DeviceError(f"the lidar's {key} must be a positive whole number, but is {value!r}")
+    if not value.isdecimal() or len(value) > _DIGITS or int(value) < least:
+        allowed = f'a whole number from {least} on'
+        raise DeviceError(f"the lidar's {key} must be {allowed}, but is {value!r}")
     return int(value)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from nodlidar_common.errors import PortError
 from nodlidar_common.serial_port import SerialPort
 from nodlidar_driver.device_clock import DeviceClock, ScanTime
-from nodlidar_driver.scan import ranges, ScanWindow, STEPS_PER_REVOLUTION
+from nodlidar_driver.identity import Capabilities
+from nodlidar_driver.scan import ranges, ScanWindow
 from nodlidar_driver.scan_account import ScanAccount, SETTLING, TIMESTAMP
 from nodlidar_driver.scip_client import RawScan, ScipClient
 from nodlidar_driver.time_mode import enough_replies
@@ -48,8 +49,8 @@ class Lidar:
     ----------
     port
         An open serial port, as pyserial's.
-    window
-        The requested beams.
+    choose
+        Returns the requested beams of a lidar with given capabilities.
     clock
         Returns the host time [ns] by a steady clock.
     timeout
@@ -64,6 +65,8 @@ class Lidar:
     ----------
     version, capabilities, state
         What the lidar reports about itself before the stream; set by :meth:`connect`.
+    window
+        The beams of the scans; set by :meth:`connect`.
     client
         The session.
     device_clock
@@ -78,13 +81,13 @@ class Lidar:
     def __init__(
         self,
         port: SerialPort,
-        window: ScanWindow,
+        choose: Callable[[Capabilities], ScanWindow],
         clock: Callable[[], int],
         timeout: float,
         account: ScanAccount,
         keep_going: Callable[[], bool] = lambda: True,
     ) -> None:
-        self._window, self._clock, self._account = window, clock, account
+        self._choose, self._clock, self._account = choose, clock, account
         self._last: ScanTime | None = None
         self.client = ScipClient(port, clock, timeout, keep_going, account.drop)
 
@@ -102,9 +105,9 @@ class Lidar:
         self.version = self.client.version()
         self.capabilities = self.client.capabilities()
         self.state = self.client.state()
-        self._window.check_measured_by(self.capabilities)
+        self.window = self._choose(self.capabilities)
         self.device_clock = self._align_clock()
-        self.client.start_scanning(self._window)
+        self.client.start_scanning(self.window)
 
     def read(self) -> Scan:
         """Wait for the next good scan that can be dated, and return it.
@@ -145,11 +148,11 @@ class Lidar:
             self._last = None
 
     def _scan(self, raw: RawScan, time: ScanTime) -> Scan:
-        self._account.publish(round(time.revolutions / (self._window.skip + 1)) or None)
+        self._account.publish(round(time.revolutions / (self.window.skip + 1)) or None)
         self._last = time
-        first_beam_ns = self._window.first_beam * time.revolution * 1e9 / STEPS_PER_REVOLUTION
+        before = self.window.first_beam / self.window.steps_per_revolution
         return Scan(
-            stamp_ns=time.step_zero_ns + round(first_beam_ns),
+            stamp_ns=time.step_zero_ns + round(before * time.revolution * 1e9),
             revolution=time.revolution,
             ranges=ranges(
                 raw.codes, self.capabilities.range_min_mm, self.capabilities.range_max_mm
@@ -171,10 +174,10 @@ class Lidar:
         sent = (stop_ns - last.step_zero_ns) * 1e-9 / last.revolution
         if confirmed_ns is not None:
             sent += _SLACK - 1.0
-        return max(int(sent) - 1, 0) // (self._window.skip + 1)
+        return max(int(sent) - 1, 0) // (self.window.skip + 1)
 
     def _align_clock(self) -> DeviceClock:
         revolution_ms = self.capabilities.revolution * 1e3
-        measured_ms = (self._window.last_step + 1) / STEPS_PER_REVOLUTION * revolution_ms
+        measured = (self.window.last_step + 1) / self.window.steps_per_revolution
         replies = self.client.time_replies(lambda so_far: enough_replies(so_far, revolution_ms))
-        return DeviceClock(revolution_ms, measured_ms, replies)
+        return DeviceClock(revolution_ms, measured * revolution_ms, replies)

@@ -3,15 +3,12 @@
 from dataclasses import dataclass
 import math
 
-from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.errors import DeviceError
 from nodlidar_driver.identity import Capabilities
 import numpy as np
 from numpy.typing import NDArray
 
-STEPS_PER_REVOLUTION = 1024
-FRONT_STEP = 384
-_INCREMENT = 2.0 * math.pi / STEPS_PER_REVOLUTION
-_REVOLUTIONS = 0.05, 0.2  # s
+_SPEEDS = 300, 6000  # rpm
 
 _CODES = 20  # values below are not ranges [mm] but error codes
 _NOTHING_IN_RANGE = (0, 6)
@@ -33,12 +30,16 @@ class ScanWindow:
         Number of steps that share one value.
     skip
         Scans left out after each sent one.
+    steps_per_revolution, front_step
+        Layout of the lidar's steps; by default that of a URG-04LX.
     """
 
     first_step: int
     last_step: int
     cluster: int
     skip: int
+    steps_per_revolution: int = 1024
+    front_step: int = 384
 
     @property
     def count(self) -> int:
@@ -48,7 +49,7 @@ class ScanWindow:
     @property
     def angle_min(self) -> float:
         """Azimuth of the first value [rad]."""
-        return (self.first_beam - FRONT_STEP) * _INCREMENT
+        return (self.first_beam - self.front_step) * math.tau / self.steps_per_revolution
 
     @property
     def angle_max(self) -> float:
@@ -58,48 +59,50 @@ class ScanWindow:
     @property
     def angle_increment(self) -> float:
         """Angle between two values [rad]."""
-        return _INCREMENT * self.cluster
+        return math.tau / self.steps_per_revolution * self.cluster
 
     @property
     def first_beam(self) -> float:
         """Steps from step 0 to the centre of the first cluster."""
         return self.first_step + (self.cluster - 1) / 2.0
 
-    def check_measured_by(self, lidar: Capabilities) -> None:
-        """Raise DeviceError if a lidar does not measure these beams or has another layout."""
-        layout = (lidar.steps_per_revolution, lidar.front_step)
-        if layout != (STEPS_PER_REVOLUTION, FRONT_STEP):
-            raise DeviceError(
-                f'a lidar with {STEPS_PER_REVOLUTION} steps per revolution and step {FRONT_STEP} '
-                f'in front is supported, but this one ({lidar.model}) has {layout[0]} and '
-                f'{layout[1]}'
-            )
-        if not _REVOLUTIONS[0] <= lidar.revolution <= _REVOLUTIONS[1]:
-            raise DeviceError(f'a lidar of about 600 rpm is supported, not of {lidar.speed} rpm')
-        if not lidar.first_step <= self.first_step <= self.last_step <= lidar.last_step:
-            raise DeviceError(
-                f'this lidar measures steps {lidar.first_step} to {lidar.last_step}, but '
-                f'{self.first_step} to {self.last_step} are requested'
-            )
 
-
-def scan_window(angle_min: float, angle_max: float, cluster: int, skip: int) -> ScanWindow:
-    """Return the window of the steps nearest to two azimuths [rad].
+def scan_window(
+    angle_min: float, angle_max: float, cluster: int, skip: int, lidar: Capabilities
+) -> ScanWindow:
+    """Return the window of the steps nearest to two azimuths [rad], of those that are measured.
 
     Steps that would make an incomplete cluster at the window's end are left out.
 
     Raises
     ------
-    ParameterError
-        If the window is less than one cluster wide.
+    DeviceError
+        If the lidar measures less than a cluster there, or turns too slowly or fast.
     """
-    first_step = round(FRONT_STEP + angle_min / _INCREMENT)
-    last_step = round(FRONT_STEP + angle_max / _INCREMENT)
+    if not _SPEEDS[0] <= lidar.speed <= _SPEEDS[1]:
+        allowed = f'{_SPEEDS[0]} to {_SPEEDS[1]} rpm'
+        raise DeviceError(f'a lidar of {allowed} is supported, not of {lidar.speed} rpm')
+    increment = math.tau / lidar.steps_per_revolution
+    first_step = max(round(lidar.front_step + angle_min / increment), lidar.first_step)
+    last_step = min(round(lidar.front_step + angle_max / increment), lidar.last_step)
     clusters = (last_step - first_step + 1) // cluster
     if clusters < 1:
-        limit = f'at least {cluster} steps ({cluster * _INCREMENT:.4f} rad) above angle_min'
-        raise ParameterError('angle_max', limit, angle_max)
-    return ScanWindow(first_step, first_step + clusters * cluster - 1, cluster, skip)
+        ends = (
+            (step - lidar.front_step) * increment for step in (lidar.first_step, lidar.last_step)
+        )
+        raise DeviceError(
+            'the lidar measures azimuths from {:.4f} to {:.4f} rad: '.format(*ends)
+            + f'no {cluster} steps of {increment:.4f} rad of them are between '
+            f'angle_min = {angle_min} and angle_max = {angle_max}'
+        )
+    return ScanWindow(
+        first_step,
+        first_step + clusters * cluster - 1,
+        cluster,
+        skip,
+        lidar.steps_per_revolution,
+        lidar.front_step,
+    )
 
 
 def ranges(codes: NDArray[np.int64], range_min_mm: int, range_max_mm: int) -> NDArray[np.float32]:

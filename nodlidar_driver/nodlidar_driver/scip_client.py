@@ -27,6 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
+# ND, NE, HD and HE: what lidars of SCIP 2.2 send for several echoes per beam.
+_ECHOES_HEADER = re.compile(rb'[NH][DE]\d{13}\n')
 _WAY_BACK = {status_of.SCIP_1_1_ERROR: 'SCIP2.0', status_of.NOT_IN_THIS_STATE: 'TM2'}
 _ATTEMPTS = 5  # SCIP 1.1, time mode and streaming can each cost one
 _ANSWER_TIMEOUT = 0.5  # s; an answer takes one revolution
@@ -215,6 +217,8 @@ class ScipClient:
 
     def _scan(self, message: bytes, arrival_ns: int, window: ScanWindow) -> RawScan | None:
         """Return the scan at the end of a message, or None; errors are counted."""
+        if _ECHOES_HEADER.match(message):
+            raise DeviceError('the lidar sends several echoes per beam, which is not supported')
         headers = list(_SCAN_HEADER.finditer(message))
         if len(headers) != 1 or headers[0].start() > 0:
             self._drop(RESYNC)

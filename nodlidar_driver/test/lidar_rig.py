@@ -1,5 +1,6 @@
 """What the driver's tests share: an emulated lidar and its truth, in virtual time or not."""
 
+from nodlidar_driver.identity import Capabilities
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scan import scan_window
 from nodlidar_driver.scan_account import ScanAccount
@@ -8,7 +9,8 @@ from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 
 START_NS = 1_700_000_000_000_000_000
-FULL = scan_window(-2.0862, 2.0924, 1, 0)
+URG = Capabilities('URG-04LX', 20, 5600, 1024, 44, 725, 384, 600)
+FULL = scan_window(-4.0, 4.0, 1, 0, URG)
 
 
 def room(azimuth):
@@ -61,7 +63,7 @@ class Rig:
 
     def lidar(self, window=FULL):
         """Return a lidar that streams."""
-        lidar = Lidar(self.port, window, self.clock, 1.0, self.account)
+        lidar = Lidar(self.port, lambda _: window, self.clock, 1.0, self.account)
         lidar.connect()
         return lidar
 

@@ -30,7 +30,7 @@ def recorded_session():
         return data
 
     port.read = read_and_record
-    lidar = Lidar(port, WINDOW, clock, 1.0, ScanAccount())
+    lidar = Lidar(port, lambda _: WINDOW, clock, 1.0, ScanAccount())
     lidar.connect()
     for _ in range(SCANS):
         lidar.read()
@@ -142,7 +142,7 @@ class DamagedLidar:
 def use(port):
     """Use a lidar until it fails in a way that the node knows; return its account."""
     account = ScanAccount()
-    lidar = Lidar(port, WINDOW, port.clock, 1.0, account)
+    lidar = Lidar(port, lambda _: WINDOW, port.clock, 1.0, account)
     with suppress(DeviceError):
         lidar.connect()
         while True:

@@ -1,5 +1,6 @@
 """The driver's parameters refuse what they must."""
 
+from lidar_rig import URG
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 from nodlidar_driver.config import DriverConfig
@@ -7,7 +8,7 @@ import pytest
 
 
 def test_the_default_window_is_the_whole_one():
-    assert DriverConfig().window().count == 682
+    assert DriverConfig().window(URG).count == 682
 
 
 def test_a_timeout_of_two_scans_is_enough():
@@ -18,9 +19,9 @@ def test_a_timeout_of_two_scans_is_enough():
 @pytest.mark.parametrize(
     ('changes', 'words'),
     [
-        ({'angle_min': -2.2}, "'angle_min' must be between -2.0863 and 2.0925 rad, but is -2.2"),
-        ({'angle_max': 2.1}, "'angle_max' must be between -2.0863 and 2.0925 rad, but is 2.1"),
-        ({'angle_min': 1.0, 'angle_max': 0.5}, "'angle_max' must be at least 1 steps"),
+        ({'angle_min': -3.2}, "'angle_min' must be between -3.1416 and 3.1416 rad"),
+        ({'angle_max': 3.2}, "'angle_max' must be between -3.1416 and 3.1416 rad"),
+        ({'angle_min': 1.0, 'angle_max': 0.5}, "'angle_max' must be above angle_min = 1.0"),
         ({'cluster': 0}, "'cluster' must be between 1 and 99"),
         ({'skip': 10}, "'skip' must be between 0 and 9"),
         ({'timeout': 0.1}, "'timeout' must be between 0.3 and 5.0 s"),

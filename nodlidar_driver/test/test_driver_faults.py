@@ -25,7 +25,12 @@ class FaultyRig(Rig):
         end_ns = self.clock() + round(seconds * 1e9)
         while self.clock() < end_ns:
             lidar = Lidar(
-                self.port, FULL, self.clock, 1.0, self.account, lambda: self.clock() < end_ns
+                self.port,
+                lambda _: FULL,
+                self.clock,
+                1.0,
+                self.account,
+                lambda: self.clock() < end_ns,
             )
             with suppress(DeviceError):
                 lidar.connect()
@@ -108,7 +113,7 @@ def test_a_wrong_time_with_a_right_sum_is_dropped_and_counted(wrong):
 @pytest.mark.parametrize('tenths', range(10))
 def test_scans_before_a_stop_that_is_not_confirmed_are_counted(tenths):
     rig = FaultyRig()
-    lidar = Lidar(rig.port, FULL, rig.clock, 1.0, rig.account)
+    lidar = Lidar(rig.port, lambda _: FULL, rig.clock, 1.0, rig.account)
     lidar.connect()
     for _ in range(10):
         lidar.read()

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from lidar_rig import FULL, Rig, room, START_NS
+from lidar_rig import FULL, Rig, room, START_NS, URG
 from nodlidar_common.host_time import HostTime
 from nodlidar_driver.diagnosis import Diagnosis
 from nodlidar_driver.lidar import Scan
@@ -16,7 +16,7 @@ T_S = 0.1 / 1024
 
 def diagnose(rig):
     """Return the diagnosis of a rig's lidars."""
-    return Diagnosis(FULL, rig.account)
+    return Diagnosis(0, rig.account)
 
 
 @pytest.mark.parametrize('rate', [1.0, 1.0 + 1e-4, 1.0 - 3e-4])
@@ -52,14 +52,14 @@ def test_arrival_is_after_the_scan_was_sent():
 
 
 def test_ranges_are_those_of_their_azimuths():
-    window = scan_window(-1.0, 1.5, 1, 0)
+    window = scan_window(-1.0, 1.5, 1, 0, URG)
     scan = Rig().lidar(window).read()
     azimuth = window.angle_min + window.angle_increment * np.arange(window.count)
     np.testing.assert_allclose(scan.ranges, room(azimuth), atol=0.00051)
 
 
 def test_clusters_have_the_least_range_at_their_centre_in_angle_and_time():
-    rig, window = Rig(), scan_window(-1.0, 1.5, 5, 0)
+    rig, window = Rig(), scan_window(-1.0, 1.5, 5, 0, URG)
     lidar = rig.lidar(window)
     scan = [lidar.read() for _ in range(20)][-1]
     centre = window.angle_min + window.angle_increment * np.arange(window.count)
@@ -70,7 +70,7 @@ def test_clusters_have_the_least_range_at_their_centre_in_angle_and_time():
 
 
 def test_skipped_scans_are_not_missed():
-    rig, window = Rig(), scan_window(-2.0862, 2.0924, 1, 4)
+    rig, window = Rig(), scan_window(-2.0862, 2.0924, 1, 4, URG)
     lidar = rig.lidar(window)
     stamps = np.array([lidar.read().stamp_ns for _ in range(10)])
     np.testing.assert_allclose(np.diff(stamps) / 1e9, 0.5, atol=1e-3)
@@ -217,9 +217,9 @@ def test_a_loss_is_urgent_and_a_stop_leaves_nothing_uncounted():
 
 @pytest.mark.parametrize('skip', [0, 4, 9])
 def test_a_stream_at_its_rate_is_not_slow_however_reports_and_scans_meet(skip):
-    window = scan_window(-2.0862, 2.0924, 1, skip)
+    window = scan_window(-2.0862, 2.0924, 1, skip, URG)
     rig = Rig()
-    diagnosis = Diagnosis(window, rig.account)
+    diagnosis = Diagnosis(skip, rig.account)
     lidar = rig.lidar(window)
     diagnosis.connected(lidar, rig.clock())
     warnings, next_ns = [], rig.clock()

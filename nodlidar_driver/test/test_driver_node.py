@@ -259,8 +259,8 @@ def start(parameters, namespace=''):
     ('parameters', 'words'),
     [
         ({'skip': 'often'}, "'skip' must be of type int, but is 'often'"),
-        ({'angle_min': -3.0}, "'angle_min' must be between -2.0863 and 2.0925 rad, but is -3.0"),
-        ({'angle_min': 1.0, 'angle_max': 0.5}, "'angle_max' must be at least 1 steps"),
+        ({'angle_min': -3.2}, "'angle_min' must be between -3.1416 and 3.1416 rad, but is -3.2"),
+        ({'angle_min': 1.0, 'angle_max': 0.5}, "'angle_max' must be above angle_min = 1.0"),
     ],
 )
 def test_a_wrong_parameter_ends_the_program_with_its_limits(parameters, words):

@@ -272,7 +272,7 @@ def test_connecting_ends_soon_when_told_and_leaves_the_laser_off(tenths, silent)
         faults.mute = silent and rig.clock() + 200_000_000 >= end_ns
         return rig.clock() < end_ns
 
-    lidar = Lidar(port, FULL, rig.clock, 5.0, rig.account, keep_going)
+    lidar = Lidar(port, lambda _: FULL, rig.clock, 5.0, rig.account, keep_going)
     with pytest.raises(StoppedError):
         start_and_read(lidar)
     faults.mute = False
@@ -290,7 +290,7 @@ def start_and_read(lidar):
 def test_a_lidar_that_refuses_to_stream_can_be_stopped():
     rig = Rig()
     before(rig.emulator, b'MD0044072501000', lambda: rig.emulator.sensor.refuse_next(b'0A'))
-    lidar = Lidar(rig.port, FULL, rig.clock, 1.0, rig.account)
+    lidar = Lidar(rig.port, lambda _: FULL, rig.clock, 1.0, rig.account)
     with pytest.raises(DeviceError, match='status 0A'):
         lidar.connect()
     assert rig.emulator.sensor.laser
@@ -332,7 +332,7 @@ def test_a_slow_line_confirms_a_stop(delay_ms):
     rig = Rig()
     faults = FaultyDevice(rig.emulator)
     port = VirtualPort(faults, rig.clock)
-    lidar = Lidar(port, FULL, rig.clock, 1.0, rig.account)
+    lidar = Lidar(port, lambda _: FULL, rig.clock, 1.0, rig.account)
     lidar.connect()
     lidar.read()
     faults.delay_ns = delay_ms * 1_000_000

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from nodlidar_common.serial_port import port_errors
-import serial
+from nodlidar_common.serial_port import OpenPort, port_errors
+from nodlidar_common.tcp_port import TcpPort
 
 TTY_CLASS = Path('/sys/class/tty')
 UDEV_RULE = 'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1"'
 
 
-def reduce_latency(port: serial.Serial, tty_class: Path = TTY_CLASS) -> str:
+def reduce_latency(port: OpenPort, tty_class: Path = TTY_CLASS) -> str:
     """Set a port's adapter to its shortest latency; return a warning, empty on success.
 
     Setting the low-latency flag needs access to the port only, writing the file in sysfs more.
@@ -28,7 +28,7 @@ def reduce_latency(port: serial.Serial, tty_class: Path = TTY_CLASS) -> str:
         If the adapter is unplugged meanwhile.
     """
     timer = tty_class / Path(str(port.port)).resolve().name / 'device' / 'latency_timer'
-    if not timer.exists() or _read(timer) <= 1:
+    if isinstance(port, TcpPort) or not timer.exists() or _read(timer) <= 1:
         return ''
     for attempt in (lambda: port.set_low_latency_mode(True), lambda: timer.write_text('1\n')):
         try:

@@ -10,6 +10,7 @@ import time
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.command_line import run as run_command
 from nodlidar_sim.devices.device import Device
+from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED, make_emulator, with_servo
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
@@ -80,6 +81,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         '--servo-model', choices=tuple(EMULATED), default='RX-24F', metavar='MODEL',
         help=f'{", ".join(EMULATED)}; its physics replace those of the scene [default: RX-24F]',
     )  # fmt: skip
+    parser.add_argument(
+        '--lidar-model', choices=tuple(SCIP_MODELS), default='URG-04LX-UG01', metavar='MODEL',
+        help=f'{", ".join(SCIP_MODELS)}, with the errors of the scene [default: URG-04LX-UG01]',
+    )  # fmt: skip
     parser.add_argument('--scip11', action='store_true', help='the lidar powers up in SCIP 1.1')
     options = parser.parse_args(without_ros_args(arguments))
     if options.lidar_link is None and options.servo_link is None:
@@ -103,6 +108,7 @@ def make_devices(
     scip11: bool = False,
     base: Base | None = None,
     servo_model: str = 'RX-24F',
+    lidar_model: str = 'URG-04LX-UG01',
 ) -> dict[str, Device]:
     """Return the two devices, 'lidar' and 'servo', in a scene.
 
@@ -120,8 +126,8 @@ def make_devices(
         Whether the lidar powers up in SCIP 1.1.
     base
         Motion of the base; by default the scene's route.
-    servo_model
-        One of EMULATED.
+    servo_model, lidar_model
+        One of EMULATED, and one of SCIP_MODELS.
     """
     motion = make_servo(scene, seed)
     world = World(scene, motion, base, start_ns)
@@ -131,6 +137,7 @@ def make_devices(
         clock_rate=scene.effects.clock_rate,
         rotation_phase=np.random.default_rng(seed).random(),
         scip11=scip11,
+        model=SCIP_MODELS[lidar_model],
     )
     return {'lidar': lidar, 'servo': make_emulator(servo_model, motion, latency_timer)}
 
@@ -157,6 +164,7 @@ def run(options: argparse.Namespace) -> int:
         options.scip11,
         base,
         options.servo_model,
+        options.lidar_model,
     )
     links = {'lidar': options.lidar_link, 'servo': options.servo_link}
     links = {name: link for name, link in links.items() if link is not None}

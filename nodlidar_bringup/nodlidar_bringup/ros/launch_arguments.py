@@ -6,6 +6,7 @@ from typing import Any
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
 from nodlidar_servo.models import MODELS
+from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED
 
 
@@ -32,10 +33,10 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'lidar': {
         'default_value': '',
-        'choices': ['', *OTHER_DRIVERS, 'none'],
-        'description': 'driver of another lidar that publishes scan, with what the assembler must '
-        'know of it (docs/lidars.md); none: any other driver (both hardware:=real); if empty, '
-        'the driver of Hokuyo lidars is started',
+        'choices': ['', *SCIP_MODELS, *OTHER_DRIVERS, 'none'],
+        'description': 'model of a Hokuyo lidar (hardware:=sim; a real one says itself what it '
+        'is); or the driver of another lidar that publishes scan, with what the assembler must '
+        'know of it (docs/lidars.md); none: any other driver (both hardware:=real)',
     },
     'servo': {
         'default_value': '',

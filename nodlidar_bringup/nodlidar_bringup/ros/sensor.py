@@ -52,7 +52,7 @@ class Sensor:
     def nodes(self) -> list[Any]:
         """Return all nodes; raises NodlidarError if one is not installed."""
         nodes = [self.emulators()] if self.in_sim else []
-        if not self.values['lidar']:
+        if self.values['lidar'] not in (*OTHER_DRIVERS, 'none'):
             nodes.append(self.driver())
         if self.values['servo'] != 'none':
             nodes.append(self.servo())
@@ -100,6 +100,7 @@ class Sensor:
                 '--base',
                 self.values['base'],
                 *(['--ideal'] if self.values['ideal'] == 'true' else []),
+                *(['--lidar-model', self.values['lidar']] if self.values['lidar'] else []),
                 *(['--servo-model', self.values['servo']] if self.values['servo'] else []),
             ],
             on_exit=end_all,

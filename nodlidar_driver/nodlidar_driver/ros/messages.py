@@ -4,7 +4,7 @@ import array
 
 from nodlidar_common.ros.messages import time_message
 from nodlidar_driver.identity import Capabilities
-from nodlidar_driver.scan import ScanWindow, STEPS_PER_REVOLUTION
+from nodlidar_driver.scan import ScanWindow
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan, TimeReference
@@ -32,7 +32,7 @@ def fill_scan(
 ) -> None:
     """Fill in the time of the first beam [ns], the time of a revolution [s], the ranges [m]."""
     message.header.stamp = time_message(stamp_ns)
-    message.time_increment = revolution / STEPS_PER_REVOLUTION * window.cluster
+    message.time_increment = revolution / window.steps_per_revolution * window.cluster
     message.scan_time = revolution * (window.skip + 1)
     message.ranges = array.array('f', ranges.tobytes())
 

@@ -22,7 +22,7 @@ _DEPTH = 100  # scans kept for a reliable subscriber that pauses for some second
 
 
 class DriverNode(DeviceNode):
-    """Reads a Hokuyo URG-04LX-UG01 and publishes `scan` and `~/arrival`."""
+    """Reads a Hokuyo lidar of SCIP 2.0 and publishes `scan` and `~/arrival`."""
 
     def __init__(self) -> None:
         super().__init__('driver', DriverConfig)
@@ -40,25 +40,24 @@ class DriverNode(DeviceNode):
         )
 
     def configure(self) -> None:
-        """Choose the beams and restart the counts."""
-        self._window = self.config.window()
+        """Restart the counts."""
         self._account = ScanAccount()
-        self.diagnosis: Diagnosis = Diagnosis(self._window, self._account)
+        self.diagnosis: Diagnosis = Diagnosis(self.config.skip, self._account)
 
     def connect(self) -> None:
         """Open the port and start the stream."""
         config = self.config
-        self._lidar = Lidar(
+        self._lidar = lidar = Lidar(
             self.thread.open_port(READ_TIMEOUT, STOP),
-            self._window,
+            config.window,
             steady_ns,
             config.timeout,
             self._account,
             self.thread.keep_going,
         )
-        self._lidar.connect()
-        self._message = scan_template(self._window, config.frame_id, self._lidar.capabilities)
-        self.diagnosis.connected(self._lidar, steady_ns())
+        lidar.connect()
+        self._message = scan_template(lidar.window, config.frame_id, lidar.capabilities)
+        self.diagnosis.connected(lidar, steady_ns())
 
     def cycle(self) -> None:
         """Publish one scan."""
@@ -67,7 +66,7 @@ class DriverNode(DeviceNode):
         self.diagnosis.clock_set(self._host_time.update())
         ahead_ns = self._host_time.ahead_ns
         stamp_ns = scan.stamp_ns + ahead_ns + round(self.config.stamp_offset * NS_PER_S)
-        fill_scan(self._message, self._window, stamp_ns, scan.revolution, scan.ranges)
+        fill_scan(self._message, self._lidar.window, stamp_ns, scan.revolution, scan.ranges)
         self._scans.publish(self._message)
         self._arrivals.publish(arrival_message(self._message, scan.arrival_ns + ahead_ns))
         self.diagnosis.published(scan)

@@ -1,4 +1,4 @@
-"""A Hokuyo URG-04LX-UG01 on USB at byte level: SCIP 2.0, paced by its own rotation.
+"""A Hokuyo lidar at byte level, by default a URG-04LX-UG01: SCIP 2.0, paced by its own rotation.
 
 As in a recording of a real sensor, a command is answered at the end of the revolution in which it
 arrived, and a scan is sent at the end of the revolution that measured it.
@@ -7,6 +7,7 @@ arrived, and a scan is sent at the end of the revolution that measured it.
 from collections.abc import Callable
 import re
 
+from nodlidar_sim.devices.scip_models import ScipModel, URG_04LX_UG01
 from nodlidar_sim.devices.urg_clock import UrgClock
 from nodlidar_sim.devices.urg_requests import MAX_LINE
 from nodlidar_sim.devices.urg_scan import Revolution
@@ -38,6 +39,8 @@ class UrgEmulator:
         Fraction of a revolution that is over at power-up, in [0, 1).
     scip11
         Power up in SCIP 1.1, as a classic URG-04LX does.
+    model
+        What it reports, and how its beams lie.
 
     Attributes
     ----------
@@ -56,10 +59,11 @@ class UrgEmulator:
         timer: float = 0.0,
         rotation_phase: float = 0.0,
         scip11: bool = False,
+        model: ScipModel = URG_04LX_UG01,
     ) -> None:
         self.on_scan: Callable[[Revolution], None] = lambda revolution: None
         self._measure = measure
-        self._clock = UrgClock(start_ns, clock_rate, timer, rotation_phase)
+        self._clock = UrgClock(start_ns, clock_rate, timer, rotation_phase, model)
         self.sensor = UrgSensor(self._clock, scip11)
         self._wire = Wire(_USB_BYTES_PER_SECOND, _USB_PIECE)
         self._line = b''

@@ -3,7 +3,7 @@
 import math
 
 from nodlidar_common.scip import TIMER_BITS
-from nodlidar_sim.devices.urg_identity import STANDARD_SPEED
+from nodlidar_sim.devices.scip_models import ScipModel, URG_04LX_UG01
 from nodlidar_sim.devices.urg_scan import Revolution
 
 _TIMER_RANGE = 1 << TIMER_BITS
@@ -23,17 +23,28 @@ class UrgClock:
         Reading of the timer at power-up [ms].
     phase
         Fraction of a revolution that is over at power-up, in [0, 1).
+    model
+        Of the lidar.
 
     Attributes
     ----------
+    model
+        The same.
     revolution
         The current revolution.
     speed
         Of the motor from the next revolution on [rpm].
     """
 
-    def __init__(self, start_ns: int, rate: float, timer: float, phase: float) -> None:
-        self.speed = STANDARD_SPEED
+    def __init__(
+        self,
+        start_ns: int,
+        rate: float,
+        timer: float,
+        phase: float,
+        model: ScipModel = URG_04LX_UG01,
+    ) -> None:
+        self.model, self.speed = model, model.speed
         self._rate = rate
         self._timer_ns, self._timer = start_ns, timer
         self._origin_ns = start_ns - round(phase * self._revolution_ns())
@@ -75,4 +86,5 @@ class UrgClock:
 
     def _make_revolution(self) -> Revolution:
         start_ns = self._start_ns(self._index)
-        return Revolution(start_ns, self._start_ns(self._index + 1), self.timer(start_ns))
+        end_ns = self._start_ns(self._index + 1)
+        return Revolution(start_ns, end_ns, self.timer(start_ns), self.model)

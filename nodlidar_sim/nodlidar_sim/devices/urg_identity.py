@@ -1,53 +1,50 @@
-"""The replies of an emulated URG-04LX-UG01 to VV, PP and II."""
+"""The replies of an emulated lidar to VV, PP and II."""
 
 from nodlidar_common.scip import information_line
-from nodlidar_sim.devices.urg_scan import (
-    FIRST_STEP,
-    FRONT_STEP,
-    LAST_STEP,
-    MAX_RANGE_MM,
-    MIN_RANGE_MM,
-    STEPS_PER_REVOLUTION,
-)
+from nodlidar_sim.devices.scip_models import ScipModel
 
-MODEL = 'URG-04LX-UG01(Simple-URG)(Hokuyo Automatic Co.,Ltd.)'
 SERIAL_NUMBER = 'H0000001'
-STANDARD_SPEED = 600  # rpm
 
 
-def version_lines() -> list[bytes]:
+def version_lines(model: ScipModel) -> list[bytes]:
     """Return the lines of VV."""
     return _lines(
         VEND='Hokuyo Automatic Co.,Ltd.',
-        PROD='SOKUIKI Sensor URG-04LX-UG01(Simple-URG)',
-        FIRM='3.4.03(17/Dec./2012)',
+        PROD=model.product,
+        FIRM=model.firmware,
         PROT='SCIP 2.0',
         SERI=SERIAL_NUMBER,
     )
 
 
-def parameter_lines() -> list[bytes]:
+def parameter_lines(model: ScipModel) -> list[bytes]:
     """Return the lines of PP."""
     return _lines(
-        MODL=MODEL,
-        DMIN=MIN_RANGE_MM,
-        DMAX=MAX_RANGE_MM,
-        ARES=STEPS_PER_REVOLUTION,
-        AMIN=FIRST_STEP,
-        AMAX=LAST_STEP,
-        AFRT=FRONT_STEP,
-        SCAN=STANDARD_SPEED,
+        MODL=model.name,
+        DMIN=model.range_min_mm,
+        DMAX=model.range_max_mm,
+        ARES=model.steps_per_revolution,
+        AMIN=model.first_step,
+        AMAX=model.last_step,
+        AFRT=model.front_step,
+        SCAN=model.speed,
     )
 
 
 def status_lines(
-    laser: bool, measuring: bool, speed: int, bit_rate: str, timer: int, status: str
+    model: ScipModel,
+    laser: bool,
+    measuring: bool,
+    speed: int,
+    bit_rate: str,
+    timer: int,
+    status: str,
 ) -> list[bytes]:
     """Return the lines of II; the speed is in rpm, the timer in ms."""
     return _lines(
-        MODL=MODEL,
+        MODL=model.name,
         LASR='ON' if laser else 'OFF',
-        SCSP=f'{_speed_level(speed)}({speed}[rpm])',
+        SCSP=f'{_speed_level(speed, model.speed)}({speed}[rpm])',
         MESM='Measuring by Normal Mode' if measuring else 'IDLE',
         SBPS=bit_rate,
         TIME=f'{timer:06X}',
@@ -55,11 +52,11 @@ def status_lines(
     )
 
 
-def _speed_level(speed: int) -> str:
+def _speed_level(speed: int, standard: int) -> str:
     """Return a motor speed [rpm] relative to the standard one, in the form hokuyoaist reads."""
-    if speed == STANDARD_SPEED:
+    if speed == standard:
         return 'Initial'
-    return f'{round(100.0 * (1.0 - speed / STANDARD_SPEED))}%Down'
+    return f'{round(100.0 * (1.0 - speed / standard))}%Down'
 
 
 def _lines(**values: object) -> list[bytes]:

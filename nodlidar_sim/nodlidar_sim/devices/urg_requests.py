@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import re
 
 from nodlidar_common import scip
-from nodlidar_sim.devices.urg_scan import LAST_REQUESTABLE_STEP, ScanRequest
+from nodlidar_sim.devices.urg_scan import ScanRequest
 
 MAX_LINE = 80
 
@@ -88,12 +88,12 @@ def number(digits: bytes, status: bytes) -> int:
     return int(digits)
 
 
-def scan_request(line: bytes, parameters: bytes) -> ScanRequest:
+def scan_request(line: bytes, parameters: bytes, last_requestable: int) -> ScanRequest:
     """Return what MD, MS, GD or GS requests (sections 8.1, 8.2); raises CommandError."""
     first = number(parameters[:4], b'01')
     last = number(parameters[4:8], b'02')
     cluster = number(parameters[8:10], b'03')
-    if last > LAST_REQUESTABLE_STEP:
+    if last > last_requestable:
         raise CommandError(b'04')
     if last < first:
         raise CommandError(b'05')

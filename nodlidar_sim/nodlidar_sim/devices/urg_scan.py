@@ -3,20 +3,15 @@
 from dataclasses import dataclass
 
 from nodlidar_common import scip
+from nodlidar_sim.devices.scip_models import ScipModel, URG_04LX_UG01
 from nodlidar_sim.world.effects import Measure
 import numpy as np
 from numpy.typing import NDArray
 
-STEPS_PER_REVOLUTION = 1024
-FIRST_STEP, LAST_STEP, FRONT_STEP = 44, 725, 384
-LAST_REQUESTABLE_STEP = 768
-MIN_RANGE_MM, MAX_RANGE_MM = 20, 5600
-NOTHING_IN_RANGE, NEIGHBOURS_IN_ERROR, NOT_MEASURABLE = 0, 7, 19
+NOT_MEASURABLE = 19
 
-_STEPS = np.arange(FIRST_STEP, LAST_STEP + 1)
-_STEP_ANGLE = 2.0 * np.pi / STEPS_PER_REVOLUTION
-_AZIMUTHS = np.asarray((_STEPS - FRONT_STEP) * _STEP_ANGLE, dtype=np.float64)
 _SHORT_MAX = 64**2 - 1
+_FARTHEST = 65535  # mm, of any model
 
 
 class Revolution:
@@ -30,25 +25,35 @@ class Revolution:
         Host time of step 0 of the next revolution [ns].
     timer
         Reading of the sensor's timer at step 0 [ms].
+    model
+        Layout of its beams.
 
     Attributes
     ----------
     codes
-        Range [mm] or error code of each step that can be requested, shape (769,).
+        Range [mm] or error code of each step that can be requested, shape (n,).
     measured
         Whether the codes have been measured.
     times_ns
-        Time of each beam [ns], shape (682,).
+        Time of each measured beam [ns], shape (n,).
     """
 
-    def __init__(self, start_ns: int, end_ns: int, timer: int) -> None:
+    def __init__(
+        self, start_ns: int, end_ns: int, timer: int, model: ScipModel = URG_04LX_UG01
+    ) -> None:
         self.start_ns = start_ns
         self.end_ns = end_ns
         self.timer = timer
-        self.codes = np.full(LAST_REQUESTABLE_STEP + 1, NOT_MEASURABLE, dtype=np.int64)
+        self._model = model
+        self.codes = np.full(model.last_requestable + 1, NOT_MEASURABLE, dtype=np.int64)
         self.measured = False
-        elapsed = _STEPS * ((end_ns - start_ns) / STEPS_PER_REVOLUTION)
+        elapsed = model.steps * ((end_ns - start_ns) / model.steps_per_revolution)
         self.times_ns = start_ns + np.rint(elapsed).astype(np.int64)
+
+    @property
+    def range_min_mm(self) -> int:
+        """Below it are error codes [mm]."""
+        return self._model.range_min_mm
 
     @property
     def last_beam_ns(self) -> int:
@@ -57,7 +62,9 @@ class Revolution:
 
     def measure(self, measure: Measure) -> None:
         """Measure every beam at its own instant."""
-        self.codes[_STEPS] = range_codes(measure(self.times_ns, _AZIMUTHS))
+        model = self._model
+        ranges = measure(self.times_ns, model.azimuths)
+        self.codes[model.steps] = range_codes(ranges, model)
         self.measured = True
 
 
@@ -82,22 +89,27 @@ class ScanRequest:
 
     def lines(self, revolution: Revolution) -> list[bytes]:
         """Return the timer line and the data lines of a message."""
-        values = clustered(revolution.codes[self.first : self.last + 1], self.cluster)
+        codes = revolution.codes[self.first : self.last + 1]
+        values = clustered(codes, self.cluster, revolution.range_min_mm)
         if self.characters == 2:
             values = np.minimum(values, _SHORT_MAX)
         timer = scip.add_sum(scip.encode([revolution.timer], 4))
         return [timer, *scip.split_blocks(scip.encode(values, self.characters))]
 
 
-def range_codes(ranges: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return ranges [m] in whole millimetres, or as error codes below 20."""
+def range_codes(
+    ranges: NDArray[np.float64], model: ScipModel = URG_04LX_UG01
+) -> NDArray[np.int64]:
+    """Return ranges [m] in whole millimetres, or as error codes."""
     millimetres = np.rint(1000.0 * ranges)
-    codes = np.where(millimetres <= MAX_RANGE_MM, millimetres, NOTHING_IN_RANGE)
-    codes = np.where(millimetres < MIN_RANGE_MM, NOT_MEASURABLE, codes)
-    return np.where(np.isnan(ranges), NEIGHBOURS_IN_ERROR, codes).astype(np.int64)
+    codes = np.where(millimetres <= model.range_max_mm, millimetres, model.nothing)
+    codes = np.where(millimetres < model.range_min_mm, NOT_MEASURABLE, codes)
+    return np.where(np.isnan(ranges), model.lost, codes).astype(np.int64)
 
 
-def clustered(codes: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+def clustered(
+    codes: NDArray[np.int64], size: int, range_min_mm: int = URG_04LX_UG01.range_min_mm
+) -> NDArray[np.int64]:
     """Return the least range of each group of steps, or its first error code if it has no range.
 
     Parameters
@@ -106,9 +118,11 @@ def clustered(codes: NDArray[np.int64], size: int) -> NDArray[np.int64]:
         Ranges [mm] and error codes, shape (n,).
     size
         Steps in a group; 0 counts as 1. The last group may be smaller.
+    range_min_mm
+        Below it are error codes [mm].
     """
     if size <= 1:
         return codes
     starts = np.arange(0, len(codes), size)
-    least = np.minimum.reduceat(np.where(codes < MIN_RANGE_MM, MAX_RANGE_MM + 1, codes), starts)
-    return np.where(least > MAX_RANGE_MM, codes[starts], least)
+    least = np.minimum.reduceat(np.where(codes < range_min_mm, _FARTHEST + 1, codes), starts)
+    return np.where(least > _FARTHEST, codes[starts], least)

@@ -113,7 +113,7 @@ class UrgSensor:
     def _answer_in_scip11(self, line: bytes) -> bytes:
         """Answer V or SCIP2.0; answers of SCIP 1.1 have no checksums."""
         self._scip2 = line == b'SCIP2.0'
-        lines = [text[:-2] for text in version_lines()] if line == b'V' else []
+        lines = [text[:-2] for text in version_lines(self._clock.model)] if line == b'V' else []
         status = b'0' if self._scip2 or lines else b'E'
         return b'\n'.join([line, status, *lines]) + b'\n\n'
 
@@ -139,10 +139,10 @@ class UrgSensor:
     # The commands (section 8): each returns the lines of its answer or raises CommandError.
 
     def _version(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
-        return version_lines()
+        return version_lines(self._clock.model)
 
     def _parameters(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
-        return parameter_lines()
+        return parameter_lines(self._clock.model)
 
     def _status(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
         malfunction = self.faults.malfunction
@@ -150,6 +150,7 @@ class UrgSensor:
         if self.firmware_update:
             status = 'F/W update mode'
         return status_lines(
+            self._clock.model,
             self.laser,
             self.stream is not None,
             self._clock.speed,
@@ -197,7 +198,7 @@ class UrgSensor:
         return []
 
     def _stream_scans(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
-        request = scan_request(line, parameters)
+        request = scan_request(line, parameters, self._clock.model.last_requestable)
         interval = number(parameters[10:11], b'06')
         count = number(parameters[11:13], b'07')
         self._check_sound()
@@ -206,7 +207,7 @@ class UrgSensor:
         return []
 
     def _one_scan(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
-        request = scan_request(line, parameters)
+        request = scan_request(line, parameters, self._clock.model.last_requestable)
         self._check_sound()
         if not self.laser:
             raise CommandError(b'10')

@@ -1,7 +1,6 @@
 """What the commands SS, CR and HS set in an emulated URG-04LX."""
 
 from nodlidar_sim.devices.urg_clock import UrgClock
-from nodlidar_sim.devices.urg_identity import STANDARD_SPEED
 from nodlidar_sim.devices.urg_requests import CommandError, number
 
 _BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
@@ -31,7 +30,7 @@ class UrgSettings:
 
     def reset(self) -> None:
         """Restore bit rate and motor speed."""
-        self._clock.speed = STANDARD_SPEED
+        self._clock.speed = self._clock.model.speed
         self.bit_rate = _DEFAULT_BIT_RATE
 
     def set(self, command: bytes, parameters: bytes) -> None:
@@ -53,7 +52,7 @@ class UrgSettings:
         if level > 10 and level != 99:
             raise CommandError(b'02')
         # The specification does not define the levels: 1 % each here.
-        speed = round(STANDARD_SPEED * (1.0 - (level % 99) / 100.0))
+        speed = round(self._clock.model.speed * (1.0 - (level % 99) / 100.0))
         if speed == self._clock.speed:
             raise CommandError(b'03')
         self._clock.speed = speed
