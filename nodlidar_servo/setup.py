@@ -22,6 +22,7 @@ setup(
     entry_points={
         'console_scripts': [
             'servo = nodlidar_servo.ros.node:main',
+            'setup = nodlidar_servo.setup.command:main',
             'trajectory = nodlidar_servo.ros.trajectory_node:main',
         ]
     },

@@ -19,9 +19,13 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_demo.ros.demonstration import parse
 from nodlidar_mapper.map_bag import main as map_bag
 from nodlidar_planner.plan_scan.command import main as plan_scan
+from nodlidar_servo.setup.command import main as setup
 from nodlidar_sim.bag import write_bag
+from nodlidar_sim.devices.x_servo import XServoEmulator
+from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
+from nodlidar_sim.world.servo_motion import ServoMotion
 import pytest
 import yaml
 
@@ -200,6 +204,17 @@ def test_driver(command):
 @starting('ros2', 'run', 'nodlidar_servo', 'servo')
 def test_servo(command):
     runs_until_interrupted(command, 'trying again')
+
+
+@starting('ros2', 'run', 'nodlidar_servo', 'setup')
+def test_setup(command, tmp_path, capsys):
+    servo = XServoEmulator(ServoMotion(), baud=3)
+    with PseudoTerminals({'servo': servo}) as ports:
+        there = ['--port', ports['servo'], '--output', str(tmp_path / 'servo.yaml'), '--yes']
+        assert setup([*options(command), *there]) == 0
+    shown = capsys.readouterr().out
+    assert 'return delay' in shown
+    assert f'servo:=XL430-W250 servo_port:={ports["servo"]}' in shown
 
 
 @starting('ros2', 'run', 'nodlidar_servo', 'trajectory')

@@ -1,0 +1,77 @@
+"""What a servo needs so that the node can nod it; without a servo."""
+
+from dataclasses import dataclass
+
+from nodlidar_common.errors import ParameterError
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.packets import PROTOCOL_2
+from nodlidar_servo.setup.condition import Condition, POSITION_CONTROL, REPLY_TO_ALL
+from nodlidar_servo.setup.registers import rate_code
+
+_TIME_BASED, _REVERSED = 0x04, 0x01
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A register to be written: its name, its values before and after, and why."""
+
+    name: str
+    before: int
+    after: int
+    reason: str
+
+
+def needed_changes(condition: Condition, config: ServoConfig) -> list[Change]:
+    """Return the changes, in the order in which they must be written.
+
+    Writes are confirmed once the return level is 2. ID and bit rate are last, since the servo then
+    has another address.
+
+    Parameters
+    ----------
+    condition
+        The servo.
+    config
+        What the node will ask for, with the servo's own model.
+
+    Raises
+    ------
+    ParameterError
+        If the servo cannot have the bit rate, or the limits of the mount.
+    """
+    config.check_together()
+    code = rate_code(condition.found.packets, config.baud_rate)
+    if code is None:
+        raise ParameterError('baud_rate', 'a rate that the servo can have', config.baud_rate)
+    values = condition.values
+    wanted = {
+        'return level': (REPLY_TO_ALL, 'all requests are answered'),
+        **_modes(condition),
+        **_limits(config),
+        'return delay': (0, 'replies come at once'),
+        'ID': (config.servo_id, 'servo_id of the node'),
+        'bit rate': (code, f'{config.baud_rate} bit/s, baud_rate of the node'),
+    }
+    return [
+        Change(name, values[name], after, reason)
+        for name, (after, reason) in wanted.items()
+        if values[name] != after
+    ]
+
+
+def _modes(condition: Condition) -> dict[str, tuple[int, str]]:
+    """Return the modes of a servo of Protocol 2.0; one of 1.0 has them by its limits."""
+    if condition.found.packets is not PROTOCOL_2:
+        return {}
+    drive = condition.values['drive mode'] & ~(_TIME_BASED | _REVERSED)
+    return {
+        'operating mode': (POSITION_CONTROL, 'position control'),
+        'drive mode': (drive, 'speeds, not durations; not reversed'),
+    }
+
+
+def _limits(config: ServoConfig) -> dict[str, tuple[int, str]]:
+    ends = (config.pitch_lower_limit, config.pitch_upper_limit)
+    low, high = sorted(config.scale.tick(pitch) for pitch in ends)
+    reason = f'the mount allows {ends[0]:g} to {ends[1]:g} rad'
+    return {'lower limit': (low, reason), 'upper limit': (high, reason)}

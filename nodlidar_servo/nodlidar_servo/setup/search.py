@@ -1,0 +1,200 @@
+"""Finds servos on a bus: at every bit rate, with every ID, of both protocols.
+
+A ping goes to all IDs at once. Servos of Protocol 1.0 answer it at the same time: where that gives
+only noise, each ID is asked alone. Those of 2.0 answer one after the other, up to 3 ms per ID
+later (ROBOTIS e-manual, Ping; the SDK waits as long). Bit rates are those of the manuals; 1.0 has
+2 Mbit/s / (n + 1) for any n up to 254, which `rare_rates` lists as densely as a UART needs.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+import re
+
+from nodlidar_common.serial_port import port_errors, SerialPort
+from nodlidar_servo.packets import Answer, PacketFormat, PROTOCOL_1, PROTOCOL_2
+
+OpenAt = Callable[[int], AbstractContextManager[SerialPort]]
+"""Opens the port at a bit rate [bit/s]."""
+
+RATES_1 = (1_000_000, 57_600, 115_200, 500_000, 250_000, 400_000, 200_000, 19_200, 9600)
+RATES_2 = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000, 4_500_000, 9600)
+PING, BROADCAST, LAST_ID = 1, 0xFE, 252
+
+_BYTES = 4096
+_WAIT = 0.045  # s; a reply, with an adapter that holds it back for 16 ms
+_LATER = {1.0: 0.0, 2.0: 0.76}  # s; the last reply to a ping of all, at 3 ms per ID
+_OVERHEADS, _PING_DATA = 32, 3  # bytes of request and reply, at most; of a ping's reply
+_SPACING = 0.03  # of bit rates; a UART bears as much
+_REPEATS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A servo that answered.
+
+    Attributes
+    ----------
+    packets
+        Its protocol.
+    baud_rate
+        Bit rate [bit/s].
+    servo_id
+        Its ID.
+    """
+
+    packets: PacketFormat
+    baud_rate: int
+    servo_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One bit rate and protocol to be tried."""
+
+    packets: PacketFormat
+    baud_rate: int
+
+
+def usual_trials() -> list[Trial]:
+    """Return the bit rates of the manuals, the most likely first."""
+    rates = list(dict.fromkeys((*RATES_2, *RATES_1)))
+    both = ((PROTOCOL_2, RATES_2), (PROTOCOL_1, RATES_1))
+    return [Trial(packets, rate) for rate in rates for packets, own in both if rate in own]
+
+
+def rare_trials() -> list[Trial]:
+    """Return the other bit rates that servos of Protocol 1.0 can have."""
+    return [Trial(PROTOCOL_1, rate) for rate in rare_rates()]
+
+
+def rare_rates() -> list[int]:
+    """Return bit rates of Protocol 1.0 that are not usual, each within 3 % of the next."""
+    rates = [2_500_000, 2_250_000]
+    last = float('inf')
+    for n in range(255):
+        rate = 2_000_000 / (n + 1)
+        usual = any(abs(rate / known - 1.0) < _SPACING for known in RATES_1)
+        if not usual and rate <= last * (1.0 - _SPACING):
+            rates.append(round(rate))
+            last = rate
+    return rates
+
+
+def search(open_at: OpenAt, trials: Iterable[Trial]) -> Iterator[list[Found]]:
+    """Yield after each trial which servos answered; IDs are asked one by one after noise.
+
+    Raises
+    ------
+    PortError
+        If the port cannot be used.
+    """
+    for trial in trials:
+        with open_at(trial.baud_rate) as port:
+            servo_ids = _all_ids(port, trial)
+        yield [Found(trial.packets, trial.baud_rate, servo_id) for servo_id in servo_ids]
+
+
+def answers(packets: PacketFormat, received: bytes) -> list[Answer]:
+    """Return the sound status packets among received bytes."""
+    pattern, extra = (_STATUS_2, 7) if packets is PROTOCOL_2 else (_STATUS_1, 4)
+    found = []
+    for match in pattern.finditer(received):
+        end = match.start() + extra + int.from_bytes(match[1], 'little')
+        packet = received[match.start() : end]
+        if end <= len(received) and packet[-2:] == _sealed(packets, packet)[-2:]:
+            found.append(packets.answer(packet))
+    return found
+
+
+def exchange(
+    port: SerialPort,
+    packets: PacketFormat,
+    request: tuple[int, int, bytes],
+    wait: float,
+    size: int = _BYTES,
+) -> bytes:
+    """Send a request; return what comes back.
+
+    Parameters
+    ----------
+    port, packets
+        Open at the servo's bit rate; the protocol.
+    request
+        ID, instruction and parameters.
+    wait, size
+        The reply ends after so long [s], or earlier with so many bytes.
+    """
+    with port_errors():
+        port.reset_input_buffer()
+        port.timeout = wait
+        port.write(packets.encode(*request))
+        return port.read(size)
+
+
+def reply_wait(baud_rate: int, size: int) -> float:
+    """Return how long a request and its reply may take [s], of `size` bytes together."""
+    return _WAIT + size * 10.0 / baud_rate
+
+
+def is_shared(port: SerialPort, found: Found, address: int, size: int) -> bool:
+    """Return whether two servos answer to one ID: replies double, or broken half of the time.
+
+    They differ in what they measure, so their replies to a read differ. A bad cable looks alike.
+
+    Parameters
+    ----------
+    port
+        Open at the servo's bit rate.
+    found
+        The servo.
+    address, size
+        Of the registers with what it measures.
+    """
+    packets = found.packets
+    request = found.servo_id, 2, packets.number(address) + packets.number(size)
+    odd, wait = 0, reply_wait(found.baud_rate, size + _OVERHEADS)
+    for _ in range(_REPEATS):
+        received = exchange(port, packets, request, wait)
+        sound = answers(packets, received)
+        if len(sound) > 1:
+            return True
+        odd += bool(received) and len(received) != size + packets.answer_overhead
+        odd += len(received) == size + packets.answer_overhead and not sound
+    return 2 * odd >= _REPEATS
+
+
+_STATUS_1 = re.compile(rb'(?=\xff\xff[\x00-\xfc]([\x02-\xff]))', re.DOTALL)
+_STATUS_2 = re.compile(rb'(?=\xff\xff\xfd\x00[\x00-\xfc](..)\x55)', re.DOTALL)
+
+
+def _sealed(packets: PacketFormat, packet: bytes) -> bytes:
+    """Return a packet with the right checksum or CRC in the place of its own."""
+    if packets is PROTOCOL_2:
+        crc = int(packets.handler.updateCRC(0, list(packet[:-2]), len(packet) - 2))
+        return packet[:-2] + crc.to_bytes(2, 'little')
+    return packet[:-1] + bytes([~sum(packet[2:-1]) & 0xFF])
+
+
+def _all_ids(port: SerialPort, trial: Trial) -> Sequence[int]:
+    packets = trial.packets
+    wait = reply_wait(trial.baud_rate, _OVERHEADS) + _LATER[packets.version]
+    received = exchange(port, packets, (BROADCAST, PING, b''), wait)
+    found = sorted({answer.servo_id for answer in answers(packets, received)})
+    size = packets.answer_overhead + (_PING_DATA if packets is PROTOCOL_2 else 0)
+    if len(received) <= len(found) * size or not _is_noise_of_servos(received):
+        return found
+    return sorted({*found, *_one_by_one(port, trial)})
+
+
+def _is_noise_of_servos(received: bytes) -> bool:
+    """Return whether broken replies came: they have high bits, the text of a lidar has none."""
+    return any(byte >= 0x80 for byte in received)
+
+
+def _one_by_one(port: SerialPort, trial: Trial) -> Iterator[int]:
+    """Yield the IDs that answer when asked alone, also with noise: then two have that ID."""
+    wait = reply_wait(trial.baud_rate, _OVERHEADS)
+    for servo_id in range(LAST_ID + 1):
+        if exchange(port, trial.packets, (servo_id, PING, b''), wait):
+            yield servo_id

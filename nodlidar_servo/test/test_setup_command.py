@@ -1,0 +1,309 @@
+"""The set-up of a servo, at byte level: every bit rate, ID and fault put in, in virtual time."""
+
+from contextlib import contextmanager
+from dataclasses import replace
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.packets import PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.servo import Servo
+from nodlidar_servo.setup.command import (
+    check_lidar,
+    node_parameters,
+    parameter_file,
+    Port,
+    start_command,
+)
+from nodlidar_servo.setup.dialogue import Dialogue, Wish
+from nodlidar_servo.setup.errors import (
+    LidarError,
+    LockedError,
+    NoServoError,
+    SeveralServosError,
+    SharedIdError,
+    WrongModelError,
+)
+from nodlidar_servo.setup.registers import rate_code, rate_of
+from nodlidar_servo.setup.search import answers, rare_rates, RATES_1
+from nodlidar_sim.devices import rx24f_table as rx
+from nodlidar_sim.devices import x_table as x
+from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.shared_bus import SharedBus
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.devices.x_servo import XServoEmulator
+from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.servo_motion import ServoMotion
+import numpy as np
+import pytest
+import yaml
+
+CLOCK = VirtualClock(1_800_000_000_000_000_000)
+KINDS = [(Rx24fEmulator, rx), (XServoEmulator, x)]
+READY_RX = {rx.CW_LIMIT: 512 - 156, rx.CCW_LIMIT: 512 + 156}  # 0.8 rad of 0.00511 rad
+READY_X = {x.MIN_POSITION: 2048 - 522, x.MAX_POSITION: 2048 + 522}  # of 0.00153 rad
+
+
+class Line:
+    """A device's port in virtual time, opened anew at each bit rate; answers every question."""
+
+    def __init__(self, device, yes=True):
+        self.device, self.clock = device, CLOCK
+        self.yes, self.asked, self.shown = yes, [], []
+
+    @contextmanager
+    def __call__(self, rate):
+        self.device.host_bit_rate = rate
+        yield VirtualPort(self.device, self.clock)
+
+    def agrees(self, question):
+        self.asked.append(question)
+        return self.yes if isinstance(self.yes, bool) else self.yes(question)
+
+    def set_up(self, **wish):
+        dialogue = Dialogue(self, self.agrees, self.shown.append)
+        return dialogue.set_up(Wish(**{'level': False, **wish}))
+
+
+def make(kind, registers=None, pitch=0.0, **options):
+    device = kind(ServoMotion(pitch), **options)
+    for register, value in (registers or {}).items():
+        device.table[register] = value
+    return device
+
+
+def values(device, registers):
+    return {register: device.table[register] for register in registers}
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+def test_a_servo_from_the_factory_can_be_nodded_afterwards(kind, table):
+    device = make(kind)
+    line = Line(device)
+    result = line.set_up()
+    ready = READY_RX if table is rx else READY_X
+    assert values(device, ready) == ready
+    assert device.bit_rate == 1_000_000
+    assert device.table[table.RETURN_DELAY] == 0
+    assert {change.name for change in result.changes} == {
+        'lower limit', 'upper limit', 'return delay', 'bit rate',
+    }  # fmt: skip
+    with line(1_000_000) as port:
+        servo = Servo(port, ServoConfig(model=result.config.model), line.clock)
+        servo.connect()
+        assert servo.read().pitch == pytest.approx(0.0, abs=0.006)
+    again = line.set_up()
+    assert again.changes == []
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 1), st.integers(0, 252), st.integers(0, 7), st.integers(1, 249))
+def test_any_rate_and_id_are_found(which, servo_id, code, rare):
+    kind, table = KINDS[which]
+    device = make(kind, servo_id=servo_id, baud=code if which else rare)
+    line = Line(device)
+    result = line.set_up()
+    assert result.before.found.servo_id == servo_id
+    assert result.before.found.baud_rate == pytest.approx(
+        2_000_000 / (rare + 1) if not which else device_rate(code), rel=0.03
+    )
+    assert (device.table[table.ID], device.bit_rate) == (1, 1_000_000)
+
+
+def device_rate(code):
+    return (9600, 57_600, 115_200, 1e6, 2e6, 3e6, 4e6, 4.5e6)[code]
+
+
+@pytest.mark.parametrize(
+    ('kind', 'registers', 'words'),
+    [
+        (Rx24fEmulator, {rx.CW_LIMIT: 0, rx.CCW_LIMIT: 0}, 'wheel mode'),
+        (XServoEmulator, {x.OPERATING_MODE: 1}, 'operating mode 1'),
+        (XServoEmulator, {x.TORQUE_ENABLE: 1}, 'torque is on'),
+        (Rx24fEmulator, {rx.TORQUE_ENABLE: 1}, 'torque is on'),
+        (XServoEmulator, {x.RETURN_LEVEL: 1}, 'return level 1'),
+        (Rx24fEmulator, {rx.RETURN_LEVEL: 1, rx.TORQUE_ENABLE: 1}, 'return level 1'),
+    ],
+)
+def test_a_fault_is_named_and_mended(kind, registers, words):
+    line = Line(make(kind, registers))
+    result = line.set_up()
+    assert any(words in shown and 'WRONG' in shown for shown in line.shown), line.shown
+    assert result.after.faults() == []
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+def test_a_servo_that_answers_only_pings_is_mended(kind, table):
+    device = make(kind, {table.RETURN_LEVEL: 0, table.TORQUE_ENABLE: 1})
+    line = Line(device)
+    line.set_up()
+    assert values(device, (table.RETURN_LEVEL, table.TORQUE_ENABLE)) == {
+        table.RETURN_LEVEL: 2,
+        table.TORQUE_ENABLE: 0,
+    }
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+def test_nothing_is_written_without_consent(kind, table):
+    device = make(kind, {table.TORQUE_ENABLE: 1})
+    before = device.table.read(0, table.EEPROM_END)
+    refusing = Line(device, yes=False)
+    assert refusing.set_up().changes == []
+    assert len(refusing.asked) == 4
+    agreeing = Line(device)
+    agreeing.set_up(dry_run=True)
+    assert agreeing.asked == []
+    assert sum('would change' in line for line in agreeing.shown) == 4
+    no_torque = Line(device, yes=lambda question: 'torque' not in question)
+    assert no_torque.set_up().changes == []
+    assert device.table.read(0, table.EEPROM_END) == before
+    assert device.table[table.TORQUE_ENABLE] == 1
+
+
+def test_each_change_has_its_own_consent():
+    device = make(XServoEmulator)
+    line = Line(device, yes=lambda question: 'return delay' in question)
+    result = line.set_up()
+    assert [change.name for change in result.changes] == ['return delay']
+    assert (device.table[x.RETURN_DELAY], device.bit_rate) == (0, 57_600)
+    assert node_parameters(result.config) == {'baud_rate': 57_600}
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+def test_the_present_position_becomes_the_zero(kind, table):
+    result = Line(make(kind, pitch=0.1)).set_up(level=True)
+    tick = 512 + 19.56 if table is rx else 2048 + 65.19  # 0.1 rad
+    assert result.config.zero_tick == pytest.approx(tick, abs=0.51)
+    parameters = node_parameters(result.config)
+    assert yaml.safe_load(parameter_file(parameters)) == {
+        '/**': {'ros__parameters': {'zero_tick': result.config.zero_tick}}
+    }
+    span = 156 if table is rx else 522
+    low = result.after.values['lower limit']
+    assert low == pytest.approx(result.config.zero_tick - span, abs=1)
+
+
+def test_a_zero_too_near_to_the_end_is_refused():
+    line = Line(make(Rx24fEmulator, pitch=2.4))
+    with pytest.raises(ParameterError, match="'pitch_upper_limit' must be between"):
+        line.set_up(level=True)
+
+
+def test_interrupted_writing_leaves_the_torque_off():
+    device = make(XServoEmulator, {x.TORQUE_ENABLE: 1})
+    write = device.table.write
+
+    def interrupted(address, data):
+        if address == x.RETURN_DELAY.address:
+            raise KeyboardInterrupt
+        return write(address, data)
+
+    device.table.write = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        Line(device).set_up()
+    assert device.table[x.TORQUE_ENABLE] == 0
+
+
+class Silent:
+    def receive(self, data, now_ns):
+        pass
+
+    def transmit(self, now_ns):
+        return b''
+
+    def next_event_ns(self):
+        return None
+
+
+@pytest.mark.parametrize(
+    ('device', 'wish', 'error', 'words'),
+    [
+        (Silent(), {}, NoServoError, 'check its supply'),
+        (make(XServoEmulator), {'model': 'RX-24F'}, WrongModelError, 'XL430-W250, not RX-24F'),
+        (make(XServoEmulator, model=1030), {}, WrongModelError, 'model number 1030'),
+        (make(Rx24fEmulator, {rx.LOCK: 1}), {}, LockedError, 'power off and on'),
+        (
+            make(XServoEmulator),
+            {'config': replace(ServoConfig(), baud_rate=250_000)},
+            ParameterError,
+            "'baud_rate' must be a rate",
+        ),
+    ],
+)
+def test_what_setup_cannot_mend_is_named(device, wish, error, words):
+    with pytest.raises(error, match=words):
+        Line(device).set_up(**wish)
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+@pytest.mark.parametrize('delay', [250, 0])
+def test_two_servos_of_one_id_are_named(kind, table, delay):
+    servos = make(kind, pitch=0.3), make(kind, pitch=-0.2, return_delay=delay)
+    with pytest.raises(SharedIdError, match='two servos have this ID'):
+        Line(SharedBus(servos)).set_up()
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+def test_of_several_servos_one_is_chosen(kind, table):
+    servos = [make(kind, servo_id=servo_id) for servo_id in (3, 7, 1)]
+    line = Line(SharedBus(servos))
+    with pytest.raises(SeveralServosError, match=r'1, 3, 7;.*--from-id'):
+        line.set_up()
+    with pytest.raises(SeveralServosError, match='another servo has the ID 1'):
+        line.set_up(from_id=7)
+    line.set_up(from_id=7, config=replace(ServoConfig(), servo_id=9))
+    assert [each.table[table.ID] for each in servos] == [3, 9, 1]
+    assert [each.bit_rate == 1_000_000 for each in servos] == [False, True, False]
+
+
+@given(st.binary(max_size=60), st.sampled_from([PROTOCOL_1, PROTOCOL_2]))
+def test_answers_are_found_in_noise_only_if_they_are_sound(noise, packets):
+    packet = packets.encode_answer(17, 0)
+    quiet = noise.replace(b'\xff', b'')
+    found = answers(packets, quiet + packet + quiet)
+    assert [(each.servo_id, each.status) for each in found] == [(17, 0)]
+    broken = packet[:-1] + bytes([packet[-1] ^ 1])
+    assert answers(packets, quiet + broken) == []
+    answers(packets, noise)
+
+
+def test_rates_of_protocol_1_are_covered():
+    tried = [*RATES_1, *rare_rates()]
+    for n in range(255):
+        rate = 2_000_000 / (n + 1)
+        if rate <= 1_000_000:
+            assert min(abs(each / rate - 1.0) for each in tried) < 0.031
+
+
+@pytest.mark.parametrize('packets', [PROTOCOL_1, PROTOCOL_2])
+def test_a_rate_survives_its_register(packets):
+    for rate in (9600, 57_600, 115_200, 1_000_000):
+        code = rate_code(packets, rate)
+        assert rate_of(packets, code) == pytest.approx(rate, rel=0.03)
+    assert rate_code(packets, 300_000_000) is None
+
+
+def test_the_command_that_starts_the_nod(tmp_path):
+    config = ServoConfig(model='XL430-W250')
+    assert start_command('/dev/ttyUSB1', config, None) == (
+        'ros2 launch nodlidar_bringup robot.launch.py hardware:=real servo:=XL430-W250'
+        ' servo_port:=/dev/ttyUSB1'
+    )
+    assert start_command('p', config, tmp_path / 'a').endswith(f' servo_params:={tmp_path}/a')
+
+
+def test_every_error_is_a_device_error():
+    for kind in (NoServoError, SeveralServosError, SharedIdError, WrongModelError, LockedError):
+        assert issubclass(kind, DeviceError)
+
+
+def test_a_lidar_behind_the_port_of_the_servo_is_named():
+    clock = HostClock()
+    lidar = UrgEmulator(lambda times, azimuth: np.ones(len(times)), start_ns=clock())
+    with PseudoTerminals({'lidar': lidar}) as ports:
+        with pytest.raises(LidarError, match='swap the ports'):
+            check_lidar(Port(ports['lidar']))
+    with PseudoTerminals({'servo': make(XServoEmulator)}) as ports:
+        check_lidar(Port(ports['servo']))
