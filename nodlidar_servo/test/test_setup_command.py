@@ -107,7 +107,8 @@ def test_any_rate_and_id_are_found(which, servo_id, code, rare):
     result = line.set_up()
     assert result.before.found.servo_id == servo_id
     assert result.before.found.baud_rate == pytest.approx(
-        2_000_000 / (rare + 1) if not which else device_rate(code), rel=0.03
+        2_000_000 / (rare + 1) if not which else device_rate(code),
+        rel=0.031,  # 3 % of the faster
     )
     assert (device.table[table.ID], device.bit_rate) == (1, 1_000_000)
 
