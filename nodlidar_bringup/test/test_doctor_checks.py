@@ -24,7 +24,7 @@ SERVO = Port(
     '/dev/ttyUSB0',
     usb_id='0403:6014',
     latency_timer=1,
-    answer=Answer('servo', 'RX-24F', 1_000_000, 1, (0, 1023)),
+    answer=Answer('servo', 'RX-24F', 1_000_000, 1),
 )
 HOST = Host(EARLIEST_NS + 1)
 RUNNING = replace(HOST, nodes_run=True)
@@ -109,9 +109,13 @@ FAULTS = [
     (ports({'answer': SERVO.answer}, {'answer': LIDAR.answer}), 'ports swapped', 'servo_port:='),
     (ports({'answer': SERVO.answer}), 'wrong device', 'lidar_port:='),
     (ports(servo={'latency_timer': 16}), 'latency timer', 'install_udev_rules'),
-    (ports(servo=answer(baud_rate=57_600)), 'wrong bit rate', 'baud_rate: 57600'),
-    (ports(servo=answer(servo_id=7)), 'wrong ID', 'servo_id: 7'),
-    (ports(servo=answer(angle_limits=(0, 0))), 'wheel mode', '0 and 1023'),
+    (
+        ports(servo=answer(baud_rate=57_600)),
+        'wrong bit rate',
+        'setup --port /dev/ttyUSB0',
+    ),
+    (ports(servo=answer(servo_id=7)), 'wrong ID', 'nodlidar_servo setup'),
+    (ports(servo=answer(wrong_mode='in wheel mode')), 'wheel mode', 'nodlidar_servo setup'),
     (ports(servo={'answer': Answer()}), 'no answer', 'supply'),
     (ports({'answer': Answer()}), 'no answer', 'USB cable'),
     (check_host(replace(HOST, now_ns=10**18)), 'clock never set', 'set-ntp true'),
@@ -227,6 +231,18 @@ def test_what_mends_a_fault_exists():
 
 def test_more_than_twenty_faults_are_told_apart():
     assert len({check for _, check, _ in FAULTS}) >= 30
+
+
+def test_the_table_of_faults_names_a_test_for_each():
+    page = (WORKSPACE / 'docs' / 'faults.md').read_text()
+    table = page.partition('## Faults of the set-up')[2]
+    rows = re.findall(
+        r'^\| (?!fault|---)([^|]+)\|.*`(test_\w+)`, `(\w+)` \|$', table, re.MULTILINE
+    )
+    assert len({fault for fault, *_ in rows}) >= 20
+    for _, file, name in rows:
+        [path] = WORKSPACE.glob(f'nodlidar_*/test/{file}.py')
+        assert f'def {name}(' in path.read_text(), (file, name)
 
 
 def test_ports_that_nobody_named_may_be_absent():

@@ -9,8 +9,10 @@ from nodlidar_bringup.checks.port_facts import port_facts
 from nodlidar_bringup.checks.ports import Answer, check_ports, Port, ServoSettings
 from nodlidar_common.serial_port import open_port
 from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices import x_table
 from nodlidar_sim.devices.rx24f import Rx24fEmulator
 from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
@@ -27,6 +29,12 @@ def servo(wheel=False, **options):
     emulated = Rx24fEmulator(ServoMotion(), **{'baud': 1, 'return_delay': 0, **options})
     if wheel:
         emulated.table[table.CW_LIMIT], emulated.table[table.CCW_LIMIT] = 0, 0
+    return emulated
+
+
+def x_servo(mode=3, **options):
+    emulated = XServoEmulator(ServoMotion(), baud=3, **options)
+    emulated.table[x_table.OPERATING_MODE] = mode
     return emulated
 
 
@@ -69,6 +77,8 @@ class Protocol2(Silent):
             {'wrong bit rate', 'wrong ID', 'wheel mode'},
         ),
         (lidar(), Silent(), {'no answer'}),
+        (lidar(), x_servo(), set()),
+        (lidar(), x_servo(mode=1, servo_id=9), {'wheel mode', 'wrong ID'}),
     ],
 )
 def test_what_answers_shows_the_fault(at_lidar, at_servo, expected):

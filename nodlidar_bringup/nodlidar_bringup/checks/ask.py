@@ -11,17 +11,16 @@ import re
 from nodlidar_bringup.checks.ports import Answer, LIDAR, Port, SERVO
 from nodlidar_common.errors import PortError
 from nodlidar_common.serial_port import close_port, open_port, port_errors
+from nodlidar_servo.control_table import TABLE_1, TABLE_2
+from nodlidar_servo.models import MODELS
+from nodlidar_servo.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.setup.search import answers, BROADCAST, PING, READ
 
 BIT_RATES = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000)
-PING_1 = bytes((0xFF, 0xFF, 0xFE, 0x02, 0x01, 0xFE))
-PING_2 = bytes((0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x03, 0x00, 0x01, 0x31, 0x42))
-_STATUS_1 = re.compile(rb'\xff\xff([\x00-\xfc])(.)(.)', re.DOTALL)
-_STATUS_2 = re.compile(rb'\xff\xff\xfd\x00([\x00-\xfc])\x07\x00\x55.(..)', re.DOTALL)
+PING_2 = PROTOCOL_2.encode(BROADCAST, PING, b'')
 _LIDAR_WAIT, _SERVO_WAIT = 0.35, 0.04  # s; a lidar answers once a revolution
-_MODELS = {
-    **{12: 'AX-12A', 18: 'AX-18A', 24: 'RX-24F', 28: 'RX-28', 29: 'MX-28', 64: 'RX-64'},
-    **{30: 'MX-28', 1060: 'XL430-W250', 1190: 'XL330-M077', 1200: 'XL330-M288'},
-}
+_TABLES = {PROTOCOL_1: TABLE_1, PROTOCOL_2: TABLE_2}
+_NAMES = {model.number: model.name for model in MODELS.values()}
 
 
 def ask(port: Port) -> Answer | None:
@@ -43,42 +42,39 @@ def _ask_lidar(path: str) -> Answer | None:
 def _ask_servo(path: str) -> Answer | None:
     """Return the answer to a ping at the first bit rate at which there is one."""
     for rate in BIT_RATES:
-        reply = _exchange(path, rate, PING_2, _SERVO_WAIT, _STATUS_2.search)
-        if match := _STATUS_2.search(reply):
-            number = int.from_bytes(match[2], 'little')
-            return Answer(SERVO, _MODELS.get(number, f'model {number}'), rate, match[1][0])
-        reply = _exchange(path, rate, PING_1, _SERVO_WAIT, _status_1)
-        if status := _status_1(reply):
-            return _registers(path, rate, status[0])
+        for packets in (PROTOCOL_2, PROTOCOL_1):
+            if found := _request(path, rate, packets, (BROADCAST, PING, b'')):
+                return _registers(path, rate, packets, *found)
     return None
 
 
-def _registers(path: str, rate: int, servo_id: int) -> Answer:
-    """Return model and angle limits of a servo of Protocol 1.0: registers 0, and 6 to 9."""
-    body = bytes((servo_id, 4, 2, 0, 10))
-    request = b'\xff\xff' + body + bytes((~sum(body) & 0xFF,))
-    status = _status_1(_exchange(path, rate, request, _SERVO_WAIT, _has_registers))
-    data = status[1] if status else b''
-    if len(data) < 10:
-        return Answer(SERVO, 'a servo', rate, servo_id)
-    number, low, high = (int.from_bytes(data[at : at + 2], 'little') for at in (0, 6, 8))
-    return Answer(SERVO, _MODELS.get(number, f'model {number}'), rate, servo_id, (low, high))
+def _registers(path: str, rate: int, packets: PacketFormat, servo_id: int, data: bytes) -> Answer:
+    """Return the model of a servo, and why it cannot be positioned, by its registers.
+
+    If it does not answer, return its model by its answer to the ping: Protocol 2.0 has it there.
+    """
+    table, number = _TABLES[packets], packets.number
+    request = servo_id, READ, number(0) + number(table.set_up_size)
+    found = _request(path, rate, packets, request)
+    if found is None or len(found[1]) != table.set_up_size:
+        return Answer(SERVO, _model(int.from_bytes(data[:2], 'little')), rate, servo_id)
+    set_up = table.parse_set_up(found[1])
+    return Answer(SERVO, _model(set_up.number), rate, servo_id, set_up.wrong_mode)
 
 
-def _has_registers(received: bytes) -> bool:
-    status = _status_1(received)
-    return status is not None and len(status[1]) == 10
+def _model(number: int) -> str:
+    return _NAMES.get(number, f'model {number}' if number else 'a servo')
 
 
-def _status_1(received: bytes) -> tuple[int, bytes] | None:
-    """Return ID and data of the first status packet with the right checksum."""
-    for match in _STATUS_1.finditer(received):
-        end = match.start() + 4 + match[2][0]
-        packet = received[match.start() : end]
-        complete = len(packet) >= 6 and len(packet) == end - match.start()
-        if complete and packet[-1] == ~sum(packet[2:-1]) & 0xFF:
-            return packet[2], packet[5:-1]
-    return None
+def _request(
+    path: str, rate: int, packets: PacketFormat, request: tuple[int, int, bytes]
+) -> tuple[int, bytes] | None:
+    """Return ID and data of the first sound answer to a request, None if there is none."""
+    received = _exchange(
+        path, rate, packets.encode(*request), _SERVO_WAIT, lambda got: answers(packets, got)
+    )
+    found = answers(packets, received)
+    return (found[0].servo_id, found[0].data) if found else None
 
 
 def _exchange(

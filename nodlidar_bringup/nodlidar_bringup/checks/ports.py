@@ -33,15 +33,15 @@ class Answer:
         Bit rate at which it answered [bit/s].
     servo_id
         The servo's ID.
-    angle_limits
-        The limits that are stored in a servo of Protocol 1.0 [ticks]; both 0 are wheel mode.
+    wrong_mode
+        Why the servo cannot be sent to positions, empty if it can.
     """
 
     device: str = ''
     model: str = ''
     baud_rate: int = 0
     servo_id: int = 0
-    angle_limits: tuple[int, int] | None = None
+    wrong_mode: str = ''
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,8 @@ def _check_answer(port: Port, name: str) -> list[Finding]:
         return [unknown('port', f'{name} may be used; no device was asked for an answer')]
     if not port.answer.device:
         remedy = (
-            "check the servo's supply (its LED blinks at power-on), the cable and its bit rate"
+            "check the servo's supply (its LED blinks at power-on) and the cable, then find it at"
+            f' any bit rate: {_setup(port)}'
             if port.device == SERVO
             else 'pull the USB cable of the lidar out and plug it in; it needs 5 V and 0.5 A'
         )
@@ -183,14 +184,15 @@ def _check_servo(port: Port, settings: ServoSettings) -> list[Finding]:
     findings = []
     if answer.baud_rate != settings.baud_rate:
         text = f'the servo talks at {answer.baud_rate} bit/s, its node at {settings.baud_rate}'
-        remedy = f'set baud_rate: {answer.baud_rate} in the file of servo_params'
-        findings.append(fault('wrong bit rate', text, remedy))
+        findings.append(fault('wrong bit rate', text, _setup(port)))
     if answer.servo_id != settings.servo_id:
         text = f'the servo has the ID {answer.servo_id}, its node asks for {settings.servo_id}'
-        remedy = f'set servo_id: {answer.servo_id} in the file of servo_params'
-        findings.append(fault('wrong ID', text, remedy))
-    if answer.angle_limits == (0, 0):
-        text = 'the servo is in wheel mode: it turns without end and cannot nod'
-        remedy = 'set its angle limits (registers 6 and 8) to 0 and 1023, as in docs/hardware.md'
-        findings.append(fault('wheel mode', text, remedy))
+        findings.append(fault('wrong ID', text, _setup(port)))
+    if answer.wrong_mode:
+        text = f'the servo cannot nod, it is {answer.wrong_mode}'
+        findings.append(fault('wheel mode', text, _setup(port)))
     return findings
+
+
+def _setup(port: Port) -> str:
+    return f'ros2 run nodlidar_servo setup --port {port.path}'

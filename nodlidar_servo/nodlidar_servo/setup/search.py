@@ -19,7 +19,8 @@ OpenAt = Callable[[int], AbstractContextManager[SerialPort]]
 
 RATES_1 = (1_000_000, 57_600, 115_200, 500_000, 250_000, 400_000, 200_000, 19_200, 9600)
 RATES_2 = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000, 4_500_000, 9600)
-PING, BROADCAST, LAST_ID = 1, 0xFE, 252
+PING, READ, WRITE = 1, 2, 3
+BROADCAST, LAST_ID = 0xFE, 252
 
 _BYTES = 4096
 _WAIT = 0.045  # s; a reply, with an adapter that holds it back for 16 ms
@@ -152,7 +153,7 @@ def is_shared(port: SerialPort, found: Found, address: int, size: int) -> bool:
         Of the registers with what it measures.
     """
     packets = found.packets
-    request = found.servo_id, 2, packets.number(address) + packets.number(size)
+    request = found.servo_id, READ, packets.number(address) + packets.number(size)
     odd, wait = 0, reply_wait(found.baud_rate, size + _OVERHEADS)
     for _ in range(_REPEATS):
         received = exchange(port, packets, request, wait)

@@ -10,10 +10,18 @@ from nodlidar_servo.setup.changes import Change
 from nodlidar_servo.setup.condition import Condition, REPLY_TO_ALL
 from nodlidar_servo.setup.errors import LockedError, NotWrittenError, SharedIdError
 from nodlidar_servo.setup.registers import rate_of, registers_of
-from nodlidar_servo.setup.search import answers, exchange, Found, is_shared, OpenAt, reply_wait
+from nodlidar_servo.setup.search import (
+    answers,
+    exchange,
+    Found,
+    is_shared,
+    OpenAt,
+    READ,
+    reply_wait,
+    WRITE,
+)
 
 _ATTEMPTS = 4
-_READ, _WRITE = 2, 3
 _OVERHEADS = 32  # bytes of request and reply, at most
 
 
@@ -58,7 +66,7 @@ class Session:
             If it does not answer.
         """
         number, size = self.found.packets.number, self._map.size
-        answer = self._ask(_READ, number(0) + number(size), size)
+        answer = self._ask(READ, number(0) + number(size), size)
         return Condition(self.found, self._map.values(answer.data), answer.status)
 
     def make_it_answer(self) -> None:
@@ -125,7 +133,7 @@ class Session:
     def _put(self, name: str, value: int, attempts: int = _ATTEMPTS) -> None:
         """Write a register; a request may be repeated when its reply is lost."""
         address, data = self._map.places[name][0], self._map.encode(name, value)
-        self._ask(_WRITE, self.found.packets.number(address) + data, 0, attempts)
+        self._ask(WRITE, self.found.packets.number(address) + data, 0, attempts)
 
     def _ask(
         self, instruction: int, parameters: bytes, size: int, attempts: int = _ATTEMPTS
