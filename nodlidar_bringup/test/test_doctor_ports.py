@@ -78,7 +78,7 @@ class Protocol2(Silent):
         ),
         (lidar(), Silent(), {'no answer'}),
         (lidar(), x_servo(), set()),
-        (lidar(), x_servo(mode=1, servo_id=9), {'wheel mode', 'wrong ID'}),
+        (lidar(), x_servo(mode=1, servo_id=3), {'wheel mode', 'wrong ID'}),
     ],
 )
 def test_what_answers_shows_the_fault(at_lidar, at_servo, expected):

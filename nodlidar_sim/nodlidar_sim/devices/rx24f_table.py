@@ -126,6 +126,8 @@ class ControlTable:
 
     def _forbidden(self, address: int, size: int) -> bool:
         """Return whether a write includes a locked or read-only byte, or one outside registers."""
+        if address < EEPROM_END and self[TORQUE_ENABLE]:
+            return True  # the EEPROM can be written without torque only (e-manual)
         if size < 1 or (self[LOCK] and (address < EEPROM_END or address == LOCK.address)):
             return True
         return not set(range(address, address + size)) <= _WRITABLE

@@ -16,12 +16,14 @@ from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 
-PING, READ, WRITE, REBOOT, SYNC_WRITE = 1, 2, 3, 8, 0x83
+PING, READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 1, 2, 3, 8, 0x82, 0x83
 BIT_RATES = (9600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
 TICK = math.radians(360.0) / 4096
 SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
 
 _DELAY_UNIT_NS = 2_000
+_PING_STEP_NS = 3_000_000  # between answers of two IDs to a ping of all, as the SDK expects
+_OVERHEAD = 11  # bytes of an answer without data
 _ZERO_TICK = 2048  # at pitch 0
 _LOAD_UNIT = 1000
 _SUPPLY = 12.0  # V
@@ -88,6 +90,7 @@ class XServoEmulator(BusServo):
             error, data = self._execute(instruction, at_ns)
         self._update(at_ns)
         if answered:
+            answer_ns += self._turn_ns(instruction, own_id)
             alert = table.ALERT if self.table[table.HARDWARE_ERROR] else 0
             self._wire.send(status_packet(own_id, error | alert, data), answer_ns)
 
@@ -95,16 +98,34 @@ class XServoEmulator(BusServo):
         """Return whether an instruction is answered: by the return level; a ping always is."""
         least = {PING: 0, READ: 1}.get(instruction.code, 2) if instruction.sound else 2
         if instruction.servo_id == BROADCAST:
-            return least == 0
+            is_read = instruction.code == SYNC_READ and self._is_asked(instruction)
+            return least == 0 or (is_read and self.table[table.RETURN_LEVEL] >= 1)
         return self.table[table.RETURN_LEVEL] >= least
+
+    def _is_asked(self, instruction: Instruction) -> bool:
+        """Return whether a sync read (address, size, IDs) asks this servo."""
+        return self.table[table.ID] in instruction.parameters[4:]
+
+    def _turn_ns(self, instruction: Instruction, own_id: int) -> int:
+        """Return how long after the first of several servos this one answers [ns]."""
+        if instruction.servo_id != BROADCAST or not instruction.sound:
+            return 0
+        if instruction.code == PING:
+            return own_id * _PING_STEP_NS
+        size = int.from_bytes(instruction.parameters[2:4], 'little') + _OVERHEAD
+        before = instruction.parameters.index(own_id, 4) - 4
+        delay_ns = self.table[table.RETURN_DELAY] * _DELAY_UNIT_NS
+        return before * (self._wire.duration_ns(size) + delay_ns)
 
     def _execute(self, instruction: Instruction, at_ns: int) -> tuple[int, bytes]:
         """Execute a packet with the right CRC; return error number and data of the answer."""
         code, parameters = instruction.code, instruction.parameters
         address = int.from_bytes(parameters[:2], 'little')
-        if code == READ and len(parameters) == 4:
+        if (code == READ and len(parameters) == 4) or (
+            code == SYNC_READ and self._is_asked(instruction)
+        ):
             self._measure(at_ns)
-            data = self.table.read(address, int.from_bytes(parameters[2:], 'little'))
+            data = self.table.read(address, int.from_bytes(parameters[2:4], 'little'))
             return (table.DATA_RANGE, b'') if data is None else (0, data)
         if code == PING and not parameters:
             model = self.table.read(table.MODEL.address, 2) or b''
