@@ -17,7 +17,12 @@ setup(
     zip_safe=True,
     maintainer='nodlidar maintainers',
     maintainer_email='nodlidar@example.com',
-    description='Driver of the Hokuyo URG-04LX-UG01: SCIP 2.0 to LaserScan.',
+    description='Driver of Hokuyo lidars: SCIP 2.0 to LaserScan.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['driver = nodlidar_driver.ros.node:main']},
+    entry_points={
+        'console_scripts': [
+            'driver = nodlidar_driver.ros.node:main',
+            'probe = nodlidar_driver.probe:main',
+        ]
+    },
 )

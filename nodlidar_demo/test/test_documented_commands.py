@@ -8,6 +8,7 @@ import re
 import shlex
 import signal
 import subprocess
+import time
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext
@@ -17,10 +18,12 @@ from nodlidar_bringup.doctor import main as doctor
 from nodlidar_bringup.install_udev_rules import main as install_udev_rules
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_demo.ros.demonstration import parse
+from nodlidar_driver.probe import main as probe
 from nodlidar_mapper.map_bag import main as map_bag
 from nodlidar_planner.plan_scan.command import main as plan_scan
 from nodlidar_servo.setup.command import main as setup
 from nodlidar_sim.bag import write_bag
+from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.simulation import simulate
@@ -199,6 +202,15 @@ def fill(message, fields):
 @starting('ros2', 'run', 'nodlidar_driver', 'driver')
 def test_driver(command):
     runs_until_interrupted(command, 'trying again')
+
+
+@starting('ros2', 'run', 'nodlidar_driver', 'probe')
+def test_probe(command, capsys):
+    lidar = UrgEmulator(lambda times_ns, azimuth: 2.5 + azimuth, start_ns=time.time_ns())
+    with PseudoTerminals({'lidar': lidar}) as ports:
+        there = ['--port', ports['lidar'], '--seconds', '0.1']
+        assert probe([*options(command), *there]) == 0
+    assert 'URG-04LX-UG01' in capsys.readouterr().out
 
 
 @starting('ros2', 'run', 'nodlidar_servo', 'servo')

@@ -168,7 +168,8 @@ def _check_answer(port: Port, name: str) -> list[Finding]:
             "check the servo's supply (its LED blinks at power-on) and the cable, then find it at"
             f' any bit rate: {_setup(port)}'
             if port.device == SERVO
-            else 'pull the USB cable of the lidar out and plug it in; it needs 5 V and 0.5 A'
+            else 'pull the USB cable of the lidar out and plug it in (5 V, 0.5 A); then '
+            f'ros2 run nodlidar_driver probe --port {port.path}'
         )
         return [fault('no answer', f'nothing answers at {name}', remedy)]
     if port.answer.device != port.device:
