@@ -86,6 +86,8 @@ class ControlTable:
         PWM Limit.
     hardware_error
         Register of the alarms, None if the status byte has them.
+    watchdog
+        Register of the bus watchdog, None without one.
     drive
         Of the block of goal and speed.
     present, present_size
@@ -103,6 +105,7 @@ class ControlTable:
     torque_enable: int
     torque_limit: int
     hardware_error: int | None
+    watchdog: int | None
     drive: int
     present: int
     present_size: int
@@ -174,6 +177,7 @@ TABLE_1 = _Table1(
     torque_enable=24,
     torque_limit=34,
     hardware_error=None,
+    watchdog=None,
     drive=30,
     present=36,
     present_size=_PRESENT_1.size,
@@ -188,6 +192,7 @@ TABLE_2 = _Table2(
     torque_enable=64,
     torque_limit=100,
     hardware_error=70,
+    watchdog=98,
     drive=112,
     present=126,
     present_size=_PRESENT_2.size,

@@ -11,7 +11,7 @@ from nodlidar_servo.positions import PositionCheck
 from nodlidar_servo.replies import LateReplyError, Reply, ReplyError
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.sample_time import excess_ns, sample_time_ns, UsualExcess, WireTime
-from nodlidar_servo.setting_up import hardware_errors, set_up, write_torque_limit
+from nodlidar_servo.setting_up import hardware_errors, set_up, set_watchdog, write_torque_limit
 
 _ATTEMPTS_TO_STOP = 8
 _SPARE = 6  # bytes before those that measure may be read, too
@@ -125,6 +125,8 @@ class Servo:
         The goal is sent without confirmation: it is repeated every cycle, and a reply would double
         the time on the bus.
         """
+        if self._torque is not True:
+            set_watchdog(self._bus, self._table, on=True)
         speed_counts = self._scale.model.speed_counts(speed)
         goal = self._table.goal(self._scale.tick(pitch), speed_counts)
         self._bus.post(self._table.drive, goal)
@@ -156,5 +158,6 @@ class Servo:
         for _ in range(_ATTEMPTS_TO_STOP):
             with suppress(ReplyError):
                 self.set_torque(False)
+                set_watchdog(self._bus, self._table, on=False)
                 return
         raise DeviceError('the servo did not confirm that its torque is off')

@@ -12,6 +12,7 @@ from nodlidar_servo.replies import NoAnswerError, RefusedError, status_names
 
 _RETURN_DELAY_UNIT_NS = 2000
 _REPLY_TO_ALL = 2
+_WATCHDOG = 25  # of 20 ms; the node is never silent for so long while it drives
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,7 @@ def set_up(bus: DynamixelBus, config: ServoConfig) -> Setting:
         _have_writes_confirmed(bus, table)
     _revive(bus, table)
     bus.write(table.torque_enable, bytes([False]))
+    set_watchdog(bus, table, on=False)
     _check_positions(found, config)
     if found.return_delay != 0:  # the EEPROM wears out
         with suppress(RefusedError):  # if it is locked, the stamps allow for the delay
@@ -67,6 +69,17 @@ def set_up(bus: DynamixelBus, config: ServoConfig) -> Setting:
 def write_torque_limit(bus: DynamixelBus, table: ControlTable, limit: int) -> None:
     """Write the torque limit; Protocol 1.0: it revives a motor that has shut itself down."""
     bus.write(table.torque_limit, limit.to_bytes(2, 'little'))
+
+
+def set_watchdog(bus: DynamixelBus, table: ControlTable, *, on: bool) -> None:
+    """Make the motor stop 0.5 s after the last request, if it can; or never.
+
+    An expired watchdog refuses goals until 0 is written (ROBOTIS e-manual, Bus Watchdog).
+    """
+    if table.watchdog is not None:
+        bus.write(table.watchdog, bytes([0]))
+        if on:
+            bus.write(table.watchdog, bytes([_WATCHDOG]))
 
 
 def hardware_errors(bus: DynamixelBus, table: ControlTable) -> int:

@@ -133,6 +133,32 @@ def test_a_servo_that_answers_nothing_is_made_to():
     assert bench[table.RETURN_LEVEL] == 2
 
 
+def test_a_servo_whose_host_dies_stops_and_can_be_driven_again():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(-0.6, 0.5)
+    servo.read()
+    heard_ns = bench.clock()
+    while (event := bench.emulator.next_event_ns()) is not None:  # nobody asks any more
+        bench.clock.advance_to(event)
+        bench.emulator.transmit(event)
+    assert bench[table.WATCHDOG] == 0xFF
+    assert bench.clock() - heard_ns == pytest.approx(0.5e9, abs=5e6)
+    later = np.array([bench.clock() + 10**8, bench.clock() + 10**10])
+    moved = bench.motion.position(later)
+    assert moved[0] == moved[1] == pytest.approx(0.2 - 0.5 * 0.5, abs=0.02)
+    with pytest.raises(RefusedError):
+        servo._bus.write(table.GOAL.address, bytes(4))
+    bench.clock.advance_to(int(later[1]))
+    again = bench.connect()
+    again.drive(0.3, 2.0)
+    for _ in range(900):
+        again.read()
+    assert again.read().pitch == pytest.approx(0.3, abs=TICK)
+    again.disconnect()
+    assert (bench[table.TORQUE_ENABLE], bench[table.WATCHDOG]) == (0, 0)
+
+
 def test_another_protocol_does_not_answer():
     with pytest.raises(NoAnswerError):
         Bench().connect(ServoConfig(model='RX-24F'))

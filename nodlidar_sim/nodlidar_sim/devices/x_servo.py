@@ -73,6 +73,7 @@ class XServoEmulator(BusServo):
         self._motion, self._fastest = motion, fastest
         self._target: tuple[float, float] | None = None
         self._limit: float | None = None
+        self._heard_ns = 0
         super().__init__(InstructionReader(), self.bit_rate, latency_timer)
 
     @property
@@ -80,7 +81,36 @@ class XServoEmulator(BusServo):
         """Bit rate of the servo [bit/s]."""
         return BIT_RATES[self.table[table.BAUD]]
 
+    def transmit(self, now_ns: int) -> bytes:
+        """Remove and return the bytes that have reached the host by a time [ns]."""
+        self._watch(now_ns)
+        return super().transmit(now_ns)
+
+    def next_event_ns(self) -> int | None:
+        """Return when a reply reaches the host or the watchdog expires [ns], None if never."""
+        events = [each for each in (super().next_event_ns(), self._expires_ns()) if each]
+        return min(events, default=None)
+
+    def _expires_ns(self) -> int | None:
+        """Return when the bus watchdog stops the motor unless an instruction comes [ns]."""
+        units = self.table[table.WATCHDOG]
+        if units in (0, table.EXPIRED):
+            return None
+        return self._heard_ns + units * table.WATCHDOG_UNIT_NS
+
+    def _watch(self, now_ns: int) -> None:
+        expires_ns = self._expires_ns()
+        if expires_ns is not None and now_ns >= expires_ns:
+            self.table[table.WATCHDOG] = table.EXPIRED
+            self._update(expires_ns)
+
+    @property
+    def _has_expired(self) -> bool:
+        return self.table[table.WATCHDOG] == table.EXPIRED
+
     def _handle(self, instruction: Instruction, at_ns: int) -> None:
+        self._watch(at_ns)
+        self._heard_ns = at_ns
         own_id, answered = self.table[table.ID], self._answers(instruction)
         answer_ns = at_ns + self.table[table.RETURN_DELAY] * _DELAY_UNIT_NS
         if instruction.servo_id not in (own_id, BROADCAST):
@@ -143,6 +173,9 @@ class XServoEmulator(BusServo):
         """Write registers; a motor with a hardware error keeps its torque off."""
         if address == table.TORQUE_ENABLE.address and any(data) and self._is_shut_down:
             return table.DATA_RANGE
+        ends = address + len(data)
+        if self._has_expired and any(address <= each.address < ends for each in table.GOALS):
+            return table.DATA_RANGE
         return self.table.write(address, data)
 
     def _sync_write(self, address: int, parameters: bytes) -> int:
@@ -196,7 +229,7 @@ class XServoEmulator(BusServo):
     def _wanted(self) -> tuple[float, float] | None:
         """Return the goal [rad] and the speed [rad/s]; None without torque."""
         registers = self.table
-        if not registers[table.TORQUE_ENABLE]:
+        if not registers[table.TORQUE_ENABLE] or self._has_expired:
             return None
         fastest = self._fastest * self.voltage / _SUPPLY
         speed = registers[table.PROFILE_VELOCITY] * SPEED_UNIT

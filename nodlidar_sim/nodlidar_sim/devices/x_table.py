@@ -26,6 +26,7 @@ LED = Register(65, 1, 0, 0, 1)
 RETURN_LEVEL = Register(68, 1, 2, 0, 2)
 HARDWARE_ERROR = Register(70, 1, 0)
 P_GAIN = Register(84, 2, 640, 0, 16383)
+WATCHDOG = Register(98, 1, 0, 0, 127)
 GOAL_PWM = Register(100, 2, 885, 0, 885)
 PROFILE_ACCELERATION = Register(108, 4, 0, 0, 32767)
 PROFILE_VELOCITY = Register(112, 4, 0, 0, 32767)
@@ -38,6 +39,10 @@ VOLTAGE = Register(144, 2, 0)
 TEMPERATURE = Register(146, 1, 0)
 
 REGISTERS = tuple(value for value in list(globals().values()) if isinstance(value, Register))
+
+WATCHDOG_UNIT_NS = 20_000_000
+EXPIRED = 0xFF  # of the watchdog: goals are refused until 0 is written
+GOALS = (GOAL_PWM, GOAL)
 
 # The error number of a status packet; bit 7 says that there is a hardware error.
 INSTRUCTION_ERROR, CRC_ERROR, DATA_RANGE, DATA_LENGTH, DATA_LIMIT, ACCESS = 2, 3, 4, 5, 6, 7
