@@ -8,6 +8,7 @@ PAGES = tuple(
     RESULTS.parent.parent / page
     for page in (
         'README.md',
+        'nodlidar_driver/README.md',
         'nodlidar_servo/README.md',
         'docs/error_budget.md',
         'docs/faults.md',
