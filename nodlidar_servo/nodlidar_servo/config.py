@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
+from nodlidar_servo.joint_config import JointConfig
 from nodlidar_servo.models import MODELS, PitchScale
 
 
-@dataclass(frozen=True, slots=True)
-class ServoConfig:
+@dataclass(frozen=True)
+class ServoConfig(JointConfig):
     """Servo and bus."""
 
     port: str = parameter(
@@ -24,9 +25,6 @@ class ServoConfig:
     )
     servo_id: int = parameter(1, 'ID of the servo; 1 from the factory', minimum=0, maximum=252)
     model: str = parameter('RX-24F', 'Model of the servo', choices=tuple(MODELS))
-    joint_name: str = parameter(
-        'nod_joint', 'Name of the joint in joint_states, as in the robot description'
-    )
     zero_tick: int = parameter(
         -1,
         'Position of the servo at which the scan plane is level; -1: the middle, 512 of 1024 '
@@ -35,14 +33,6 @@ class ServoConfig:
         maximum=4095,
     )
     invert: bool = parameter(False, 'The beams go down as the position of the servo rises')
-    pitch_lower_limit: float = parameter(
-        -0.80,
-        'Lowest pitch that the mount allows, positive is up; commands beyond are refused',
-        unit='rad',
-    )
-    pitch_upper_limit: float = parameter(
-        0.80, 'Highest pitch that the mount allows; commands beyond are refused', unit='rad'
-    )
     acceleration: float = parameter(
         200.0,
         'Acceleration that the servo reaches with its load; commands that need more are refused',
@@ -60,14 +50,6 @@ class ServoConfig:
         minimum=10.0,
         maximum=1000.0,
     )
-    command_timeout: float = parameter(
-        0.6,
-        'Time without an acceptable nod command after which the torque is cut; at least twice the '
-        'time between commands (command_rate of the assembler)',
-        unit='s',
-        minimum=0.1,
-        maximum=60.0,
-    )
     following_error: float = parameter(
         0.2,
         'Largest distance between the commanded and the measured pitch; a sixth of the span of '
@@ -83,16 +65,10 @@ class ServoConfig:
         minimum=0.1,
         maximum=60.0,
     )
-    reconnect_delay: float = parameter(
-        1.0, 'Time between attempts to connect', unit='s', minimum=0.1
-    )
-    autostart: bool = parameter(False, 'Configure and activate the node at start')
 
     def check_together(self) -> None:
         """Check the pitch limits against each other and the servo; raises ParameterError."""
-        if self.pitch_upper_limit <= self.pitch_lower_limit:
-            limit = f'above pitch_lower_limit = {self.pitch_lower_limit} rad'
-            raise ParameterError('pitch_upper_limit', limit, self.pitch_upper_limit)
+        super().check_together()
         low, high = self.scale.pitch_range
         for key in ('pitch_lower_limit', 'pitch_upper_limit'):
             if not low <= getattr(self, key) <= high:

@@ -3,27 +3,16 @@
 from dataclasses import dataclass
 
 from nodlidar_common.dynamics import Dynamics
-from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
+from nodlidar_servo.joint_config import JointConfig
 
 
-@dataclass(frozen=True, slots=True)
-class TrajectoryConfig:
-    """Joint and controller."""
+@dataclass(frozen=True)
+class TrajectoryConfig(JointConfig):
+    """Controller."""
 
     controller: str = parameter(
         'joint_trajectory_controller', 'Name of the controller, in the namespace of the node'
-    )
-    joint_name: str = parameter(
-        'nod_joint', 'Name of the joint in joint_states, as in the robot description'
-    )
-    pitch_lower_limit: float = parameter(
-        -0.80,
-        'Lowest pitch that the mount allows, positive is up; commands beyond are refused',
-        unit='rad',
-    )
-    pitch_upper_limit: float = parameter(
-        0.80, 'Highest pitch that the mount allows; commands beyond are refused', unit='rad'
     )
     acceleration: float = parameter(
         50.0,
@@ -54,24 +43,6 @@ class TrajectoryConfig:
         minimum=0.05,
         maximum=10.0,
     )
-    command_timeout: float = parameter(
-        0.6,
-        'Time without an acceptable nod command after which the joint is stopped; at least twice '
-        'the time between commands (command_rate of the assembler)',
-        unit='s',
-        minimum=0.1,
-        maximum=60.0,
-    )
-    reconnect_delay: float = parameter(
-        1.0, 'Time between attempts to find the controller', unit='s', minimum=0.1
-    )
-    autostart: bool = parameter(False, 'Configure and activate the node at start')
-
-    def check_together(self) -> None:
-        """Check the pitch limits against each other; raises ParameterError."""
-        if self.pitch_upper_limit <= self.pitch_lower_limit:
-            limit = f'above pitch_lower_limit = {self.pitch_lower_limit} rad'
-            raise ParameterError('pitch_upper_limit', limit, self.pitch_upper_limit)
 
     @property
     def port(self) -> str:
