@@ -1,17 +1,12 @@
-"""Joint states, trajectories and the nod status as ROS messages."""
+"""Joint states and the nod status as ROS messages."""
 
-from collections.abc import Sequence
-
-from builtin_interfaces.msg import Duration
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.tracking import Progress
 from nodlidar_msgs.msg import NodStatus
 from nodlidar_servo.nod_commands import Limits
 from nodlidar_servo.sample import Sample
-from nodlidar_servo.waypoints import Waypoint
 from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 
 def joint_state_template(joint_name: str) -> JointState:
@@ -47,22 +42,3 @@ def status_message(progress: Progress | None, now_ns: int, config: Limits) -> No
     message.phase_lead = progress.lead_ns / NS_PER_S
     message.driven_speed, message.saturated = drive.speed, drive.saturated
     return message
-
-
-def trajectory_message(joint_name: str, waypoints: Sequence[Waypoint]) -> JointTrajectory:
-    """Return the trajectory of one joint; its stamp is the time of the first waypoint."""
-    begin_ns = waypoints[0].time_ns
-    message = JointTrajectory(
-        joint_names=[joint_name], points=[_point(each, begin_ns) for each in waypoints]
-    )
-    message.header.stamp = time_message(begin_ns)
-    return message
-
-
-def _point(waypoint: Waypoint, begin_ns: int) -> JointTrajectoryPoint:
-    seconds, rest = divmod(waypoint.time_ns - begin_ns, NS_PER_S)
-    return JointTrajectoryPoint(
-        positions=[waypoint.pitch],
-        velocities=[waypoint.velocity],
-        time_from_start=Duration(sec=seconds, nanosec=rest),
-    )

@@ -18,7 +18,8 @@ from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Drive, NodTracker, Progress
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.ros.messages import status_message, trajectory_message
+from nodlidar_servo.ros.messages import status_message
+from nodlidar_servo.ros.trajectory_message import trajectory_message
 from nodlidar_servo.trajectory_config import TrajectoryConfig
 from nodlidar_servo.trajectory_diagnosis import TrajectoryDiagnosis
 from nodlidar_servo.waypoints import Planner, stop
