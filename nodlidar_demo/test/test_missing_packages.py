@@ -28,3 +28,12 @@ def test_the_package_is_named_with_the_way_to_get_it(module, package):
     said = f'{name}: error: needs the Python package {package}: pip install {package}'
     assert process.stderr.startswith(said)
     assert (process.returncode, process.stdout, process.stderr.count('\n')) == (1, '', 1)
+
+
+def test_launch_files_need_no_package_from_pypi():
+    """They run in the Python of the system, even where the nodes have an environment of theirs."""
+    missing = ('dynamixel_sdk', 'plyfile', 'rich', 'rosbags', 'viser')
+    code = f'import sys; sys.modules.update(dict.fromkeys({missing!r}))\n'
+    code += 'import nodlidar_bringup.ros.recorded_sensor, nodlidar_bringup.ros.sensor'
+    process = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    assert process.returncode == 0, process.stderr

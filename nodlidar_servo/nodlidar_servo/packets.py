@@ -7,9 +7,10 @@ e-manual, protocols 1.0 and 2.0).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
-from dynamixel_sdk import PacketHandler
 from nodlidar_servo.replies import REFUSALS, status_names
 
 _RESULTS = {
@@ -47,10 +48,14 @@ class PacketFormat:
     request_overhead: int
     answer_overhead: int
     number_size: int
-    handler: PacketHandler = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, 'handler', PacketHandler(self.version))
+    @cached_property
+    def handler(self) -> Any:
+        """The packet handler of the SDK."""
+        # Imported here, so that the launch files know the models without the SDK.
+        from dynamixel_sdk import PacketHandler
+
+        return PacketHandler(self.version)
 
     def number(self, value: int) -> bytes:
         """Return an address or a length as bytes."""
