@@ -128,6 +128,22 @@ def test_what_differs_from_scan_to_scan_is_still_the_same_lidar():
     assert view.config == before[0]
 
 
+@pytest.mark.parametrize('slowest', [0.93, 1.0])
+def test_a_lidar_whose_speed_drifts_keeps_its_nod_and_coverage(slowest):
+    """An LD19 measures 4500 beams per second, at 9.3 to 10.6 revolutions per second."""
+    view = LidarView(NodConfig(steps_per_revolution=450))
+    assert view.look(LD19)
+    before = view.config, view.task
+    for rate in np.linspace(10.0 * slowest, 10.6, 40):
+        beams = round(4500.0 / rate)
+        end = math.tau * (beams - 1) / beams
+        assert not view.look(lidar(beams, 0.0, end, rate, beams))
+        assert not view.look(lidar(beams, end, 0.0, rate, beams))
+    assert (view.config, view.task) == before
+    assert view.look(RPLIDAR)
+    assert view.config.steps_per_revolution == 719
+
+
 def scans(geometry, nod_at, count):
     """Yield scans of a wall on every side, with the pitch of a nod."""
     beams = Beams(geometry, REFERENCE_MOUNT)

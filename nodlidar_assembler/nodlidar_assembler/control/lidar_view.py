@@ -11,9 +11,10 @@ from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.parameters import limits_of
 from nodlidar_planner.pattern.task import Task
 
-# Shares by which steps and rate may differ from scan to scan, as those of small 360 degree lidars
-# do, and steps by which an end of the window may: they are those of the first scan then.
-SAME, SAME_RATE, SAME_STEPS = 0.01, 0.1, 2.5
+# Shares by which steps and rate may differ from scan to scan, and steps by which an end of the
+# window may: they are those of the first scan then. Small lidars of the full circle measure at a
+# fixed rate while their speed drifts.
+SAME, SAME_DRIFTING, SAME_RATE, SAME_STEPS = 0.01, 0.1, 0.1, 2.5
 # A window with a gap of fewer steps than this is the full circle.
 GAP = 1.5
 _LIMITS = {field.name: limits_of(field) for field in fields(Task)}
@@ -59,7 +60,9 @@ class LidarView:
             return False
         known, self._geometry = self._geometry is not None, geometry
         config = self.config
-        if not has_steps(geometry, config.steps_per_revolution):
+        drifting = known and self.task.full_circle and is_full_circle(geometry)
+        same = SAME_DRIFTING if drifting else SAME
+        if not has_steps(geometry, config.steps_per_revolution, same):
             config = nod_for(self._configured, geometry)
         task = task_for(config, geometry)
         if known and _is_alike(task, self.task):
@@ -68,11 +71,16 @@ class LidarView:
         return True
 
 
-def has_steps(geometry: ScanGeometry, steps_per_revolution: int) -> bool:
+def is_full_circle(geometry: ScanGeometry) -> bool:
+    """Return whether beams go all around, but for a gap between the last and the first."""
+    return (geometry.beams - 1 + GAP) * abs(geometry.angle_increment) >= math.tau
+
+
+def has_steps(geometry: ScanGeometry, steps_per_revolution: int, same: float = SAME) -> bool:
     """Return whether a lidar may have so many steps; it may send only every second, third ... ."""
     implied = math.tau / abs(geometry.angle_increment)
     thinned = max(round(steps_per_revolution / implied), 1)
-    return abs(steps_per_revolution / (thinned * implied) - 1.0) <= SAME
+    return abs(steps_per_revolution / (thinned * implied) - 1.0) <= same
 
 
 def nod_for(config: NodConfig, geometry: ScanGeometry) -> NodConfig:
@@ -101,7 +109,7 @@ def task_for(config: NodConfig, geometry: ScanGeometry) -> Task:
     width = round((beams - 1) * increment / step) * step
     last = geometry.angle_min + (beams - 1) * geometry.angle_increment
     first = _wrapped(min(geometry.angle_min, last))
-    full_circle = (beams - 1 + GAP) * increment >= math.tau
+    full_circle = is_full_circle(geometry)
     if full_circle:
         width = math.tau - step
     return replace(
