@@ -77,11 +77,12 @@ def errors_of(motion, time, pitch, smoother=None):
         wanted = scan_ns + np.array([-150_000_000, round(OFFSET[-1] * 1e9) + 150_000_000])
         first, last = np.searchsorted(sample_ns, wanted)
         around = slice(max(first - 1, 0), last + 1)
-        got = smoother.pitch(scan_ns, OFFSET, sample_ns[around], pitch[around])
+        line = np.interp(OFFSET, (sample_ns - scan_ns) / 1e9, pitch)
+        got = smoother.pitch(scan_ns, OFFSET, sample_ns[around], pitch[around], line)
         true = motion(start + OFFSET)
         if start >= 0.1 * LEARNT:
             smoothed.append(got - true)
-            between.append(np.interp(start + OFFSET, time, pitch) - true)
+            between.append(line - true)
     return rms(smoothed), rms(between)
 
 
@@ -159,7 +160,7 @@ def test_whatever_the_samples_no_beam_is_nan_or_farther_than_a_reversal_explains
         pitch = np.repeat(np.array(values) * size, hold)
         start_ns = START_NS + k * 100_000_000
         sample_ns = start_ns + np.rint(np.linspace(-0.08, 0.22, len(pitch)) * 1e9).astype(np.int64)
-        got = smoother.pitch(start_ns, OFFSET, sample_ns, pitch)
         between = np.interp(OFFSET, (sample_ns - start_ns) / 1e9, pitch)
+        got = smoother.pitch(start_ns, OFFSET, sample_ns, pitch, between)
         beyond = np.max(np.abs(np.diff(pitch))) / 2.0 + 2.0 * max(STEP, 2.0 * size)
         assert np.all(np.abs(got - between) <= beyond)

@@ -90,7 +90,7 @@ class PitchEstimator:
         require_reversals_sampled(offset, times, samples[1], usual_gap)
         if self._smoother is not None:
             try:
-                return self._smoother.pitch(start_ns, offset, *samples)
+                return self._smoother.pitch(start_ns, offset, *samples, pitch)
             except SplineError as error:
                 self.fallbacks[str(error)] += 1
         return pitch

@@ -90,7 +90,9 @@ class PitchSmoother:
         self._start_ns = 0  # of the last scan [ns]
         self._last: _Window | None = None
 
-    def pitch(self, start_ns: int, offset: Array, sample_ns: Times, sample_pitch: Array) -> Array:
+    def pitch(
+        self, start_ns: int, offset: Array, sample_ns: Times, sample_pitch: Array, line: Array
+    ) -> Array:
         """Return the pitch of each beam [rad], shape (n,).
 
         It differs from the interpolated samples by at most half of the largest step from sample to
@@ -104,6 +106,8 @@ class PitchSmoother:
             Time of each beam after the first [s], ascending, shape (n,).
         sample_ns, sample_pitch
             Joint samples [ns], [rad], ascending, shape (m,), which bracket the beams.
+        line
+            The pitch of each beam, interpolated between them [rad], shape (n,).
 
         Raises
         ------
@@ -122,11 +126,11 @@ class PitchSmoother:
         share = np.exp(self._score - self._score.max())
         share /= share.sum()
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
-        line = np.interp(place, window.place, window.pitch)
-        pitch = value(share[:-1] @ splines.coefficients, place) + share[-1] * line
+        coefficients = share[:-1] @ splines.coefficients + (1.0 - share[-1]) * middle
+        pitch = value(coefficients, place) + share[-1] * line
         largest = float(np.abs(window.pitch[1:] - window.pitch[:-1]).max(initial=0.0))
         beyond = largest / 2.0 + 2.0 * self._cell
-        return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond) + middle)
+        return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond))
 
     def _learn_step(self, pitch: Array) -> None:
         ordered = np.sort(pitch)
