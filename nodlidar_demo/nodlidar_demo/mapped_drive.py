@@ -85,7 +85,10 @@ def _draw_map(axes: Axes, folder: Path) -> None:
 
 
 def _draw_plan(
-    axes: Axes, drive: Recording, start: Sequence[float], extent: tuple[float, ...]
+    axes: Axes,
+    drive: Recording,
+    start: Sequence[float],
+    extent: tuple[float, float, float, float],
 ) -> None:
     """Draw where a scene has surfaces, in the frame of the map, which begins at the start."""
     left, right, bottom, top = extent

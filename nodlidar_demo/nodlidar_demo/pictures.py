@@ -34,7 +34,7 @@ def write_picture(xyz: Array, path: Path, title: str) -> None:
 def picture(xyz: Array, title: str) -> Figure:
     """Draw points (n, 3) in perspective, from above and from the right, coloured by height."""
     figure = Figure(figsize=(18, 8), layout='constrained')
-    axes = figure.subplot_mosaic(
+    axes: dict[str, Axes] = figure.subplot_mosaic(
         [['perspective', 'above'], ['perspective', 'right']],
         width_ratios=[2.7, 1],
         height_ratios=[2.1, 1],
