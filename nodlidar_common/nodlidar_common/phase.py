@@ -26,7 +26,7 @@ _GAIN = 0.02  # weight of a sample: errors decay in about 50 samples, 4 legs at 
 _SETTLED = 50  # samples in phase, after which the servo causes the lateness
 _SMOOTHING = 0.05  # weight of a sample in the reported error
 _DRIFT_SAMPLES, _FEWEST_DRIFT_SAMPLES = 1000, 100  # half a minute; 3 s
-_DRIFT_EVERY = 10  # samples: the fit takes longer than the rest of a cycle
+_DRIFT_EVERY = 50  # samples: the fit takes longer than the rest of a cycle
 
 
 class Pitched(Protocol):
@@ -51,7 +51,7 @@ def lateness(nod: NodTrajectory, sample: Pitched, cruise: float) -> float | None
         Speed in mid-leg [rad/s] of a servo that is in phase: above the nod's, since it starts
         from rest and ends at rest.
     """
-    sweeps = float(nod.sweeps(sample.stamp_ns))
+    sweeps = nod.sweep_at(sample.stamp_ns)
     leg = math.floor(sweeps)
     since_middle = (sweeps - leg - 0.5) * nod.sweep_duration
     if abs(since_middle) > MIDDLE * nod.sweep_duration:

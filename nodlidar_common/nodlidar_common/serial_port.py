@@ -13,6 +13,8 @@ import serial
 TCP = 'tcp://'
 TCP_PORT = 10940  # that of lidars of SCIP 2.0
 
+LONGEST_WRITE = 1.0  # s; a device that takes nothing for so long has failed
+
 _HINTS = {
     errno.ENOENT: 'it does not exist; is the device plugged in?',
     errno.EACCES: "permission denied; add your user to the group 'dialout'",
@@ -65,7 +67,9 @@ def open_port(path: str, baud_rate: int, timeout: float | None) -> OpenPort:
     if path.startswith(TCP):
         return _connected(path, timeout)
     try:
-        return serial.Serial(path, baud_rate, timeout=timeout, exclusive=True)
+        return serial.Serial(
+            path, baud_rate, timeout=timeout, write_timeout=LONGEST_WRITE, exclusive=True
+        )
     except (OSError, termios.error, ValueError) as error:
         hint = _HINTS.get(_error_number(error), str(error))
         raise PortError(f"cannot open serial port '{path}': {hint}") from error

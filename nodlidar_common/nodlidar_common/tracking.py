@@ -95,8 +95,8 @@ class NodTracker:
 
     def next_reversal_ns(self, now_ns: int) -> int:
         """Return the instant [ns] at which the present leg ends."""
-        nod = self.led
-        return nod.reversal_time_ns(self._leg(nod, now_ns) + 1)
+        lead_ns = self.phase.lead_ns
+        return self.nod.reversal_time_ns(self._leg(now_ns + lead_ns) + 1) - lead_ns
 
     @property
     def led(self) -> NodTrajectory:
@@ -120,11 +120,11 @@ class NodTracker:
     def step(self, now_ns: int, sample: Measured) -> Drive:
         """Return the command to the servo at a time [ns], from its latest measurement."""
         self.measure_phase(sample)
-        nod = self.led
-        leg = self._leg(nod, now_ns)
+        nod, ahead_ns = self.nod, now_ns + self.phase.lead_ns
+        leg = self._leg(ahead_ns)
         direction = _direction(leg)
         goal = _end(nod, direction)
-        remaining = (nod.reversal_time_ns(leg + 1) - now_ns) / NS_PER_S
+        remaining = (nod.reversal_time_ns(leg + 1) - ahead_ns) / NS_PER_S
         if direction == self._direction and self._is_arriving(remaining):
             self.drive = replace(self.drive, goal=goal)
             return self.drive
@@ -158,9 +158,10 @@ class NodTracker:
     def _is_arriving(self, remaining: float) -> bool:
         return remaining < self.drive.speed / self._dynamics.acceleration + HOLD
 
-    def _leg(self, nod: NodTrajectory, now_ns: int) -> int:
-        leg = math.floor(nod.sweeps(now_ns + _ROUNDING_NS))
-        remaining = (nod.reversal_time_ns(leg + 1) - now_ns) / NS_PER_S
+    def _leg(self, ahead_ns: int) -> int:
+        """Return the number of the leg at a time [ns] with the lead added."""
+        leg = math.floor(self.nod.sweep_at(ahead_ns + _ROUNDING_NS))
+        remaining = (self.nod.reversal_time_ns(leg + 1) - ahead_ns) / NS_PER_S
         turned = self._direction == _direction(leg + 1) and remaining < RETUNING
         return leg + 1 if turned else leg
 

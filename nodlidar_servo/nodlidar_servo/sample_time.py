@@ -2,6 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass
+from functools import cache
 
 BITS_PER_BYTE = 10
 USB_FRAME_NS = 1_000_000
@@ -27,6 +28,7 @@ class WireTime:
     reply_ns: int
 
     @classmethod
+    @cache
     def of_read(cls, request: int, reply: int, baud_rate: int, delay_ns: int) -> 'WireTime':
         """Return the times of a request and a reply of some bytes, at a bit rate [bit/s].
 

@@ -105,11 +105,12 @@ class Servo:
         return self._bus.read(self._table.present, self._table.present_size, _SPARE)
 
     def _stamp(self, reply: Reply) -> int:
-        if not self._usual.add(self._excess_ns(reply)):
+        wire = self._wire(reply)
+        if not self._usual.add(excess_ns(reply.sent_ns, reply.received_ns, wire)):
             raise LateReplyError(
                 'the reply of the servo is too late: the time of the measurement is unknown'
             )
-        return sample_time_ns(reply.sent_ns, reply.received_ns, self._wire(reply))
+        return sample_time_ns(reply.sent_ns, reply.received_ns, wire)
 
     def _excess_ns(self, reply: Reply) -> int:
         return excess_ns(reply.sent_ns, reply.received_ns, self._wire(reply))

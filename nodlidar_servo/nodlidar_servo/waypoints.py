@@ -97,9 +97,9 @@ class Planner:
         """
         before: list[Waypoint] = []
         if self._plan and now_ns < self._joins_ns and self._leads_to(nod):
-            before, first = self._plan[:1], round(float(nod.sweeps(self._joins_ns)))
+            before, first = self._plan[:1], round(nod.sweep_at(self._joins_ns))
         elif self._continues(nod, now_ns) and self.follows(nod, sample):
-            first = math.floor(nod.sweeps(now_ns))
+            first = math.floor(nod.sweep_at(now_ns))
         else:
             rest = stop(sample, now_ns, self._dynamics.acceleration)
             before, first = [rest], self._first_reached(rest, nod)
@@ -116,7 +116,9 @@ class Planner:
 
     def _state(self, nod: NodTrajectory, time_ns: int) -> tuple[float, float]:
         """Return pitch [rad] and velocity [rad/s] of the nod with its turns."""
-        return _at(leg(nod, math.floor(nod.sweeps(time_ns)), self._dynamics.acceleration), time_ns)
+        return _at(
+            leg(nod, math.floor(nod.sweep_at(time_ns)), self._dynamics.acceleration), time_ns
+        )
 
     def _continues(self, nod: NodTrajectory, now_ns: int) -> bool:
         """Return whether a nod continues the plan, but for what tuning changes."""
@@ -127,14 +129,14 @@ class Planner:
 
     def _leads_to(self, nod: NodTrajectory) -> bool:
         """Return whether the approach in the plan ends at a reversal of a nod."""
-        number = round(float(nod.sweeps(self._joins_ns)))
+        number = round(nod.sweep_at(self._joins_ns))
         late = abs(self._joins_ns - nod.reversal_time_ns(number)) / NS_PER_S
         goal = self._plan[1]
         return goal.pitch == _limit(nod, number) and late <= _RETIMED * nod.sweep_duration
 
     def _first_reached(self, rest: Waypoint, nod: NodTrajectory) -> int:
         """Return the number of the first reversal that a joint at rest reaches in time."""
-        number = math.ceil(nod.sweeps(rest.time_ns))
+        number = math.ceil(nod.sweep_at(rest.time_ns))
         while not self._is_reached(
             rest, Waypoint(nod.reversal_time_ns(number), _limit(nod, number), 0.0), nod
         ):
@@ -153,7 +155,7 @@ class Planner:
 
     def _legs(self, nod: NodTrajectory, first: int, now_ns: int) -> list[Waypoint]:
         """Return the legs from the first one to the end of the horizon."""
-        last = max(math.ceil(nod.sweeps(now_ns + round(HORIZON * NS_PER_S))), first + 1)
+        last = max(math.ceil(nod.sweep_at(now_ns + round(HORIZON * NS_PER_S))), first + 1)
         points = [leg(nod, number, self._dynamics.acceleration) for number in range(first, last)]
         return [*(point for part in points for point in part[:-1]), points[-1][-1]]
 

@@ -153,7 +153,7 @@ class ChosenSweeps:
         if geometry.angle_increment < 0.0 and self._schedule is None:
             limit = "positive for nod_mode 'feedback'"
             raise ParameterError('angle_increment', limit, geometry.angle_increment)
-        leg = math.floor(float(self.nod.sweeps(now_ns)))
+        leg = math.floor(self.nod.sweep_at(now_ns))
         begin_ns, reversal_ns = self.nod.reversal_time_ns(leg), self.nod.reversal_time_ns(leg + 1)
         notice = (reversal_ns - now_ns) / NS_PER_S
         longest = LEAST_NOTICE + MOST_SCANS * lidar.period

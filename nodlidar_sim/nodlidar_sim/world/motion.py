@@ -160,8 +160,8 @@ def triangle_motion(
     ParameterError
         If a sweep is too short for its reversals.
     """
-    first = math.floor(float(nod.sweeps(start_ns))) - 1
-    last = math.ceil(float(nod.sweeps(end_ns))) + 1
+    first = math.floor(nod.sweep_at(start_ns)) - 1
+    last = math.ceil(nod.sweep_at(end_ns)) + 1
     reversals = np.arange(first, last + 1)
     knots_ns = np.array([nod.reversal_time_ns(int(reversal)) for reversal in reversals])
     if jitter > 0.0:
