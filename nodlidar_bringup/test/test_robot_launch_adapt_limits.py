@@ -87,7 +87,8 @@ def test_the_nod_follows_with_another_speed_and_stays_coprime(drive):
     span = np.array([m.pitch_max - m.pitch_min for m in commands])
     settled = stamps(commands) > stamps(commands)[0] + NS_PER_S
     speed = (span / duration)[settled]
-    assert speed.max() > 1.2 * speed.min()
+    # Doubled on the whole way; a tenth on the last metre, which is all if nodes start late.
+    assert speed.max() > 1.05 * speed.min()
     at_ns = stamps(states)
     recent = at_ns > at_ns[-1] - 1.5 * NS_PER_S
     pitch = np.array([state.position[0] for state in states])[recent]
