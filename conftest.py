@@ -16,6 +16,7 @@ collect_ignore = [] if os.environ.get('NODLIDAR_UNDERLAY') else ['underlay']
 STARTS_NODES = re.compile(r'rclpy|node_bench|launched|subprocess|LaunchedSensor')
 
 
+@pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the marks in the same hook
 def pytest_collection_modifyitems(config, items):
     """Keep the tests of a file together, and all tests that start nodes: they are about time."""
     if not config.pluginmanager.hasplugin('xdist'):

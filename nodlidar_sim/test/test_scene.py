@@ -1,4 +1,5 @@
 from collections import Counter
+from copy import deepcopy
 from dataclasses import fields
 from importlib import resources
 import math
@@ -351,7 +352,7 @@ def test_any_value_in_a_scene_is_one_of_a_world_or_a_typed_error(name, changes):
     for where, value in changes:
         found = places(content)
         at, key = found[where % len(found)]
-        at[key] = value
+        at[key] = deepcopy(value)  # hypothesis gives the same list again
     try:
         scene = parse_scene(yaml.safe_dump(content), name)
     except ParameterError:
