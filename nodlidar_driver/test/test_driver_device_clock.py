@@ -72,7 +72,7 @@ class World:
         return np.array(errors)
 
 
-@pytest.mark.parametrize('ppm', [100.0, -100.0, 0.0])
+@pytest.mark.parametrize('ppm', [100.0, -100.0])
 def test_stamps_are_right_to_a_third_of_a_millisecond_under_jitter(ppm):
     worlds = [World(seed, ppm) for seed in range(12)]
     errors = np.array([world.errors(world.clock(), 320)[-300:] for world in worlds])

@@ -69,7 +69,7 @@ def test_small_cases_equal_enumeration(case):
     check_equal(*case)
 
 
-@pytest.mark.parametrize('n_l', [1, 2, 3, 8, 25])
+@pytest.mark.parametrize('n_l', [1, 3, 8])
 def test_all_phases_and_sweeps_of_a_lidar_equal_enumeration(n_l):
     task = task_with_cell(0.35, full_circle=True, steps_per_revolution=n_l)
     for n_s in range(1, 25):
