@@ -43,6 +43,12 @@ class OpenPort(PortHandler):
 
     A read is short only after the port's timeout, so that a packet timeout needs no clock, or
     after so many bytes since the last request that there is no answer.
+
+    Attributes
+    ----------
+    expected
+        Bytes of the answer that have not come. They are read at once, though the SDK asks for them
+        in two pieces.
     """
 
     def __init__(self, stream: SerialPort, clock: Callable[[], int]) -> None:
@@ -51,8 +57,10 @@ class OpenPort(PortHandler):
         self.is_open = True
         self.sent_ns = 0
         self.received_ns = 0
+        self.expected = 0
         self._clock = clock
         self._left = 0
+        self._read = b''
 
     def wait_for(self, seconds: float) -> None:
         """Set the longest time that a read waits for its bytes [s]."""
@@ -62,6 +70,7 @@ class OpenPort(PortHandler):
 
     def clearPort(self) -> None:  # noqa: N802
         """Drop the received bytes."""
+        self._read = b''
         with port_errors():
             self.ser.reset_input_buffer()
 
@@ -74,16 +83,21 @@ class OpenPort(PortHandler):
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Return `length` bytes, or fewer after the timeout; store the time just after."""
-        with port_errors():
-            data = self.ser.read(max(min(length, self._left), 0))
-        self.received_ns = self._clock()
-        self._left -= len(data)
-        return data
+        missing = length - len(self._read)
+        if missing > 0:
+            with port_errors():
+                data = self.ser.read(max(min(max(missing, self.expected), self._left), 0))
+            self.received_ns = self._clock()
+            self._left -= len(data)
+            self.expected = max(self.expected - len(data), 0)
+            self._read += data
+        taken, self._read = self._read[:length], self._read[length:]
+        return taken
 
     def drain(self) -> None:
         """Drop all bytes until none come for the longest time that a reply may take."""
         self.wait_for(LONGEST)
-        self._left = _MOST_AT_ONCE
+        self._left, self._read = _MOST_AT_ONCE, b''
         while self._left and self.readPort(self._left):
             pass
 
@@ -188,6 +202,7 @@ class DynamixelBus:
         self._port.wait_for(self._timeout.seconds(total, self._missed))
         self._missed, self._requests = self._missed + 1, self._requests + 1
         packet = self._packets.request(self._id, instruction, parameters)
+        self._port.expected = size + self._packets.answer_overhead
         try:
             self._check(self._packets.handler.txPacket(self._port, packet))
             answer = self._answer(size)
@@ -196,7 +211,8 @@ class DynamixelBus:
             raise
         finally:
             self._port.is_using = False  # the SDK leaves it set when the port raises
-        self._timeout.add(total, self._port.received_ns - self._port.sent_ns)
+        if len(answer.data) == size:  # else the rest of an answer was waited for
+            self._timeout.add(total, self._port.received_ns - self._port.sent_ns)
         self._missed, self._requests = 0, self._requests - 1
         return answer
 
