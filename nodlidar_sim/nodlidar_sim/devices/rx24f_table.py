@@ -1,7 +1,8 @@
 """The control table of an RX-24F: registers, defaults, limits and the rules for writing them."""
 
-from dataclasses import dataclass
 from enum import IntFlag
+
+from nodlidar_sim.devices.registers import Register, Registers
 
 SIZE = 50
 EEPROM_END = 24
@@ -19,25 +20,6 @@ class Errors(IntFlag):
     CHECKSUM = 0x10
     OVERLOAD = 0x20
     INSTRUCTION = 0x40
-
-
-@dataclass(frozen=True, slots=True)
-class Register:
-    """A register of the table, least significant byte first.
-
-    Attributes
-    ----------
-    address, size, default
-        First byte, number of bytes, and value after a reset.
-    low, high
-        Allowed values; the register is read-only if high is None.
-    """
-
-    address: int
-    size: int
-    default: int
-    low: int = 0
-    high: int | None = None
 
 
 MODEL = Register(0, 2, RX24F_MODEL)
@@ -76,36 +58,16 @@ PUNCH = Register(48, 2, 32, 0, 1023)
 REGISTERS = tuple(value for value in list(globals().values()) if isinstance(value, Register))
 
 
-class ControlTable:
+class ControlTable(Registers):
     """The bytes of the table; the rules for writing apply to the host, not to the servo."""
 
     def __init__(self) -> None:
-        self._bytes = bytearray(SIZE)
-        self.reset()
-
-    def __getitem__(self, register: Register) -> int:
-        begin = register.address
-        return int.from_bytes(self._bytes[begin : begin + register.size], 'little')
-
-    def __setitem__(self, register: Register, value: int) -> None:
-        begin = register.address
-        self._bytes[begin : begin + register.size] = value.to_bytes(register.size, 'little')
+        super().__init__(REGISTERS, SIZE)
 
     @property
     def wheel_mode(self) -> bool:
         """Whether the servo turns endlessly: both angle limits are 0."""
         return self[CW_LIMIT] == self[CCW_LIMIT] == 0
-
-    def reset(self) -> None:
-        """Set every register to its default."""
-        for register in REGISTERS:
-            self[register] = register.default
-
-    def read(self, address: int, size: int) -> bytes | None:
-        """Return bytes of the table, None if some are outside."""
-        if size < 1 or address + size > SIZE:
-            return None
-        return bytes(self._bytes[address : address + size])
 
     def errors_of(self, address: int, data: bytes) -> Errors:
         """Return the errors that a write of the host would cause."""
@@ -134,10 +96,10 @@ class ControlTable:
 
     def _range_errors(self, address: int, size: int) -> Errors:
         errors = Errors.NONE
-        for register in _touched(address, size):
+        for register in self.touched(address, size):
             if register.high is None or not register.low <= self[register] <= register.high:
                 errors |= Errors.RANGE
-        if GOAL in _touched(address, size) and not self._goal_within_limits():
+        if GOAL in self.touched(address, size) and not self._goal_within_limits():
             errors |= Errors.ANGLE_LIMIT
         return errors
 
@@ -151,8 +113,3 @@ _WRITABLE = {
     if register.high is not None
     for i in range(register.size)
 }
-
-
-def _touched(address: int, size: int) -> list[Register]:
-    """Return the registers of which a write includes at least one byte."""
-    return [r for r in REGISTERS if r.address < address + size and address < r.address + r.size]

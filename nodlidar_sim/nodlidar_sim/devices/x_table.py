@@ -1,6 +1,6 @@
 """The control table of an X-series servo: registers, defaults, limits (e-manual, XL430-W250)."""
 
-from nodlidar_sim.devices.rx24f_table import Register
+from nodlidar_sim.devices.registers import Register, Registers
 
 SIZE = 147
 EEPROM_END = 64
@@ -51,34 +51,16 @@ ALERT = 0x80
 INPUT_VOLTAGE, OVERHEATING, OVERLOAD = 0x01, 0x04, 0x20
 
 
-class XTable:
+class XTable(Registers):
     """The bytes of the table; the rules for writing apply to the host, not to the servo."""
 
     def __init__(self) -> None:
-        self._bytes = bytearray(SIZE)
-        for register in REGISTERS:
-            self[register] = register.default
-
-    def __getitem__(self, register: Register) -> int:
-        begin = register.address
-        return int.from_bytes(self._bytes[begin : begin + register.size], 'little')
-
-    def __setitem__(self, register: Register, value: int) -> None:
-        begin, mask = register.address, (1 << 8 * register.size) - 1
-        self._bytes[begin : begin + register.size] = (value & mask).to_bytes(
-            register.size, 'little'
-        )
-
-    def read(self, address: int, size: int) -> bytes | None:
-        """Return bytes of the table, None if some are outside."""
-        if size < 1 or address + size > SIZE:
-            return None
-        return bytes(self._bytes[address : address + size])
+        super().__init__(REGISTERS, SIZE)
 
     def write(self, address: int, data: bytes) -> int:
         """Write whole registers if all are allowed; return the error number, 0 if it was done."""
         end = address + len(data)
-        touched = [r for r in REGISTERS if r.address < end and address < r.address + r.size]
+        touched = self.touched(address, len(data))
         if sum(r.size for r in touched) != len(data) or any(r.high is None for r in touched):
             return ACCESS
         if self[TORQUE_ENABLE] and any(r.address < EEPROM_END for r in touched):
