@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from nodlidar_sim.devices.bus_servo import BusServo
 from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.sts_servo import StsEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.scene import Scene
@@ -27,6 +28,7 @@ EMULATED = {
     'RX-24F': EmulatedServo(Rx24fEmulator, 1, 'rx24f'),
     'XL430-W250': EmulatedServo(XServoEmulator, 3, 'xl430'),
     'MX-28-2': EmulatedServo(partial(XServoEmulator, model=30, fastest=_MX28_SPEED), 3, 'mx28'),
+    'STS3215': EmulatedServo(StsEmulator, 0, 'sts3215'),
 }
 
 
