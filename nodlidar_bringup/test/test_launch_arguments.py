@@ -75,13 +75,17 @@ def test_good_arguments_pass(values, change):
             'moon',
             "'scene' must be one of building, corner, corridor, crossing, room, wall, or a",
         ),
-        ('servo', 'XL330-M288', "'servo' must be one of RX-24F, XL430-W250, MX-28-2 in sim"),
+        (
+            'servo',
+            'XL330-M288',
+            "'servo' must be one of RX-24F, XL430-W250, MX-28-2, STS3215 in sim",
+        ),
         (
             'lidar',
             'none',
             "'lidar' must be one of URG-04LX-UG01, UST-10LX, UST-20LX, UTM-30LX",
         ),
-        ('servo', 'none', "'servo' must be one of RX-24F, XL430-W250, MX-28-2 in sim"),
+        ('servo', 'none', "'servo' must be one of RX-24F, XL430-W250, MX-28-2, STS3215 in sim"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],
 )

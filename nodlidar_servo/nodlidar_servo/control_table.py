@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import struct
 
 from nodlidar_servo.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.replies import HARDWARE_ERRORS
 
 CLOCKWISE_BIT = 0x400
 """In present speed and load of Protocol 1.0: set for clockwise (falling ticks)."""
 
-_VALUE_BITS = 0x3FF
 _EEPROM_1 = struct.Struct('<H3xBHHxBBBHBxB')  # 0..18
 _EEPROM_2 = struct.Struct('<H7xBBB19xBHHH10xII7xB4xB')  # 0..68: model number to return level
-_PRESENT_1 = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, temperature
+PRESENT_1 = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, temperature
 _PRESENT_2 = struct.Struct('<hii8xHB')  # 126..146: load, velocity, position, voltage, temperature
 _DRIVE_1 = struct.Struct('<HH')  # goal, moving speed
 _DRIVE_2 = struct.Struct('<II')  # profile velocity, goal
@@ -39,7 +39,7 @@ class SetUp:
     most_torque
         Highest value of the register of the torque limit.
     return_level
-        2: all requests are answered.
+        `reply_to_all` of the table: all requests are answered.
     shutdown
         Status bits that cut the torque.
     wrong_mode
@@ -96,6 +96,8 @@ class ControlTable:
         Bytes of the block from address 0 with what the servo is set up to.
     most_speed
         Highest value of the speed's register.
+    reply_to_all
+        Value of the return level with which all requests are answered.
     """
 
     packets: PacketFormat
@@ -111,6 +113,7 @@ class ControlTable:
     present_size: int
     set_up_size: int
     most_speed: int
+    reply_to_all: int = 2
 
     def parse_set_up(self, data: bytes) -> SetUp:
         """Return what the servo is set up to."""
@@ -137,7 +140,7 @@ class _Table1(ControlTable):
         return SetUp(number, delay, low, high, hottest, *voltages, torque, level, shutdown, wrong)
 
     def parse_present(self, data: bytes) -> Present:
-        position, speed, load, voltage, temperature = _PRESENT_1.unpack(data)
+        position, speed, load, voltage, temperature = PRESENT_1.unpack(data)
         return Present(position, signed(speed), signed(load), voltage / 10.0, temperature)
 
     def goal(self, tick: int, speed: int) -> bytes:
@@ -166,9 +169,6 @@ class _Table2(ControlTable):
         return _DRIVE_2.pack(speed, tick)
 
 
-HARDWARE_ERRORS = 8
-"""Bits by which the hardware errors of Protocol 2.0 are shifted in the status."""
-
 TABLE_1 = _Table1(
     PROTOCOL_1,
     return_delay=5,
@@ -180,9 +180,9 @@ TABLE_1 = _Table1(
     watchdog=None,
     drive=30,
     present=36,
-    present_size=_PRESENT_1.size,
+    present_size=PRESENT_1.size,
     set_up_size=_EEPROM_1.size,
-    most_speed=_VALUE_BITS,
+    most_speed=CLOCKWISE_BIT - 1,
 )
 TABLE_2 = _Table2(
     PROTOCOL_2,
@@ -201,7 +201,7 @@ TABLE_2 = _Table2(
 )
 
 
-def signed(register: int) -> int:
-    """Return the value of a present speed or load of Protocol 1.0, positive for rising ticks."""
-    value = register & _VALUE_BITS
-    return -value if register & CLOCKWISE_BIT else value
+def signed(register: int, sign: int = CLOCKWISE_BIT) -> int:
+    """Return the value of a register with a sign bit, positive for rising ticks."""
+    value = register & (sign - 1)
+    return -value if register & sign else value

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_servo.control_table import ControlTable, TABLE_1, TABLE_2
+from nodlidar_servo.sts_table import TABLE_STS
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ def _series_2(name: str, number: int, rpm: float, most_load: int) -> ServoModel:
 
 
 # Speeds without load by the e-manual: AX-12A, AX-18A and RX-24F at 12 V, RX-28 and RX-64 at
-# 18.5 V, XL430 and MX-28 at 12 V, XL330 at 5 V.
+# 18.5 V, XL430 and MX-28 at 12 V, XL330 at 5 V; STS3215 by Feetech at 7.4 or 12 V, its variant.
 MODELS = {
     model.name: model
     for model in (
@@ -84,6 +85,7 @@ MODELS = {
         # Their load is the current, in units of 1 mA of at most 1750.
         _series_2('XL330-M288', 1200, 103.0, 1750),
         _series_2('XL330-M077', 1190, 383.0, 1750),
+        ServoModel('STS3215', 777, 4096, _STEP_360, _STEP_360, _rpm(45.0), TABLE_STS, 1000),
     )
 }
 

@@ -1,9 +1,10 @@
-"""Packets of the two versions of the Dynamixel protocol, as the SDK's packet handlers take them.
+"""Packets of the servos' protocols, as the packet handlers of the Dynamixel SDK take them.
 
 1.0: FF FF ID LENGTH INSTRUCTION parameters CHECKSUM; an answer has its status in place of the
 instruction. 2.0: FF FF FD 00 ID LENGTH INSTRUCTION parameters CRC; an answer has the instruction
 55 and its status before the parameters. Addresses and lengths have one byte or two (ROBOTIS
-e-manual, protocols 1.0 and 2.0).
+e-manual, protocols 1.0 and 2.0). Feetech's STS servos have the packets of 1.0, with a status of
+their own (the SDK's handler of 1.0 and Feetech's SDK differ in nothing else).
 """
 
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from nodlidar_servo.replies import REFUSALS, status_names
+from nodlidar_servo.replies import REFUSALS, status_names, STS_ERRORS
 
 _RESULTS = {
     1: 'result fail', 2: 'instruction', 3: 'CRC', 4: 'data range', 5: 'data length',
@@ -77,6 +78,10 @@ class PacketFormat:
         """Return whether a status byte says that there is an alarm to be read from a register."""
         raise NotImplementedError
 
+    def alarms(self, status: int) -> int:
+        """Return the motor's state in a status byte, as bits of `replies.STATUS_BITS`."""
+        return status
+
     def encode(self, servo_id: int, instruction: int, parameters: bytes) -> bytes:
         """Return the bytes of a request."""
         raise NotImplementedError
@@ -107,6 +112,16 @@ class _Format1(PacketFormat):
         return self.encode(servo_id, status, b'')
 
 
+class _FormatSts(_Format1):
+    """A servo that cannot do what it is asked for ignores it: every status is the motor's."""
+
+    def refusal(self, status: int) -> str:
+        return ''
+
+    def alarms(self, status: int) -> int:
+        return status << STS_ERRORS
+
+
 class _Format2(PacketFormat):
     def request(self, servo_id: int, instruction: int, parameters: bytes) -> list[int]:
         length = (len(parameters) + 3).to_bytes(2, 'little')
@@ -134,4 +149,5 @@ class _Format2(PacketFormat):
 
 
 PROTOCOL_1 = _Format1(1.0, request_overhead=6, answer_overhead=6, number_size=1)
+PROTOCOL_STS = _FormatSts(1.0, request_overhead=6, answer_overhead=6, number_size=1)
 PROTOCOL_2 = _Format2(2.0, request_overhead=10, answer_overhead=11, number_size=2)

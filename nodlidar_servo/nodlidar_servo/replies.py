@@ -18,7 +18,17 @@ STATUS_BITS = {
     0x0800: 'motor encoder',
     0x1000: 'electrical shock',
     0x2000: 'overload',
+    # The status of Feetech's STS servos, two bytes higher.
+    0x010000: 'input voltage',
+    0x020000: 'position sensor',
+    0x040000: 'overheating',
+    0x080000: 'overcurrent',
+    0x100000: 'angle',
+    0x200000: 'overload',
 }
+HARDWARE_ERRORS, STS_ERRORS = 8, 16
+"""Bits by which hardware errors of Protocol 2.0, and the status of STS servos, are shifted."""
+
 REFUSALS = 0x02 | 0x08 | 0x10 | 0x40
 """The status bits of Protocol 1.0 of a refused request; the others are the motor's state."""
 

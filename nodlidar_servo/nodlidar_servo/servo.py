@@ -97,7 +97,7 @@ class Servo:
 
     def _status(self, reply: Reply) -> int:
         if self._table.hardware_error is None:
-            return reply.status
+            return self._table.packets.alarms(reply.status)
         has_alarm = self._table.packets.has_alarm(reply.status)
         return hardware_errors(self._bus, self._table) if has_alarm else 0
 

@@ -5,13 +5,17 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import DeviceError, ParameterError
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.control_table import ControlTable, HARDWARE_ERRORS, SetUp
+from nodlidar_servo.control_table import ControlTable, SetUp
 from nodlidar_servo.dynamixel_bus import DynamixelBus
 from nodlidar_servo.models import MODELS
-from nodlidar_servo.replies import NoAnswerError, RefusedError, status_names
+from nodlidar_servo.replies import (
+    HARDWARE_ERRORS,
+    NoAnswerError,
+    RefusedError,
+    status_names,
+)
 
 _RETURN_DELAY_UNIT_NS = 2000
-_REPLY_TO_ALL = 2
 _WATCHDOG = 25  # of 20 ms; the node is never silent for so long while it drives
 
 
@@ -46,7 +50,7 @@ def set_up(bus: DynamixelBus, config: ServoConfig) -> Setting:
     table = config.scale.model.table
     found = _read(bus, table)
     _check_model(found.number, config)
-    if found.return_level != _REPLY_TO_ALL:
+    if found.return_level != table.reply_to_all:
         _have_writes_confirmed(bus, table)
     _revive(bus, table)
     bus.write(table.torque_enable, bytes([False]))
@@ -93,16 +97,16 @@ def _read(bus: DynamixelBus, table: ControlTable) -> SetUp:
     try:
         block = bus.read(0, table.set_up_size)
     except NoAnswerError:  # it may be set to answer nothing but pings
-        bus.post(table.return_level, bytes([_REPLY_TO_ALL]))
+        bus.post(table.return_level, bytes([table.reply_to_all]))
         block = bus.read(0, table.set_up_size)
     return table.parse_set_up(block.data)
 
 
 def _have_writes_confirmed(bus: DynamixelBus, table: ControlTable) -> None:
     address = table.return_level
-    bus.post(address, bytes([_REPLY_TO_ALL]))
+    bus.post(address, bytes([table.reply_to_all]))
     level = bus.read(address, 1).data[0]
-    if level != _REPLY_TO_ALL:
+    if level != table.reply_to_all:
         raise DeviceError(
             f'the servo confirms no writes (its status return level, address {address}, is'
             f' {level}) and is locked: switch its power off and on'

@@ -11,15 +11,14 @@ import re
 from nodlidar_bringup.checks.ports import Answer, LIDAR, Port, SERVO
 from nodlidar_common.errors import PortError
 from nodlidar_common.serial_port import close_port, open_port, port_errors
-from nodlidar_servo.control_table import TABLE_1, TABLE_2
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.setup.registers import HEAD, protocol_of, registers_of
 from nodlidar_servo.setup.search import answers, BROADCAST, PING, READ
 
 BIT_RATES = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000)
 PING_2 = PROTOCOL_2.encode(BROADCAST, PING, b'')
 _LIDAR_WAIT, _SERVO_WAIT = 0.35, 0.04  # s; a lidar answers once a revolution
-_TABLES = {PROTOCOL_1: TABLE_1, PROTOCOL_2: TABLE_2}
 _NAMES = {model.number: model.name for model in MODELS.values()}
 
 
@@ -53,7 +52,10 @@ def _registers(path: str, rate: int, packets: PacketFormat, servo_id: int, data:
 
     If it does not answer, return its model by its answer to the ping: Protocol 2.0 has it there.
     """
-    table, number = _TABLES[packets], packets.number
+    number = packets.number
+    if head := _request(path, rate, packets, (servo_id, READ, number(0) + number(HEAD))):
+        packets = protocol_of(packets, head[1])
+    table = registers_of(packets).table
     request = servo_id, READ, number(0) + number(table.set_up_size)
     found = _request(path, rate, packets, request)
     if found is None or len(found[1]) != table.set_up_size:

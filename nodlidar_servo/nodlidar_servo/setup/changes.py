@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.packets import PROTOCOL_2
-from nodlidar_servo.setup.condition import Condition, POSITION_CONTROL, REPLY_TO_ALL
-from nodlidar_servo.setup.registers import rate_code
+from nodlidar_servo.setup.condition import Condition
+from nodlidar_servo.setup.registers import rate_code, registers_of
 
 _TIME_BASED, _REVERSED = 0x04, 0x01
 
@@ -44,8 +43,9 @@ def needed_changes(condition: Condition, config: ServoConfig) -> list[Change]:
     if code is None:
         raise ParameterError('baud_rate', 'a rate that the servo can have', config.baud_rate)
     values = condition.values
+    reply_to_all = registers_of(condition.found.packets).table.reply_to_all
     wanted = {
-        'return level': (REPLY_TO_ALL, 'all requests are answered'),
+        'return level': (reply_to_all, 'all requests are answered'),
         **_modes(condition),
         **_limits(config),
         'return delay': (0, 'replies come at once'),
@@ -60,14 +60,14 @@ def needed_changes(condition: Condition, config: ServoConfig) -> list[Change]:
 
 
 def _modes(condition: Condition) -> dict[str, tuple[int, str]]:
-    """Return the modes of a servo of Protocol 2.0; one of 1.0 has them by its limits."""
-    if condition.found.packets is not PROTOCOL_2:
-        return {}
-    drive = condition.values['drive mode'] & ~(_TIME_BASED | _REVERSED)
-    return {
-        'operating mode': (POSITION_CONTROL, 'position control'),
-        'drive mode': (drive, 'speeds, not durations; not reversed'),
-    }
+    """Return the modes, of which a servo may have none, as one of Protocol 1.0, one or both."""
+    modes, position_mode = {}, registers_of(condition.found.packets).position_mode
+    if position_mode is not None:
+        modes['operating mode'] = position_mode, 'position control'
+    if 'drive mode' in condition.values:
+        drive = condition.values['drive mode'] & ~(_TIME_BASED | _REVERSED)
+        modes['drive mode'] = drive, 'speeds, not durations; not reversed'
+    return modes
 
 
 def _limits(config: ServoConfig) -> dict[str, tuple[int, str]]:

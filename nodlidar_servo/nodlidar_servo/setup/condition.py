@@ -3,14 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from nodlidar_servo.control_table import HARDWARE_ERRORS
 from nodlidar_servo.models import MODELS, ServoModel
 from nodlidar_servo.packets import PROTOCOL_2
-from nodlidar_servo.replies import status_names
+from nodlidar_servo.replies import HARDWARE_ERRORS, status_names
 from nodlidar_servo.setup.errors import WrongModelError
+from nodlidar_servo.setup.registers import registers_of
 from nodlidar_servo.setup.search import Found
 
-POSITION_CONTROL, REPLY_TO_ALL = 3, 2
 _DELAY_UNIT = 2  # us
 
 
@@ -49,7 +48,7 @@ class Condition:
         """Status bits of its alarms."""
         if self.found.packets is PROTOCOL_2:
             return self.values['errors'] << HARDWARE_ERRORS
-        return self.status
+        return self.found.packets.alarms(self.status)
 
     def lines(self) -> list[tuple[str, str]]:
         """Return what it is, as names and texts."""
@@ -79,13 +78,14 @@ class Condition:
     def _checks(self) -> list[tuple[str, bool]]:
         values = self.values
         low, high, volts = values['lower limit'], values['upper limit'], values['voltage']
-        mode, least = values.get('operating mode', POSITION_CONTROL), values['lowest voltage']
+        registers, least = registers_of(self.found.packets), values['lowest voltage']
+        mode = values.get('operating mode')
         return [
             ('wheel mode: it turns without end', low == high == 0),
-            (f'operating mode {mode}, not position control', mode != POSITION_CONTROL),
+            (f'operating mode {mode}, not position control', mode != registers.position_mode),
             ('its torque is on: it holds its position', bool(values['torque'])),
             (f'it does not answer all requests (return level {values["return level"]})',
-             values['return level'] != REPLY_TO_ALL),
+             values['return level'] != registers.table.reply_to_all),
             (f'its supply of {volts / 10.0:.1f} V is outside of {least / 10.0:.1f} to'
              f' {values["highest voltage"] / 10.0:.1f} V',
              not least <= volts <= values['highest voltage']),

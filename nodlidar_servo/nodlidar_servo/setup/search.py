@@ -17,7 +17,10 @@ from nodlidar_servo.packets import Answer, PacketFormat, PROTOCOL_1, PROTOCOL_2
 OpenAt = Callable[[int], AbstractContextManager[SerialPort]]
 """Opens the port at a bit rate [bit/s]."""
 
-RATES_1 = (1_000_000, 57_600, 115_200, 500_000, 250_000, 400_000, 200_000, 19_200, 9600)
+RATES_1 = (
+    *(1_000_000, 57_600, 115_200, 500_000, 250_000, 400_000, 200_000, 19_200, 9600),
+    *(128_000, 76_800, 38_400),  # of STS servos
+)
 RATES_2 = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000, 4_500_000, 9600)
 PING, READ, WRITE = 1, 2, 3
 BROADCAST, LAST_ID = 0xFE, 252

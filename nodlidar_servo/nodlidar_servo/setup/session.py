@@ -1,15 +1,15 @@
 """Reads and writes one servo that was found: its condition, torque off, changes read back."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
 from nodlidar_servo.packets import Answer
 from nodlidar_servo.replies import NoAnswerError, RefusedError, ReplyError
 from nodlidar_servo.setup.changes import Change
-from nodlidar_servo.setup.condition import Condition, REPLY_TO_ALL
+from nodlidar_servo.setup.condition import Condition
 from nodlidar_servo.setup.errors import LockedError, NotWrittenError, SharedIdError
-from nodlidar_servo.setup.registers import rate_of, registers_of
+from nodlidar_servo.setup.registers import HEAD, protocol_of, rate_of, registers_of
 from nodlidar_servo.setup.search import (
     answers,
     exchange,
@@ -43,13 +43,17 @@ class Session:
 
     def __init__(self, open_at: OpenAt, found: Found) -> None:
         self.found, self._open_at = found, open_at
-        self._map = registers_of(found.packets)
+        with suppress(ReplyError):  # STS servos answer reads always
+            number = found.packets.number
+            head = self._ask(READ, number(0) + number(HEAD), HEAD).data
+            self.found = replace(found, packets=protocol_of(found.packets, head))
+        self._map = registers_of(self.found.packets)
 
     def check_alone(self) -> None:
         """Raise SharedIdError if two servos seem to have this ID."""
         found, where = self.found, self._map
         with self._open_at(found.baud_rate) as port:
-            if is_shared(port, found, where.present, where.present_size):
+            if is_shared(port, found, where.table.present, where.table.present_size):
                 raise SharedIdError(
                     f'replies of ID {found.servo_id} at {found.baud_rate} bit/s are broken or'
                     ' double: two servos have this ID, or the line is disturbed. Leave one servo'
@@ -74,7 +78,7 @@ class Session:
 
         Lower levels send none, and torque locks the settings of some models.
         """
-        for name, value in (('torque', 0), ('return level', REPLY_TO_ALL)):
+        for name, value in (('torque', 0), ('return level', self._map.table.reply_to_all)):
             with suppress(ReplyError):
                 self._put(name, value, attempts=1)
 
@@ -99,11 +103,18 @@ class Session:
             raise LockedError(
                 'the settings of the servo are locked (address 47): switch its power off and on'
             )
-        if before['return level'] != REPLY_TO_ALL:
+        if before['return level'] != self._map.table.reply_to_all:
             self.make_it_answer()
         self.torque_off()
+        self._lock(False, before)
         for change in changes:
             self._write(change)
+        self._lock(True, before)
+
+    def _lock(self, locked: bool, before: Mapping[str, int]) -> None:
+        """Lock or unlock the EEPROM of a servo that forgets changes made while it is locked."""
+        if 'EEPROM lock' in before:
+            self._put('EEPROM lock', int(locked))
 
     def _write(self, change: Change) -> None:
         address = self._map.places[change.name][0]
