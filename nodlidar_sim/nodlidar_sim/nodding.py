@@ -16,8 +16,6 @@ import numpy as np
 SETTLING = 10.0
 """Time before the recording in which the servo gets on the nod and its lead is learned [s]."""
 
-_SPEED_COUNTS = 1023
-
 
 @dataclass(frozen=True, slots=True)
 class Reading:
@@ -72,7 +70,7 @@ class _Node:
 
     def __init__(self, servo: PhysicalServo, nod: NodTrajectory, sensor: SensorModel) -> None:
         p = servo.parameters
-        fastest = min(p.no_load_speed, _SPEED_COUNTS * p.speed_unit)
+        fastest = min(p.no_load_speed, p.speed_counts * p.speed_unit)
         self._servo, self._tick, self._unit = servo, p.tick, p.speed_unit
         self._tracker = NodTracker(nod, Dynamics(sensor.acceleration, p.speed_unit, fastest))
         latency = min(sensor.joint_latency, 1.0 / sensor.joint_rate)  # the node waits for it
@@ -100,5 +98,5 @@ class _Node:
 
     def _rounded(self, drive: Drive) -> tuple[float, float]:
         """Return goal and speed as the registers hold them; speed 0 would mean the highest."""
-        counts = min(max(round(drive.speed / self._unit), 1), _SPEED_COUNTS)
+        counts = min(max(round(drive.speed / self._unit), 1), self._servo.parameters.speed_counts)
         return round(drive.goal / self._tick) * self._tick, counts * self._unit

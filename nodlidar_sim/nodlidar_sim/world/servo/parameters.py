@@ -67,6 +67,7 @@ class ServoParameters:
     speed_unit: float = parameter(
         0.111 * math.tau / 60.0, 'Step of the speed register', unit='rad/s', minimum=1e-6
     )
+    speed_counts: int = parameter(1023, 'Highest value of the speed register', minimum=1)
     backlash: float = parameter(
         0.0, 'Free play between encoder and lidar', unit='rad', minimum=0.0, maximum=0.1
     )
