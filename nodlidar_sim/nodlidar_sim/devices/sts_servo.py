@@ -7,15 +7,14 @@ How a motor that has shut itself down is revived is a guess: by any write to its
 import math
 
 from nodlidar_sim.devices import sts_table as table
-from nodlidar_sim.devices.bus_servo import BusServo
 from nodlidar_sim.devices.dynamixel_packets import (
     BROADCAST,
     Instruction,
     InstructionReader,
     status_packet,
 )
+from nodlidar_sim.devices.position_servo import PositionServo
 from nodlidar_sim.world.motion import ServoShaft
-from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 
 PING, READ, WRITE, SYNC_WRITE = 1, 2, 3, 0x83
@@ -30,7 +29,7 @@ _SUPPLY = 7.4  # V
 _FASTEST = 45.0 * 2.0 * math.pi / 60.0  # without load [rad/s]
 
 
-class StsEmulator(BusServo):
+class StsEmulator(PositionServo):
     """The servo, its bus and its USB adapter as the host sees them; a `Device`.
 
     Parameters
@@ -46,9 +45,6 @@ class StsEmulator(BusServo):
     ----------
     table
         The registers.
-    voltage, temperature, load
-        Of the supply [V] and of the motor [deg C]; torque of a further load, in units of the
-        greatest torque. Above the torque limit the motor is overloaded.
     """
 
     def __init__(
@@ -64,11 +60,7 @@ class StsEmulator(BusServo):
         self.table[table.ID], self.table[table.BAUD] = servo_id, baud
         self.table[table.RETURN_DELAY] = return_delay
         self.table.save()
-        self.voltage, self.temperature, self.load = _SUPPLY, 35.0, 0.0
-        self._motion = motion
-        self._target: tuple[float, float] | None = None
-        self._limit: float | None = None
-        super().__init__(InstructionReader(), self.bit_rate, latency_timer)
+        super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, _SUPPLY)
 
     @property
     def bit_rate(self) -> float:
@@ -120,16 +112,7 @@ class StsEmulator(BusServo):
         registers[table.STATUS] = shut_down | self._alarms()
         if registers[table.STATUS] & registers[table.UNLOADING]:
             registers[table.TORQUE_ENABLE] = 0
-        if self._torque_limit != self._limit:
-            self._limit = self._torque_limit
-            self._motion.set_compliance(now_ns, Compliance(0.0, 1.0, 0.0, 1.0, 0.0, self._limit))
-        target = self._wanted()
-        if target != self._target:
-            self._target = target
-            if target is None:
-                self._motion.brake(now_ns)
-            else:
-                self._motion.set_goal(now_ns, *target)
+        self._apply(now_ns, self._torque_limit, self._wanted())
 
     @property
     def _torque_limit(self) -> float:

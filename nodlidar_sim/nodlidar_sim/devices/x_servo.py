@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 
 from nodlidar_sim.devices import x_table as table
-from nodlidar_sim.devices.bus_servo import BusServo
 from nodlidar_sim.devices.dynamixel_packets import BROADCAST, Instruction
 from nodlidar_sim.devices.dynamixel_packets_2 import InstructionReader, status_packet
+from nodlidar_sim.devices.position_servo import PositionServo
 from nodlidar_sim.world.motion import ServoShaft
-from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 
 PING, READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 1, 2, 3, 8, 0x82, 0x83
@@ -29,7 +28,7 @@ _LOAD_UNIT = 1000
 _SUPPLY = 12.0  # V
 
 
-class XServoEmulator(BusServo):
+class XServoEmulator(PositionServo):
     """The servo, its bus and its USB adapter as the host sees them; a `Device`.
 
     Parameters
@@ -49,9 +48,6 @@ class XServoEmulator(BusServo):
     ----------
     table
         The registers.
-    voltage, temperature, load
-        Of the supply [V] and of the motor [deg C]; torque of a further load, in units of the
-        greatest torque. Above the limit of the PWM the motor is overloaded.
     """
 
     def __init__(
@@ -69,12 +65,9 @@ class XServoEmulator(BusServo):
         values = {table.MODEL: model, table.ID: servo_id, table.BAUD: baud}
         for register, value in (values | {table.RETURN_DELAY: return_delay}).items():
             self.table[register] = value
-        self.voltage, self.temperature, self.load = _SUPPLY, 35.0, 0.0
-        self._motion, self._fastest = motion, fastest
-        self._target: tuple[float, float] | None = None
-        self._limit: float | None = None
+        self._fastest = fastest
         self._heard_ns = 0
-        super().__init__(InstructionReader(), self.bit_rate, latency_timer)
+        super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, _SUPPLY)
 
     @property
     def bit_rate(self) -> float:
@@ -203,16 +196,7 @@ class XServoEmulator(BusServo):
         if self._is_shut_down:
             registers[table.TORQUE_ENABLE] = 0
         limit = registers[table.GOAL_PWM] / table.PWM_LIMIT.default
-        if limit != self._limit:
-            self._limit = limit
-            self._motion.set_compliance(now_ns, Compliance(0.0, 1.0, 0.0, 1.0, 0.0, limit))
-        target = self._wanted()
-        if target != self._target:
-            self._target = target
-            if target is None:
-                self._motion.brake(now_ns)
-            else:
-                self._motion.set_goal(now_ns, *target)
+        self._apply(now_ns, limit, self._wanted())
 
     def _alarms(self) -> int:
         registers, alarms = self.table, 0
