@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from browser import browsing
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TransformStamped
+from lifecycle_msgs.srv import ChangeState
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.parameters import parameter
 from nodlidar_common.ros.messages import time_message
@@ -156,4 +157,19 @@ def test_a_browser_of_this_machine_plans_another_nod(running):
             lambda: 'driver: does not answer; servo: does not answer' in browser.text(), spin
         )
     assert len(planned) == 1
+    assert not viewer.survival.errors
+
+
+def test_a_node_that_is_there_but_stalled_does_not_answer(running):
+    """Nobody spins this driver; that of a node that was killed looks the same for a while."""
+    sensor, viewer, spin = running
+    declare(sensor, Controlled, lambda config: None)
+    stalled = rclpy.create_node('driver')
+    stalled.create_service(ChangeState, 'driver/change_state', lambda request, response: response)
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: 'Apply' in browser.text(), spin)
+        browser.until(lambda: viewer.count_services('/driver/change_state'), spin)
+        browser.set('Devices', 'stop')
+        browser.until(lambda: 'driver: does not answer' in browser.text(), spin)
+    stalled.destroy_node()
     assert not viewer.survival.errors

@@ -7,6 +7,7 @@ from typing import Any
 
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from nodlidar_common.ros.steady import create_steady_timer
 from nodlidar_common.survival import Survival
 from nodlidar_viewer.controls import Values
 from rclpy.node import Node
@@ -15,6 +16,8 @@ from rclpy.parameter_client import AsyncParameterClient
 
 ASSEMBLER, DEVICES = 'assembler', ('servo', 'driver')
 Answer = Callable[[str], object]
+# s; the service of a node that was killed looks ready for some 20 s more.
+PATIENCE = 3.0
 
 
 class RosCommands:
@@ -24,6 +27,7 @@ class RosCommands:
     """
 
     def __init__(self, node: Node, survival: Survival) -> None:
+        self._node = node
         self._parameters = AsyncParameterClient(node, ASSEMBLER)
         self._states = {
             device: node.create_client(ChangeState, f'{device}/change_state') for device in DEVICES
@@ -69,29 +73,48 @@ class RosCommands:
 
         def ask() -> None:
             for device, client in self._states.items():
+                silent = partial(tell, device, 'does not answer')
                 if client.service_is_ready():
-                    asked = client.call_async(request)
-                    asked.add_done_callback(self._survival.guarded(partial(told, device)))
+                    self._await(client.call_async(request), partial(told, device), silent)
                 else:
-                    tell(device, 'does not answer')
+                    silent()
 
-        def told(device: str, future: Any) -> None:
+        def told(device: str, response: Any) -> None:
             done = 'started' if on else 'stopped'
-            tell(device, done if future.result().success else f'cannot be {done} now')
+            tell(device, done if response.success else f'cannot be {done} now')
 
         self._put(ask)
 
     def _ask_assembler(
         self, ask: Callable[[], Any], received: Callable[[Any], None], fail: Answer
     ) -> None:
+        silent = partial(fail, 'the assembler does not answer')
+
         def work() -> None:
             if self._parameters.services_are_ready():
-                callback = self._survival.guarded(lambda future: received(future.result()))
-                ask().add_done_callback(callback)
+                self._await(ask(), received, silent)
             else:
-                fail('the assembler does not answer')
+                silent()
 
         self._put(work)
+
+    def _await(
+        self, asked: Any, received: Callable[[Any], object], silent: Callable[[], object]
+    ) -> None:
+        """Pass on the response to a request, or that there is none."""
+
+        def expire() -> None:
+            self._node.destroy_timer(timer)
+            if not asked.done():
+                asked.cancel()
+                silent()
+
+        def done(future: Any) -> None:
+            if not future.cancelled():
+                received(future.result())
+
+        timer = create_steady_timer(self._node, PATIENCE, self._survival.guarded(expire))
+        asked.add_done_callback(self._survival.guarded(done))
 
     def _put(self, job: Callable[[], None]) -> None:
         self._jobs.put(job)
