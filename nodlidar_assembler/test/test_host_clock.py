@@ -3,7 +3,7 @@
 from log_messages import scan_message, state_message
 from message_fuzz import fed
 from node_bench import SCAN_NS, sensor_log, simulated
-from nodlidar_assembler.ros import host_clock
+from nodlidar_assembler.ros import host_clock, nod_commander
 from nodlidar_common.host_time import HostTime
 from nodlidar_common.ros.diagnostics import CHECK_PERIOD
 from nodlidar_common.ros.messages import nod_from_message
@@ -54,7 +54,8 @@ def run(log, monkeypatch):
         the 'assembler', which is ahead by an offset, or that of the 'robot' is set.
         """
         clock, clouds, commands = Clock(), [], []
-        monkeypatch.setattr(host_clock, 'steady_ns', lambda: clock.now_ns)
+        for module in (host_clock, nod_commander):
+            monkeypatch.setattr(module, 'steady_ns', lambda: clock.now_ns)
         with fed(*parameters) as running:
             node = running.node
             watch = node._host_clock
