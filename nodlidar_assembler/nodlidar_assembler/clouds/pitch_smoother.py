@@ -196,7 +196,7 @@ class PitchSmoother:
         square = np.minimum(square, (2.0 * FAR_OFF) ** 2 * (rounding + self._noise))
         left = square.mean(axis=1, keepdims=True) - rounding
         noise = memory * self._noise + (1.0 - memory) * left
-        white = self._white_noise.add(window.pitch, new) - rounding
+        white = self._white_noise.add(window.pitch) - rounding
         self._noise = np.where(LEARNS_NOISE, np.maximum(0.0, np.minimum(noise, white)), 0.0)
         left_by_line = float(np.mean(line**2)) - rounding
         line_noise = memory * self._line_noise + (1.0 - memory) * left_by_line
