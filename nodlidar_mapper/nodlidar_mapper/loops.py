@@ -9,7 +9,8 @@ from nodlidar_mapper.pose_graph import distances_from, Edge
 from nodlidar_mapper.poses import Array, inverse
 import numpy as np
 
-SHARE = 0.6  # of the points that a loop must match
+MAPPED = 0.4  # of the points must lie near the old part of the map for a loop: a corner fits
+SHARE = 0.6  # ... elsewhere as well; and so many of these must match
 REACH = 1.0  # m
 DRIFT = 0.01  # error of the map, as a share of the way
 # Points of a loop err alike: so many times less certain than the matching says.
@@ -59,7 +60,7 @@ def loop_at(
     drift = DRIFT * way[nearest]
     prior = np.diag([drift**-2] * 3 + [(0.2 * drift) ** -2] * 3)
     found = match(points, old, here.pose, prior, config, REACH)
-    if found.share < SHARE:
+    if found.share < SHARE or found.mapped < MAPPED:
         return None
     turn = np.eye(6)
     turn[:3, :3] = turn[3:, 3:] = poses[nearest][:3, :3].T

@@ -1,0 +1,45 @@
+"""Loops: closed where enough of an old part of the map is seen again, and only there."""
+
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.keyframe import Keyframe
+from nodlidar_mapper.loops import loop_at
+from nodlidar_mapper.pose_graph import step
+from nodlidar_mapper.poses import inverse, planar
+from nodlidar_mapper.surface import Surface, surface_of
+import numpy as np
+import pytest
+from rooms import cloud, CROOKED
+
+NOWHERE = np.empty((0, 3))
+DRIFT = planar(0.12, -0.08, 0.02)  # of the map on the way round
+
+
+@pytest.fixture
+def way():
+    """Return keyframes and edges of a way of 24 m that ends where it began, in the first room."""
+    points = cloud(CROOKED, np.eye(4), seed=1)
+    room = surface_of(points, points)
+    places = [(2.0 * k, 0.0) for k in range(6)] + [(12.0 - 2.0 * k, 0.5) for k in range(1, 7)]
+    poses = [planar(x, y, 0.0) for x, y in places]
+    poses[-1] = DRIFT
+    keyframes = [Keyframe(k, pose, Surface.joined([]), NOWHERE) for k, pose in enumerate(poses)]
+    keyframes[0].surface = room
+    edges = [
+        step(k, k + 1, inverse(keyframes[k].pose) @ keyframes[k + 1].pose)
+        for k in range(len(keyframes) - 1)
+    ]
+    return keyframes, edges
+
+
+def test_a_room_that_is_seen_again_closes_the_loop(way):
+    edge = loop_at(cloud(CROOKED, np.eye(4), seed=2), *way, MapperConfig())
+    assert (edge.start, edge.end) == (0, len(way[0]) - 1)
+    np.testing.assert_allclose(edge.relative, np.eye(4), atol=0.01)
+
+
+def test_a_corner_of_it_does_not_close_the_loop(way):
+    """It fits: but so little of a place may be another place, or the same one shifted."""
+    seen = cloud(CROOKED, np.eye(4), seed=2)
+    corner = seen[(seen[:, 0] > 3.0) & (seen[:, 1] < 0.0)]
+    beyond = np.random.default_rng(1).uniform((20, 20, 0), (30, 30, 2), (4 * len(corner), 3))
+    assert loop_at(np.concatenate([corner, beyond]), *way, MapperConfig()) is None
