@@ -14,7 +14,7 @@ from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.lasting import lasting_surface
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, coordinates, odometry_at
+from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
 from nodlidar_mapper.poses import Array, inverse, moved, planar
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.route import Leg
@@ -90,7 +90,7 @@ def mapped(recording: Recording, config: MapperConfig | None = None) -> Mapped:
     for cloud in clouds_of(log, CONFIG):
         points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()
-        found.append(mapper.add(cloud.stamp_ns, points, odometry))
+        found.append(mapper.add(cloud.stamp_ns, points, odometry, age=age_of(cloud)))
         seconds.append(time.process_time() - begin)
         by_odometry.append(odometry)
     truth = true_poses(recording, np.array([each.stamp_ns for each in found]))

@@ -9,7 +9,7 @@ from nodlidar_assembler.bags.point_files import OutputError
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.deskew import deskewed
 from nodlidar_assembler.clouds.ego_motion import Poses
-from nodlidar_assembler.clouds.points import MOVED_POINT
+from nodlidar_assembler.clouds.points import DESKEWED_POINT
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def seen(in_odom, robot):
 
 def cloud(in_odom, robots):
     """Return points of the frame of odometry, each as a robot of its own instant sees it."""
-    data = np.zeros(len(in_odom), dtype=MOVED_POINT)
+    data = np.zeros(len(in_odom), dtype=DESKEWED_POINT)
     xyz = np.array([seen(*each) for each in zip(in_odom, robots, strict=True)])
     data['x'], data['y'], data['z'] = xyz.T
     data['intensity'] = data['ring'] = np.arange(len(in_odom))
@@ -51,6 +51,8 @@ def test_points_are_where_a_robot_of_that_instant_sees_them(drawn, k):
     np.testing.assert_allclose(xyz, expected, atol=5e-5)  # float32 at 100 m
     np.testing.assert_array_equal(found.data['intensity'], given.data['intensity'])
     assert 'time' not in found.data.dtype.names
+    age_ns = given.time_ns[k] - given.time_ns
+    np.testing.assert_allclose(found.data['age'], age_ns * 1e-9, rtol=1e-6)
 
 
 def test_a_million_kilometres_out_a_cloud_is_as_exact():

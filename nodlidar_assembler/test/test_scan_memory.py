@@ -6,7 +6,7 @@ from nodlidar_assembler.clouds import scan_memory
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.deskew import deskewed
 from nodlidar_assembler.clouds.ego_motion import Poses
-from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
+from nodlidar_assembler.clouds.points import DESKEWED_POINT, POINT
 from nodlidar_assembler.clouds.scan_memory import ScanMemory
 from nodlidar_common.errors import ParameterError
 import numpy as np
@@ -115,7 +115,7 @@ def test_points_with_poses_are_deskewed_as_those_of_a_sweep():
     """A robot that moves 1 m between two points of x = 0 and 1: the first is 1 m behind."""
     times = [BEGIN_NS, BEGIN_NS + S]
     poses = Poses(np.array([[0.0, 0, 0], [1.0, 0, 0]]), np.tile([0.0, 0, 0, 1.0], (2, 1)))
-    whole = scan_at(times, MOVED_POINT, poses)
+    whole = scan_at(times, DESKEWED_POINT, poses)
     memory = ScanMemory(60.0)
     for part in (whole[:1], whole[1:]):
         memory.add(part)

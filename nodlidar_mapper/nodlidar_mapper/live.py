@@ -111,10 +111,15 @@ class LiveMapper:
         self.mapper.place(pose, stamp_ns, odometry, covariance + LEAST_COVARIANCE)
 
     def add(
-        self, stamp_ns: int, points: Array, odometry: Array, mount: Array | None = None
+        self,
+        stamp_ns: int,
+        points: Array,
+        odometry: Array,
+        mount: Array | None = None,
+        age: Array | None = None,
     ) -> Progress:
         """Match a cloud, see Mapper.add; return what is known then."""
-        estimate = self.mapper.add(stamp_ns, points, odometry, mount)
+        estimate = self.mapper.add(stamp_ns, points, odometry, mount, age)
         self._path.append(estimate)
         if len(self._path) > MOST_PLACES:
             del self._path[1:-1:2]

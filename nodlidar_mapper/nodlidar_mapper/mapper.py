@@ -62,7 +62,12 @@ class Mapper:
             self._choose_local(keyframes[0].pose)
 
     def add(
-        self, stamp_ns: int, points: Array, odometry: Array, mount: Array | None = None
+        self,
+        stamp_ns: int,
+        points: Array,
+        odometry: Array,
+        mount: Array | None = None,
+        age: Array | None = None,
     ) -> Estimate:
         """Return where a cloud was taken, and extend the map if it shows anything new.
 
@@ -77,18 +82,24 @@ class Mapper:
         mount
             Pose of the cloud's frame in that of the robot, where several sensors have their own;
             by default it is the same.
+        age
+            Time from each point's measurement to the instant of the cloud [s], shape (n,), by
+            which errors of odometry are taken out of the deskewing.
         """
-        robot = np.eye(4) if mount is None else inverse(mount)  # in the cloud's frame
+        mount = np.eye(4) if mount is None else mount
+        robot = inverse(mount)  # in the cloud's frame
+        begins = len(self._local.points) < LEAST_SURFACE
+        guess = self._track.predicted(stamp_ns, odometry @ robot) @ mount
+        if age is not None:
+            points = moved(robot, self._track.straightened(moved(mount, points), age))
         points = points[(np.abs(points) < FARTHEST).all(axis=1)]  # NaN is not
         points = thinned(points, self._config.point_spacing)
-        begins = len(self._local.points) < LEAST_SURFACE
-        guess = self._track.predicted(stamp_ns, odometry @ robot) @ inverse(robot)
         found = self._matched(points, guess)
         lost = 'no map yet' if begins else self._lost(found, points)
         if lost and not begins:
             found, lost = self._searched(points, guess, odometry, found, lost)
         elif not lost:
-            self._track.learn(guess @ robot, found.pose @ robot, found)
+            self._track.learn(found.pose @ robot, found)
         pose = guess if lost else found.pose
         if not lost or begins:
             self._recent.append((pose, points))

@@ -8,6 +8,7 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.keyframe import Estimate
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.poses import Array
@@ -37,7 +38,12 @@ def clouds_of(log: SensorLog, config: AssemblerConfig) -> list[Points]:
 def estimates(mapper: Mapper, clouds: Iterable[Points], log: SensorLog) -> list[Estimate]:
     """Map the clouds of a drive; return where each was taken, as known at that time."""
     return [
-        mapper.add(cloud.stamp_ns, coordinates(cloud), odometry_at(log, cloud.stamp_ns))
+        mapper.add(
+            cloud.stamp_ns,
+            coordinates(cloud),
+            odometry_at(log, cloud.stamp_ns),
+            age=age_of(cloud),
+        )
         for cloud in clouds
     ]
 
@@ -45,6 +51,11 @@ def estimates(mapper: Mapper, clouds: Iterable[Points], log: SensorLog) -> list[
 def coordinates(cloud: Points) -> Array:
     """Return the coordinates of a cloud [m], shape (n, 3)."""
     return np.stack([cloud.data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
+
+
+def age_of(cloud: Points) -> Array:
+    """Return the time from each point to the stamp of its cloud [s], shape (n,)."""
+    return (cloud.stamp_ns - cloud.time_ns) / NS_PER_S
 
 
 def odometry_at(log: SensorLog, stamp_ns: int) -> Array:

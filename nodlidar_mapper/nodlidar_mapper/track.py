@@ -3,8 +3,8 @@
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.matching import Match
-from nodlidar_mapper.odometer_scale import OdometerScale
-from nodlidar_mapper.poses import Array, between, inverse
+from nodlidar_mapper.odometer import Odometer
+from nodlidar_mapper.poses import Array, between, change_between, inverse
 import numpy as np
 
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
@@ -26,10 +26,11 @@ class Track:
 
     def __init__(self, config: MapperConfig) -> None:
         self._config = config
-        self._scale = OdometerScale()
+        self._odometer = Odometer()
         self._stamp_ns = 0
         self._odometry = np.eye(4)
-        self._last_motion = np.eye(4)
+        self._seconds = 1.0  # between the last two clouds, and the motion: by odometry, and true
+        self._counted, self._last_motion = np.eye(4), np.eye(4)
         self.pose: Array | None = None
         self.covariance: Array = np.diag([1e-6] * 6)
         self.jump = ''
@@ -49,31 +50,47 @@ class Track:
         if distance > config.max_speed * seconds or turn > config.max_turn_rate * seconds:
             self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
             self.covariance = self.covariance + JUMP
+            self._counted = self._last_motion
             return np.asarray(self.pose @ self._last_motion)
         shift, rotation = FLOOR
         slip = config.odometry_slip
         self.covariance = self.covariance + np.diag(
             [(shift + slip * distance) ** 2] * 3 + [(rotation + slip * (turn + distance)) ** 2] * 3
         )
-        motion[:3, 3] *= self._scale.value
-        self._last_motion = motion
-        return np.asarray(self.pose @ motion)
+        self._seconds, self._counted = seconds, motion
+        self._last_motion = self._odometer.corrected(motion)
+        return np.asarray(self.pose @ self._last_motion)
 
-    def learn(self, guess: Array, pose: Array, found: Match) -> None:
-        """Learn the scale of odometry, and how certain the pose is, from a match.
+    def straightened(self, points: Array, age: Array) -> Array:
+        """Return deskewed points of the newest cloud without the learned errors of odometry.
 
         Parameters
         ----------
-        guess, pose
-            Poses of the robot: by odometry, and by the match.
+        points, age
+            In the frame of the robot [m], shape (n, 3); time from each to that cloud [s], (n,).
+        """
+        before = inverse(self._last_motion) @ self._counted
+        change = change_between(np.eye(4), before) / self._seconds
+        return np.asarray(points + age[:, None] * (change[:3] + np.cross(change[3:], points)))
+
+    def learn(self, pose: Array, found: Match) -> None:
+        """Learn the errors of odometry, and how certain the pose is, from a match.
+
+        Parameters
+        ----------
+        pose
+            Of the robot, by the match.
         found
             The match of the cloud.
         """
-        if self.pose is not None:
-            matched = pose[:3, 3] - self.pose[:3, 3]
-            counted = (guess[:3, 3] - self.pose[:3, 3]) / self._scale.value
-            position = self.covariance[:3, :3]
-            self._scale.add(matched, counted, found.information[:3, :3], position)
+        if self.pose is not None and not self.jump:
+            turned = np.kron(np.eye(2), self.pose[:3, :3])  # from the frame of the robot
+            self._odometer.add(
+                self._counted,
+                inverse(self.pose) @ pose,
+                turned.T @ found.information @ turned,
+                turned.T @ self.covariance @ turned,
+            )
         self.covariance = np.linalg.inv(np.linalg.inv(self.covariance) + found.information)
 
     def move_to(self, pose: Array, stamp_ns: int, odometry: Array) -> None:

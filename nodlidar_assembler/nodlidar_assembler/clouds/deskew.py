@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Poses, rotated
+from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +19,7 @@ def deskewed(points: Points, instant: str = 'last') -> Points:
     Parameters
     ----------
     points
-        Points in nodlidar_base_link, each as of its own instant, with its pose.
+        DESKEWED_POINTs in nodlidar_base_link, each as of its own instant, with its pose.
     instant
         A key of DESKEW_INSTANTS: the point whose instant it is.
     """
@@ -28,7 +29,9 @@ def deskewed(points: Points, instant: str = 'last') -> Points:
     data = points.data.copy()
     xyz = np.stack([data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
     data['x'], data['y'], data['z'] = as_of(xyz, points.poses, k).T
-    return replace(points, data=data, poses=None, stamp_ns=int(points.time_ns[k]))
+    stamp_ns = int(points.time_ns[k])
+    data['age'] = (stamp_ns - points.time_ns) / NS_PER_S
+    return replace(points, data=data, poses=None, stamp_ns=stamp_ns)
 
 
 def as_of(xyz: NDArray[np.float64], poses: Poses, k: int = -1) -> NDArray[np.float64]:

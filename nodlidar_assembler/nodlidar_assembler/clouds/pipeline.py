@@ -8,7 +8,7 @@ from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
 from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
-from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
+from nodlidar_assembler.clouds.points import DESKEWED_POINT, MOVED_POINT, POINT
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
@@ -187,7 +187,7 @@ class Pipeline:
             return points_of(*given)
         if not self._deskews:
             return points_of(*given, poses, self._moved_point)
-        return replace(points_of(*given, point=MOVED_POINT), poses=poses.take(placed.beams))
+        return replace(points_of(*given, point=DESKEWED_POINT), poses=poses.take(placed.beams))
 
     def _judged(
         self, placed: Placed, scan: Scan, beams: Beams, pitch: NDArray[np.float64]

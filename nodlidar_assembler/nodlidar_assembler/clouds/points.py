@@ -23,12 +23,17 @@ MOVED_POINT = np.dtype(
     [(name, POINT[name]) for name in ('x', 'y', 'z', 'intensity', 'ring')], align=True
 )
 
+# Deskewed points with their age at the stamp [s], a name that no consumer takes for a time.
+DESKEWED_POINT = np.dtype(
+    [('age' if name == 'time' else name, POINT[name]) for name in POINT.names or ()], align=True
+)
+
 # The same with the expected error of each point [m], behind the other fields.
 WITH_SIGMA = {
     point: np.dtype(
         [*((name, point[name]) for name in point.names or ()), ('sigma', np.float32)], align=True
     )
-    for point in (POINT, MOVED_POINT)
+    for point in (POINT, MOVED_POINT, DESKEWED_POINT)
 }
 
 _FIELD_TYPES = {np.dtype(np.float32): 7, np.dtype(np.uint16): 4}  # as in PointField

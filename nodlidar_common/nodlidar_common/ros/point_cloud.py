@@ -1,11 +1,11 @@
-"""The coordinates in a PointCloud2 message."""
+"""The points in a PointCloud2 message."""
 
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs_py.point_cloud2 import read_points
 
-AXES = ('x', 'y', 'z')
+AXES, AGE = ('x', 'y', 'z'), 'age'
 
 
 def coordinates(message: PointCloud2) -> NDArray[np.float64]:
@@ -16,9 +16,24 @@ def coordinates(message: PointCloud2) -> NDArray[np.float64]:
     ValueError
         If the message is malformed.
     """
+    return points_in(message)[0]
+
+
+def points_in(message: PointCloud2) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Return coordinates [m], shape (n, 3), and age of points at the stamp [s], shape (n,).
+
+    The age is that of deskewed clouds, None in others.
+
+    Raises
+    ------
+    ValueError
+        If the message is malformed.
+    """
+    has_age = any(field.name == AGE for field in message.fields)
     try:
-        points = read_points(message, field_names=AXES)
+        points = read_points(message, field_names=(*AXES, AGE) if has_age else AXES)
         columns = [np.ravel(points[axis]) for axis in AXES]
-        return np.stack(columns, axis=1, dtype=np.float64)
+        age = np.ravel(points[AGE]).astype(np.float64) if has_age else None
+        return np.stack(columns, axis=1, dtype=np.float64), age
     except (AssertionError, KeyError, TypeError, ValueError) as error:
         raise ValueError(f'malformed cloud: {error}') from error

@@ -8,7 +8,7 @@ from functools import partial
 from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.ros.point_cloud import coordinates
+from nodlidar_common.ros.point_cloud import points_in
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
@@ -34,14 +34,16 @@ class Cloud:
 
     Attributes
     ----------
-    stamp_ns, points
-        Instant [ns]; points in the frame of the cloud [m], shape (n, 3).
+    stamp_ns, points, age
+        Instant [ns]; points in the frame of the cloud [m], shape (n, 3); their age then [s],
+        shape (n,), None if unknown.
     odometry, mount
         Pose of that frame in the frame of odometry, and in that of the robot.
     """
 
     stamp_ns: int
     points: Array
+    age: Array | None
     odometry: Array
     mount: Array
 
@@ -120,7 +122,7 @@ class CloudInput:
                 continue
             del self._waiting[topic]
             try:
-                return Cloud(stamp_ns, coordinates(message), odometry, mount)
+                return Cloud(stamp_ns, *points_in(message), odometry, mount)
             except ValueError as error:
                 self.drops[MALFORMED] += 1
                 self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)

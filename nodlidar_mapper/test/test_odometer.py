@@ -1,0 +1,92 @@
+"""The errors of odometry that matches show, and clouds without them."""
+
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.matching import Match
+from nodlidar_mapper.odometer import Odometer
+from nodlidar_mapper.poses import inverse, moved, planar, yaw_of
+from nodlidar_mapper.track import Track
+import numpy as np
+import pytest
+
+NS = 1_000_000_000
+CERTAIN, VAGUE = np.eye(6) * 1e8, np.eye(6) * 1e-4  # information and covariance
+LEFT, RIGHT, DISTANCE = 1.012, 1.004, 0.4  # what the wheels count per true way; between them [m]
+
+
+def motions(forward, turn, parts=1000):
+    """Return a true motion (x, y, yaw) at even speeds, and that of the wheels."""
+    true, counted = np.eye(4), np.eye(4)
+    half = turn * DISTANCE / 2.0
+    left, right = (forward - half) * LEFT, (forward + half) * RIGHT
+    for pose, ahead, round_ in (
+        (true, forward, turn),
+        (counted, (left + right) / 2.0, (right - left) / DISTANCE),
+    ):
+        angle = round_ / parts
+        step = planar(ahead / parts * np.cos(angle / 2), ahead / parts * np.sin(angle / 2), angle)
+        pose[:] = np.linalg.matrix_power(step, parts)
+    return true, counted
+
+
+DRIVE = [(0.8, 0.0), (0.8, 0.5), (0.0, -0.6), (0.5, -0.4), (-0.3, 0.2), (0.9, 0.0)] * 10
+
+
+@pytest.fixture
+def learned():
+    odometer = Odometer()
+    for drive in DRIVE:
+        true, counted = motions(*drive)
+        odometer.add(counted, true, CERTAIN, VAGUE)
+    return odometer
+
+
+@pytest.mark.parametrize('drive', [(0.9, 0.0), (0.4, 0.6), (0.0, 1.0), (-0.5, -0.2)])
+def test_a_motion_is_corrected_to_what_it_was(learned, drive):
+    true, counted = motions(*drive)
+    found = learned.corrected(counted)
+    off, turned = np.linalg.norm((found - true)[:2, 3]), yaw_of(inverse(true) @ found)
+    before = np.linalg.norm((counted - true)[:2, 3]), yaw_of(inverse(true) @ counted)
+    assert off < 0.2 * before[0] + 1e-3
+    assert abs(turned) < 0.1 * abs(before[1]) + 2e-4
+
+
+def test_what_no_match_shows_is_not_learned():
+    odometer = Odometer()
+    for drive in DRIVE:
+        true, counted = motions(*drive)
+        odometer.add(counted, true, np.zeros((6, 6)), VAGUE)
+    assert (odometer.scale, odometer.turn_error, odometer.curvature) == (1.0, 0.0, 0.0)
+
+
+def test_a_turn_of_more_than_half_a_circle_is_no_error():
+    odometer = Odometer()
+    turned = planar(0.0, 0.0, 3.2)
+    odometer.add(planar(0.0, 0.0, 3.1), turned, CERTAIN, VAGUE)
+    assert 0.0 < odometer.turn_error < 0.1
+
+
+def test_deskewed_points_lose_the_learned_errors_of_odometry():
+    """Points of one sweep on a drive along a curve, deskewed by the wheels."""
+    track = Track(MapperConfig())
+    pose = odometry = np.eye(4)
+    track.move_to(pose, 0, odometry)
+    found = Match(pose, CERTAIN, 1.0, 1.0, 0.0)
+    for k in range(1, 50):
+        true, counted = motions(0.8, 0.3)
+        pose, odometry = pose @ true, odometry @ counted
+        track.predicted(k * NS, odometry)
+        track.learn(pose, found)
+        track.move_to(pose, k * NS, odometry)
+    true, counted = motions(0.8, 0.3)
+    track.predicted(50 * NS, odometry @ counted)
+    age = np.linspace(1.0, 0.0, 20)
+    wall = np.random.default_rng(1).uniform(-4.0, 4.0, (20, 3))  # as the robot sees it at last
+    deskewed = []
+    for point, a in zip(wall, age, strict=True):
+        true_rest, counted_rest = motions(0.8 * a, 0.3 * a)
+        deskewed.append(moved(inverse(counted_rest) @ true_rest, point[None])[0])
+    deskewed = np.array(deskewed)
+    off = np.linalg.norm(deskewed - wall, axis=1)
+    left = np.linalg.norm(track.straightened(deskewed, age) - wall, axis=1)
+    assert off.max() > 0.02
+    assert left.max() < 0.1 * off.max()
