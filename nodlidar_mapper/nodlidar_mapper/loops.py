@@ -6,7 +6,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Keyframe, surface_in_map
 from nodlidar_mapper.matching import match
 from nodlidar_mapper.pose_graph import distances_from, Edge
-from nodlidar_mapper.poses import Array, inverse
+from nodlidar_mapper.poses import Array, inverse, moved
 import numpy as np
 
 MAPPED = 0.4  # of the points must lie near the old part of the map for a loop: a corner fits
@@ -57,6 +57,9 @@ def loop_at(
     old = surface_in_map(
         [keyframes[i] for i in around(nearest, here.pose, keyframes, edges, config)]
     )
+    gap, _ = old.tree.query(moved(here.pose, points), distance_upper_bound=REACH)
+    if np.mean(np.isfinite(gap)) < MAPPED:
+        return None
     drift = DRIFT * way[nearest]
     prior = np.diag([drift**-2] * 3 + [(0.2 * drift) ** -2] * 3)
     found = match(points, old, here.pose, prior, config, REACH)

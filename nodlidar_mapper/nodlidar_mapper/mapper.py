@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Estimate, Keyframe, surface_in_map
+from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.loops import around, loop_at
 from nodlidar_mapper.matching import FREEDOMS, Match, match
 from nodlidar_mapper.place_search import clear_share
@@ -145,7 +146,7 @@ class Mapper:
     def _matched(self, points: Array, guess: Array) -> Match:
         if not len(self._local.points):
             return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
-        prior = np.linalg.inv(self._track.covariance)
+        prior = inverted(self._track.covariance)
         return match(points, self._local, guess, prior, self._config)
 
     def _lost(self, found: Match, points: Array) -> str:
@@ -164,7 +165,7 @@ class Mapper:
         found = self._recovery.search(points, guess, odometry, self.keyframes)
         if isinstance(found, str):
             return failed, '; '.join(filter(None, [self._track.jump, lost, found]))
-        self.place(found.pose, 0, odometry, np.linalg.inv(found.information + FOUND))
+        self.place(found.pose, 0, odometry, inverted(found.information + FOUND))
         return found, ''
 
     def _is_new(self, pose: Array) -> bool:

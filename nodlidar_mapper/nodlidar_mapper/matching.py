@@ -7,6 +7,7 @@ weights. Directions that no surface shows, as along a corridor, keep the odometr
 from dataclasses import dataclass
 
 from nodlidar_common.parameters import parameter
+from nodlidar_mapper.linear import solved
 from nodlidar_mapper.poses import Array, change_between, corrected, moved
 from nodlidar_mapper.surface import Surface
 import numpy as np
@@ -108,9 +109,9 @@ def match(
         jacobian = np.concatenate([normal, np.cross(on - pose[:3, 3], normal)], axis=1)
         weight = 1.0 / (config.range_error**2 + (off / 2.0) ** 2) / CORRELATION
         information = (jacobian.T * weight) @ jacobian
-        pull = -(jacobian.T * weight) @ off - prior @ change_between(guess, pose)
+        pull = -np.einsum('ni,n->i', jacobian, weight * off) - prior @ change_between(guess, pose)
         step = np.zeros(6)
-        step[free] = np.linalg.solve((information + prior)[np.ix_(free, free)], pull[free])
+        step[free] = solved((information + prior)[np.ix_(free, free)], pull[free])
         pose = corrected(pose, step)
         fits = np.abs(off) < 5.0 * config.range_error
         share, mapped = float(np.mean(fits)), float(np.mean(near))

@@ -1,5 +1,6 @@
 """How odometry counts wrong, learned from matches."""
 
+from nodlidar_mapper.linear import solved
 from nodlidar_mapper.poses import Array, planar, yaw_of
 import numpy as np
 
@@ -66,7 +67,7 @@ class Odometer:
         weight = _seen(UP, information[3:, 3:], covariance[3:, 3:]) / TURN_NOISE**2
         self._information = memory * self._information + weight * np.outer(causes, causes)
         self._pull = memory * self._pull + weight * further * causes
-        errors = np.linalg.solve(self._information + TURN_PRIOR, self._pull)
+        errors = solved(self._information + TURN_PRIOR, self._pull)
         self.turn_error, self.curvature = errors.tolist()
 
 

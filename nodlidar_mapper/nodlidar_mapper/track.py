@@ -2,6 +2,7 @@
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.matching import Match
 from nodlidar_mapper.odometer import Odometer
 from nodlidar_mapper.poses import Array, between, change_between, inverse
@@ -91,7 +92,7 @@ class Track:
                 turned.T @ found.information @ turned,
                 turned.T @ self.covariance @ turned,
             )
-        self.covariance = np.linalg.inv(np.linalg.inv(self.covariance) + found.information)
+        self.covariance = inverted(inverted(self.covariance) + found.information)
 
     def move_to(self, pose: Array, stamp_ns: int, odometry: Array) -> None:
         """Continue from a pose of the robot in the map, and that in the frame of odometry."""

@@ -22,8 +22,8 @@ class Points:
     time_ns
         Instant of each point [ns], ascending, shape (n,).
     data
-        Array of POINT, MOVED_POINT or DESKEWED_POINT, or of these WITH_SIGMA, shape (n,); ``time`` counts from
-        the first point.
+        Array of POINT, MOVED_POINT or DESKEWED_POINT, or of these WITH_SIGMA, shape (n,); ``time``
+        counts from the first point.
     origin
         Origin of the coordinates in the frame of odometry [m], see `origins`.
     poses

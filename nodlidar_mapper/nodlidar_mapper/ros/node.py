@@ -82,9 +82,7 @@ class MapperNode(Node):
                 map_from_odometry, covariance = given
                 robot = cloud.odometry @ inverse(cloud.mount)
                 mapper.place(map_from_odometry @ robot, cloud.stamp_ns, robot, covariance)
-            return mapper.add(
-                cloud.stamp_ns, cloud.points, cloud.odometry, cloud.mount, cloud.age
-            )
+            return mapper.add(cloud.stamp_ns, cloud.points, cloud.odometry, cloud.mount, cloud.age)
 
         self._matching.start(work, lambda found: self._matched(mapper, found, begin_ns))
 
