@@ -12,10 +12,11 @@ from typing import Any, Protocol
 
 from ament_index_python.packages import get_package_share_directory
 from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, coordinates, odometry_at
+from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
 from nodlidar_mapper.poses import Array
 from nodlidar_sim.simulation import Recording
 import numpy as np
@@ -32,8 +33,8 @@ SEEDS = range(1, 4)
 class Program(Protocol):
     """A program that estimates the pose of each cloud."""
 
-    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
-        """Return the pose of a cloud, given its stamp, points (n, 3) and pose by odometry."""
+    def add(self, cloud: Points, odometry: Array) -> Array:
+        """Return the pose of a cloud, given the one by odometry."""
 
 
 class OurMapper:
@@ -42,9 +43,10 @@ class OurMapper:
     def __init__(self) -> None:
         self._mapper = Mapper(MapperConfig())
 
-    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
+    def add(self, cloud: Points, odometry: Array) -> Array:
         """Return the pose of a cloud."""
-        return np.asarray(self._mapper.add(stamp_ns, points, odometry).pose)
+        given = cloud.stamp_ns, coordinates(cloud), odometry
+        return np.asarray(self._mapper.add(*given, age=age_of(cloud)).pose)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,9 +101,9 @@ def followed(log: SensorLog, recording: Recording, use: Use) -> Followed:
     """Return how well a program follows a drive."""
     program, poses, stamps, seconds = use.start(), [], [], []
     for cloud in clouds_of(log, replace(CONFIG, sweeps_per_cloud=use.sweeps)):
-        points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
+        odometry = odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()
-        poses.append(program.add(cloud.stamp_ns, points, odometry).copy())
+        poses.append(program.add(cloud, odometry).copy())
         seconds.append(time.process_time() - begin)
         stamps.append(cloud.stamp_ns)
     truth = true_poses(recording, np.array(stamps))

@@ -1,13 +1,15 @@
 """SLAM programs from PyPI, fed with our clouds: the pose of each cloud in the frame of the first.
 
-Each is called with the stamp of a cloud [ns], its points [m], shape (n, 3), and the pose of the
-same frame by odometry, as a matrix; it returns the pose that it estimates.
+Each is called with a cloud and the pose of its frame by odometry, as a matrix; it returns the pose
+that it estimates.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_mapper.offline import coordinates
 from nodlidar_mapper.poses import Array, between, inverse, moved, planar, yaw_of
 import numpy as np
 
@@ -33,7 +35,7 @@ class Predicted:
 class OdometryAlone(Predicted):
     """Odometry, as it is."""
 
-    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
+    def add(self, cloud: Points, odometry: Array) -> Array:
         """Return the pose of a cloud."""
         self.pose = self.pose @ self.motion(odometry)
         return self.pose
@@ -59,11 +61,12 @@ class Kiss:
         config.registration.max_num_threads = 1
         self._kiss, self._prior, self._predicted = KissICP(config), prior, Predicted()
 
-    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
+    def add(self, cloud: Points, odometry: Array) -> Array:
         """Return the pose of a cloud."""
         motion = self._predicted.motion(odometry)
         if self._prior:
             self._kiss.last_delta = motion
+        points = coordinates(cloud)
         self._kiss.register_frame(points, np.zeros(len(points)))
         return np.asarray(self._kiss.last_pose)
 
@@ -78,10 +81,10 @@ class SmallGicp(Predicted):
         self._gicp = small_gicp
         self._keyframes: list[tuple[Array, Array]] = []
 
-    def add(self, stamp_ns: int, points: Array, odometry: Array) -> Array:
+    def add(self, cloud: Points, odometry: Array) -> Array:
         """Return the pose of a cloud."""
         self.pose = self.pose @ self.motion(odometry)
-        source, _ = self._gicp.preprocess_points(points, SPACING)
+        source, _ = self._gicp.preprocess_points(coordinates(cloud), SPACING)
         if self._keyframes:
             found = self._gicp.align(
                 self._target, source, self._tree, self.pose, max_correspondence_distance=FARTHEST
