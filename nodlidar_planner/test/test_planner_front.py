@@ -31,7 +31,7 @@ def bands(draw):
     )
     samples = draw(st.lists(st.integers(1, 9), min_size=1, max_size=4, unique=True))
     part = draw(st.none() | st.floats(0.0, 1.0))
-    start = None if part is None else task.pitch_min + part * task.span
+    start = None if part is None else min(task.pitch_min + part * task.span, task.pitch_max)
     return task, np.array(samples), start
 
 
