@@ -2,6 +2,7 @@
 
 from pathlib import Path
 import re
+import shutil
 import subprocess
 
 from nodlidar_bringup.checks.ports import LIDAR_IDS, SERVO_IDS
@@ -32,6 +33,7 @@ def test_each_rule_matches_and_then_assigns(rule):
     assert re.fullmatch(f'({MATCHES}, )+{ASSIGNS}(, {ASSIGNS})*', rule)
 
 
+@pytest.mark.skipif(not shutil.which('udevadm'), reason='udev is not installed here')
 def test_udev_accepts_the_file():
     verified = subprocess.run(['udevadm', 'verify', RULES], capture_output=True, text=True)
     if 'Unknown command' in verified.stderr or 'unknown' in verified.stderr.lower():
