@@ -124,10 +124,7 @@ class LiveMapper:
         if len(self._path) > MOST_PLACES:
             del self._path[1:-1:2]
         keyframes = [replace(keyframe) for keyframe in self.mapper.keyframes]
-        anchors = np.stack([keyframe.pose for keyframe in keyframes])
-        path = anchors[[e.keyframe for e in self._path]] @ np.stack(
-            [e.from_keyframe for e in self._path]
-        )
+        path = self.mapper.poses_of(self._path)
         stamps_ns = [e.stamp_ns for e in self._path]
         edges = list(self.mapper.edges)
         return Progress(estimate, keyframes, edges, self.mapper.loops, stamps_ns, path)

@@ -6,7 +6,8 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Keyframe, surface_in_map
 from nodlidar_mapper.matching import match
 from nodlidar_mapper.pose_graph import distances_from, Edge
-from nodlidar_mapper.poses import Array, inverse, moved
+from nodlidar_mapper.poses import Array, inverse
+from nodlidar_mapper.seen import Seen
 import numpy as np
 
 MAPPED = 0.4  # of the points must lie near the old part of the map for a loop: a corner fits
@@ -33,14 +34,14 @@ def around(
 
 
 def loop_at(
-    points: Array, keyframes: Sequence[Keyframe], edges: Sequence[Edge], config: MapperConfig
+    seen: Seen, keyframes: Sequence[Keyframe], edges: Sequence[Edge], config: MapperConfig
 ) -> Edge | None:
     """Return the edge from the nearest keyframe that is far along the way to the newest one.
 
     Parameters
     ----------
-    points
-        Of the latest clouds, in the frame of the newest keyframe [m], shape (n, 3).
+    seen
+        The latest clouds, in the frame of the newest keyframe.
     keyframes, edges
         Of the map.
     config
@@ -57,12 +58,11 @@ def loop_at(
     old = surface_in_map(
         [keyframes[i] for i in around(nearest, here.pose, keyframes, edges, config)]
     )
-    gap, _ = old.tree.query(moved(here.pose, points), distance_upper_bound=REACH)
-    if np.mean(np.isfinite(gap)) < MAPPED:
+    if old.covers(seen.moved(here.pose), REACH).mean() < MAPPED:
         return None
     drift = DRIFT * way[nearest]
     prior = np.diag([drift**-2] * 3 + [(0.2 * drift) ** -2] * 3)
-    found = match(points, old, here.pose, prior, config, REACH)
+    found = match(seen, old, here.pose, prior, config, REACH)
     if found.share < SHARE or found.mapped < MAPPED:
         return None
     turn = np.eye(6)

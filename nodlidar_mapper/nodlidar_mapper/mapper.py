@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Estimate, Keyframe, surface_in_map
@@ -14,15 +15,33 @@ from nodlidar_mapper.place_search import clear_share
 from nodlidar_mapper.pose_graph import Edge, optimized, step
 from nodlidar_mapper.poses import Array, inverse, moved
 from nodlidar_mapper.recovery import Recovery
-from nodlidar_mapper.surface import Surface, surface_of, thinned
+from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.surface import Surface, surface_of
 from nodlidar_mapper.track import Track
 import numpy as np
 
+FIRST = 6  # clouds that are mapped again with what they have shown of odometry
 RECENT = 6  # clouds from which new surfaces are taken
 LEAST_SURFACE = 100  # points of a map that clouds are matched to
 FOUND = np.diag([1e2] * 6)  # information of a place that was searched, at least
 FARTHEST = 1000.0  # m
 MAPPED = 0.9  # share of the points; below it, the map is extended
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cloud:
+    """A cloud as it was added, see Mapper.add."""
+
+    stamp_ns: int
+    points: Array
+    odometry: Array
+    mount: Array
+    age: Array | None
+
+    @property
+    def robot(self) -> tuple[int, Array]:
+        """Its stamp [ns], and the pose of the robot in the frame of odometry."""
+        return self.stamp_ns, self.odometry @ inverse(self.mount)
 
 
 class Mapper:
@@ -54,11 +73,14 @@ class Mapper:
         self.keyframes, self.edges = list(keyframes), list(edges)
         self.loops = 0
         self._track = Track(config)
-        self._recent: deque[tuple[Array, Array]] = deque(maxlen=RECENT)
+        self._recent: deque[tuple[Array, Seen]] = deque(maxlen=RECENT)
         self._anchor = 0  # index of the keyframe nearest to the robot along the way
         self._local = Surface.joined([])
         self._map_from_odometry: Array | None = None  # the last good one
         self._recovery = Recovery(config, anywhere=bool(keyframes))
+        # None once they were mapped again, or if there is nothing to begin.
+        self._first: list[tuple[_Cloud, Estimate]] | None = None if keyframes else []
+        self._again: dict[Estimate, Estimate] = {}  # of the first clouds
         if keyframes:
             self._choose_local(keyframes[0].pose)
 
@@ -88,23 +110,63 @@ class Mapper:
             which errors of odometry are taken out of the deskewing.
         """
         mount = np.eye(4) if mount is None else mount
+        cloud = _Cloud(stamp_ns, points, odometry, mount, age)
+        estimate = self._added(cloud)
+        if self._first is not None and len(self._local.points) >= LEAST_SURFACE:
+            self._first.append((cloud, estimate))
+            if len(self._first) == FIRST:
+                return self._begun_again(self._first)
+        return estimate
+
+    def place(self, pose: Array, stamp_ns: int, odometry: Array, covariance: Array) -> None:
+        """Continue at a given pose, as a person sets it.
+
+        Parameters
+        ----------
+        pose, stamp_ns, odometry
+            Pose of the robot in the map at an instant [ns], and in the frame of odometry.
+        covariance
+            Of the pose's change, shape (6, 6).
+        """
+        self._first = None
+        self._track.move_to(pose, stamp_ns, odometry)
+        self._track.covariance = covariance
+        if self.keyframes:
+            places = np.stack([keyframe.pose[:3, 3] for keyframe in self.keyframes])
+            self._anchor = int(np.argmin(np.linalg.norm(places - pose[:3, 3], axis=1)))
+            self._choose_local(pose)
+        self._recent.clear()
+        self._recovery.forget()
+
+    def poses_of(self, estimates: Sequence[Estimate]) -> Array:
+        """Return where clouds were taken, by the map as it is now, shape (n, 4, 4)."""
+        latest = [self._again.get(each, each) for each in estimates]
+        keyframes = np.stack([self.keyframes[each.keyframe].pose for each in latest])
+        return np.asarray(keyframes @ np.stack([each.from_keyframe for each in latest]))
+
+    def pose_of(self, estimate: Estimate) -> Array:
+        """Return where a cloud was taken, by the map as it is now."""
+        return np.asarray(self.poses_of([estimate])[0])
+
+    def _added(self, cloud: _Cloud) -> Estimate:
+        stamp_ns, odometry, mount = cloud.stamp_ns, cloud.odometry, cloud.mount
         robot = inverse(mount)  # in the cloud's frame
         begins = len(self._local.points) < LEAST_SURFACE
         guess = self._track.predicted(stamp_ns, odometry @ robot) @ mount
-        if age is not None:
-            points = moved(robot, self._track.straightened(moved(mount, points), age))
-        points = points[(np.abs(points) < FARTHEST).all(axis=1)]  # NaN is not
-        points = thinned(points, self._config.point_spacing)
-        found = self._matched(points, guess)
-        lost = 'no map yet' if begins else self._lost(found, points)
+        age = np.zeros(len(cloud.points)) if cloud.age is None else cloud.age
+        seen = self._track.seen(moved(mount, cloud.points), age, mount[:3, 3]).moved(robot)
+        seen = seen[(np.abs(seen.points) < FARTHEST).all(axis=1)]  # NaN is not
+        seen = seen.thinned(self._config.point_spacing)
+        found = self._matched(seen, guess)
+        lost = 'no map yet' if begins else self._lost(found, seen)
         if lost and not begins:
-            found, lost = self._searched(points, guess, odometry, found, lost)
+            found, lost = self._searched(seen, guess, odometry, found, lost)
         elif not lost:
             self._track.learn(found.pose @ robot, found)
         pose = guess if lost else found.pose
         if not lost or begins:
-            self._recent.append((pose, points))
-            pose = self._grown(stamp_ns, pose, points, begins, found.mapped)
+            self._recent.append((pose, seen))
+            pose = self._grown(stamp_ns, pose, seen, begins, found.mapped)
         self._track.move_to(pose @ robot, stamp_ns, odometry @ robot)
         if not lost or begins:
             self._map_from_odometry = pose @ inverse(odometry)
@@ -120,49 +182,47 @@ class Mapper:
             inverse(self.keyframes[self._anchor].pose) @ pose,
         )
 
-    def place(self, pose: Array, stamp_ns: int, odometry: Array, covariance: Array) -> None:
-        """Continue at a given pose, as a person sets it.
+    def _begun_again(self, first: list[tuple[_Cloud, Estimate]]) -> Estimate:
+        """Map the first clouds again; return the estimate of the last one.
 
-        Parameters
-        ----------
-        pose, stamp_ns, odometry
-            Pose of the robot in the map at an instant [ns], and in the frame of odometry.
-        covariance
-            Of the pose's change, shape (6, 6).
+        Their points were deskewed, and their poses predicted, by odometry with unknown errors.
         """
-        self._track.move_to(pose, stamp_ns, odometry)
-        self._track.covariance = covariance
-        if self.keyframes:
-            places = np.stack([keyframe.pose[:3, 3] for keyframe in self.keyframes])
-            self._anchor = int(np.argmin(np.linalg.norm(places - pose[:3, 3], axis=1)))
-            self._choose_local(pose)
+        self._first = None
+        (begin, _), (second, _) = first[:2]
+        self._track = self._track.before(begin.robot, second.robot)
+        # Places before any surface was seen are known from the first keyframe.
+        self.keyframes = [
+            replace(each, surface=Surface.joined([]))
+            for each in self.keyframes[:1]
+            if each.stamp_ns != begin.stamp_ns
+        ]
+        self.edges, self.loops, self._anchor = [], 0, 0
+        self._local = Surface.joined([])
         self._recent.clear()
-        self._recovery.forget()
+        for cloud, before in first:
+            self._again[before] = found = self._added(cloud)
+        return found
 
-    def pose_of(self, estimate: Estimate) -> Array:
-        """Return where a cloud was taken, by the map as it is now."""
-        return np.asarray(self.keyframes[estimate.keyframe].pose @ estimate.from_keyframe)
-
-    def _matched(self, points: Array, guess: Array) -> Match:
+    def _matched(self, seen: Seen, guess: Array) -> Match:
         if not len(self._local.points):
             return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
         prior = inverted(self._track.covariance)
-        return match(points, self._local, guess, prior, self._config)
+        return match(seen, self._local, guess, prior, self._config)
 
-    def _lost(self, found: Match, points: Array) -> str:
+    def _lost(self, found: Match, seen: Seen) -> str:
         """Return why a match is not believed; empty if it is."""
         if found.share < self._config.least_share:
             return f'{found.share:.0%} of the points near the map lie on it'
-        clear = clear_share(points, found.pose, [self.keyframes[i] for i in self._near])
+        clear = clear_share(seen.points, found.pose, [self.keyframes[i] for i in self._near])
         if clear < self._config.least_clear:
             return f'{1.0 - clear:.0%} of the points are in space that was seen to be free'
         return self._recovery.doubt(found, clear)
 
     def _searched(
-        self, points: Array, guess: Array, odometry: Array, failed: Match, lost: str
+        self, seen: Seen, guess: Array, odometry: Array, failed: Match, lost: str
     ) -> tuple[Match, str]:
         """Search for the robot; return the match and why it is still lost."""
-        found = self._recovery.search(points, guess, odometry, self.keyframes)
+        found = self._recovery.search(seen, guess, odometry, self.keyframes)
         if isinstance(found, str):
             return failed, '; '.join(filter(None, [self._track.jump, lost, found]))
         self.place(found.pose, 0, odometry, inverted(found.information + FOUND))
@@ -184,15 +244,13 @@ class Mapper:
 
     # The map.
 
-    def _grown(
-        self, stamp_ns: int, pose: Array, points: Array, begins: bool, mapped: float
-    ) -> Array:
+    def _grown(self, stamp_ns: int, pose: Array, seen: Seen, begins: bool, mapped: float) -> Array:
         """Extend the map if a cloud shows anything new; return its pose, by a loop if closed."""
         is_new = not self.keyframes or (not begins and self._is_new(pose))
         if not self._config.extend_map:
             return pose
         if is_new:
-            self._add_keyframe(stamp_ns, pose, points)
+            self._add_keyframe(stamp_ns, pose, seen.points)
             self._extend(pose)
             if self._close_loop():
                 return self.keyframes[-1].pose
@@ -210,14 +268,12 @@ class Mapper:
 
     def _extend(self, pose: Array) -> None:
         """Add the surfaces that the map does not have yet to the nearest keyframe."""
-        seen = np.concatenate([moved(*each) for each in self._recent])
-        fresh = thinned(seen, self._config.point_spacing)
-        if len(self._local.points):
-            gap, _ = self._local.tree.query(fresh, distance_upper_bound=self._config.point_spacing)
-            fresh = fresh[np.isinf(gap)]
-        surface = surface_of(fresh, np.concatenate([seen, self._local.points]))
-        towards = np.einsum('ni,ni->n', surface.normals, pose[:3, 3] - surface.points) > 0.0
-        surface = Surface(surface.points, np.where(towards[:, None], 1.0, -1.0) * surface.normals)
+        spacing, known = self._config.point_spacing, self._local
+        seen = Seen.joined([each.moved(at) for at, each in self._recent])
+        fresh = seen.thinned(spacing)
+        fresh = fresh[~known.covers(fresh, spacing)]
+        around = Seen.joined([seen, Seen(known.points, known.points + known.normals)])
+        surface = surface_of(fresh, around)
         keyframe = self.keyframes[self._anchor]
         added = surface.moved(inverse(keyframe.pose))
         keyframe.surface = Surface.joined([keyframe.surface, added])
@@ -234,9 +290,10 @@ class Mapper:
         """Match the newest keyframe to an old part of the map; return whether it fits."""
         here = self.keyframes[-1]
         back = inverse(here.pose)
-        seen = np.concatenate([moved(back @ pose, points) for pose, points in self._recent])
-        points = thinned(seen, self._config.point_spacing)
-        edge = loop_at(points, self.keyframes, self.edges, self._config)
+        seen = Seen.joined([each.moved(back @ at) for at, each in self._recent])
+        edge = loop_at(
+            seen.thinned(self._config.point_spacing), self.keyframes, self.edges, self._config
+        )
         if edge is None:
             return False
         self.edges.append(edge)
@@ -247,6 +304,6 @@ class Mapper:
             keyframe.pose = pose
         self.loops += 1
         change = here.pose @ back
-        self._recent = deque(((change @ pose, points) for pose, points in self._recent), RECENT)
+        self._recent = deque(((change @ at, each) for at, each in self._recent), RECENT)
         self._choose_local(here.pose)
         return True

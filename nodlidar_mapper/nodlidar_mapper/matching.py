@@ -1,14 +1,16 @@
 """Matches a cloud to a surface: point to plane, with odometry as prior.
 
 Gauss-Newton on the distances of points to the planes at their nearest neighbours, with Cauchy
-weights. Directions that no surface shows, as along a corridor, keep the odometry.
+weights. A point does not match a plane that it would be behind: the other side of a wall.
+Directions that no surface shows, as along a corridor, keep the odometry.
 """
 
 from dataclasses import dataclass
 
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.linear import solved
-from nodlidar_mapper.poses import Array, change_between, corrected, moved
+from nodlidar_mapper.poses import Array, change_between, corrected
+from nodlidar_mapper.seen import Seen
 from nodlidar_mapper.surface import Surface
 import numpy as np
 
@@ -70,18 +72,18 @@ class Match:
 
 
 def match(
-    points: Array,
+    seen: Seen,
     surface: Surface,
     guess: Array,
     prior: Array,
     config: MatchingConfig,
     reach: float | None = None,
 ) -> Match:
-    """Return where points (n, 3) [m] fit a surface.
+    """Return where a cloud fits a surface, each point on the side from which it was seen.
 
     Parameters
     ----------
-    points
+    seen
         In the cloud's frame.
     surface
         In the frame of the map.
@@ -98,13 +100,18 @@ def match(
     pose, information = guess, np.zeros((6, 6))
     mapped = share = residual = 0.0
     reach = reach or config.reach
+    surface = surface.visible(seen.moved(guess))
+    if not len(surface.points):
+        return Match(guess, information, 0.0, 0.0, np.inf)
     for _ in range(ITERATIONS):
-        here = moved(pose, points)
-        distance, nearest = surface.tree.query(here, distance_upper_bound=reach)
+        here = seen.moved(pose)
+        distance, nearest = surface.tree.query(here.points, distance_upper_bound=reach)
         near = np.isfinite(distance)
+        normals = surface.normals[np.where(near, nearest, 0)]
+        near &= np.einsum('ni,ni->n', normals, here.towards) > 0.0
         if np.count_nonzero(near) < LEAST_MATCHED:
             return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
-        on, normal = here[near], surface.normals[nearest[near]]
+        on, normal = here.points[near], normals[near]
         off = np.einsum('ni,ni->n', on - surface.points[nearest[near]], normal)
         jacobian = np.concatenate([normal, np.cross(on - pose[:3, 3], normal)], axis=1)
         weight = 1.0 / (config.range_error**2 + (off / 2.0) ** 2) / CORRELATION

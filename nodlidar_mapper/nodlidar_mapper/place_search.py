@@ -8,7 +8,8 @@ from nodlidar_mapper.keyframe import Keyframe, surface_in_map
 from nodlidar_mapper.matching import Match, match, MatchingConfig
 from nodlidar_mapper.poses import Array, between, inverse, moved, planar
 from nodlidar_mapper.range_image import RangeImage
-from nodlidar_mapper.surface import Surface, thinned
+from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.surface import Surface
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
@@ -60,7 +61,7 @@ class Place:
 
 
 def best_place(
-    points: Array, keyframes: Sequence[Keyframe], area: Area, config: MatchingConfig
+    seen: Seen, keyframes: Sequence[Keyframe], area: Area, config: MatchingConfig
 ) -> Place | None:
     """Return the best place in an area; None if the map or the cloud is empty.
 
@@ -69,8 +70,8 @@ def best_place(
 
     Parameters
     ----------
-    points
-        In the cloud's frame [m], shape (n, 3).
+    seen
+        The cloud, in its frame.
     keyframes
         Of the map.
     area
@@ -79,16 +80,16 @@ def best_place(
         Of the matching.
     """
     surface = surface_in_map(keyframes)
-    if not len(surface.points) or not len(points):
+    if not len(surface.points) or not len(seen.points):
         return None
     known = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
-    candidates = [area.pose, *_candidates(points, surface, area, known)]
-    places = [match(points, surface, at, START, config, 2.0 * config.reach) for at in candidates]
+    candidates = [area.pose, *_candidates(seen, surface, area, known)]
+    places = [match(seen, surface, at, START, config, 2.0 * config.reach) for at in candidates]
     highest = max(map(fit_of, places))
     alike = [each for each in places if fit_of(each) >= ALIKE * highest]
     best = min(alike, key=lambda each: between(each.pose, area.pose)[0])
     others = [fit_of(each) for each in places if _differ(each.pose, best.pose)]
-    clear = clear_share(points, best.pose, keyframes)
+    clear = clear_share(seen.points, best.pose, keyframes)
     return Place(best, fit_of(best), clear, max(others, default=0.0))
 
 
@@ -132,10 +133,10 @@ def _differ(one: Array, other: Array) -> bool:
     return distance > APART[0] / 2.0 or turn > APART[1] / 2.0
 
 
-def _candidates(points: Array, surface: Surface, area: Area, known: Array) -> Iterator[Array]:
+def _candidates(seen: Seen, surface: Surface, area: Area, known: Array) -> Iterator[Array]:
     """Yield the best poses of the grid near known places (n, 3), each apart from the others."""
     filled, corner = _filled(surface.points)
-    few = thinned(points, SPACING) @ area.pose[:3, :3].T
+    few = seen.thinned(SPACING).points @ area.pose[:3, :3].T
     along_x, along_y = (_steps(area.pose[k, 3], area.distance, known[:, k]) for k in (0, 1))
     count = ceil(min(area.turn, pi) / TURN)
     turns = np.arange(-count, count + 1) * TURN

@@ -6,6 +6,7 @@ from nodlidar_mapper.keyframe import Keyframe
 from nodlidar_mapper.matching import Match, MatchingConfig
 from nodlidar_mapper.place_search import ALIKE, Area, best_place, fit_of, Place
 from nodlidar_mapper.poses import Array, between, inverse
+from nodlidar_mapper.seen import Seen
 
 NEARBY = 1.0, 0.5  # first area searched around odometry [m], [rad]; each failure doubles it
 EVERY = 3  # clouds, once a large area was searched
@@ -46,14 +47,14 @@ class Recovery:
         return ''
 
     def search(
-        self, points: Array, guess: Array, odometry: Array, keyframes: Sequence[Keyframe]
+        self, seen: Seen, guess: Array, odometry: Array, keyframes: Sequence[Keyframe]
     ) -> Match | str:
         """Return where a cloud was taken, or why that is not known.
 
         Parameters
         ----------
-        points
-            In the cloud's frame [m], shape (n, 3).
+        seen
+            The cloud, in its frame.
         guess
             Pose of the cloud's frame by odometry since the robot was lost.
         odometry
@@ -65,7 +66,7 @@ class Recovery:
         distance, turn = (reach * 2.0 ** min(self._clouds - 1, ANYWHERE) for reach in NEARBY)
         if self._clouds > 6 and self._clouds % EVERY:
             return 'searched again soon'
-        place = best_place(points, keyframes, Area(guess, distance, turn), self._config)
+        place = best_place(seen, keyframes, Area(guess, distance, turn), self._config)
         nearby = self._clouds == 1
         why = _doubt(place, nearby)
         if place is None or why:

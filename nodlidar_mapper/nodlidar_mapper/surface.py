@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from nodlidar_mapper.poses import Array, moved
+from nodlidar_mapper.seen import Seen
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -14,6 +15,8 @@ NEIGHBOURS = 14
 RADIUS = 0.35  # of the neighbours that determine a normal [m]
 LEAST_NEIGHBOURS = 6
 THICKNESS = 0.03  # of the neighbours off their plane, RMS, at most [m]
+PLACES = 8  # of the lidar, at most, from which surfaces are judged to be visible
+FACING = 4  # nearest points, one of which must face the lidar
 LEAST_WIDTH = 0.04  # of the neighbours within their plane, RMS, in each direction [m]
 
 
@@ -24,7 +27,7 @@ class Surface:
     Attributes
     ----------
     points, normals
-        Points [m] and unit normals, shape (n, 3).
+        Points [m] and unit normals, towards where they were seen from, shape (n, 3).
     """
 
     points: Array
@@ -48,35 +51,63 @@ class Surface:
         """Return the surface of the frame with a pose in its parent frame."""
         return Surface(moved(pose, self.points), self.normals @ pose[:3, :3].T)
 
+    def visible(self, seen: Seen) -> Surface:
+        """Return the points that face any of the places that others were seen from."""
+        places = seen.origins[:: max(len(seen.origins) // PLACES, 1)]
+        offset = np.einsum('ni,ni->n', self.normals, self.points)
+        return self[(self.normals @ places.T > offset[:, None]).any(axis=1)]
+
+    def covers(self, seen: Seen, reach: float) -> NDArray[np.bool_]:
+        """Return which points (n,) have the surface within reach [m], with the side seen."""
+        if not len(self.points):
+            return np.zeros(len(seen.points), dtype=np.bool_)
+        distance, nearest = self.tree.query(
+            seen.points, k=np.arange(1, FACING + 1), distance_upper_bound=reach
+        )
+        normals = self.normals[np.minimum(nearest, len(self.points) - 1)]
+        facing = np.einsum('nki,ni->nk', normals, seen.towards) > 0.0
+        return np.asarray((facing & np.isfinite(distance)).any(axis=1))
+
     def __getitem__(self, chosen: NDArray[np.bool_]) -> Surface:
         return Surface(self.points[chosen], self.normals[chosen])
 
 
-def surface_of(points: Array, around: Array) -> Surface:
-    """Return those of the points (n, 3) that lie on a plane with the points around (m, 3) [m]."""
-    if len(around) < LEAST_NEIGHBOURS or not len(points):
+def surface_of(seen: Seen, around: Seen) -> Surface:
+    """Return those points that lie on a plane with the points around, seen from the same side."""
+    points = seen.points
+    if len(around.points) < LEAST_NEIGHBOURS or not len(points):
         return Surface(np.empty((0, 3)), np.empty((0, 3)))
-    tree = cKDTree(around, balanced_tree=False, compact_nodes=False)
-    distance, nearest = tree.query(points, k=NEIGHBOURS, distance_upper_bound=RADIUS)
+    tree = cKDTree(around.points, balanced_tree=False, compact_nodes=False)
+    distance, nearest = tree.query(points, k=2 * NEIGHBOURS, distance_upper_bound=RADIUS)
     near = np.isfinite(distance)
-    count = np.maximum(near.sum(axis=1), 1)
-    neighbours = around[np.minimum(nearest, len(around) - 1)] - points[:, None, :]
-    neighbours *= near[:, :, None]
-    middle = neighbours.sum(axis=1) / count[:, None]
-    products = np.einsum('nki,nkj->nij', neighbours, neighbours) / count[:, None, None]
-    spread, axes = np.linalg.eigh(products - middle[:, :, None] * middle[:, None, :])
-    spread = np.sqrt(np.maximum(spread, 0.0))
+    nearest[~near] = 0
+    neighbours = around.points[nearest] - points[:, None, :]
+    # The sides of a thin wall are parallel: both of them show which way it faces.
+    _, _, normals = _plane(neighbours[:, :NEIGHBOURS], near[:, :NEIGHBOURS])
+    facing = _facing(normals, seen)
+    near &= np.einsum('nki,ni->nk', around.towards[nearest], facing) > 0.0
+    near &= np.cumsum(near, axis=1) <= NEIGHBOURS
+    middle, spread, axes = _plane(neighbours, near)
+    count = near.sum(axis=1)
     flat = (spread[:, 0] < THICKNESS) & (spread[:, 1] > LEAST_WIDTH) & (count >= LEAST_NEIGHBOURS)
-    normals = axes[:, :, 0]
     # The plane goes through the middle of the neighbours, which is less noisy than the point.
-    off = np.einsum('ni,ni->n', middle, normals)
+    off = np.einsum('ni,ni->n', middle, axes)
     flat &= np.abs(off) < 2.0 * THICKNESS
-    return Surface((points + off[:, None] * normals)[flat], normals[flat])
+    on_plane = points + off[:, None] * axes
+    return Surface(on_plane[flat], _facing(axes, seen)[flat])
 
 
-def thinned(points: Array, spacing: float) -> Array:
-    """Return one of the points (n, 3) in each cube of an edge [m]."""
-    cubes = np.floor(points / spacing).astype(np.int64)
-    keys = (cubes[:, 0] * 73_856_093) ^ (cubes[:, 1] * 19_349_663) ^ (cubes[:, 2] * 83_492_791)
-    _, first = np.unique(keys, return_index=True)
-    return np.asarray(points[np.sort(first)])
+def _facing(normals: Array, seen: Seen) -> Array:
+    """Return normals (n, 3) towards the places that points were seen from."""
+    away = np.einsum('ni,ni->n', normals, seen.towards) <= 0.0
+    return np.asarray(np.where(away[:, None], -normals, normals))
+
+
+def _plane(neighbours: Array, near: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Return middle, RMS width along three axes, ascending, and normal of points (n, k, 3)."""
+    chosen = neighbours * near[:, :, None]
+    count = np.maximum(near.sum(axis=1), 1)
+    middle = chosen.sum(axis=1) / count[:, None]
+    products = (np.swapaxes(chosen, 1, 2) @ chosen) / count[:, None, None]
+    spread, axes = np.linalg.eigh(products - middle[:, :, None] * middle[:, None, :])
+    return middle, np.sqrt(np.maximum(spread, 0.0)), axes[:, :, 0]

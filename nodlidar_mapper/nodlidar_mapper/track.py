@@ -1,11 +1,14 @@
 """The pose of the robot: predicted by odometry, corrected by matches."""
 
+from __future__ import annotations
+
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.matching import Match
 from nodlidar_mapper.odometer import Odometer
 from nodlidar_mapper.poses import Array, between, change_between, inverse
+from nodlidar_mapper.seen import Seen
 import numpy as np
 
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
@@ -33,7 +36,7 @@ class Track:
         self._seconds = 1.0  # between the last two clouds, and the motion: by odometry, and true
         self._counted, self._last_motion = np.eye(4), np.eye(4)
         self.pose: Array | None = None
-        self.covariance: Array = np.diag([1e-6] * 6)
+        self.covariance = self._known = np.diag([1e-6] * 6)  # now, and after the last match
         self.jump = ''
 
     def predicted(self, stamp_ns: int, odometry: Array) -> Array:
@@ -44,35 +47,27 @@ class Track:
         self.jump = ''
         if self.pose is None:
             return odometry
-        motion = inverse(self._odometry) @ odometry
-        distance, turn = between(np.eye(4), motion)
-        seconds = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, 0.1)
-        config = self._config
-        if distance > config.max_speed * seconds or turn > config.max_turn_rate * seconds:
-            self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
-            self.covariance = self.covariance + JUMP
-            self._counted = self._last_motion
-            return np.asarray(self.pose @ self._last_motion)
-        shift, rotation = FLOOR
-        slip = config.odometry_slip
-        self.covariance = self.covariance + np.diag(
-            [(shift + slip * distance) ** 2] * 3 + [(rotation + slip * (turn + distance)) ** 2] * 3
-        )
-        self._seconds, self._counted = seconds, motion
-        self._last_motion = self._odometer.corrected(motion)
+        self._known = self.covariance
+        self.covariance = self.covariance + self._count(stamp_ns, odometry)
         return np.asarray(self.pose @ self._last_motion)
 
-    def straightened(self, points: Array, age: Array) -> Array:
+    def seen(self, points: Array, age: Array, lidar: Array) -> Seen:
         """Return deskewed points of the newest cloud without the learned errors of odometry.
 
         Parameters
         ----------
         points, age
             In the frame of the robot [m], shape (n, 3); time from each to that cloud [s], (n,).
+        lidar
+            Place of the lidar on the robot [m], shape (3,).
         """
         before = inverse(self._last_motion) @ self._counted
         change = change_between(np.eye(4), before) / self._seconds
-        return np.asarray(points + age[:, None] * (change[:3] + np.cross(change[3:], points)))
+        back = change_between(np.eye(4), inverse(self._last_motion)) / self._seconds
+        return Seen(
+            _carried(points, change, age),
+            _carried(lidar, back, age),
+        )
 
     def learn(self, pose: Array, found: Match) -> None:
         """Learn the errors of odometry, and how certain the pose is, from a match.
@@ -90,10 +85,47 @@ class Track:
                 self._counted,
                 inverse(self.pose) @ pose,
                 turned.T @ found.information @ turned,
-                turned.T @ self.covariance @ turned,
+                turned.T @ self._known @ turned,
             )
         self.covariance = inverted(inverted(self.covariance) + found.information)
+
+    def before(self, first: tuple[int, Array], second: tuple[int, Array]) -> Track:
+        """Return a track that begins again, with the learned errors of odometry.
+
+        Parameters
+        ----------
+        first, second
+            Stamps [ns] of its first two clouds, and poses of the robot in the frame of odometry.
+        """
+        track = Track(self._config)
+        track._odometer = self._odometer
+        track._stamp_ns, track._odometry = first
+        track._count(*second)  # the first cloud was taken in about the same motion
+        return track
 
     def move_to(self, pose: Array, stamp_ns: int, odometry: Array) -> None:
         """Continue from a pose of the robot in the map, and that in the frame of odometry."""
         self.pose, self._stamp_ns, self._odometry = pose, stamp_ns, odometry
+
+    def _count(self, stamp_ns: int, odometry: Array) -> Array:
+        """Take the motion since the last cloud; return the covariance that it adds."""
+        motion = inverse(self._odometry) @ odometry
+        distance, turn = between(np.eye(4), motion)
+        seconds = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, 0.1)
+        config = self._config
+        if distance > config.max_speed * seconds or turn > config.max_turn_rate * seconds:
+            self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
+            self._counted = self._last_motion
+            return JUMP
+        self._seconds, self._counted = seconds, motion
+        self._last_motion = self._odometer.corrected(motion)
+        shift, rotation = FLOOR
+        slip = config.odometry_slip
+        return np.diag(
+            [(shift + slip * distance) ** 2] * 3 + [(rotation + slip * (turn + distance)) ** 2] * 3
+        )
+
+
+def _carried(points: Array, motion: Array, seconds: Array) -> Array:
+    """Return points, or one, moved at a rate (6,) [m/s], [rad/s] for a short time each, (n, 3)."""
+    return np.asarray(points + seconds[:, None] * (motion[:3] + np.cross(motion[3:], points)))

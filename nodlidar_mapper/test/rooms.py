@@ -1,6 +1,7 @@
 """Clouds of convex rooms, all of whose walls can be seen from anywhere in them."""
 
 from nodlidar_mapper.poses import inverse, moved
+from nodlidar_mapper.seen import Seen
 import numpy as np
 
 # Corners [m]. No turn makes the first one fit itself; half a turn does so with the second one.
@@ -19,3 +20,8 @@ def cloud(corners, pose, seed=0, count=4000, noise=0.005):
     plane = corners[wall] + along * sides[wall] + rng.normal(0.0, noise, (count, 2))
     points = np.column_stack([plane, rng.uniform(0.0, HEIGHT, count)])
     return moved(inverse(pose), points)
+
+
+def seen_from_origin(points):
+    """Return points as seen by a lidar at the origin of their frame."""
+    return Seen(points, np.zeros_like(points))

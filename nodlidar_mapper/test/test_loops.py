@@ -8,7 +8,7 @@ from nodlidar_mapper.poses import inverse, planar
 from nodlidar_mapper.surface import Surface, surface_of
 import numpy as np
 import pytest
-from rooms import cloud, CROOKED
+from rooms import cloud, CROOKED, seen_from_origin
 
 NOWHERE = np.empty((0, 3))
 DRIFT = planar(0.12, -0.08, 0.02)  # of the map on the way round
@@ -17,8 +17,8 @@ DRIFT = planar(0.12, -0.08, 0.02)  # of the map on the way round
 @pytest.fixture
 def way():
     """Return keyframes and edges of a way of 24 m that ends where it began, in the first room."""
-    points = cloud(CROOKED, np.eye(4), seed=1)
-    room = surface_of(points, points)
+    seen = seen_from_origin(cloud(CROOKED, np.eye(4), seed=1))
+    room = surface_of(seen, seen)
     places = [(2.0 * k, 0.0) for k in range(6)] + [(12.0 - 2.0 * k, 0.5) for k in range(1, 7)]
     poses = [planar(x, y, 0.0) for x, y in places]
     poses[-1] = DRIFT
@@ -32,7 +32,7 @@ def way():
 
 
 def test_a_room_that_is_seen_again_closes_the_loop(way):
-    edge = loop_at(cloud(CROOKED, np.eye(4), seed=2), *way, MapperConfig())
+    edge = loop_at(seen_from_origin(cloud(CROOKED, np.eye(4), seed=2)), *way, MapperConfig())
     assert (edge.start, edge.end) == (0, len(way[0]) - 1)
     np.testing.assert_allclose(edge.relative, np.eye(4), atol=0.01)
 
@@ -42,4 +42,6 @@ def test_a_corner_of_it_does_not_close_the_loop(way):
     seen = cloud(CROOKED, np.eye(4), seed=2)
     corner = seen[(seen[:, 0] > 3.0) & (seen[:, 1] < 0.0)]
     beyond = np.random.default_rng(1).uniform((20, 20, 0), (30, 30, 2), (4 * len(corner), 3))
-    assert loop_at(np.concatenate([corner, beyond]), *way, MapperConfig()) is None
+    assert (
+        loop_at(seen_from_origin(np.concatenate([corner, beyond])), *way, MapperConfig()) is None
+    )

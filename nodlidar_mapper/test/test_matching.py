@@ -6,8 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_mapper.matching import match, MatchingConfig
 from nodlidar_mapper.poses import corrected, inverse, moved, planar
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.surface import Surface, surface_of
 import numpy as np
+import pytest
 
 WEAK = np.diag([1.0] * 6)
 RNG = np.random.default_rng(1)
@@ -38,11 +40,21 @@ CORRIDOR = Surface.joined(
 shifts = st.floats(-0.1, 0.1)
 
 
+def seen_at(pose, points):
+    """Return points of the map as seen from a pose, in its frame."""
+    return seen_by_lidar(moved(inverse(pose), points))
+
+
+def seen_by_lidar(points):
+    """Return points in the frame of a robot as seen by a lidar 1 m above its origin."""
+    return Seen(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))
+
+
 @settings(max_examples=25, deadline=None)
 @given(shifts, shifts, st.floats(-0.05, 0.05), st.floats(-math.pi, math.pi))
 def test_a_cloud_is_found_from_nearby(dx, dy, turn, yaw):
     pose = planar(0.4, 0.1, yaw)
-    cloud = moved(inverse(pose), ROOM.points[::3])
+    cloud = seen_at(pose, ROOM.points[::3])
     guess = corrected(pose, np.array([dx, dy, 0.0, 0.0, 0.0, turn]))
     found = match(cloud, ROOM, guess, WEAK, MatchingConfig())
     np.testing.assert_allclose(found.pose, pose, atol=2e-4)
@@ -53,7 +65,7 @@ def test_a_cloud_is_found_from_nearby(dx, dy, turn, yaw):
 @given(st.tuples(*[st.floats(-0.04, 0.04)] * 6))
 def test_all_six_coordinates_are_found_if_they_are_free(change):
     pose = planar(0.4, 0.1, 0.3)
-    cloud = moved(inverse(pose), ROOM.points[::3])
+    cloud = seen_at(pose, ROOM.points[::3])
     guess = corrected(pose, np.array(change))
     found = match(cloud, ROOM, guess, WEAK, MatchingConfig(freedom='spatial'))
     np.testing.assert_allclose(found.pose, pose, atol=5e-4)
@@ -62,7 +74,7 @@ def test_all_six_coordinates_are_found_if_they_are_free(change):
 
 
 def test_along_a_corridor_the_position_stays_that_of_odometry():
-    cloud = CORRIDOR.points[np.abs(CORRIDOR.points[:, 0]) < 5.0]
+    cloud = seen_by_lidar(CORRIDOR.points[np.abs(CORRIDOR.points[:, 0]) < 5.0])
     guess = planar(0.3, 0.05, 0.02)
     found = match(cloud, CORRIDOR, guess, np.diag([1e4] * 6), MatchingConfig())
     assert abs(found.pose[0, 3] - 0.3) < 0.02
@@ -71,8 +83,40 @@ def test_along_a_corridor_the_position_stays_that_of_odometry():
 
 
 def test_a_cloud_of_somewhere_else_does_not_fit():
-    cloud = RNG.uniform(-3.0, 3.0, (2000, 3))
+    cloud = seen_by_lidar(RNG.uniform(-3.0, 3.0, (2000, 3)))
     assert match(cloud, ROOM, planar(0, 0, 0), WEAK, MatchingConfig()).share < 0.4
-    far = match(cloud + 100.0, ROOM, planar(0, 0, 0), WEAK, MatchingConfig())
+    there = Seen(cloud.points + 100.0, cloud.origins + 100.0)
+    far = match(there, ROOM, planar(0, 0, 0), WEAK, MatchingConfig())
     assert far.share == 0.0
     np.testing.assert_array_equal(far.pose, planar(0, 0, 0))
+
+
+def test_the_other_side_of_a_wall_is_not_matched():
+    """The robot has left the room and sees its wall from outside: that is news, and no shift."""
+    thickness = 0.1
+    room = Surface.joined(
+        [wall((-4.0, side), (0, -side), (4.0, 0.0)) for side in (2.0, -2.0)]
+        + [wall((0.0, -2.0), (-1, 0), (0.0, 4.0))]
+    )
+    outside = wall((thickness, -1.5), (1, 0), (0.0, 3.0))
+    pose = planar(1.5, 0.0, 0.2)
+    found = match(seen_at(pose, outside.points), room, pose, WEAK, MatchingConfig())
+    assert found.mapped == 0.0
+    np.testing.assert_array_equal(found.pose, pose)
+    seen = Seen(outside.points, np.tile(pose[:3, 3], (len(outside.points), 1)))
+    assert not room.covers(seen, thickness + 0.02).any()
+
+
+@pytest.mark.parametrize('thickness', [0.02, 0.06, 0.1])
+def test_both_sides_of_a_wall_are_surfaces(thickness):
+    """Each side was seen by a lidar of its own; neighbours of the other side do not count."""
+    left = wall((0.0, -2.0), (-1, 0), (0.0, 4.0)).points
+    right = wall((thickness, -2.0), (1, 0), (0.0, 4.0)).points
+    lidars = np.repeat([[-2.0, 0.0, 1.0], [2.0, 0.0, 1.0]], len(left), axis=0)
+    seen = Seen(np.concatenate([left, right]), lidars)
+    surface = surface_of(seen, seen)
+    assert len(surface.points) > 0.8 * len(seen.points)
+    faces_left = surface.normals[:, 0] < 0.0
+    true = np.where(faces_left, 0.0, thickness)
+    assert np.mean(np.abs(surface.points[:, 0] - true) < 1e-6) > 0.95
+    assert np.mean(faces_left) == pytest.approx(0.5, abs=0.03)

@@ -81,12 +81,16 @@ def test_deskewed_points_lose_the_learned_errors_of_odometry():
     track.predicted(50 * NS, odometry @ counted)
     age = np.linspace(1.0, 0.0, 20)
     wall = np.random.default_rng(1).uniform(-4.0, 4.0, (20, 3))  # as the robot sees it at last
-    deskewed = []
+    deskewed, lidars = [], []
     for point, a in zip(wall, age, strict=True):
         true_rest, counted_rest = motions(0.8 * a, 0.3 * a)
+        lidars.append(moved(inverse(true_rest), np.array([[0.1, 0.0, 0.0]]))[0])
         deskewed.append(moved(inverse(counted_rest) @ true_rest, point[None])[0])
     deskewed = np.array(deskewed)
     off = np.linalg.norm(deskewed - wall, axis=1)
-    left = np.linalg.norm(track.straightened(deskewed, age) - wall, axis=1)
+    lidar = np.array([0.1, 0.0, 0.0])
+    seen = track.seen(deskewed, age, lidar)
+    left = np.linalg.norm(seen.points - wall, axis=1)
     assert off.max() > 0.02
     assert left.max() < 0.1 * off.max()
+    np.testing.assert_allclose(seen.origins, lidars, atol=0.03)

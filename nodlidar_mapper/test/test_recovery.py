@@ -6,7 +6,7 @@ from nodlidar_mapper.place_search import Area, best_place, clear_share
 from nodlidar_mapper.poses import between, inverse, planar
 import numpy as np
 import pytest
-from rooms import cloud, CROOKED, OBLONG
+from rooms import cloud, CROOKED, OBLONG, seen_from_origin
 
 NS = 10**9
 JUMPS = [(0.6, 0.0, 0.0), (0.0, 0.5, 0.3), (5.0, -3.0, 2.0), (0.0, 0.0, 3.1)]
@@ -80,7 +80,10 @@ def test_a_place_is_found_from_far_off(seed):
     true = planar(*rng.uniform(-1.5, 1.5, 2), rng.uniform(-np.pi, np.pi))
     area = Area(planar(*rng.uniform(-1.0, 1.0, 2), rng.uniform(-np.pi, np.pi)), 6.0, np.pi)
     place = best_place(
-        cloud(CROOKED, true, seed=100 + seed), mapper.keyframes, area, MapperConfig()
+        seen_from_origin(cloud(CROOKED, true, seed=100 + seed)),
+        mapper.keyframes,
+        area,
+        MapperConfig(),
     )
     distance, turn = between(place.found.pose, true)
     assert distance < 0.02
@@ -92,7 +95,7 @@ def test_a_place_is_found_from_far_off(seed):
 def test_an_empty_map_has_no_place():
     assert (
         best_place(
-            np.zeros((0, 3)),
+            seen_from_origin(np.zeros((0, 3))),
             mapped(CROOKED)[0].keyframes,
             Area(np.eye(4), 1.0, 1.0),
             MapperConfig(),
