@@ -149,6 +149,20 @@ def results() -> list[Row]:
     ]
 
 
+def errors_of(runs: list[Mapped]) -> Row:
+    """Return the worst errors of several drives, the mean loops, and all clouds not matched."""
+    return {
+        'path [m]': max(run.path for run in runs),
+        'odometry [%]': 100.0 * max(run.odometry / run.path for run in runs),
+        'live [%]': 100.0 * max(run.live / run.path for run in runs),
+        'final [%]': 100.0 * max(run.final / run.path for run in runs),
+        'final, best fit [%]': 100.0 * max(run.fitted / run.path for run in runs),
+        'map [mm]': 1e3 * max(run.surface for run in runs),
+        'loops': sum(run.loops for run in runs) / len(runs),
+        'clouds not matched': sum(run.lost for run in runs),
+    }
+
+
 def _row(name: str, route: str | None, duration: float, faster: float, ideal: bool) -> Row:
     scene = scene_of(name, route, faster, ideal)
     runs = [mapped(recorded(scene, duration / faster, seed)) for seed in SEEDS]
@@ -158,14 +172,7 @@ def _row(name: str, route: str | None, duration: float, faster: float, ideal: bo
         'scene': name,
         'devices': 'ideal, 10 mm of noise' if ideal else 'real',
         'speed [m/s]': speed,
-        'path [m]': max(run.path for run in runs),
-        'odometry [%]': 100.0 * max(run.odometry / run.path for run in runs),
-        'live [%]': 100.0 * max(run.live / run.path for run in runs),
-        'final [%]': 100.0 * max(run.final / run.path for run in runs),
-        'final, best fit [%]': 100.0 * max(run.fitted / run.path for run in runs),
-        'map [mm]': 1e3 * max(run.surface for run in runs),
-        'loops': sum(run.loops for run in runs) / len(runs),
-        'clouds not matched': sum(run.lost for run in runs),
+        **errors_of(runs),
         'computation per cloud [ms]': 1e3 * float(np.median(seconds)),
         '99 % [ms]': 1e3 * float(np.percentile(seconds, 99)),
     }

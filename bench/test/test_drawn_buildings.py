@@ -1,0 +1,38 @@
+"""Drawn buildings: the drive comes around, and keeps clear of all that stands there."""
+
+from nodlidar_common.nod import NS_PER_S
+import numpy as np
+import pytest
+
+from bench.drawn_buildings import drawn, KINDS, SEEDS
+from bench.reference import START_NS
+
+CLEARANCE = 0.25  # m
+HEIGHTS = 0.4, 1.2  # m
+
+
+def places_of(scene):
+    """Return x, y, yaw each 0.1 s of a drive."""
+    seconds = np.arange(0.0, sum(leg.duration for leg in scene.base_legs), 0.1)
+    stamps = START_NS + np.round(seconds * NS_PER_S).astype(np.int64)
+    return scene.route(START_NS).poses(stamps)
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+@pytest.mark.parametrize('kind', KINDS)
+def test_the_drive_keeps_clear_and_comes_around(kind, seed):
+    scene = drawn(kind, seed, 0.6)
+    places = places_of(scene)
+    for height in HEIGHTS:
+        points = np.column_stack([places[:, :2], np.full(len(places), height)])
+        assert scene.surfaces.surface_distance(points).min() > CLEARANCE
+    turned = np.unwrap(places[:, 2])[-1] - places[0, 2]
+    assert turned > 2.0 * np.pi
+    back = np.linalg.norm(places[len(places) // 2 :, :2] - places[0, :2], axis=1)
+    assert back.min() < 0.1
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_another_speed_drives_the_same_way(kind):
+    slow, fast = (places_of(drawn(kind, 1, speed)) for speed in (0.6, 1.2))
+    np.testing.assert_allclose(fast[: len(slow) // 2], slow[: 2 * (len(slow) // 2) : 2], atol=1e-6)
