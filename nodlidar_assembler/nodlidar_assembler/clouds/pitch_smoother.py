@@ -1,13 +1,15 @@
 """The pitch of every beam, smoothed from the joint samples around the scan.
 
 How rough the motion of a servo is and how noisy its encoder is, nobody knows. So splines of
-several roughnesses (spline_fit) compete with the interpolation between the samples. Each counts by
-how well it has predicted samples from the others (leave-one-out cross-validation, Stone 1974).
+several roughnesses (spline_fit) compete. Each counts by how well it has predicted samples from the
+others (leave-one-out cross-validation, Stone 1974). What they leave of the samples is interpolated
+and added as far as it is motion (unfitted_motion).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.spline_fit import fit, KNOT, KNOT_NS, ROUGHNESS, Splines, value
+from nodlidar_assembler.clouds.unfitted_motion import clipped, UnfittedMotion
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +28,13 @@ MISSED = 0.3  # share of the samples that a method may miss, as at a reversal,
 MISSED_WITHIN = 0.1  # ... by an angle within this range [rad]
 SCORE_MEMORY = 0.997  # weight of a sample in the score, over that of the next one
 NOISE_MEMORY = 0.96  # the same in the learned noise
-NOISE_EVERY = 4  # scans, as noise changes slowly
+NOISE_EVERY = 4  # scans, in which each sample counts about once
 LEAST_VARIANCE = 1e-10  # of a prediction [rad2]
-# The roughest spline takes all errors beyond rounding as motion.
-LEARNS_NOISE = ROUGHNESS.max() > ROUGHNESS
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Window:
-    """The samples around a scan, and what is known about them from the scans before.
+    """The samples around a scan, and what is known about them from it and the scans before.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class _Window:
         """Return the window of samples [ns], [rad] of which nothing is known."""
         first, last = int(time_ns[0]) // KNOT_NS, int(time_ns[-1]) // KNOT_NS
         place = (time_ns - first * KNOT_NS) / KNOT_NS
-        intensity = np.repeat(FIRST_INTENSITY, last - first + 1, axis=1)
+        intensity = FIRST_INTENSITY * np.ones(last - first + 1)
         return cls(first, time_ns, place, pitch, np.ones(len(time_ns)), intensity)
 
     def take_over(self, last: '_Window') -> None:
@@ -84,8 +84,8 @@ class PitchSmoother:
         self._step = np.inf  # of the encoder, inf if unknown [rad]
         self._white_noise = WhiteNoise()
         self._noise = np.zeros_like(ROUGHNESS)  # beyond rounding, for each spline [rad2]
-        self._line_noise = 0.0  # the same for the interpolation [rad2]
-        self._score = np.zeros(len(ROUGHNESS) + 1)  # log probability; the last interpolates
+        self._unfitted = UnfittedMotion()
+        self._score = np.zeros(len(ROUGHNESS))  # log probability of each spline
         self._scans = 0  # that had new samples
         self._start_ns = 0  # of the last scan [ns]
         self._last: _Window | None = None
@@ -116,18 +116,23 @@ class PitchSmoother:
         """
         first = max(0, int(sample_ns.searchsorted(start_ns - BEFORE_NS, side='right')) - 1)
         sample_ns, sample_pitch = sample_ns[first:], sample_pitch[first:]
-        middle = float(sample_pitch.mean())
+        middle = float(np.add.reduce(sample_pitch)) / len(sample_pitch)
         window = _Window.of(sample_ns, sample_pitch - middle)
         if self._last is not None:
             window.take_over(self._last)
         self._learn_step(window.pitch)
         splines = self._fit(window)
-        self._learn(splines, window, start_ns)
+        new = self._learn(splines, window, start_ns)
         share = np.exp(self._score - self._score.max())
         share /= share.sum()
+        left = clipped(window.pitch - share @ splines.pitch, self._rounding)
+        self._scans += 1
+        if self._scans % NOISE_EVERY == 0 and new.start < new.stop:
+            self._learn_noise(splines, window, new, share, left)
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
-        coefficients = share[:-1] @ splines.coefficients + (1.0 - share[-1]) * middle
-        pitch = value(coefficients, place) + share[-1] * line
+        smooth = value(share @ splines.coefficients, place)
+        unfitted = self._unfitted.gain * np.interp(place, window.place, left)
+        pitch = middle + (smooth + unfitted)
         largest = float(np.abs(window.pitch[1:] - window.pitch[:-1]).max(initial=0.0))
         beyond = largest / 2.0 + 2.0 * self._cell
         return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond))
@@ -142,78 +147,68 @@ class PitchSmoother:
         """Width of the range of angles that the encoder reports as one [rad]."""
         return max(self._step, LEAST_STEP) if self._step < np.inf else LEAST_STEP
 
+    @property
+    def _rounding(self) -> float:
+        """Variance of the error that this width causes [rad2]."""
+        return self._cell**2 / 12.0
+
     def _fit(self, window: _Window) -> Splines:
-        variance = self._cell**2 / 12.0 + self._noise
+        variance = self._rounding + self._noise
         return fit(window.place, window.pitch, variance, window.weight, window.intensity)
 
-    def _learn(self, splines: Splines, window: _Window, start_ns: int) -> None:
-        """Learn from a fit: noise and score from the samples since the last scan."""
-        rounding = self._cell**2 / 12.0
-        rest = 1.0 - splines.variance * window.weight / (rounding + self._noise)
-        rest = np.maximum(rest, LEAST_REST)
+    def _learn(self, splines: Splines, window: _Window, start_ns: int) -> slice:
+        """Score the splines by the samples since the last scan, which are returned."""
+        noise = self._rounding + self._noise
+        rest = np.maximum(1.0 - splines.variance * splines.information, LEAST_REST)
         error, variance = (window.pitch - splines.pitch) / rest, splines.variance / rest
-        weight = _weight(error[-1], variance[-1] + rounding + self._noise[-1])
+        weight = _weight(error[-1], variance[-1] + noise[-1])
         first, last = window.time_ns.searchsorted((self._start_ns, start_ns))
         new = slice(max(1, int(first)), min(len(window.time_ns) - 1, int(last)))
         if new.start < new.stop:
-            line = _off_line(window, new)
-            self._learn_score(error[:, new], variance[:, new], line)
-            self._scans += 1
-            if self._scans % NOISE_EVERY == 0:
-                self._learn_noise(splines, window, new, line)
+            self._learn_score(error[:, new], variance[:, new])
         self._start_ns = start_ns
-        self._last = replace(window, intensity=splines.intensity, weight=weight)
+        window.intensity, window.weight = splines.intensity, weight
+        self._last = window
+        return new
 
-    def _learn_score(self, error: Array, variance: Array, line: Array) -> None:
-        """Score the methods by their errors at samples that are left out.
+    def _learn_score(self, error: Array, variance: Array) -> None:
+        """Score the splines by their errors at samples that are left out.
 
-        A method is right if it predicts the step that the encoder reads.
+        A spline is right if it predicts the step that the encoder reads.
 
         Parameters
         ----------
         error, variance
-            Of the splines [rad], [rad2], shape (m, k).
-        line
-            Errors of the interpolation [rad], shape (k,).
+            Of each spline [rad], [rad2], shape (m, k).
         """
-        error = np.vstack([error, line])
-        variance = np.vstack([variance + self._noise, np.full_like(line, self._line_noise)])
-        deviation = np.sqrt(variance + LEAST_VARIANCE)
+        scale = 1.0 / np.sqrt(variance + self._noise + LEAST_VARIANCE)
         half = self._cell / 2.0
-        hit = ndtr((error + half) / deviation) - ndtr((error - half) / deviation)
+        hit = ndtr((error + half) * scale) - ndtr((error - half) * scale)
         missed = MISSED * self._cell / MISSED_WITHIN
         score = np.log((1.0 - MISSED) * hit + missed).sum(axis=1)
-        self._score = self._score * SCORE_MEMORY ** len(line) + score
+        self._score = self._score * SCORE_MEMORY ** error.shape[1] + score
 
-    def _learn_noise(self, splines: Splines, window: _Window, new: slice, line: Array) -> None:
-        """Learn the noise beyond rounding: what a spline leaves, if it is white.
+    def _learn_noise(
+        self, splines: Splines, window: _Window, new: slice, share: Array, left: Array
+    ) -> None:
+        """Learn the noise beyond rounding, and how much of what the splines leave is motion.
 
-        Vibrations, which a smooth spline leaves as well, are motion.
+        Noise is what a spline leaves, if it is white: vibrations, which a smooth spline leaves as
+        well, are motion.
         """
-        rounding = self._cell**2 / 12.0
-        memory = NOISE_MEMORY ** len(line)
+        rounding = self._rounding
+        noise = rounding + self._noise
+        memory = NOISE_MEMORY ** (new.stop - new.start)
         square = (window.pitch[new] - splines.pitch[:, new]) ** 2 + splines.variance[:, new]
-        square = np.minimum(square, (2.0 * FAR_OFF) ** 2 * (rounding + self._noise))
-        left = square.mean(axis=1, keepdims=True) - rounding
-        noise = memory * self._noise + (1.0 - memory) * left
-        white = self._white_noise.add(window.pitch) - rounding
-        self._noise = np.where(LEARNS_NOISE, np.maximum(0.0, np.minimum(noise, white)), 0.0)
-        left_by_line = float(np.mean(line**2)) - rounding
-        line_noise = memory * self._line_noise + (1.0 - memory) * left_by_line
-        self._line_noise = max(line_noise, rounding / 2.0)
+        square = np.minimum(square, (2.0 * FAR_OFF) ** 2 * noise)
+        beyond = square.mean(axis=1, keepdims=True) - rounding
+        learned = memory * self._noise + (1.0 - memory) * beyond
+        white = max(self._white_noise.add(window.pitch), rounding)
+        self._unfitted.add(left[new], share @ splines.influence(new), white)
+        self._noise = np.maximum(0.0, np.minimum(learned, white - rounding))
 
 
 def _weight(error: Array, variance: Array) -> Array:
     """Return the weights of samples with errors [rad] of a variance [rad2] if left out, (n,)."""
     far = FAR_OFF**2 * variance
     return np.asarray(far / np.maximum(error**2, far))
-
-
-def _off_line(window: _Window, samples: slice) -> Array:
-    """Return how far samples are off the line between their neighbours [rad], shape (k,)."""
-    before = slice(samples.start - 1, samples.stop - 1)
-    after = slice(samples.start + 1, samples.stop + 1)
-    time, pitch = window.place, window.pitch
-    share = (time[samples] - time[before]) / (time[after] - time[before])
-    line = pitch[before] + share * (pitch[after] - pitch[before])
-    return np.asarray(pitch[samples] - line)

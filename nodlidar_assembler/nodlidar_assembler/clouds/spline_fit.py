@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 KNOT_NS = 10_000_000
 KNOT = KNOT_NS / NS_PER_S
-ROUGHNESS = np.array([[1e3], [1e4], [1e5], [1e7]])  # q0 of each spline [rad2/s5]
+ROUGHNESS = np.array([[1e3], [1e4], [3e5]])  # q0 of each spline [rad2/s5]
 NU = 0.3  # the smaller, the heavier the tails
 STRIDE = 2.0  # expectation maximisation is slow: each of its steps is taken so many times
 RIDGE = 1e-6  # keeps a spline finite where no sample is [1 / rad2]
@@ -47,12 +47,33 @@ class Splines:
         At the samples [rad], [rad2], shape (m, n).
     intensity
         q of each interval, improved by these samples, shape (m, c - 3).
+    information
+        Of the samples: with which each counts, over its variance [1 / rad2], shape (m, n).
+    spread
+        Root of the covariance of each spline at the samples [rad], shape (m, n, c).
     """
 
     coefficients: Array
     pitch: Array
     variance: Array
     intensity: Array
+    information: Array
+    spread: Array
+
+    def influence(self, samples: slice) -> Array:
+        """Return the influence of samples on each spline at them and at the next ones, summed.
+
+        Its shape is (m, 2).
+        """
+        spread, information = self.spread[:, samples], self.information[:, samples]
+        at_next = np.einsum('mkj,mkj->mk', spread[:, :-1], spread[:, 1:])
+        return np.stack(
+            [
+                np.einsum('mk,mk->m', self.variance[:, samples], information),
+                np.einsum('mk,mk->m', at_next, information[:, :-1]),
+            ],
+            axis=1,
+        )
 
 
 def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Array) -> Splines:
@@ -69,20 +90,17 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
     intensity
         q of each interval, for each spline, shape (m, c - 3).
     """
-    intervals = intensity.shape[1]
-    basis, jerk = _basis(place, intervals), _jerk(intervals)
-    weighted = basis.T * weight
-    information = (weighted @ basis) / noise[:, :, None]
-    information += (jerk.T * (KNOT / intensity)[:, None, :]) @ jerk
-    information += _weak_prior(intervals)
-    root = _roots(information)
-    wanted = (weighted @ pitch) / noise
+    intervals, samples = intensity.shape[1], len(place)
+    rows = np.concatenate([_basis(place, intervals), _jerk(intervals)])
+    information = weight / noise
+    known = np.concatenate([information, KNOT / intensity], axis=1)
+    weighted = rows.T * known[:, None, :]
+    root = _roots(weighted @ rows + _weak_prior(intervals))
+    wanted = weighted[:, :, :samples] @ pitch
     coefficients = (root @ (wanted[:, None, :] @ root).transpose(0, 2, 1))[:, :, 0]
-    rows = np.concatenate([basis, jerk])
     mean = coefficients @ rows.T
     spread = rows @ root
-    variance = np.einsum('mkj,mkj->mk', spread, spread)
-    samples = len(place)
+    variance = np.square(spread) @ np.ones(intervals + 3)
     power = KNOT * (mean[:, samples:] ** 2 + variance[:, samples:])
     improved = (NU * ROUGHNESS + power) / (NU + 1.0)
     return Splines(
@@ -90,25 +108,25 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
         mean[:, :samples],
         variance[:, :samples],
         np.minimum(intensity * (improved / intensity) ** STRIDE, MOST_INTENSITY),
+        information,
+        spread[:, :samples],
     )
 
 
 def value(coefficients: Array, place: Array) -> Array:
     """Return a spline [rad] of coefficients (c,) at places in knots from the first one, (n,)."""
-    polynomials = coefficients[_four(len(coefficients) - 3)] @ _BASIS
+    polynomials = (coefficients[_four(len(coefficients) - 3)] @ _BASIS).T.copy()
     first = place.astype(np.intp)
     share = place - first
-    constant, linear, square, cube = polynomials.take(first, axis=0).T
+    constant, linear, square, cube = polynomials.take(first, axis=1)
     return np.asarray(((cube * share + square) * share + linear) * share + constant)
 
 
 def _basis(place: Array, intervals: int) -> Array:
     """Return the basis functions at places, shape (n, intervals + 3)."""
-    first = place.astype(np.intp)
-    powers = (place - first) ** np.arange(4)[:, None]
-    basis = np.zeros((len(place), intervals + 3))
-    basis[np.arange(len(place)), first + np.arange(4)[:, None]] = _BASIS @ powers
-    return basis
+    away = np.abs(place[:, None] - np.arange(-1, intervals + 2))
+    outer, inner = np.maximum(2.0 - away, 0.0), np.maximum(1.0 - away, 0.0)
+    return np.asarray((outer * outer * outer - 4.0 * (inner * inner * inner)) / 6.0)
 
 
 @cache
