@@ -28,6 +28,8 @@ DURATION = 40.0
 SETTLING = 3.0  # of an estimator that learns [s]
 RATES = (62.0, 100.0)  # of the joint states, as through an adapter with a latency of 16 or 1 ms
 FILTER_STEP = 1e-4  # s
+VIBRATION_STEP = 5e-4  # s
+VIBRATIONS = 200  # frequencies of a band
 TITLE = f'RMS pitch error on different motions, N_s = 4001, {DURATION:.0f} s, RX-24F encoder'
 
 
@@ -61,6 +63,9 @@ def motions() -> dict[str, Position]:
         'ripple, 2 mrad at 8 Hz': _rippled(ideal, 2e-3, 8.0),
         'ripple, 2 mrad at 20 Hz': _rippled(ideal, 2e-3, 20.0),
         'ripple, 4 mrad at 12 Hz': _rippled(ideal, 4e-3, 12.0),
+        'vibration, 2 mrad at 37 Hz': _rippled(ideal, 2e-3, 37.0),
+        'vibration, 4 mrad at 48 Hz': _rippled(ideal, 4e-3, 48.0),
+        'vibration, 2 mrad RMS, 20 to 45 Hz': _shaken(ideal, 2e-3, 20.0, 45.0),
         'speed off by 3 % along the leg': warped,
         'sine': sine,
     }
@@ -70,6 +75,23 @@ def _rippled(ideal: Position, amplitude: float, frequency: float) -> Position:
     def position(times_ns: Times) -> Array:
         phase = 2.0 * np.pi * frequency * ((times_ns - START_NS) / NS_PER_S)
         return np.asarray(ideal(times_ns) + amplitude * np.sin(phase))
+
+    return position
+
+
+def _shaken(ideal: Position, deviation: float, lowest: float, highest: float) -> Position:
+    """Return a motion with vibrations of many frequencies in a band [Hz]."""
+    rng = np.random.default_rng(1)
+    time_s = np.arange(-0.5, DURATION + 1.0, VIBRATION_STEP)
+    shake = np.zeros(len(time_s))
+    for frequency in np.linspace(lowest, highest, VIBRATIONS):
+        shake += np.sin(2.0 * np.pi * (frequency * time_s + rng.uniform()))
+    shake *= deviation / np.sqrt(VIBRATIONS / 2.0)
+
+    def position(times_ns: Times) -> Array:
+        return np.asarray(
+            ideal(times_ns) + np.interp((times_ns - START_NS) / NS_PER_S, time_s, shake)
+        )
 
     return position
 
