@@ -43,7 +43,7 @@ class UnfittedMotion:
         left
             Samples without the fit, clipped [rad], shape (n,).
         influence
-            Of each sample on the fit at it and at the next one, summed over the samples, shape (2,).
+            Of samples on the fit at them and at the next ones, summed, shape (2,).
         noise
             Variance of the samples [rad2].
         """
