@@ -68,9 +68,47 @@ def crossings(n_s, columns, rows, cell, span):
     return int(np.count_nonzero(cells != np.roll(cells, 1)))
 
 
-def _cells(n_s, count, rows, cell, span):
-    """Return the cell of each sample, at the phase of half a sample."""
-    step, halves = directions(N_L, [(n_s, count)]).T
+def longest_gaps(n_s, rows, cell, span, phase):
+    """Return the longest time between two hits of each cell that is hit [samples], (cells,).
+
+    All samples of a period are walked. A gap goes from the last sample in a cell before others to
+    the next one in it.
+    """
+    period = n_s * N_L
+    cells = _cells(n_s, period, rows, cell, span, phase)
+    order = np.argsort(cells, kind='stable')
+    begin = np.flatnonzero(np.diff(cells[order], prepend=-1))
+    after = np.append(order[1:], 0)
+    end = np.append(begin[1:], len(order)) - 1
+    after[end] = order[begin] + period
+    return np.maximum.reduceat(after - order, begin)
+
+
+def repeats_by_height(n_s, speed, acceleration, sample_time):
+    """Return the share of beams that repeat in each hundredth of the span, and the beams there.
+
+    The nod reverses in parabolas and is sampled for n_s revolutions, from half a sample past its
+    lower limit. A beam repeats an earlier one of its step in the same n_s-th of the span.
+    """
+    beam = np.arange(n_s * N_L)
+    place = (beam + 0.5) % (2 * n_s)
+    since = np.abs((place + n_s / 2) % n_s - n_s / 2) * sample_time  # of the nearest reversal
+    half = speed / acceleration
+    rise = np.where(since < half, speed * (half / 2.0 + since**2 / (2.0 * half)), speed * since)
+    span = speed * n_s * sample_time
+    down = (place > n_s / 2) & (place < 3 * n_s / 2)  # nearer to the upper limit
+    height = np.where(down, span - rise, rise) / span
+    cell = np.floor(height * n_s).astype(np.int64) * N_L + beam % N_L
+    first = np.zeros(len(beam), dtype=bool)
+    first[np.unique(cell, return_index=True)[1]] = True
+    part = np.floor(height * 100).astype(np.int64)
+    beams = np.bincount(part, minlength=100)
+    return np.bincount(part[~first], minlength=100) / np.maximum(beams, 1), beams
+
+
+def _cells(n_s, count, rows, cell, span, phase=(1, 2)):
+    """Return the cell of each sample."""
+    step, height = directions(N_L, [(n_s, count)], phase).T
     column = np.floor(step * (2.0 * np.pi / N_L / cell) + 1e-9).astype(np.int64)
-    row = np.floor(halves * (span / (2 * n_s) / cell) + 1e-9).astype(np.int64)
+    row = np.floor(height * (span / (phase[1] * n_s) / cell) + 1e-9).astype(np.int64)
     return column * rows + np.minimum(row, rows - 1)

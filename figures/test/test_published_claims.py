@@ -18,7 +18,9 @@ from figures.test.enumeration import (
     directions,
     distinct,
     hit_cells,
+    longest_gaps,
     N_L,
+    repeats_by_height,
 )
 
 SPAN = 1.2272
@@ -149,11 +151,33 @@ def test_fig_6a_the_published_n_s_is_among_the_faster_ones_but_at_two_metres(dis
     assert np.mean(others) == pytest.approx(faster, abs=0.06)
 
 
+def test_fig_6b_the_start_pitch_changes_the_revisit_next_to_nothing():
+    columns, rows, cell = cells_at(2.0)
+    means = []
+    for start in (0, 411, 1372, 2744):  # samples past the lower limit, and half of one
+        gaps = longest_gaps(2745, rows, cell, pi / 2, (2 * start + 1, 2))
+        assert len(gaps) == columns * rows
+        means.append(gaps.mean() * 0.1 / N_L)
+    assert means == pytest.approx([5.58] * 4, rel=0.01)
+
+
 @pytest.mark.parametrize(('distance', 'frequency'), [(1.0, 0.68), (2.0, 0.338), (4.0, 0.170)])
 def test_fig_6c_the_hit_frequency_falls_as_the_number_of_cells_grows(distance, frequency):
     columns, rows, cell = cells_at(distance)
     crossed = crossings(2745, columns, rows, cell, pi / 2) / (2745 * 0.1 * columns * rows)
     assert crossed == pytest.approx(frequency, rel=0.01)
+
+
+# Fig. 10a
+
+
+@pytest.mark.parametrize(('n_s', 'near'), [(3009, 0.35), (5009, 0.13), (7009, 0.06)])
+def test_fig_10a_beams_repeat_near_the_reversals_only(n_s, near):
+    sample_time = 0.1 / N_L
+    share, beams = repeats_by_height(n_s, SPAN / (n_s * sample_time), 200.0, sample_time)
+    outer = np.r_[:10, 90:100]
+    assert np.average(share[outer], weights=beams[outer]) == pytest.approx(near, abs=0.006)
+    assert share[10:90].max() == 0.0
 
 
 # Fig. 8
