@@ -8,10 +8,17 @@ import os
 from pathlib import Path
 import re
 
+from hypothesis import HealthCheck, settings
 import pytest
 
 # The underlay's tests are of the underlay, which a sourced ROS takes the place of.
 collect_ignore = [] if os.environ.get('NODLIDAR_UNDERLAY') else ['underlay']
+
+# No test may fail because a machine is slow or busy.
+settings.register_profile(
+    'any machine', deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile('any machine')
 
 STARTS_NODES = re.compile(r'rclpy|node_bench|launched|subprocess|LaunchedSensor')
 

@@ -18,7 +18,7 @@ def time_of(scan, beam):
     return START_NS + round((scan * 1024 + 44 + beam) * 1e9 / 10240)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(1, 4), st.integers(0, 99), st.sampled_from([0.3, 0.7, 2.0]))
 def test_first_hits_are_those_of_going_through_all_beams(scans, seed, azimuth):
     task = replace(pareto.REGION, object_size=0.5, azimuth=azimuth)

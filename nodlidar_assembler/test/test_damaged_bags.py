@@ -95,7 +95,7 @@ def test_a_bag_of_one_message_is_shown_without_a_division(entries, tmp_path, cap
 CHANGE = st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.binary(max_size=8), st.integers(0, 9))
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=40, suppress_health_check=list(HealthCheck))
 @given(st.booleans(), st.booleans(), st.lists(CHANGE, min_size=1, max_size=4))
 def test_any_bytes_in_the_place_of_others_are_read_over_or_a_typed_error(
     whole, whole_sqlite, tmp_path_factory, sqlite, of_metadata, changes

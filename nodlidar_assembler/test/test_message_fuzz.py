@@ -18,7 +18,7 @@ def test_whatever_comes_nothing_fails_and_good_messages_make_clouds_again(parame
     with fed(*parameters) as running:
         counts = running.node.diagnosis.counts
 
-        @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+        @settings(max_examples=15, suppress_health_check=list(HealthCheck))
         @given(st.integers(0, 2**32), st.floats(0.0, 0.9))
         def feed_at_random(seed, wrong):
             messages = Messages(seed, wrong)

@@ -63,7 +63,7 @@ def changes(shapes):
     return sum(a.samples_per_sweep != b.samples_per_sweep for a, b in pairwise(shapes))
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.lists(st.floats(0.02, 6.0), min_size=1, max_size=30), st.integers(1001, 8000), STEPS)
 def test_every_shape_is_coprime_and_slow_enough(ranges, planned, n_l):
     beam_period = 0.1 / n_l

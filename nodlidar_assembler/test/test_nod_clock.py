@@ -47,7 +47,7 @@ def test_beams_follow_the_model_s_pattern_with_half_a_sample_of_phase():
     np.testing.assert_allclose(nod.pitch(times_ns), -span / 2 + span / n_s * tri, atol=1e-8)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(
     rate=st.floats(-5e-4, 5e-4), n_s=st.integers(1001, 8000), missing=st.floats(0.0, 0.5),
     seed=st.integers(0, 1000),
@@ -81,7 +81,7 @@ def test_a_restarted_lidar_lets_the_nod_go_on_at_the_nearest_sample(n_s, most):
     assert phase(clock.nod, clock.revolutions.begin_ns) % 1.0 == pytest.approx(0.5, abs=0.01)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     turns=st.integers(1, 60), since=st.floats(0.0, 0.3), low=st.floats(-0.8, 0.3),
     span=st.floats(0.2, 1.1), n_s=st.integers(1001, 8000),

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.control.pitch_limits import (
     limits_at,
@@ -75,7 +75,6 @@ step = st.tuples(
 )
 
 
-@settings(deadline=None)
 @given(configs(), st.lists(step, min_size=1, max_size=40))
 def test_mount_span_and_rate_are_kept_whatever_happens(config, steps):
     limits, now_ns = PitchLimits(config), START_NS

@@ -2,7 +2,7 @@
 
 import math
 
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_sim.world.motion import blended_motion
@@ -151,7 +151,6 @@ def test_a_clock_that_is_set_back_does_no_harm():
 sizes = st.sampled_from([1e-7, STEP, 0.05, 0.5, 6.0, 1e6])
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=30), min_size=1, max_size=4),
     sizes,

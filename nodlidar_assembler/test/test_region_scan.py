@@ -101,7 +101,7 @@ regions = st.builds(
 )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(regions)
 def test_every_column_of_a_plan_has_a_beam_and_its_nod_is_within_the_mount(region):
     plan = plan_of(region)
@@ -160,7 +160,7 @@ def pitch_of(commands, times_ns):
     return np.where(times_ns < start_ns, former.pitch(times_ns), nod.pitch(times_ns))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(regions, st.sampled_from(['coprime', 'feedback', 'interlaced']), st.integers(0, S))
 def test_a_region_is_seen_in_the_predicted_time_in_any_mode(region, mode, later_ns):
     controller, scan, _ = follow(region, BEGIN_NS + later_ns, mode)

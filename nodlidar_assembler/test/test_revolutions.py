@@ -28,7 +28,7 @@ def fitted(stamps):
     return lidar, np.array(counts), np.array(begins), np.array(periods)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(rate=st.floats(-5e-4, 5e-4), seed=st.integers(0, 1000), missing=st.floats(0.0, 0.5))
 def test_every_revolution_is_counted_and_known_better_than_its_stamp(rate, seed, missing):
     turns = np.flatnonzero(np.random.default_rng(seed).random(1500) >= missing)

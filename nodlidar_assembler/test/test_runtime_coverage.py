@@ -32,7 +32,6 @@ def brute_square(free, around):
     return best
 
 
-@settings(deadline=None)
 @given(arrays(bool, st.tuples(st.integers(1, 9), st.integers(1, 9))), st.booleans())
 def test_the_largest_square_is_that_of_trying_all(free, around):
     assert largest_square(free, around) == brute_square(free, around)
@@ -57,7 +56,7 @@ def brute(task, n_s, times_ns, azimuth, pitch, after_ns):
     return beams, len(cells) / task.cells, hole, (beams - len(finest)) / max(beams, 1)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(
     st.integers(0, 2**32 - 1),
     st.sampled_from([SMALL, Task(0.5, 1.0, steps_per_revolution=50, full_circle=True)]),

@@ -1,6 +1,6 @@
 """Reversals and the clouds that they separate, against the commanded triangle."""
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import POINT
@@ -31,7 +31,6 @@ def samples(rate, duration, phase=0.0, quantise=True):
     return times_ns, np.rint(pitch / TICK) * TICK if quantise else pitch
 
 
-@settings(deadline=None)
 @given(st.sampled_from([40.0, 62.0, 100.0, 200.0]), st.floats(0.0, 1.0))
 def test_every_reversal_is_found_once_within_two_milliseconds(rate, phase):
     times_ns, pitch = samples(rate, 8, phase)

@@ -22,7 +22,7 @@ def test_a_sound_session_is_read_to_its_end(session):
     assert use(DamagedLidar(session, [])).published == SCANS
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(damage=DAMAGE, turn_ns=st.sampled_from([0, TURN_NS, 7 * TURN_NS, 10**18]))
 def test_damaged_sessions_end_by_a_device_error_only(session, damage, turn_ns):
     account = use(DamagedLidar(session, damage, turn_ns))

@@ -1,6 +1,6 @@
 import math
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.identity import Capabilities
@@ -33,7 +33,6 @@ def test_the_whole_window_has_682_beams():
     assert window.angle_increment == pytest.approx(0.00613592, abs=1e-8)
 
 
-@settings(deadline=None)
 @given(st.integers(44, 725), st.integers(1, 682), st.integers(1, 99), st.floats(-0.49, 0.49))
 def test_angles_belong_to_the_least_beams_of_whole_clusters(first, width, cluster, rounding):
     last = min(first + width - 1, 725)

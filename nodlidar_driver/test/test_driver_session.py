@@ -80,7 +80,6 @@ def test_the_commands_that_are_sent():
     assert port.sent == b'BM\nMD0044072502300\n'
 
 
-@settings(deadline=None)
 @given(st.integers(0, len(SCAN) - 1), st.integers(1, 255))
 def test_a_corrupted_byte_costs_its_scan_at_most_and_is_counted(position, change):
     broken = bytearray(SCAN)
@@ -93,7 +92,6 @@ def test_a_corrupted_byte_costs_its_scan_at_most_and_is_counted(position, change
     assert in_the_echo or client.drops.total() >= 1
 
 
-@settings(deadline=None)
 @given(st.integers(1, len(SCAN) - 1), st.binary(max_size=40))
 def test_lost_and_foreign_bytes_cost_no_more_than_their_scan(cut, garbage):
     client = streaming(SCAN[:cut] + garbage.replace(b'M', b'') + SCAN + SCAN)
@@ -382,7 +380,7 @@ def test_serial_exceptions_are_port_errors():
         client.start_session()
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.binary(max_size=300))
 def test_noise_before_the_start_does_no_harm(noise):
     class Noisy:

@@ -1,6 +1,6 @@
 """Timer, revolutions and the line of earliest arrivals: the parts of the device clock."""
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from nodlidar_driver.envelope import least, lower_line
 from nodlidar_driver.revolution import fit_truncated, RevolutionTimes
@@ -11,7 +11,6 @@ import pytest
 WRAP = 2**24
 
 
-@settings(deadline=None)
 @given(st.lists(st.integers(1, 8_000_000), min_size=1, max_size=50), st.integers(0, WRAP - 1))
 def test_the_timer_ascends_through_every_wrap(steps, start):
     values = [start]
@@ -25,7 +24,6 @@ def test_the_timer_may_go_back(value, step):
     assert unwrapped((value + step) % WRAP, value) == value + step
 
 
-@settings(deadline=None)
 @given(st.floats(98.0, 102.0), st.floats(0.0, 1.0, exclude_max=True), st.integers(2, 120))
 def test_truncated_instants_are_found_within_what_their_stamps_allow(period, phase, count):
     turns = np.arange(1 - count, 1)
@@ -89,7 +87,6 @@ def test_the_least_delay_is_estimated_without_bias():
     assert np.mean(estimates) == pytest.approx(10.0, abs=0.01)
 
 
-@settings(deadline=None)
 @given(st.floats(-1e6, 1e6), st.lists(st.floats(0.0, 50.0), min_size=2, max_size=50))
 def test_the_lower_line_is_lifted_with_its_points(height, delays):
     x, y = 100.0 * np.arange(len(delays)), np.array(delays)

@@ -50,7 +50,7 @@ def seen_by_lidar(points):
     return Seen(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(shifts, shifts, st.floats(-0.05, 0.05), st.floats(-math.pi, math.pi))
 def test_a_cloud_is_found_from_nearby(dx, dy, turn, yaw):
     pose = planar(0.4, 0.1, yaw)
@@ -61,7 +61,7 @@ def test_a_cloud_is_found_from_nearby(dx, dy, turn, yaw):
     assert found.share > 0.99
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.tuples(*[st.floats(-0.04, 0.04)] * 6))
 def test_all_six_coordinates_are_found_if_they_are_free(change):
     pose = planar(0.4, 0.1, 0.3)

@@ -22,7 +22,7 @@ def edges_of(poses, pairs):
     return [Edge(i, j, inverse(poses[i]) @ poses[j], CERTAIN) for i, j in pairs]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(3, 30), st.integers(0, 99), st.sampled_from(['planar', 'spatial']))
 def test_exact_edges_give_the_exact_poses_back(count, seed, freedom):
     truth, free = ring(count), FREEDOMS[freedom]

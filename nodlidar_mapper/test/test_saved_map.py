@@ -70,7 +70,7 @@ def test_without_a_frame_in_common_the_robot_is_not_found(saved):
         assert mapper.add(k * NS, cloud(other, np.eye(4), seed=k), np.eye(4)).lost
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.data())
 def test_a_damaged_file_is_refused_or_the_same(saved, tmp_path_factory, data):
     content = bytearray(saved.read_bytes())

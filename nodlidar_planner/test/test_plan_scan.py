@@ -492,7 +492,7 @@ OPTION = st.tuples(
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.lists(OPTION, max_size=4))
 def test_any_command_line_is_a_request_or_a_line_with_status_2(options):
     argv = [f'--{name}' if value is None else f'--{name}={value}' for name, value in options]

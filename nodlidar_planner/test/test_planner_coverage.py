@@ -63,7 +63,7 @@ def cases(draw):
     return task, Pattern(n_l, n_s, draw(st.integers(0, 8 * n_s - 1)) / 4)
 
 
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=1500)
 @given(cases())
 def test_small_cases_equal_enumeration(case):
     check_equal(*case)
@@ -108,7 +108,7 @@ def test_full_size_cases_equal_enumeration(size, distance, span, circle, n_l, n_
     check_equal(task, Pattern(n_l, n_s, phase))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(cases(), st.integers(0, 10**12))
 def test_the_first_hits_from_any_sample_equal_enumeration(case, start):
     task, pattern = case
@@ -132,7 +132,7 @@ def test_the_completion_times_that_were_published_or_enumerated_before(n_s, dist
     )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(cases(), st.floats(0.0, 20.0))
 def test_hits_that_are_guarded_stay_hits(case, guard):
     task, pattern = case

@@ -50,7 +50,7 @@ def holes_after_every_sample(task, samples, start):
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(bands(), st.floats(0.0, 1.0))
 def test_a_time_gives_the_smallest_hole_and_when_it_first_is_there(band, part):
     task, samples, _ = band
@@ -71,7 +71,7 @@ def test_a_time_gives_the_smallest_hole_and_when_it_first_is_there(band, part):
     assert holes[nod, first] == pytest.approx(smallest[taken], abs=SMALL)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(bands(), st.floats(0.0, 1.1))
 def test_a_hole_is_reached_by_the_soonest_nod(band, part):
     task, samples, _ = band

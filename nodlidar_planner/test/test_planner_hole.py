@@ -86,7 +86,7 @@ def is_one_piece(task):
     return bool((np.rint(steps) == 1).all())
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(cases())
 def test_equals_the_largest_empty_square_grown_from_all_corners(case):
     task, pattern, samples = case
@@ -95,7 +95,7 @@ def test_equals_the_largest_empty_square_grown_from_all_corners(case):
     assert_empty(task, pattern, samples, hole)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(cases(most=40))
 def test_equals_the_largest_of_all_windows(case):
     task, pattern, samples = case
@@ -127,7 +127,7 @@ def late_beams(task, samples, reversals):
     return azimuth[seen], pitch[seen]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(cases(), st.one_of(st.floats(0.0, 0.3), st.floats(0.3, 9.0)), st.integers(0, 999))
 @example(
     # Three reversals at one instant, after which the nod goes on as after one.
@@ -160,7 +160,7 @@ def test_turns_on_time_leave_the_holes_of_the_pattern():
         assert late.side == pytest.approx(largest_hole(task, pattern, duration).side, abs=1e-10)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(cases(), st.floats(0.0, 1.5))
 @example(
     (
@@ -180,7 +180,7 @@ def test_exceeding_a_side_is_having_a_larger_hole(case, part):
     assert hole <= largest_side(task)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     st.sampled_from([1, 3, 360, 400, 1024, 1440]),
     st.integers(1, 8000),

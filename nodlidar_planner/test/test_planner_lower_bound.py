@@ -11,7 +11,7 @@ from nodlidar_planner.pattern.task import Task
 from planner_enumeration import enumerate_cells, PUBLISHED
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     st.integers(1, 64),
     st.integers(1, 64),

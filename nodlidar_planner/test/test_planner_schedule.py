@@ -50,7 +50,7 @@ def walked(task, reversals):
     return first
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     sweeps=st.lists(st.integers(1, 200), min_size=1, max_size=3),
     returns=st.integers(1, 200),
@@ -75,7 +75,7 @@ def test_a_schedule_of_equal_sweeps_is_the_steady_nod():
     np.testing.assert_array_equal(first, steady)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     fewest=st.integers(1, 300),
     combs=st.integers(1, 9),

@@ -56,7 +56,7 @@ def test_the_soonest_of_a_band_equal_those_of_all(task, start_pitch, guard):
     assert np.array_equal(times, [expected[samples == n_s][0] for n_s in found])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     st.integers(2, 64),
     st.integers(1, 80),

@@ -172,7 +172,7 @@ commands = st.tuples(
 )
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.lists(commands, min_size=2, max_size=8))
 def test_no_sequence_of_commands_asks_for_more_than_mount_and_motor_can_do(sequence):
     config, bench = ServoConfig(), Bench()

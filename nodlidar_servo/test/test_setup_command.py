@@ -98,7 +98,7 @@ def test_a_servo_from_the_factory_can_be_nodded_afterwards(kind, table):
     assert again.changes == []
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 1), st.integers(0, 252), st.integers(0, 7), st.integers(1, 249))
 def test_any_rate_and_id_are_found(which, servo_id, code, rare):
     kind, table = KINDS[which]

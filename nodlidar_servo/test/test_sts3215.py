@@ -151,7 +151,7 @@ def test_a_servo_that_confirms_nothing_is_made_to():
     assert bench[table.RETURN_LEVEL] == 1
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 252), st.integers(0, 7))
 def test_setup_finds_it_and_what_it_sets_outlasts_the_supply(servo_id, code):
     bench = Bench(servo_id=servo_id, baud=code, return_delay=250)

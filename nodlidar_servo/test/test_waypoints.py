@@ -73,7 +73,7 @@ def test_a_moving_joint_stops_by_its_acceleration():
     assert rest.velocity == 0.0
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     pitch=st.floats(-1.5, 1.5),
     velocity=st.floats(-4.0, 4.0),

@@ -81,7 +81,7 @@ def ranges_with_all_in_view(world, times, azimuth):
     return np.min(found, axis=0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seeds)
 def test_no_beam_loses_what_it_meets(seed):
     """Scenes of any shapes, any moving objects, and a base that drives while it nods."""
@@ -98,7 +98,7 @@ def outward(vector, way):
     return across / length if length > 1e-12 else np.linalg.svd(way[None])[2][1]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(seeds, st.sampled_from([0.0, 1e-9, 1e-3, 0.5]), st.sampled_from([0.0, 1e-6, 0.1, 1.0, 9.0]))
 def test_a_ball_that_only_the_outermost_ray_touches_is_in_view(seed, spread, fan):
     """Starts and ways of any spread; the ball touches one ray, from the side off the axis."""

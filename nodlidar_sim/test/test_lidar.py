@@ -91,7 +91,7 @@ def test_a_mixed_pixel_is_the_mean_by_area_brightness_and_distance():
     assert np.ptp(expected) > 0.9
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(strategies.floats(-0.02, 0.02), strategies.floats(0.001, 0.05))
 def test_a_mixed_pixel_lies_between_both_surfaces(azimuth, divergence):
     found = measured(EDGE, azimuth, divergence=divergence)[0]
@@ -236,7 +236,7 @@ def test_brightness_is_from_0_to_1():
         parse_scene(EDGE.replace('0.4', '1.4'), 's')
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(strategies.integers(0, 10_000))
 def test_echoes_have_the_ranges_of_rays_and_the_cosine_of_the_normal(seed):
     """A sphere's normal is radial: cos = sqrt(1 - (distance of the ray from it / radius)^2)."""

@@ -107,7 +107,7 @@ def test_it_coasts_to_rest_without_torque_and_time_at_rest_is_skipped():
     assert abs(servo.position(np.array([much_later + 1000 * MS]))[0]) < 0.02
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.lists(
         st.tuples(st.floats(0.1, 80.0), st.floats(-0.6, 0.6), st.floats(0.1, 8.0)),
@@ -260,7 +260,7 @@ def test_jitter_of_the_ideal_servo_is_refused_beside_a_servo():
     assert parse_scene(text.replace('0.001', '0.0'), 'scene').servo == RX24F
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     kt=st.floats(0.2, 3.0),
     resistance=st.floats(1.0, 40.0),

@@ -299,7 +299,7 @@ def test_an_inverted_servo_pitches_down_with_rising_ticks():
 
 
 @given(st.integers(0, 1023))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_positions_are_the_nearest_tick(goal):
     bus = Bus()
     bus.write_word(30, goal)
@@ -407,7 +407,7 @@ def test_jitter_makes_turns_late():
     assert turns[0] < turns[1]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.binary(max_size=100), max_size=8))
 def test_garbage_never_crashes_it_and_after_a_pause_it_answers(pieces):
     bus = Bus(start_ns=START)
@@ -423,7 +423,7 @@ def test_garbage_never_crashes_it_and_after_a_pause_it_answers(pieces):
     assert reply[1] == b''
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     st.lists(
         st.tuples(

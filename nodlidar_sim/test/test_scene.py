@@ -344,7 +344,7 @@ def places(content):
     return found + [place for each in inner for place in places(each)]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.sampled_from(scene_names()), st.lists(st.tuples(st.integers(0), WEIRD), max_size=2))
 def test_any_value_in_a_scene_is_one_of_a_world_or_a_typed_error(name, changes):
     file = resources.files('nodlidar_sim') / 'scenes' / f'{name}.yaml'

@@ -371,7 +371,7 @@ def test_identity():
     assert (status['LASR'], status['SCSP']) == ('ON', '5%Down(570[rpm])')
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.binary(max_size=200), max_size=8), st.booleans())
 def test_garbage_never_crashes_it_and_it_answers_afterwards(pieces, scip11):
     host = Host(scip11=scip11)
