@@ -10,8 +10,9 @@ from nodlidar_mapper.poses import Array, inverse
 from nodlidar_mapper.seen import Seen
 import numpy as np
 
-MAPPED = 0.4  # of the points must lie near the old part of the map for a loop: a corner fits
-SHARE = 0.6  # ... elsewhere as well; and so many of these must match
+# A corner of the old part of the map fits elsewhere as well. So this share of the points must lie
+# near that part, and that share of these must match.
+MAPPED, SHARE = 0.4, 0.6
 REACH = 1.0  # m
 DRIFT = 0.01  # error of the map, as a share of the way
 # Points of a loop err alike: so many times less certain than the matching says.

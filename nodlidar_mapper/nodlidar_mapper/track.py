@@ -33,8 +33,8 @@ class Track:
         self._odometer = Odometer()
         self._stamp_ns = 0
         self._odometry = np.eye(4)
-        self._seconds = 1.0  # between the last two clouds, and the motion: by odometry, and true
-        self._counted, self._last_motion = np.eye(4), np.eye(4)
+        self._seconds = 1.0  # between the last two clouds
+        self._counted, self._last_motion = np.eye(4), np.eye(4)  # then: by odometry, and true
         self.pose: Array | None = None
         self.covariance = self._known = np.diag([1e-6] * 6)  # now, and after the last match
         self.jump = ''
