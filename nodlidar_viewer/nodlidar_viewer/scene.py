@@ -97,12 +97,12 @@ class Scene:
             position=pose.position,
         )
 
-    def show_model(self, links: Sequence[str], shapes: Sequence[Shape]) -> None:
+    def show_model(self, shapes: Sequence[Shape]) -> None:
         """Draw a robot model anew."""
         self._scene.remove_by_name('/robot')
         self._links = {
             link: (self._scene.add_frame(f'/robot/{link}', show_axes=False, visible=False), None)
-            for link in links
+            for link in {shape.link for shape in shapes}
         }
         for index, shape in enumerate(shapes):
             place: dict[str, Any] = {
@@ -122,7 +122,7 @@ class Scene:
 
     @property
     def links(self) -> list[str]:
-        """The links of the robot model."""
+        """The links of the robot model that have shapes."""
         return list(self._links)
 
     def place_link(self, link: str, pose: Pose | None) -> None:
