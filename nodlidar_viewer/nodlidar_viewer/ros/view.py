@@ -55,11 +55,11 @@ class View:
     def step(self) -> None:
         """Draw what is new."""
         self._transforms.take()
+        seconds = (steady_ns() - self._told_ns) / NS_PER_S
         with self._page.at_once():
             self._draw()
-        seconds = (steady_ns() - self._told_ns) / NS_PER_S
-        if seconds >= WORDS_PERIOD:
-            self._tell(seconds)
+            if seconds >= WORDS_PERIOD:
+                self._tell(seconds)
 
     def end(self) -> None:
         """End the subscriptions, and clear the page."""
