@@ -88,10 +88,13 @@ def test_directions_lie_where_the_points_are():
     assert not (directions.picture()[:, :, 1] > 200).any()
 
 
-def test_the_fan_has_a_triangle_between_beams_that_hit():
+def test_the_fan_has_an_area_between_beams_that_hit():
     ranges = np.array([2.0, np.inf, 2.0, 2.0, np.nan, 0.001], dtype=np.float32).repeat(EVERY)
     vertices, triangles = fan(ranges, -0.5, 0.1, 0.02)
-    assert triangles.tolist() == [[0, 3, 4]]
+    centre, one, other = np.moveaxis(vertices[triangles], 1, 0)
+    area = np.linalg.norm(np.cross(one - centre, other - centre), axis=1)
+    assert triangles[area > 0.0].tolist() == [[0, 3, 4]]
+    np.testing.assert_array_equal(fan(ranges + 1.0, -0.5, 0.1, 0.02)[1], triangles)
     angle = -0.5 + 0.1 * 2 * EVERY
     np.testing.assert_allclose(vertices[3], [2 * np.cos(angle), 2 * np.sin(angle), 0], rtol=1e-6)
     assert np.isfinite(vertices).all()
