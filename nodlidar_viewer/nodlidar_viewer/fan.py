@@ -11,7 +11,8 @@ def fan(
 ) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """Return the vertices [m], shape (n, 3), and the triangles, shape (m, 3), of a scan.
 
-    Where one of two neighbouring beams has no range, there is no triangle.
+    The triangles are those of any scan with so many beams, so that only vertices have to be sent.
+    A beam without a range ends in the centre, and so its triangles have no area.
 
     Parameters
     ----------
@@ -21,11 +22,11 @@ def fan(
         Azimuth of the first beam [rad], and from beam to beam [rad].
     """
     chosen = np.arange(0, len(ranges), EVERY)
-    length = np.where(np.isfinite(ranges[chosen]), ranges[chosen], 0.0)
-    is_hit = length >= nearest
+    length = ranges[chosen]
+    length = np.where(np.isfinite(length) & (length >= nearest), length, 0.0)
     angle = angle_min + angle_increment * chosen
     ends = np.stack([length * np.cos(angle), length * np.sin(angle), np.zeros_like(angle)], axis=1)
     vertices = np.concatenate([np.zeros((1, 3)), ends]).astype(np.float32)
-    first = np.flatnonzero(is_hit[:-1] & is_hit[1:]) + 1
+    first = np.arange(1, len(chosen))
     triangles = np.stack([np.zeros_like(first), first, first + 1], axis=1)
     return vertices, triangles.astype(np.uint32)

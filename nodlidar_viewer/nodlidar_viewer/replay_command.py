@@ -58,7 +58,8 @@ def play(page: Page, player: Player, replay: Replay) -> None:
         now = time.monotonic()
         if page.is_watched:
             replay.move_to(player.move(now - last))
-            page.scene.show_cloud(replay.recent.chunks)
+            with page.at_once():
+                page.scene.show_cloud(replay.recent.chunks)
         last = now
 
 

@@ -39,8 +39,8 @@ class Shape:
     colour: tuple[float, float, float]
 
 
-def links_and_shapes(urdf: str) -> tuple[list[str], list[Shape]]:
-    """Return the links of a URDF and their shapes, without meshes.
+def shapes_of(urdf: str) -> list[Shape]:
+    """Return the shapes of a URDF, without meshes.
 
     Raises
     ------
@@ -49,13 +49,12 @@ def links_and_shapes(urdf: str) -> tuple[list[str], list[Shape]]:
     """
     try:
         robot = URDF.from_xml_string(urdf.encode())
-        shapes = [
+        return [
             shape
             for link in robot.links
             for visual in link.visuals
             if (shape := _shape(robot, link.name, visual)) is not None
         ]
-        return [link.name for link in robot.links], shapes
     except Exception as error:  # of the XML parser or urdf_parser_py
         raise RobotModelError(f'robot_description is not a URDF: {error}') from error
 

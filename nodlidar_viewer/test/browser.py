@@ -4,6 +4,7 @@ from contextlib import contextmanager
 import time
 
 import msgspec
+import numpy as np
 import viser
 from viser._messages import GuiUpdateMessage, ViewerCameraMessage
 from websockets.sync.client import connect
@@ -48,9 +49,7 @@ class Browser:
                 data = self._connection.recv(timeout=0.05)
             except TimeoutError:
                 continue
-            end = 16 + int.from_bytes(data[8:16], 'little')
-            decoded = msgspec.msgpack.decode(zstandard.decompress(data[16:end]))
-            self.messages.extend(decoded['messages'])
+            self.messages.extend(_messages(data))
 
     def of(self, kind):
         """Return the messages of a kind, for example of point clouds."""
@@ -60,6 +59,24 @@ class Browser:
         """Return all that the page says."""
         words = [str(m.get('props', m.get('updates', ''))) for m in self.messages]
         return '\n'.join(words)
+
+
+def _messages(data):
+    """Return the messages in a packet; arrays follow them, each at a multiple of 8 bytes."""
+    offset = 16 + int.from_bytes(data[8:16], 'little')
+    decoded = msgspec.msgpack.decode(zstandard.decompress(data[16:offset]))
+    arrays = []
+    for length in decoded['binaryBufferLengths']:
+        offset += -offset % 8
+        arrays.append(data[offset : offset + length])
+        offset += length
+    for message in decoded['messages']:
+        for values in (message.get('props', {}), message.get('updates', {})):
+            for name, value in values.items():
+                if isinstance(value, dict) and '__binary_index' in value:
+                    array = arrays[value['__binary_index']]
+                    values[name] = np.frombuffer(array, dtype=value['dtype'])
+    return decoded['messages']
 
 
 @contextmanager

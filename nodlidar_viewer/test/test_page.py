@@ -36,6 +36,29 @@ def test_a_cloud_is_drawn_chunk_by_chunk(page):
         browser.until(lambda: gone <= {m['name'] for m in browser.of('RemoveSceneNodeMessage')})
 
 
+def test_a_chunk_that_grows_is_changed_and_not_drawn_anew(page):
+    recent = RecentPoints(2500)
+
+    def grow():
+        recent.add(len(recent.points), np.full((100, 3), 3.0, dtype=np.float32))
+        with page.at_once():
+            page.scene.show_cloud(recent.chunks)
+
+    def drawn(browser):
+        clouds = [m['props'] for m in browser.of(CLOUD)]
+        changes = [m['updates'] for m in browser.of('SceneNodeUpdateMessage')]
+        latest = {name: value for each in clouds + changes for name, value in each.items()}
+        return len(clouds), *(len(latest.get(name, ())) // 3 for name in ('points', 'colors'))
+
+    grow()
+    with browsing(page.address) as browser:
+        browser.until(lambda: drawn(browser) == (1, 100, 100))
+        grow()
+        browser.until(lambda: drawn(browser) == (1, 200, 200))
+    with browsing(page.address) as late:
+        late.until(lambda: drawn(late) == (1, 200, 200))
+
+
 def test_a_browser_of_this_machine_may_control(page):
     with browsing(page.address) as browser:
         browser.until(lambda: page.controllers)

@@ -15,7 +15,7 @@ from nodlidar_viewer.directions import Directions
 from nodlidar_viewer.fan import fan
 from nodlidar_viewer.page import Page
 from nodlidar_viewer.recent_points import RecentPoints
-from nodlidar_viewer.robot_model import links_and_shapes, RobotModelError
+from nodlidar_viewer.robot_model import RobotModelError, shapes_of
 from nodlidar_viewer.ros import inputs
 from nodlidar_viewer.ros.inputs import Inputs
 from nodlidar_viewer.ros.transforms import Transforms
@@ -55,11 +55,11 @@ class View:
     def step(self) -> None:
         """Draw what is new."""
         self._transforms.take()
+        seconds = (steady_ns() - self._told_ns) / NS_PER_S
         with self._page.at_once():
             self._draw()
-        seconds = (steady_ns() - self._told_ns) / NS_PER_S
-        if seconds >= WORDS_PERIOD:
-            self._tell(seconds)
+            if seconds >= WORDS_PERIOD:
+                self._tell(seconds)
 
     def end(self) -> None:
         """End the subscriptions, and clear the page."""
@@ -88,7 +88,7 @@ class View:
 
     def _draw_model(self, urdf: str) -> None:
         try:
-            self._page.scene.show_model(*links_and_shapes(urdf))
+            self._page.scene.show_model(shapes_of(urdf))
         except RobotModelError as error:
             self._log.warning(str(error))
 
