@@ -34,7 +34,7 @@ MAIN = 'from nodlidar_servo.ros.node import main; main()'
 def start(*parameters, namespace=''):
     """Start the node with parameters 'key:=value'."""
     options = [word for parameter in parameters for word in ('-p', parameter)]
-    options += ['-r', f'__ns:=/{namespace}']
+    options += ['-r', f'__ns:={namespace or "/"}']
     return subprocess.Popen(
         [sys.executable, '-c', MAIN, '--ros-args', *options],
         stderr=subprocess.PIPE,
@@ -59,6 +59,11 @@ class Commander:
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self._commands = self.node.create_publisher(NodCommand, 'nod_command', 10)
         self.node.create_timer(0.1, self._command)
+        # Before any node starts: a service drops responses to a client that it has not found yet.
+        self._life_cycles = {
+            namespace: self.node.create_client(ChangeState, f'{namespace}/servo/change_state')
+            for namespace in ('', '/second')
+        }
 
     def _on_diagnostics(self, message):
         for status in message.status:
@@ -78,9 +83,7 @@ class Commander:
             self.executor.spin_once(timeout_sec=0.05)
 
     def change_state(self, transition, namespace=''):
-        client = self.node.create_client(
-            ChangeState, f'/{namespace}/servo/change_state'.replace('//', '/')
-        )
+        client = self._life_cycles[namespace]
         self.spin_until(client.service_is_ready, 'no life cycle service')
         future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
         self.spin_until(future.done, 'the transition did not end')
@@ -317,8 +320,8 @@ def test_it_waits_for_a_port_that_is_not_there_yet(commander, emulator, tmp_path
 def test_a_second_instance_on_the_same_port_says_so_and_does_not_disturb(commander, ports):
     with active(commander, ports):
         commander.receive(5)
-        with running(f'port:={ports["servo"]}', namespace='second'):
-            commander.activate('second')
+        with running(f'port:={ports["servo"]}', namespace='/second'):
+            commander.activate('/second')
             commander.spin_until(lambda: 'in use' in commander.message(), 'not refused')
             commander.receive(50)
 
