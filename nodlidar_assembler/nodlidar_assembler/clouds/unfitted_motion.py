@@ -31,7 +31,6 @@ class UnfittedMotion:
 
     def __init__(self) -> None:
         self.gain = 0.0
-        self._count = 0.0
         # Autocovariance at a lag of 0 and 1 samples, summed: of all that is left, of motion in it.
         self._left, self._motion = np.zeros(2), np.zeros(2)
 
@@ -49,15 +48,12 @@ class UnfittedMotion:
         """
         memory = MEMORY ** len(left)
         products = np.array([left @ left, left[1:] @ left[:-1]])
-        self._count = memory * self._count + len(left)
+        of_noise = noise * (np.array([len(left), 0.0]) - influence)
         self._left = memory * self._left + products
-        self._motion = (
-            memory * self._motion + products - noise * (np.array([len(left), 0.0]) - influence)
-        )
+        self._motion = memory * self._motion + products - of_noise
         square = float(_OF_SQUARE @ self._left)
-        self.gain = (
-            min(max(float(_OF_MOTION @ self._motion) / square, 0.0), 1.0) if square else 0.0
-        )
+        gain = float(_OF_MOTION @ self._motion) / square if square else 0.0
+        self.gain = min(max(gain, 0.0), 1.0)
 
 
 def clipped(left: Array, noise: float) -> Array:
