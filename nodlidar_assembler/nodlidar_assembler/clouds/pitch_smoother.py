@@ -28,7 +28,7 @@ MISSED = 0.3  # share of the samples that a method may miss, as at a reversal,
 MISSED_WITHIN = 0.1  # ... by an angle within this range [rad]
 SCORE_MEMORY = 0.997  # weight of a sample in the score, over that of the next one
 NOISE_MEMORY = 0.96  # the same in the learned noise
-NOISE_EVERY = 4  # scans, in which each sample counts about once
+NOISE_EVERY = 4  # scans, as noise changes slowly
 LEAST_VARIANCE = 1e-10  # of a prediction [rad2]
 
 
@@ -126,9 +126,10 @@ class PitchSmoother:
         share = np.exp(self._score - self._score.max())
         share /= share.sum()
         left = clipped(window.pitch - share @ splines.pitch, self._rounding)
-        self._scans += 1
-        if self._scans % NOISE_EVERY == 0 and new.start < new.stop:
-            self._learn_noise(splines, window, new, share, left)
+        if new.start < new.stop:
+            self._scans += 1
+            if self._scans % NOISE_EVERY == 0:
+                self._learn_noise(splines, window, new, share, left)
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
         smooth = value(share @ splines.coefficients, place)
         unfitted = self._unfitted.gain * np.interp(place, window.place, left)
