@@ -125,11 +125,15 @@ def true_poses(recording: Recording, stamps_ns: Array) -> Array:
     return np.stack([planar(*pose) for pose in zip(x, y, yaw, strict=True)])
 
 
-def rms(truth: Array, poses: list[Array]) -> float:
-    """Return the RMS error of positions, aligned at the first pose [m]."""
+def errors(truth: Array, poses: list[Array]) -> Array:
+    """Return the errors of positions, aligned at the first pose [m], shape (n,)."""
     aligned = truth[0] @ inverse(poses[0]) @ np.stack(poses)
-    off = np.linalg.norm(aligned[:, :3, 3] - truth[:, :3, 3], axis=1)
-    return float(np.sqrt(np.mean(off**2)))
+    return np.asarray(np.linalg.norm(aligned[:, :3, 3] - truth[:, :3, 3], axis=1))
+
+
+def rms(truth: Array, poses: list[Array]) -> float:
+    """Return the RMS of these errors [m]."""
+    return float(np.sqrt(np.mean(errors(truth, poses) ** 2)))
 
 
 def best_fit(truth: Array, poses: list[Array]) -> float:

@@ -11,7 +11,7 @@ from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import clouds_of, estimates
-from nodlidar_mapper.poses import Array, inverse
+from nodlidar_mapper.poses import Array
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.base import compose, relative
 from nodlidar_sim.world.scene import Scene
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.drawn_buildings import drawn
-from bench.mapping import CONFIG, recorded, scene_of, true_poses
+from bench.mapping import CONFIG, errors, recorded, scene_of, true_poses
 from bench.report import Row
 
 TITLE = 'One jump of odometry on a drive: where the robot is taken to be afterwards'
@@ -93,9 +93,7 @@ def _trial(recording: Recording, distance: float, turn: float, rng: np.random.Ge
     log = replace(simulated_log(jumped), odometry=simulated_odometry(jumped))
     found = estimates(Mapper(MapperConfig()), clouds_of(log, CONFIG), log)
     stamps_ns = np.array([each.stamp_ns for each in found])
-    truth, poses = true_poses(recording, stamps_ns), np.stack([each.pose for each in found])
-    aligned = truth[0] @ inverse(poses[0]) @ poses
-    off = np.linalg.norm(aligned[:, :2, 3] - truth[:, :2, 3], axis=1)
+    off = errors(true_poses(recording, stamps_ns), [each.pose for each in found])
     return judged(off, np.array([bool(each.lost) for each in found]), stamps_ns, jump_ns)
 
 
