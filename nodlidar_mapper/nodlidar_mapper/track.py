@@ -65,10 +65,7 @@ class Track:
         before = inverse(self._last_motion) @ self._counted
         change = change_between(np.eye(4), before) / self._seconds
         back = change_between(np.eye(4), inverse(self._last_motion)) / self._seconds
-        return Seen(
-            _carried(points, change, age),
-            _carried(lidar, back, age),
-        )
+        return Seen(_carried(points, change, age), _carried(lidar, back, age))
 
     def learn(self, pose: Array, found: Match) -> None:
         """Learn the errors of odometry, and how certain the pose is, from a match.
