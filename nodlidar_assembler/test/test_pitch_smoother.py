@@ -8,6 +8,7 @@ from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_sim.world.motion import blended_motion
 import numpy as np
 import pytest
+from scipy import signal
 
 START_NS = 1_700_000_000_123_456_789
 OFFSET = np.arange(682) * 97.65625e-6
@@ -122,6 +123,15 @@ def test_an_encoder_without_steps_but_with_noise():
 @pytest.mark.parametrize('amplitude', [1e-3, 3e-3, 6e-3])
 def test_vibrations_are_not_smoothed_away(frequency, amplitude):
     assert ratio(rippled(nod(), amplitude, frequency), 100.0, STEP) < 1.02
+
+
+def test_random_motion_that_no_encoder_has_as_noise_is_not_smoothed_away():
+    rng = np.random.default_rng(3)
+    grid = np.arange(-2.0, 0.1 * SCANS + 2.0, 0.002)
+    band = signal.butter(4, (1.0, 45.0), 'bandpass', fs=500.0, output='sos')
+    shaken = signal.sosfilt(band, rng.normal(0.0, 1.0, len(grid)))
+    shaken *= 5e-3 / rms(shaken)
+    assert ratio(lambda t: nod()(t) + np.interp(t, grid, shaken), 100.0, STEP) < 1.15
 
 
 @pytest.mark.parametrize('name', ['nod', 'wandering'])

@@ -18,9 +18,10 @@ from scipy.special import ndtr
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-BEFORE_NS = 100_000_000  # time before a scan from which samples are used: a revolution
+BEFORE_NS = 70_000_000  # time before a scan from which samples are used
 SAME = 1e-6  # difference of samples at the same step of the encoder, at most [rad]
 LEAST_STEP = 4e-4  # of an encoder [rad]; the stamps are no better than that
+MOST_NOISE = 2.5e-3  # of one beyond rounding, RMS [rad]: half a step of the coarsest; else motion
 FIRST_INTENSITY = 3.0 * ROUGHNESS  # of an interval that no scan has fitted yet
 LEAST_REST = 1e-3  # share of a sample's residual that the fit leaves, at least
 FAR_OFF = 3.0  # standard deviations; a sample that is farther off counts less
@@ -205,7 +206,8 @@ class PitchSmoother:
         beyond = square.mean(axis=1, keepdims=True) - rounding
         learned = memory * self._noise + (1.0 - memory) * beyond
         white = max(self._white_noise.add(window.pitch), rounding)
-        self._unfitted.add(left[new], share @ splines.influence(new), white)
+        most = rounding + MOST_NOISE**2
+        self._unfitted.add(left[new], share @ splines.influence(new), min(white, most))
         self._noise = np.maximum(0.0, np.minimum(learned, white - rounding))
 
 

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 KNOT_NS = 10_000_000
 KNOT = KNOT_NS / NS_PER_S
-ROUGHNESS = np.array([[1e3], [1e4], [3e5]])  # q0 of each spline [rad2/s5]
+ROUGHNESS = np.array([[2e3], [3e5]])  # q0 of each spline [rad2/s5]
 NU = 0.3  # the smaller, the heavier the tails
 STRIDE = 2.0  # expectation maximisation is slow: each of its steps is taken so many times
 RIDGE = 1e-6  # keeps a spline finite where no sample is [1 / rad2]
