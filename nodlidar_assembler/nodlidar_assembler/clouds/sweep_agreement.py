@@ -15,17 +15,20 @@ Array = NDArray[np.float64]
 
 WINDOW = 20.0  # in which a static scene is assumed [s]
 EVERY = 4  # beams
+AT_ONCE = 10  # scans whose beams are added to the cells in one step
 AZIMUTH_CELL, PITCH_CELL = 0.1, 0.1  # [rad]
+LEAST_SPEED = 0.1  # at which a beam counts [rad/s]
 LEAST_DELAY = 3e-3  # that is reported [s]
 SURE = 6.0  # standard errors
 CONFIRMED = 3  # windows, one after the other, with the same sign
 _LEAST_IN_CELL, _LEAST_CELLS = 12, 20
-_FARTHEST = 2.0  # pitch of a cell, at most [rad]
+_COLUMNS, _ROWS = 64, 64  # of cells: a turn
 _TERMS = 5  # 1, pitch, azimuth, speed, range
+_MOST_CONDITION = 1e8  # of a cell's equations
 
 
 class SweepAgreement:
-    """Estimates the delay of joint states, window by window; costs some 0.1 ms per scan.
+    """Estimates the delay of joint states, window by window.
 
     Attributes
     ----------
@@ -35,7 +38,6 @@ class SweepAgreement:
 
     def __init__(self) -> None:
         self.delay = self.error = float('nan')
-        self._cells: tuple[int, int] = (64, round(2.0 * _FARTHEST / PITCH_CELL))
         self._alike = 0
         self._start_ns: int | None = None
         self._clear()
@@ -66,44 +68,68 @@ class SweepAgreement:
         self._gather(assembled)
 
     def _clear(self) -> None:
-        self._sums = np.zeros((self._cells[0] * self._cells[1], _TERMS * _TERMS))
+        self._moments = np.zeros((_COLUMNS * _ROWS, _TERMS, _TERMS))
+        self._seen: list[Array] = []
 
     def _gather(self, assembled: Assembled) -> None:
+        """Keep pitch, azimuth, speed and range of some beams of a scan."""
         chosen = assembled.placed.beams[::EVERY]
         beams = assembled.beams
-        if len(chosen) < 2 or beams.geometry.time_increment == 0.0:
+        if len(chosen) < 3 or beams.geometry.time_increment == 0.0:
             return
-        pitch, azimuth = assembled.pitch[chosen], beams.azimuth[chosen]
-        speed = np.gradient(pitch, beams.offset[chosen])
-        column = np.floor(azimuth / AZIMUTH_CELL).astype(np.int64) % self._cells[0]
-        row = np.floor((pitch + _FARTHEST) / PITCH_CELL).astype(np.int64)
-        inside = (row >= 0) & (row < self._cells[1]) & (np.abs(speed) > 0.1)
-        ranges = assembled.scan.ranges[chosen].astype(np.float64)
-        off = pitch - (row + 0.5) * PITCH_CELL + _FARTHEST
-        aside = azimuth - (np.floor(azimuth / AZIMUTH_CELL) + 0.5) * AZIMUTH_CELL
-        terms = np.stack([np.ones_like(off), off, aside, speed, ranges], axis=1)[inside]
-        products = (terms[:, :, None] * terms[:, None, :]).reshape(len(terms), _TERMS**2)
-        np.add.at(self._sums, (column * self._cells[1] + row)[inside], products)
+        pitch, offset = assembled.pitch[chosen], beams.offset[chosen]
+        inner = chosen[1:-1]
+        speed = (pitch[2:] - pitch[:-2]) / (offset[2:] - offset[:-2])
+        ranges = assembled.scan.ranges[inner]
+        self._seen.append(np.stack([pitch[1:-1], beams.azimuth[inner], speed, ranges]))
+        if len(self._seen) == AT_ONCE:
+            self._sum_up()
+
+    def _sum_up(self) -> None:
+        """Add the kept beams to the moments of their cells."""
+        if self._seen:
+            cells, moments = _moments(*np.concatenate(self._seen, axis=1))
+            self._moments[cells] += moments
+            self._seen.clear()
 
     def _end(self) -> None:
         """Estimate the delay of the window, and count the windows that agree on one."""
-        self.delay, self.error = _delay(self._sums.reshape(-1, _TERMS, _TERMS))
+        self._sum_up()
+        self.delay, self.error = _delay(self._moments)
         sure = abs(self.delay) > max(LEAST_DELAY, SURE * self.error)
         side = int(np.sign(self.delay)) if sure else 0
         self._alike = side + (self._alike if self._alike * side > 0 else 0)
         self._clear()
 
 
+def _moments(
+    pitch: Array, azimuth: Array, speed: Array, ranges: Array
+) -> tuple[NDArray[np.intp], Array]:
+    """Return the cells that beams are in and the sums of products of their terms, (c, 5, 5)."""
+    column, row = np.floor(azimuth / AZIMUTH_CELL), np.floor(pitch / PITCH_CELL)
+    aside = azimuth - (column + 0.5) * AZIMUTH_CELL
+    off = pitch - (row + 0.5) * PITCH_CELL
+    used = np.abs(speed) > LEAST_SPEED
+    terms = np.stack([np.ones_like(off), off, aside, speed, ranges])[:, used]
+    cell = (column % _COLUMNS * _ROWS + row % _ROWS)[used].astype(np.intp)
+    cells, place = np.unique(cell, return_inverse=True)
+    sums = [np.bincount(place, a * b, len(cells)) for a in terms for b in terms]
+    return cells, np.stack(sums, axis=1).reshape(-1, _TERMS, _TERMS)
+
+
 def _delay(moments: Array) -> tuple[float, float]:
     """Return the delay [s] from the moments of cells (c, 5, 5), and its standard error."""
     used = moments[moments[:, 0, 0] >= _LEAST_IN_CELL]
-    used = used[np.linalg.cond(used[:, :4, :4]) < 1e8] if len(used) else used
+    # Not solve or inv: OpenBLAS spreads these over threads, which then keep every processor busy.
+    values, vectors = np.linalg.eigh(used[:, :4, :4])
+    determined = values[:, 0] > values[:, 3] / _MOST_CONDITION
+    used, values, vectors = used[determined], values[determined], vectors[determined]
     if len(used) < _LEAST_CELLS:
         return float('nan'), float('nan')
-    fit = np.linalg.solve(used[:, :4, :4], used[:, :4, 4:])[..., 0]
+    inverse = (vectors / values[:, None]) @ vectors.transpose(0, 2, 1)
+    fit = np.einsum('ckj,cj->ck', inverse, used[:, :4, 4])
     rest = used[:, 4, 4] - np.einsum('ck,ck->c', fit, used[:, :4, 4])
     variance = np.maximum(rest / (used[:, 0, 0] - 4.0), 1e-6)
-    inverse = np.linalg.inv(used[:, :4, :4])
     weight = fit[:, 1] ** 2 / (variance * inverse[:, 3, 3])
     each = fit[:, 3] / np.where(np.abs(fit[:, 1]) > 1e-3, fit[:, 1], np.inf)
     kept = np.abs(fit[:, 1]) > 3.0 * np.sqrt(variance * inverse[:, 1, 1])
