@@ -114,7 +114,8 @@ def _moments(
     cell = (column % _COLUMNS * _ROWS + row % _ROWS)[used].astype(np.intp)
     cells, place = np.unique(cell, return_inverse=True)
     sums = [np.bincount(place, a * b, len(cells)) for a in terms for b in terms]
-    return cells, np.stack(sums, axis=1).reshape(-1, _TERMS, _TERMS)
+    moments = np.stack(sums, axis=1).astype(np.float64)
+    return np.asarray(cells), moments.reshape(-1, _TERMS, _TERMS)
 
 
 def _delay(moments: Array) -> tuple[float, float]:

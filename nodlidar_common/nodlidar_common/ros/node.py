@@ -8,9 +8,9 @@ import sys
 
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.ros.device_node import DeviceNode
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.survival import Survival
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -82,7 +82,7 @@ def _ending_signals() -> Iterator[list[int]]:
 def _spin(node: Node, received: list[int]) -> None:
     """Run a node until a signal was received, it has failed, or another one takes over."""
     # rclpy's spin_until_future_complete leaks some memory with every callback.
-    executor = SingleThreadedExecutor()
+    executor = Executor()
     executor.add_node(node)
     # What lives as long as the node need not be looked at in every collection.
     gc.unfreeze()

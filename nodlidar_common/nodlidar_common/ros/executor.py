@@ -1,0 +1,34 @@
+"""The executor of the nodes."""
+
+from typing import Any
+
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.steady import steady_ns
+from rclpy.event_handler import EventHandler
+from rclpy.executors import SingleThreadedExecutor
+
+
+class Executor(SingleThreadedExecutor):
+    """Runs the callbacks of a node; looks at its QoS events, which are warnings, once a second.
+
+    Each topic has two of them. Looked at whenever the node wakes up, they take as long as all else
+    that rclpy does then.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._looks_at_events, self._next_look_ns = True, 0
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait for a callback and run it."""
+        now_ns = steady_ns()
+        self._looks_at_events = now_ns >= self._next_look_ns
+        if self._looks_at_events:
+            self._next_look_ns = now_ns + NS_PER_S
+        super().spin_once(timeout_sec)
+
+    def can_execute(self, entity: Any) -> bool:
+        """Return whether an entity may wake the node."""
+        if not self._looks_at_events and isinstance(entity, EventHandler):
+            return False
+        return bool(super().can_execute(entity))

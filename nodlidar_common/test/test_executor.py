@@ -1,0 +1,58 @@
+"""The executor of the nodes: QoS events are looked at once a second, all else at once."""
+
+import time
+
+from nodlidar_common.ros import executor as module
+from nodlidar_common.ros.executor import Executor
+import pytest
+import rclpy
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Empty
+
+BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
+
+
+@pytest.fixture
+def node():
+    rclpy.init()
+    node = rclpy.create_node('looking')
+    yield node
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def spin_until(executor, condition, timeout=5.0):
+    end = time.monotonic() + timeout
+    while not condition() and time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.05)
+    return condition()
+
+
+def test_publishers_of_another_quality_are_reported(node):
+    reports = []
+    events = SubscriptionEventCallbacks(incompatible_qos=reports.append)
+    executor = Executor()
+    executor.add_node(node)
+    spin_until(executor, lambda: False, 0.2)
+    node.create_subscription(Empty, 'topic', lambda _: None, RELIABLE, event_callbacks=events)
+    node.create_publisher(Empty, 'topic', BEST_EFFORT)
+    assert spin_until(executor, lambda: bool(reports))
+    assert reports[0].total_count == 1
+    executor.shutdown()
+
+
+def test_between_two_looks_events_do_not_wake_the_node(node, monkeypatch):
+    now = [0]
+    monkeypatch.setattr(module, 'steady_ns', lambda: now[0])
+    node.create_subscription(Empty, 'topic', lambda _: None, RELIABLE)
+    executor = Executor()
+    executor.add_node(node)
+    looks = []
+    for now[0] in range(0, 3_000_000_000, 250_000_000):
+        executor.spin_once(timeout_sec=0.0)
+        looks.append({executor.can_execute(event) for event in node.waitables})
+        assert all(executor.can_execute(timed) for timed in node.subscriptions)
+    assert looks == [{True}, {False}, {False}, {False}] * 3
+    executor.shutdown()
