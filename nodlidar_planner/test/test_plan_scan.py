@@ -300,6 +300,7 @@ def test_a_timing_error_that_upsets_whole_sweeps_has_a_plan_too(plan_of, recwarn
         (['--time-budget', '2', '--top', '3'], ["'--top'", 'left out', 'is 3']),
         (['--plot', 'plan.gif'], ["'--plot'", '.png', "'plan.gif'"]),
         (['--plot', 'no/such/plan.png'], ["'--plot'", 'folder', "'no/such/plan.png'"]),
+        (['--full-circle', '--azimuth', '0.5'], ['--azimuth', 'left out', '0.5']),
         (['--sped-max', '4'], ['--sped-max']),
         (['--obj', '4'], ['--obj']),
     ],

@@ -143,6 +143,7 @@ class Request:
                 raise ParameterError(key, 'left out with --time-budget and --max-hole', value)
 
 
+_BOUNDS = ('azimuth', 'centre', 'window_min', 'window_max')
 _GROUPS: dict[Any, str] = {
     Task: 'object, region and lidar',
     Request: 'the nod',
@@ -167,7 +168,17 @@ def parse(argv: Sequence[str] | None) -> tuple[Task, Request, ErrorParameters]:
             add_option(group, option_field)
     values = vars(parser.parse_args(argv))
     task, request, errors = ({f.name: values[f.name] for f in fields(of)} for of in _GROUPS)
+    _check_full_circle(task)
     return Task(**task), Request(**request), ErrorParameters(**errors)
+
+
+def _check_full_circle(task: dict[str, Any]) -> None:
+    """Raise ParameterError for the bounds of a region or window beside that of a full circle."""
+    if task['full_circle']:
+        for each in fields(Task):
+            if each.name in _BOUNDS and task[each.name] != each.default:
+                limit = 'left out with --full-circle, which plans for all directions'
+                raise ParameterError(each.name, limit, task[each.name])
 
 
 def as_option(error: ParameterError) -> ParameterError:
