@@ -4,7 +4,9 @@ import math
 
 from hypothesis import example, given
 from hypothesis import strategies as st
+from nodlidar_assembler.clouds import pitch_smoother as module
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
+from nodlidar_assembler.clouds.spline_fit import fit
 from nodlidar_sim.world.motion import blended_motion
 import numpy as np
 import pytest
@@ -179,3 +181,27 @@ def test_whatever_the_samples_no_beam_is_nan_or_farther_than_a_reversal_explains
         got = smoother.pitch(start_ns, OFFSET, sample_ns, pitch, between)
         beyond = np.max(np.abs(np.diff(pitch))) / 2.0 + 2.0 * max(STEP, 2.0 * size)
         assert np.all(np.abs(got - between) <= beyond)
+
+
+@pytest.mark.parametrize('first', [0.02, 0.05])
+def test_samples_before_a_pause_do_not_count(monkeypatch, first):
+    """As when joint states stop for 9 s: 900 knots would be fitted."""
+    fitted = []
+
+    def counted(*args):
+        fitted.append(args[-1].shape[1])
+        return fit(*args)
+
+    monkeypatch.setattr(module, 'fit', counted)
+    motion, smoother = nod(), PitchSmoother()
+    time, pitch = samples_of(motion, 100.0, STEP)
+    kept = (time < 0.1) | (time > 9.1)
+    start = time[time > 9.1][0] + first
+    scan_ns = START_NS + round(start * 1e9)
+    sample_ns = START_NS + np.rint(time[kept] * 1e9).astype(np.int64)
+    near = np.abs(time[kept] - start) < 0.3
+    near[np.flatnonzero(time[kept] < 0.1)[-1]] = True
+    line = np.interp(OFFSET, time - start, pitch)
+    got = smoother.pitch(scan_ns, OFFSET, sample_ns[near], pitch[kept][near], line)
+    assert fitted[0] < 60
+    assert rms(got - motion(start + OFFSET)) < 2.0 * STEP

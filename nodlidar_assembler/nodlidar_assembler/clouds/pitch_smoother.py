@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.spline_fit import fit, KNOT, KNOT_NS, ROUGHNESS, Splines, value
 from nodlidar_assembler.clouds.unfitted_motion import clipped, UnfittedMotion
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
+from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
 BEFORE_NS = 70_000_000  # time before a scan from which samples are used
+LONGEST_NS = 1_000_000_000  # of all samples around a scan, unless there was
+PAUSE_NS = 200_000_000  # ... a pause between them
 SAME = 1e-6  # difference of samples at the same step of the encoder, at most [rad]
 LEAST_STEP = 4e-4  # of an encoder [rad]; the stamps are no better than that
 MOST_NOISE = 2.5e-3  # of one beyond rounding, RMS [rad]: half a step of the coarsest; else motion
@@ -115,8 +118,9 @@ class PitchSmoother:
         SplineError
             If the samples do not determine a spline.
         """
-        first = max(0, int(sample_ns.searchsorted(start_ns - BEFORE_NS, side='right')) - 1)
-        sample_ns, sample_pitch = sample_ns[first:], sample_pitch[first:]
+        end_ns = start_ns + round(float(offset[-1]) * NS_PER_S)
+        around = _around(sample_ns, start_ns, end_ns)
+        sample_ns, sample_pitch = sample_ns[around], sample_pitch[around]
         middle = float(np.add.reduce(sample_pitch)) / len(sample_pitch)
         window = _Window.of(sample_ns, sample_pitch - middle)
         if self._last is not None:
@@ -209,6 +213,19 @@ class PitchSmoother:
         most = rounding + MOST_NOISE**2
         self._unfitted.add(left[new], share @ splines.influence(new), min(white, most))
         self._noise = np.maximum(0.0, np.minimum(learned, white - rounding))
+
+
+def _around(sample_ns: Times, start_ns: int, end_ns: int) -> slice:
+    """Return the samples around a scan [ns], none beyond a pause before or after it."""
+    first = max(0, int(sample_ns.searchsorted(start_ns - BEFORE_NS, side='right')) - 1)
+    last = len(sample_ns)
+    if sample_ns[-1] - sample_ns[first] > LONGEST_NS:
+        pauses = first + np.flatnonzero(sample_ns[first + 1 :] - sample_ns[first:-1] > PAUSE_NS)
+        before = pauses[sample_ns[pauses + 1] <= start_ns]
+        after = pauses[sample_ns[pauses] >= end_ns]
+        first = int(before[-1]) + 1 if len(before) else first
+        last = int(after[0]) + 1 if len(after) else last
+    return slice(first, last)
 
 
 def _weight(error: Array, variance: Array) -> Array:

@@ -8,7 +8,7 @@ legs become smooth and reversals sharp, without any assumption about the shape o
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
@@ -129,19 +129,19 @@ def _basis(place: Array, intervals: int) -> Array:
     return np.asarray((outer * outer * outer - 4.0 * (inner * inner * inner)) / 6.0)
 
 
-@cache
+@lru_cache(maxsize=64)  # windows differ by the gaps between samples
 def _four(intervals: int) -> NDArray[np.intp]:
     """Return the indices of the coefficients that count in each interval, shape (intervals, 4)."""
     return np.arange(intervals)[:, None] + np.arange(4)
 
 
-@cache
+@lru_cache(maxsize=64)  # windows differ by the gaps between samples
 def _jerk(intervals: int) -> Array:
     """Return the matrix from coefficients to the jerk of each interval."""
     return np.diff(np.eye(intervals + 3), 3, axis=0) / KNOT**3
 
 
-@cache
+@lru_cache(maxsize=64)  # windows differ by the gaps between samples
 def _weak_prior(intervals: int) -> Array:
     """Return information that keeps a spline finite where no sample is."""
     acceleration = np.diff(np.eye(intervals + 3), 2, axis=0) / KNOT**2 / ACCELERATION
