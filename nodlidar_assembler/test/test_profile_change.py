@@ -57,3 +57,25 @@ def test_the_first_node_leaves_nothing_in_ros(assembler):
     topics = ('/points', '/nod_command', '/assembler/scan_region/_action/status')
     assert [node.count_publishers(topic) for topic in topics] == [1, 1, 1]
     node.destroy_node()
+
+
+def test_what_was_set_back_to_the_default_stays(assembler):
+    second = succeed(assembler, profile='balanced', pitch_max=0.25)
+    assert second.config.pitch_max == 0.25
+    usual = PROFILES['slam'].pitch_max
+    second.set_parameters([Parameter('pitch_max', value=usual)])
+    third = succeed(second, profile='slam')
+    assert third.config.pitch_max == usual
+    third.destroy_node()
+
+
+def test_a_profile_that_contradicts_what_is_set_is_refused():
+    rclpy.init(args=[*ARGUMENTS, '-p', 'without_odometry:=uncompensated'])
+    node = Assembler()
+    (result,) = node.set_parameters([Parameter('profile', value='slam')])
+    assert not result.successful
+    assert "'without_odometry' must be drop" in result.reason
+    assert node.successor is None
+    assert node.get_parameter('profile').value == 'fast'
+    node.destroy_node()
+    rclpy.shutdown()

@@ -200,6 +200,11 @@ class Assembler(Node):
         self._hear_odometry()
 
     @property
+    def scans_region(self) -> bool:
+        """Whether a goal of scan_region runs."""
+        return self._region.is_busy
+
+    @property
     def successor(self) -> Callable[[], Node] | None:
         """What makes the node that takes over, with another profile."""
         return self._profile.successor

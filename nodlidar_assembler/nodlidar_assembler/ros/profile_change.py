@@ -1,12 +1,14 @@
 """A new profile while the node runs: a node with the new defaults takes over."""
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
-from nodlidar_common.parameters import limits_of
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import check, limits_of
 from nodlidar_common.ros.node_parameters import declare
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -36,6 +38,23 @@ class ProfileChange:
         self._profile = declare(node, ProfileConfig, self._change)
         self.defaults = PROFILES[self._profile.profile]
         self.successor: Callable[[], Node] | None = None
+        node.add_on_set_parameters_callback(self._checked)
+
+    def _checked(self, parameters: list[Parameter]) -> SetParametersResult:
+        """Refuse a profile that contradicts what is set, or that would end a scan of a region."""
+        chosen = {each.name: each.value for each in parameters}
+        profile = chosen.get('profile')
+        if profile in PROFILES and profile != self._profile.profile:
+            try:
+                if self._node.scans_region:
+                    limit = f'{self._profile.profile} until scan_region has ended'
+                    raise ParameterError('profile', limit, profile)
+                own = {each.name for each in fields(AssemblerConfig)}
+                values = (self._set(profile) | chosen).items()
+                check(replace(PROFILES[profile], **{k: v for k, v in values if k in own}))
+            except ParameterError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
     def _change(self, chosen: ProfileConfig) -> None:
         self.successor = lambda: self._make(
@@ -45,10 +64,8 @@ class ProfileChange:
     def _set(self, profile: str) -> dict[str, object]:
         """Return what the user has set, with a profile."""
         given = {name: each.value for name, each in self._node._parameter_overrides.items()}
-        config, before = self._node.config, self.defaults
-        changed = {
-            each.name: getattr(config, each.name)
-            for each in fields(AssemblerConfig)
-            if limits_of(each).live and getattr(config, each.name) != getattr(before, each.name)
-        }
+        live = {each.name for each in fields(AssemblerConfig) if limits_of(each).live}
+        now = {name: getattr(self._node.config, name) for name in live}
+        begun = {name: given.get(name, getattr(self.defaults, name)) for name in live}
+        changed = {name: value for name, value in now.items() if value != begun[name]}
         return given | changed | {'profile': profile}

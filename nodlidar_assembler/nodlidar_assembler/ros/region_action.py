@@ -74,6 +74,11 @@ class RegionAction:
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a goal runs."""
+        return self._scan is not None
+
     def plan(self, config: AssemblerConfig) -> None:
         """Use other parameters for the next goals."""
         self._config = config
