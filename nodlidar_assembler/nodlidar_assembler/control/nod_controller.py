@@ -151,6 +151,7 @@ class NodController:
         If another nod took over, the planned one counts when it is given back.
         """
         self._view.plan(config)
+        self._clock.steps = self.config.steps_per_revolution
         if self._takeover is None:
             self._restart(self.planned, now_ns)
 
