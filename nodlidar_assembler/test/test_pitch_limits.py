@@ -37,7 +37,7 @@ def configs(draw):
         z_sensor=draw(ends),
         pitch_min=low,
         pitch_max=low + span,
-        least_span=draw(st.floats(0.01, 0.99 * span)),
+        least_span=min(draw(st.floats(0.01, span)), low + span - low),  # as it is checked
         rate=draw(st.floats(0.05, 10.0)),
         window=draw(st.floats(0.1, 3.0)),
         hysteresis=draw(st.floats(0.0, 0.5)),

@@ -102,7 +102,7 @@ def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]
     if high - low >= config.least_span:
         return low, high
     low = (low + high - config.least_span) / 2.0
-    low = min(max(low, config.pitch_min), config.pitch_max - config.least_span)
+    low = max(min(low, config.pitch_max - config.least_span), config.pitch_min)
     return low, min(low + config.least_span, config.pitch_max)
 
 
