@@ -4,6 +4,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.calibration import calibrate as module
 from nodlidar_assembler.calibration.beam_model import Beam, CalibrationError, ends_of, Values
 from nodlidar_assembler.calibration.calibrate import calibrate
 from nodlidar_assembler.calibration.plane_search import find_planes
@@ -129,3 +130,9 @@ def test_too_few_beams_are_refused(beams):
     """With a typed error that says how many there are."""
     with pytest.raises(CalibrationError, match='only 100 beams'):
         calibrate(beams[5000:5100], Values.of_mount(MountConfig()), UP)
+
+
+def test_a_scene_that_leaves_every_value_open_is_refused(beams, monkeypatch):
+    monkeypatch.setattr(module, 'DETERMINED', dict.fromkeys(module.DETERMINED, 1e-12))
+    with pytest.raises(CalibrationError, match='leaves every value open'):
+        calibrate(beams[:20_000], Values.of_mount(MountConfig()), UP)

@@ -95,8 +95,10 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
         assert solution.errors is not None
         errors = dict(zip(names, solution.errors.tolist(), strict=True))
         worst = max(names, key=lambda name: errors[name] / DETERMINED[name])
-        if errors[worst] <= DETERMINED[worst] or len(names) == 1:
+        if errors[worst] <= DETERMINED[worst]:
             break
+        if len(names) == 1:
+            raise CalibrationError('this scene leaves every value open')
         undetermined[worst] = f'this scene leaves it open: standard error {errors[worst]:.2g}'
         names = tuple(name for name in names if name != worst)
         coarse = replace(solution.values, **{worst: getattr(start, worst)})
