@@ -82,7 +82,8 @@ class NodConfig:
     )
     max_nod_speed: float = parameter(
         MAX_SPEED,
-        'Speed that the servo can hold; N_s rises where adapted limits would exceed it',
+        'Mean speed of a sweep that the servo reaches, braking at its ends included; N_s rises '
+        'where adapted limits would exceed it',
         unit='rad/s',
         minimum=0.01,
         maximum=100.0,
