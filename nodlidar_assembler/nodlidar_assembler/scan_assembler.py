@@ -4,7 +4,7 @@ from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryError
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, OdometryError
 from nodlidar_assembler.clouds.joint_history import JointHistory, JointSamples
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
@@ -83,6 +83,8 @@ class ScanAssembler:
         self._pipeline = pipeline or Pipeline(config)
         self._joints = JointHistory()
         self._odometry = OdometryHistory(mount)
+        self._motion_limits: OdometryConfig = config
+        self._compensated_until_ns: int | None = None  # last beam since odometry began [ns]
         self._for_joints: WaitingLine[Scan, JointSamples | str] = WaitingLine(deadline_ns)
         self._for_odometry: WaitingLine[_Bracketed, Odometry | str] = WaitingLine(deadline_ns)
         self._decided: deque[Outcome] = deque()
@@ -203,16 +205,31 @@ class ScanAssembler:
         odometry: Odometry | None = None,
         uncompensated: str = '',
     ) -> Outcome:
+        begin_ns, end_ns = self._span_ns(scan)
+        jumped = odometry is not None and self._jumped(begin_ns)
         try:
-            assembled = self._pipeline.add_scan(scan, *samples, odometry)
+            assembled = self._pipeline.add_scan(scan, *samples, odometry, jumped)
         except PitchError as error:
             return self._drop(scan, str(error))
         except OdometryError as error:
             return self._without_odometry(scan, samples, error.reason)
         if scan.geometry.time_increment == 0.0:
             self._deviations['all beams of one instant: time_increment is 0'] += 1
+        if odometry is not None:
+            self._compensated_until_ns = end_ns
         known = odometry or self._odometry_since(scan.stamp_ns)
         return Outcome(scan, assembled, uncompensated=uncompensated, odometry=known)
+
+    def _jumped(self, begin_ns: int) -> bool:
+        """Return whether odometry has jumped between the last compensated scan and an instant."""
+        before_ns, oldest_ns = self._compensated_until_ns, self._odometry.oldest_ns
+        if before_ns is None or oldest_ns is None or before_ns < oldest_ns:
+            return True  # nothing tells how it moved meanwhile
+        try:
+            between = self._odometry.around(min(before_ns, begin_ns), begin_ns)
+        except OdometryError:
+            return True
+        return between.jumps(self._motion_limits)
 
     def _without_odometry(self, scan: Scan, samples: JointSamples, reason: str) -> Outcome:
         if self._drops_uncompensated:
@@ -234,5 +251,6 @@ class ScanAssembler:
 
     def _forget_odometry(self, reason: str) -> None:
         self._odometry.clear()
+        self._compensated_until_ns = None
         for scan, samples in self._for_odometry.clear():
             self._decided.append(self._without_odometry(scan, samples, reason))

@@ -44,9 +44,9 @@ class Watched(Pipeline):
         self.estimator.margin_ns = margin_ms * MS
         self.given = []
 
-    def add_scan(self, scan, sample_ns, sample_pitch, odometry=None):
+    def add_scan(self, scan, sample_ns, sample_pitch, odometry=None, jumped=False):
         self.given.append((ms_of(scan), in_ms(sample_ns), odometry))
-        return super().add_scan(scan, sample_ns, sample_pitch, odometry)
+        return super().add_scan(scan, sample_ns, sample_pitch, odometry, jumped)
 
 
 class Bench:
@@ -433,3 +433,26 @@ def test_an_instant_at_a_sample_has_another_one_beside_it(ms, around):
     assert in_ms(kept.time_ns) == around
     limits = OdometryConfig(0.1, math.inf, math.inf)
     assert kept.at(np.array([at_ns]), limits).position[0, 0] == ms
+
+
+@pytest.mark.parametrize('jump_ms', [1030, 1080])
+@pytest.mark.parametrize('ego_motion', ['beam', 'deskew'])
+def test_no_cloud_has_points_from_before_and_after_a_jump_of_odometry(ego_motion, jump_ms):
+    """All points are 1 m away from a robot at rest; odometry jumps under a scan or beside it."""
+    config = AssemblerConfig(ego_motion=ego_motion, cloud_mode='sweep', max_joint_gap=0.2)
+    assembler = ScanAssembler(config)
+    clouds = []
+    for ms in range(0, 4000, 10):
+        place = 2.0 * (ms > jump_ms)
+        assembler.add_joint_sample(START + ms * MS, 0.5 * abs(ms % 1400 - 700) / 700)
+        assembler.add_odometry(START + ms * MS, (place, 0.0, 0.0), UNTURNED)
+        if ms % 100 == 0 and ms:
+            assembler.add_scan(Scan(START + ms * MS, GEOMETRY, RANGES), START + ms * MS)
+        outcomes = assembler.ready(START + ms * MS)
+        clouds += [cloud for each in outcomes if each.assembled for cloud in each.assembled.clouds]
+    assert len(clouds) >= 4
+    assert bool(assembler.drops) == (jump_ms == 1030)
+    for cloud in clouds:
+        where = 2.0 * (cloud.time_ns[0] > START + jump_ms * MS) if ego_motion == 'beam' else 0.0
+        xyz = np.stack([cloud.data[axis] for axis in 'xyz'], axis=1) + cloud.origin
+        np.testing.assert_allclose(np.linalg.norm(xyz - (where, 0.0, 0.0), axis=1), 1.0, atol=0.1)

@@ -123,3 +123,11 @@ def test_points_with_poses_are_deskewed_as_those_of_a_sweep():
     assert cloud.stamp_ns == times[-1]
     np.testing.assert_array_equal(cloud.data['x'], [-1.0, 1.0])
     np.testing.assert_array_equal(cloud.data['x'], deskewed(whole).data['x'])
+
+
+def test_points_from_before_a_jump_of_odometry_are_forgotten():
+    memory = ScanMemory(60.0)
+    memory.add(scan_at([BEGIN_NS]), in_odometry=True)
+    memory.add(scan_at([BEGIN_NS + S]), in_odometry=True, jumped=True)
+    memory.add(scan_at([BEGIN_NS + 2 * S]), in_odometry=True)
+    assert memory.between(0, 0).time_ns.tolist() == [BEGIN_NS + S, BEGIN_NS + 2 * S]

@@ -124,3 +124,13 @@ def test_when_time_goes_back_the_cloud_so_far_is_closed():
     (cloud,) = gatherer.add_scan(scan_of(START_NS - 10_000_000_000))
     assert cloud.time_ns[0] == START_NS
     assert len(cloud.data) == 100
+
+
+def test_scans_that_overlap_a_little_are_of_one_cloud():
+    """As of drivers that stamp a scan when it has come; two of three beams too many here."""
+    gatherer = SweepGatherer(max_duration=30.0)
+    gatherer.add_reversal(START_NS + 450_500_000)
+    scans = [scan_of(START_NS + k * 100_000_000, beams=103) for k in range(6)]
+    (cloud,) = (cloud for scan in scans for cloud in gatherer.add_scan(scan))
+    assert len(cloud.data) == 4 * 103 + 51
+    assert cloud.data['ring'].max() == 4

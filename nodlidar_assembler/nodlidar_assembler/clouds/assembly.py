@@ -20,7 +20,7 @@ class Points:
     Attributes
     ----------
     time_ns
-        Instant of each point [ns], ascending, shape (n,).
+        Instant of each point [ns], shape (n,), ascending within a scan.
     data
         Array of POINT, MOVED_POINT or DESKEWED_POINT, or of these WITH_SIGMA, shape (n,); ``time``
         counts from the first point.

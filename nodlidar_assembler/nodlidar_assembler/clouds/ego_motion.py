@@ -178,6 +178,11 @@ class Odometry:
         _check(self._steps.motion[:, step[0] : step[-1] + 1], limits)
         return Poses(*self._steps.at(times_ns, step))
 
+    def jumps(self, limits: OdometryConfig) -> bool:
+        """Return whether a motion between two samples is faster than a robot moves."""
+        _, speed, turn_rate = self._steps.motion.max(axis=1, initial=0.0)
+        return bool(speed > limits.max_robot_speed or turn_rate > limits.max_robot_turn_rate)
+
 
 def _check(motion: Array, limits: OdometryConfig) -> None:
     """Raise OdometryError if a motion (duration, speed, turn rate) exceeds the limits."""

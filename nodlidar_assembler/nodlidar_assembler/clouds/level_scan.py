@@ -87,11 +87,13 @@ class LevelScanner:
     def add(self, assembled: Assembled) -> list[LevelScan]:
         """Add a scan, if it is newer; return the level scans that it completes."""
         scan, beams = assembled.scan, assembled.beams
-        if scan.stamp_ns < self._newest_ns - TIME_JUMP_NS:
-            self.restart()
-        if scan.stamp_ns <= self._newest_ns and self._scans:
-            return []
         times_ns = scan.stamp_ns + beams.offset_ns
+        if assembled.jumped or times_ns[-1] < self._newest_ns - TIME_JUMP_NS:
+            self.restart()
+        if times_ns[-1] <= self._newest_ns and self._scans:
+            return []
+        # The first beams of a scan may be stamped before the last ones of the scan before.
+        times_ns = np.maximum(times_ns, self._newest_ns)
         self._newest_ns = int(times_ns[-1])
         self._scans.append(self._in_band(assembled))
         level_scans = []

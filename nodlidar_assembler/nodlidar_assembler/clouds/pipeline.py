@@ -91,6 +91,8 @@ class Assembled:
         None without compensation.
     points
         The points of this scan alone, to be deskewed if they have poses.
+    jumped
+        Whether odometry has jumped since the scan before: no cloud may join the two.
     """
 
     scan: Scan
@@ -102,6 +104,7 @@ class Assembled:
     in_odometry: bool = False
     poses: Poses | None = None
     points: Points | None = None
+    jumped: bool = False
 
 
 class Pipeline:
@@ -156,11 +159,13 @@ class Pipeline:
         sample_ns: NDArray[np.int64],
         sample_pitch: NDArray[np.float64],
         odometry: Odometry | None = None,
+        jumped: bool = False,
     ) -> Assembled:
         """Assemble a scan from the joint samples around it.
 
         With odometry of nodlidar_base_link, each beam is placed by the pose at its own instant:
-        in the frame of odometry, or, deskewed, in nodlidar_base_link as of one instant.
+        in the frame of odometry, or, deskewed, in nodlidar_base_link as of one instant. If it has
+        jumped since the scan before, a cloud that is being gathered ends there.
 
         Raises
         ------
@@ -177,9 +182,11 @@ class Pipeline:
         placed = self._judged(place(beams, self._unveiled(scan), pitch), scan, beams, pitch)
         points = self._points(scan, placed, beams, poses)
         in_odometry = poses is not None and not self._deskews
+        if jumped and self._sweeps is not None:
+            self._sweeps.end()
         clouds = self._gathered(points)
         found = scan, beams, pitch, placed, odometry, clouds, in_odometry, poses, points
-        return Assembled(*found)
+        return Assembled(*found, jumped)
 
     def _points(self, scan: Scan, placed: Placed, beams: Beams, poses: Poses | None) -> Points:
         given = placed, beams, scan.stamp_ns, scan.intensities

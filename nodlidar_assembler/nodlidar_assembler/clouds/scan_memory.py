@@ -57,10 +57,11 @@ class ScanMemory:
         self._scans.clear()
         self._points, self._forgotten_ns = 0, -1
 
-    def add(self, points: Points, in_odometry: bool = False) -> None:
+    def add(self, points: Points, in_odometry: bool = False, jumped: bool = False) -> None:
         """Add the points of a scan.
 
-        Points of another frame cannot be in one cloud with earlier ones, which are forgotten. A
+        Points of another frame, or before odometry has jumped, cannot be in one cloud with later
+        ones: they are forgotten. A
         scan older than the newest is left out, as when it arrives twice; if it is older by more
         than a second, time went back.
         """
@@ -72,7 +73,7 @@ class ScanMemory:
                 self.restart()
             elif older_ns >= 0:
                 return
-        if self._scans and not self._joins(points, in_odometry):
+        if jumped or (self._scans and not self._joins(points, in_odometry)):
             while self._scans:
                 self._forget()
         self.in_odometry = in_odometry

@@ -60,7 +60,8 @@ class SweepGatherer:
         """Add the points of the next scan; return the completed clouds."""
         if not len(points.data):
             return []
-        if self._scans and points.time_ns[0] < self._newest_ns():
+        # The first beams of a scan may be stamped before the last ones of the scan before.
+        if self._scans and points.time_ns[-1] <= self._newest_ns():
             self.end()  # time went back
         clouds, self._ended = self._ended, []
         if self._scans and self._is_too_long(points):

@@ -106,7 +106,7 @@ class RegionScan:
         self._last_ns = int(times_ns[-1])
         if assembled.points is not None:
             inside = self._inside(assembled)
-            self._memory.add(assembled.points[inside], assembled.in_odometry)
+            self._memory.add(assembled.points[inside], assembled.in_odometry, assembled.jumped)
         if self.success:
             self.end(f'all of it was seen, in {self.duration:.1f} s')
 
