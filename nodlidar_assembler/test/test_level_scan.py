@@ -1,13 +1,20 @@
 """Ranges of level scans, from beams in the plane whose ranges are known in closed form."""
 
+import math
+
 from hypothesis import given
 from hypothesis import strategies as st
+from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig, ranges_of
+from nodlidar_assembler.clouds.level_scan import LevelScanner
+from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 import numpy as np
 import pytest
 
+START_NS = 1_700_000_000_000_000_000
 # Azimuths -0.1, 0 and 0.1 rad.
 CONFIG = LevelScanConfig(level_scan_angle=0.1, level_scan_beams=3)
 
@@ -73,3 +80,24 @@ def test_no_range_is_nearer_than_the_nearest_hit_or_averages_two_surfaces(beams)
 def test_a_free_azimuth_must_not_end_behind_the_range():
     with pytest.raises(ParameterError, match=r'at most level_scan_range = 1\.5 m'):
         check(LevelScanConfig(level_scan_range=1.5))
+
+
+def level_scans(beam_period):
+    """Return how many level scans 30 scans of a beam period give, one at each scan."""
+    config = AssemblerConfig(level_scan='scan', sensor_height=0.5)
+    pipeline, scanner = Pipeline(config), LevelScanner(config)
+    geometry = ScanGeometry(450, 0.0, math.tau / 450, beam_period, 0.02, 12.0)
+    sample_ns = START_NS + np.arange(-100, 500) * 10_000_000
+    pitch = 0.5 * np.abs(np.arange(-100, 500) % 140 - 70) / 70
+    count = 0
+    for stamp_ns in range(START_NS, START_NS + 3_000_000_000, 100_000_000):
+        scan = Scan(stamp_ns, geometry, np.full(450, 2.0, np.float32))
+        around = np.abs(sample_ns - stamp_ns) < 200_000_000
+        count += len(scanner.add(pipeline.add_scan(scan, sample_ns[around], pitch[around])))
+    return count
+
+
+@pytest.mark.parametrize('beams_too_many', [0, 1, 5])
+def test_scans_that_overlap_a_little_all_count(beams_too_many):
+    """As of drivers that stamp a scan when it has come, with the time since the one before."""
+    assert level_scans(0.1 / (449 - beams_too_many)) == level_scans(0.1 / 460) > 10
