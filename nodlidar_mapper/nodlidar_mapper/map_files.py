@@ -77,7 +77,7 @@ def write_grid(folder: Path, grid: Grid, name: str = 'map') -> None:
         'origin': [*grid.origin, 0.0],
         'negate': 0,
         'occupied_thresh': 0.65,
-        'free_thresh': 0.25,
+        'free_thresh': 0.196,  # UNKNOWN_GREY is 50 / 255 = 0.1961
     }
     with whole_file(folder / f'{name}.yaml') as part:
         part.write_text(yaml.safe_dump(description, sort_keys=False))

@@ -41,6 +41,14 @@ def test_the_picture_of_the_grid_is_as_its_yaml_file_says(output):
     assert 6.0 < width * said['resolution'] < 9.5  # the room is 6.4 m long
 
 
+@pytest.mark.parametrize(('grey', 'kind'), [(0, 'occupied'), (205, 'unknown'), (254, 'free')])
+def test_map_server_reads_each_shade_as_it_was_meant(output, grey, kind):
+    said = yaml.safe_load((output / 'map.yaml').read_text())
+    occupancy = (255 - grey) / 255.0  # map_server's trinary mode, negate 0
+    free, occupied = occupancy < said['free_thresh'], occupancy > said['occupied_thresh']
+    assert ('occupied' if occupied else 'free' if free else 'unknown') == kind
+
+
 def test_points_are_on_the_walls(output):
     vertices = PlyData.read(output / 'map.ply')['vertex']
     normals = np.stack([vertices[axis] for axis in ('nx', 'ny', 'nz')], axis=1)
