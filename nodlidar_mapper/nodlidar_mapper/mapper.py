@@ -129,6 +129,7 @@ class Mapper:
             Of the pose's change, shape (6, 6).
         """
         self._first = None
+        self._map_from_odometry = pose @ inverse(odometry)
         self._track.move_to(pose, stamp_ns, odometry)
         self._track.covariance = covariance
         if self.keyframes:

@@ -55,3 +55,15 @@ def test_the_map_continues_where_a_person_sets_the_robot(shift):
     found = mapper.add(9 * NS, cloud(OBLONG, true, seed=9), odometry).estimate
     assert not found.lost
     np.testing.assert_allclose(found.pose, true, atol=0.02)
+
+
+def test_a_pose_that_a_person_set_stays_if_the_next_cloud_does_not_match():
+    mapper = LiveMapper(Mapper(MapperConfig()))
+    for k in range(3):
+        mapper.add(k * NS, cloud(OBLONG, np.eye(4), seed=k), np.eye(4))
+    given, odometry = planar(2.0, 0.7, 0.6), planar(0.5, 0.0, 0.1)
+    mapper.place(given, 2 * NS, odometry, np.diag([0.3**2] * 3 + [0.1**2] * 3))
+    noise = np.random.default_rng(1).uniform(-3.0, 3.0, (3000, 3))
+    found = mapper.add(3 * NS, noise, odometry).estimate
+    assert found.lost
+    np.testing.assert_allclose(found.map_from_odometry @ odometry, given, atol=1e-9)
