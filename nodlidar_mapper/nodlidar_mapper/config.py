@@ -12,7 +12,7 @@ class MapperConfig(MatchingConfig):
 
     extend_map: bool = parameter(
         True,
-        'false: only find the robot in a map that was loaded',
+        'false: only find the robot in a saved map; needs map_folder',
     )
     point_spacing: float = parameter(
         0.1,

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Estimate, Keyframe, surface_in_map
 from nodlidar_mapper.linear import inverted
@@ -60,6 +61,11 @@ class Mapper:
         The map.
     loops
         Number of loops closed.
+
+    Raises
+    ------
+    ParameterError
+        If there is no map and none may be made.
     """
 
     def __init__(
@@ -68,6 +74,8 @@ class Mapper:
         keyframes: Sequence[Keyframe] = (),
         edges: Sequence[Edge] = (),
     ) -> None:
+        if not keyframes and not config.extend_map:
+            raise ParameterError('extend_map', 'true without a map (map_folder)', False)
         self._config = config
         self._free = FREEDOMS[config.freedom]
         self.keyframes, self.edges = list(keyframes), list(edges)

@@ -83,7 +83,9 @@ def test_parameters_come_from_a_file(output, tmp_path):
     assert yaml.safe_load((tmp_path / 'out' / 'map.yaml').read_text())['resolution'] == 0.1
 
 
-@pytest.mark.parametrize(('name', 'value'), [('resolution', 0.0), ('freedom', 'flat')])
+@pytest.mark.parametrize(
+    ('name', 'value'), [('resolution', 0.0), ('freedom', 'flat'), ('extend_map', False)]
+)
 def test_what_is_not_allowed_is_named(output, tmp_path, capsys, name, value):
     given = {'mapper': {'ros__parameters': {name: value}}}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.poses import planar
@@ -61,6 +62,11 @@ def test_the_robot_is_found_anywhere_in_a_loaded_map(saved, extend):
     assert not found[-1].lost
     np.testing.assert_allclose(found[-1].pose, true, atol=0.02)
     assert (len(mapper.keyframes) > size) == extend
+
+
+def test_a_map_that_must_not_grow_has_to_be_loaded():
+    with pytest.raises(ParameterError, match=r'extend_map.*map_folder'):
+        Mapper(MapperConfig(extend_map=False))
 
 
 def test_without_a_frame_in_common_the_robot_is_not_found(saved):
