@@ -2,9 +2,11 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
+from nodlidar_assembler.clouds.origins import frame_of
 from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_mapper.grid import FREE, Grid, OCCUPIED, UNKNOWN
 from nodlidar_mapper.ros import messages
+from nodlidar_mapper.ros.cloud_input import is_of_odometry
 from nodlidar_mapper.surface import Surface
 import numpy as np
 import pytest
@@ -56,6 +58,25 @@ def test_a_cell_of_the_grid_is_where_its_message_says():
     assert message.data[2 * 5 + 1] == 100
     assert message.data[4] == 0
     assert set(message.data) == {-1, 0, 100}
+
+
+@pytest.mark.parametrize(
+    ('frame', 'fixed'),
+    [
+        ('odom', True),
+        ('odom_16384_-32768_0', True),
+        ('odom_lidar', False),
+        ('odom_16384_0', False),
+        ('laser', False),
+    ],
+)
+def test_frames_of_odometry_are_known_by_their_names(frame, fixed):
+    assert is_of_odometry(frame, 'odom') == fixed
+
+
+@given(origin=st.tuples(*[st.integers(-(10**8), 10**8)] * 3))
+def test_the_frames_of_the_assembler_are_of_odometry(origin):
+    assert is_of_odometry(frame_of(origin, 'robot/odom'), 'robot/odom')
 
 
 def test_points_and_normals_have_the_names_of_pcl():

@@ -48,13 +48,13 @@ class Robot(Node):
         }
         self.seed = 0
 
-    def send(self, seconds, pose, odometry):
+    def send(self, seconds, pose, odometry, frame='base_link'):
         """Send a cloud that was taken at a pose."""
         self.seed += 1
         stamp_ns = START_NS + round(seconds * 1e9)
         self._tf.sendTransform(messages.transform_message(odometry, stamp_ns, 'odom', 'base_link'))
         points = cloud(CROOKED, pose, seed=self.seed)
-        message = messages.surface_message(Surface(points, points), stamp_ns, 'base_link')
+        message = messages.surface_message(Surface(points, points), stamp_ns, frame)
         self._clouds.publish(message)
 
     def send_malformed(self, seconds):
@@ -166,6 +166,14 @@ def test_bad_clouds_are_counted_and_time_that_goes_back_begins_a_new_map(running
     until(lambda: mapper._mapper is not before)
     drive(robot, until, 6, [np.eye(4)] * 2, [np.eye(4)] * 2)
     assert not mapper.survival.errors
+
+
+def test_clouds_in_the_frame_of_odometry_are_dropped_and_the_remedy_is_named(running):
+    robot, mapper, until = running
+    robot.send(0, np.eye(4), np.eye(4), frame='odom')
+    until(lambda: sum(mapper.clouds.drops.values()) == 1)
+    until(lambda: any('ego_motion: deskew' in words for words in robot.words()))
+    assert mapper.clouds.next() is None
 
 
 def test_the_robot_is_where_a_person_sets_it(running):

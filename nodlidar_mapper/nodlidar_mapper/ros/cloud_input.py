@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+import re
 
 from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
@@ -26,6 +27,7 @@ from tf2_ros import TransformException
 BUSY = 'cloud that came while others were matched'
 MALFORMED = 'malformed cloud'
 NO_ODOMETRY = 'cloud without odometry at its stamp'
+OF_ODOMETRY = 'cloud in the frame of odometry: set ego_motion: deskew in the assembler'
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,6 +145,9 @@ class CloudInput:
         if not 0 <= time_ns(message.header.stamp) <= LATEST_NS:
             self.drops[MALFORMED] += 1
             return
+        if is_of_odometry(message.header.frame_id, self._config.odom_frame):
+            self.drops[OF_ODOMETRY] += 1
+            return
         if topic in self._waiting:
             self.drops[BUSY] += 1
         self._waiting[topic] = message, steady_ns()
@@ -151,3 +156,11 @@ class CloudInput:
     def _time_went_back(self) -> None:
         self._waiting.clear()
         self._on_time_back()
+
+
+def is_of_odometry(frame: str, odom_frame: str) -> bool:
+    """Return whether a frame is that of odometry, or one that the assembler fixed in it.
+
+    The latter are named by nodlidar_assembler.clouds.origins.frame_of.
+    """
+    return re.fullmatch(re.escape(odom_frame) + r'((_-?\d+){3})?', frame) is not None
