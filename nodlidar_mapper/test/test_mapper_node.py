@@ -168,6 +168,15 @@ def test_bad_clouds_are_counted_and_time_that_goes_back_begins_a_new_map(running
     assert not mapper.survival.errors
 
 
+def test_a_folder_of_nobody_is_answered_and_logged(running, capfd):
+    robot, _, until = running
+    answer = call(robot, until, 'load_map', '~nobody_of_this_name/map')
+    assert not answer.success
+    assert 'home directory' in answer.message
+    assert 'RuntimeError' in capfd.readouterr().err
+    assert 'no map yet' in call(robot, until, 'save_map', 'anywhere').message
+
+
 def test_clouds_in_the_frame_of_odometry_are_dropped_and_the_remedy_is_named(running):
     robot, mapper, until = running
     robot.send(0, np.eye(4), np.eye(4), frame='odom')

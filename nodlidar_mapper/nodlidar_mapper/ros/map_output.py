@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+import traceback
 from typing import Any
 
 from nav_msgs.msg import OccupancyGrid
@@ -41,7 +42,7 @@ class MapOutput:
     """
 
     def __init__(self, node: Node, config: Config, on_load: Callable[[LiveMapper], None]) -> None:
-        self._config, self._on_load = config, on_load
+        self._config, self._on_load, self._log = config, on_load, node.get_logger().error
         self.progress: Progress | None = None
         self._thread = Background()
         self._requests: deque[tuple[Callable[[], Any], Callable[[Any], None]]] = deque()
@@ -133,6 +134,10 @@ class MapOutput:
             try:
                 return job()
             except (NodlidarError, OSError) as error:
+                return error
+            except Exception as error:
+                cause = ''.join(traceback.format_exception(error))
+                self._log(f'unexpected error of a request for a map:\n{cause}')
                 return error
 
         self._requests.append((attempt, done.set_result))
