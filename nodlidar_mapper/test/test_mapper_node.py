@@ -4,6 +4,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.stamps import time_ns
 from nodlidar_mapper.poses import inverse, planar
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.node import MapperNode
@@ -91,12 +92,30 @@ def running(request):
     rclpy.shutdown()
 
 
-def drive(robot, until, begin, poses, odometry):
-    """Send clouds one by one, each after the pose of the last one was heard."""
-    for k, (pose, counted) in enumerate(zip(poses, odometry, strict=True)):
-        before = len(robot.heard['pose'])
-        robot.send(begin + k, pose, counted)
-        until(lambda: len(robot.heard['pose']) > before)  # noqa: B023
+def seconds_of(stamp_ns):
+    return (stamp_ns - START_NS) / 1e9
+
+
+def match(running, seconds, pose, odometry):
+    """Send a cloud, wait until it was matched and, if it fits, until its pose was heard."""
+    robot, mapper, until = running
+
+    def progress():
+        found = mapper.output.progress
+        return found if found and seconds_of(found.estimate.stamp_ns) == seconds else None
+
+    robot.send(seconds, pose, odometry)
+    until(progress)
+    estimate, heard = progress().estimate, robot.heard['pose']
+    if not estimate.lost:
+        until(lambda: heard and seconds_of(time_ns(heard[-1].header.stamp)) == seconds)
+    return estimate
+
+
+def drive(running, begin, poses, odometry):
+    """Send clouds one by one, each after the last one was matched."""
+    pairs = zip(poses, odometry, strict=True)
+    return [match(running, begin + k, *pair) for k, pair in enumerate(pairs)]
 
 
 def call(robot, until, name, folder):
@@ -111,13 +130,13 @@ def place_of(message):
 
 
 def test_a_map_is_made_saved_and_loaded(running, tmp_path):
-    robot, mapper, until = running
+    robot, _, until = running
     refused = call(robot, until, 'save_map', tmp_path / 'none')
     assert not refused.success
     assert 'no map yet' in refused.message
     poses = [planar(0.3 * k, 0.05 * k, 0.1 * k) for k in range(6)]
     odometry = [poses[0], *(DRIFT @ pose for pose in poses[1:])]
-    drive(robot, until, 0, poses, odometry)
+    drive(running, 0, poses, odometry)
     np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), poses[-1], atol=0.03)
     until(lambda: robot.heard['map'] and robot.transforms.can_transform('map', 'odom', Time()))
     found = messages.matrix_of(robot.transforms.lookup_transform('map', 'odom', Time()))
@@ -139,12 +158,7 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path):
     loaded = call(robot, until, 'load_map', tmp_path / 'map')
     assert loaded.success, loaded.message
     carried, counted = planar(-1.5, -1.0, -2.5), planar(3.0, 3.0, 1.0)
-    heard = len(robot.heard['pose'])
-    for k in range(12):
-        matched = mapper.clouds.received
-        robot.send(10 + k, carried, counted)
-        until(lambda: mapper.clouds.received > matched and not mapper._matching.busy)  # noqa: B023
-    until(lambda: len(robot.heard['pose']) > heard)
+    assert not drive(running, 10, [carried] * 12, [counted] * 12)[-1].lost
     np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), carried, atol=0.03)
     missing = call(robot, until, 'load_map', tmp_path / 'nowhere')
     assert not missing.success
@@ -153,7 +167,7 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path):
 
 def test_bad_clouds_are_counted_and_time_that_goes_back_begins_a_new_map(running):
     robot, mapper, until = running
-    drive(robot, until, 100, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    drive(running, 100, [np.eye(4)] * 2, [np.eye(4)] * 2)
     robot.send_malformed(101.5)
     until(lambda: mapper.clouds.drops['malformed cloud'] == 1)
     robot.send(102, np.eye(4), np.eye(4))
@@ -164,8 +178,18 @@ def test_bad_clouds_are_counted_and_time_that_goes_back_begins_a_new_map(running
     # The first cloud of the new time may come before the transform that shows it: it is dropped.
     robot.send(5, np.eye(4), np.eye(4))
     until(lambda: mapper._mapper is not before)
-    drive(robot, until, 6, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    drive(running, 6, [np.eye(4)] * 2, [np.eye(4)] * 2)
     assert not mapper.survival.errors
+
+
+def test_a_robot_that_is_lost_publishes_no_pose(running):
+    robot, _, _ = running
+    carried = [planar(-2.0, -1.0, 2.5)] * 12
+    found = drive(running, 0, [np.eye(4)] * 3 + carried, [np.eye(4)] * 15)
+    assert found[3].lost
+    assert not found[-1].lost
+    heard = [seconds_of(time_ns(message.header.stamp)) for message in robot.heard['pose']]
+    assert heard == [k for k, estimate in enumerate(found) if not estimate.lost]
 
 
 def test_a_folder_of_nobody_is_answered_and_logged(running, capfd):
@@ -187,14 +211,14 @@ def test_clouds_in_the_frame_of_odometry_are_dropped_and_the_remedy_is_named(run
 
 def test_the_robot_is_where_a_person_sets_it(running):
     robot, mapper, until = running
-    drive(robot, until, 0, [np.eye(4)] * 3, [np.eye(4)] * 3)
+    drive(running, 0, [np.eye(4)] * 3, [np.eye(4)] * 3)
     true = planar(1.5, 0.5, 0.4)
     given = messages.estimate_message(
         true @ planar(0.1, -0.1, 0.05), np.diag([0.04] * 6), START_NS, 'map'
     )
     robot.given.publish(given)
     until(lambda: mapper._given is not None)
-    drive(robot, until, 3, [true] * 2, [np.eye(4)] * 2)
+    drive(running, 3, [true] * 2, [np.eye(4)] * 2)
     np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), true, atol=0.03)
     given.header.frame_id = 'odom'
     given.header.stamp = time_message(START_NS)

@@ -87,7 +87,7 @@ class MapperNode(Node):
         self._matching.start(work, lambda found: self._matched(mapper, found, begin_ns))
 
     def _matched(self, mapper: LiveMapper, progress: Progress, begin_ns: int) -> None:
-        """Publish where the robot is, unless another map was begun meanwhile."""
+        """Publish where the robot is, unless it is lost or another map was begun meanwhile."""
         if mapper is not self._mapper:
             return
         self.output.progress = progress
@@ -95,6 +95,8 @@ class MapperNode(Node):
         estimate, config = progress.estimate, self.config
         if estimate.map_from_odometry is not None and self._given is None:
             self._map_from_odometry = estimate.map_from_odometry
+        if estimate.lost:
+            return  # the pose is that of odometry alone, which a filter would count twice
         base = self.clouds.pose_in(config.odom_frame, config.base_frame, estimate.stamp_ns)
         if base is not None and self._map_from_odometry is not None:
             pose, covariance = self._map_from_odometry @ base, estimate.covariance
