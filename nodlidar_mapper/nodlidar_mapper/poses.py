@@ -55,6 +55,13 @@ def yaw_of(pose: Array) -> float:
     return float(np.arctan2(pose[1, 0], pose[0, 0]))
 
 
+def placed(pose: Array, flat: Array) -> Array:
+    """Return a pose with x, y and yaw of another one; its height and tilt stay."""
+    here = planar(pose[0, 3], pose[1, 3], yaw_of(pose))
+    there = planar(flat[0, 3], flat[1, 3], yaw_of(flat))
+    return np.asarray(there @ inverse(here) @ pose)
+
+
 def between(one: Array, other: Array) -> tuple[float, float]:
     """Return the distance [m] and the turn [rad] between two poses."""
     turned = (np.trace(one[:3, :3].T @ other[:3, :3]) - 1.0) / 2.0

@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from rooms import cloud, CROOKED
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2
 from tf2_ros import Buffer, TransformBroadcaster, TransformListener
 
@@ -226,3 +227,26 @@ def test_the_robot_is_where_a_person_sets_it(running):
     robot.send(6, true, np.eye(4))
     until(lambda: robot.heard['pose'][-1].header.stamp.sec == START_NS // 10**9 + 6)
     assert mapper._given is None
+
+
+@pytest.mark.parametrize(
+    ('running', 'height', 'tilt'),
+    [
+        (['-p', 'freedom:=planar'], 0.3, 0.1),
+        (['-p', 'freedom:=spatial'], 0.0, 0.0),
+    ],
+    indirect=['running'],
+)
+def test_height_and_tilt_are_those_of_odometry_if_planar(running, height, tilt):
+    robot, mapper, until = running
+    odometry = planar(1.0, 2.0, 0.5)
+    odometry[:3, :3] = Rotation.from_euler('ZYX', [0.5, 0.1, 0.0]).as_matrix()
+    odometry[2, 3] = 0.3
+    drive(running, 0, [np.eye(4)] * 2, [odometry] * 2)
+    given = messages.estimate_message(planar(1.5, 0.5, 2.0), np.eye(6), START_NS, 'map')
+    robot.given.publish(given)
+    until(lambda: mapper._given is not None)
+    pose = mapper._given[0] @ odometry
+    yaw, pitch, roll = Rotation.from_matrix(pose[:3, :3]).as_euler('ZYX')
+    np.testing.assert_allclose(pose[:3, 3], [1.5, 0.5, height], atol=1e-9)
+    np.testing.assert_allclose([yaw, pitch, roll], [2.0, tilt, 0.0], atol=1e-9)

@@ -13,7 +13,7 @@ from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.live import Config, LiveMapper, load, Progress
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.poses import Array, inverse
+from nodlidar_mapper.poses import Array, inverse, placed
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.cloud_input import CloudInput
 from nodlidar_mapper.ros.diagnosis import Diagnosis
@@ -145,6 +145,9 @@ class MapperNode(Node):
             return str(error)
         if base is None or not messages.is_covariance(covariance):
             return 'its covariance is not one, or odometry went'
+        if config.freedom == 'planar':  # a pose drawn in RViz has neither height nor tilt
+            before = self._map_from_odometry
+            pose = placed(base if before is None else before @ base, pose)
         self._map_from_odometry = pose @ inverse(base)
         self._given = self._map_from_odometry, covariance
         return ''
