@@ -168,3 +168,9 @@ def load(folder: Path, config: MapperConfig) -> LiveMapper:
         With the path of a file that cannot be read.
     """
     return LiveMapper(Mapper(config, *load_keyframes(folder / KEYFRAMES)))
+
+
+def continued(progress: Progress, config: MapperConfig) -> LiveMapper:
+    """Return the mapper of the map as it was after a cloud; the robot may be anywhere in it."""
+    keyframes = [replace(keyframe) for keyframe in progress.keyframes]
+    return LiveMapper(Mapper(config, keyframes, progress.edges))

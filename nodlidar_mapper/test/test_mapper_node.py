@@ -166,7 +166,7 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path):
     assert 'nowhere' in missing.message
 
 
-def test_bad_clouds_are_counted_and_time_that_goes_back_begins_a_new_map(running):
+def test_bad_clouds_are_counted(running):
     robot, mapper, until = running
     drive(running, 100, [np.eye(4)] * 2, [np.eye(4)] * 2)
     robot.send_malformed(101.5)
@@ -175,11 +175,46 @@ def test_bad_clouds_are_counted_and_time_that_goes_back_begins_a_new_map(running
     robot.send_malformed(102.0)
     until(lambda: mapper.clouds.drops['malformed cloud'] >= 2)
     until(lambda: any('malformed cloud' in words for words in robot.words()))
+    assert not mapper.survival.errors
+
+
+def turn_back_time(running, seconds):
+    """Send a cloud of an earlier time, after a pose that a person set."""
+    robot, mapper, until = running
+    given = messages.estimate_message(planar(1.0, 1.0, 1.0), np.eye(6), START_NS, 'map')
+    robot.given.publish(given)
+    until(lambda: mapper._given is not None)
     before = mapper._mapper
     # The first cloud of the new time may come before the transform that shows it: it is dropped.
-    robot.send(5, np.eye(4), np.eye(4))
+    robot.send(seconds, np.eye(4), np.eye(4))
     until(lambda: mapper._mapper is not before)
+    assert mapper._given is None
+
+
+@pytest.mark.parametrize('running', [['-p', 'mapper:use_sim_time:=true']], indirect=True)
+def test_a_bag_that_begins_again_begins_a_new_map(running):
+    _, mapper, _ = running
+    poses = [planar(0.4 * k, 0.0, 0.0) for k in range(8)]
+    drive(running, 100, poses, poses)
+    assert len(mapper._mapper.mapper.keyframes) > 2
+    turn_back_time(running, 5)
     drive(running, 6, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    assert len(mapper._mapper.mapper.keyframes) == 1
+    assert not mapper.survival.errors
+
+
+def test_the_map_stays_if_a_clock_is_set_back(running, tmp_path):
+    robot, mapper, until = running
+    poses = [planar(0.4 * k, 0.0, 0.0) for k in range(8)]
+    drive(running, 100, poses, poses)
+    keyframes = len(mapper._mapper.mapper.keyframes)
+    turn_back_time(running, 50)
+    turn_back_time(running, 5)
+    assert call(robot, until, 'save_map', tmp_path / 'map').success
+    true, odometry = planar(0.5, 0.3, 0.2), planar(3.0, 3.0, 1.0)
+    assert not drive(running, 6, [true] * 6, [odometry] * 6)[-1].lost
+    np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), true, atol=0.03)
+    assert len(mapper._mapper.mapper.keyframes) >= keyframes
     assert not mapper.survival.errors
 
 

@@ -11,7 +11,7 @@ from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
-from nodlidar_mapper.live import Config, LiveMapper, load, Progress
+from nodlidar_mapper.live import Config, continued, LiveMapper, load, Progress
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.poses import Array, inverse, placed
 from nodlidar_mapper.ros import messages
@@ -121,9 +121,16 @@ class MapperNode(Node):
         )
 
     def _time_went_back(self) -> None:
-        """Begin anew: where the robot was moved to meanwhile, nobody knows."""
-        self.get_logger().warning('time went back: the map begins anew')
-        self._continue_with(self._first_mapper())
+        """Keep the map, unless a bag begins again; where the robot is in it, nobody knows."""
+        self._given = None
+        if self.get_parameter('use_sim_time').value:
+            self.get_logger().warning('time went back: the map begins anew')
+            self._continue_with(self._first_mapper())
+            return
+        self.get_logger().warning('time went back: the robot is searched in the whole map')
+        self._map_from_odometry = None
+        if self.output.progress is not None:  # it stays, to be drawn and saved
+            self._mapper = continued(self.output.progress, self.config)
 
     def _pose_was_set(self, message: PoseWithCovarianceStamped) -> None:
         """Continue at a pose that a person set, with the newest odometry."""
