@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -54,6 +55,7 @@ class Scene:
         self.colour_by = BY_HEIGHT
         self._heights = HeightColours()
         self._drawn: dict[int, _Drawn] = {}
+        self._free_names: deque[str] = deque()  # viser remembers each name that was removed
         self._fan: MeshHandle | None = None
         self._links: dict[str, tuple[SceneNodeHandle, Pose | None]] = {}  # with where they are
         # Without a graphics card, shadows and reflections take longer than all else.
@@ -68,7 +70,9 @@ class Scene:
         """
         numbers = {chunk.number for chunk in chunks}
         for number in self._drawn.keys() - numbers:
-            self._drawn.pop(number).cloud.remove()
+            cloud = self._drawn.pop(number).cloud
+            self._free_names.append(cloud.name)
+            cloud.remove()
         if not chunks:
             return
         is_stale = not numbers <= self._drawn.keys() and self._heights.fit(
@@ -95,13 +99,16 @@ class Scene:
         # Counted from their mean, as the browser gets coordinates of 16 bits.
         middle = chunk.points.mean(axis=0) if len(chunk.points) else np.zeros(3, dtype=np.float32)
         return self._scene.add_point_cloud(
-            f'/cloud/{chunk.number}',
+            self._new_name() if drawn is None else drawn.cloud.name,
             chunk.points - middle,
             colours,
             position=middle,
             point_size=POINT_SIZE,
             point_shading='flat',
         )
+
+    def _new_name(self) -> str:
+        return self._free_names.popleft() if self._free_names else f'/cloud/{len(self._drawn)}'
 
     def show_fan(self, vertices: Points, triangles: NDArray[np.uint32], pose: Pose) -> None:
         """Draw the scan plane: vertices in the frame of the lidar, and its pose."""

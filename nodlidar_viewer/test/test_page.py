@@ -30,10 +30,24 @@ def test_a_cloud_is_drawn_chunk_by_chunk(page):
         for number in range(4):
             recent.add(number * 10**9, np.full((1000, 3), float(number), dtype=np.float32))
             page.scene.show_cloud(recent.chunks)
-            name = f'/cloud/{number}'
-            browser.until(lambda name=name: name in [m['name'] for m in browser.of(CLOUD)])
-        gone = {'/cloud/0', '/cloud/1'}
-        browser.until(lambda: gone <= {m['name'] for m in browser.of('RemoveSceneNodeMessage')})
+            browser.until(lambda number=number: len(browser.of(CLOUD)) > number)
+        kept = {message['name'] for message in browser.of(CLOUD)[-2:]}
+        with browsing(page.address) as late:
+            late.until(lambda: {m['name'] for m in late.of(CLOUD)} == kept)
+        page.scene.show_cloud([])
+        browser.until(lambda: kept <= {m['name'] for m in browser.of('RemoveSceneNodeMessage')})
+
+
+def test_names_of_clouds_are_used_again(page):
+    """The server keeps a message for each name that was removed while a browser looks."""
+    recent, names = RecentPoints(2500), []
+    for number in range(20):
+        recent.add(number * 10**9, np.zeros((1000, 3), dtype=np.float32))
+        page.scene.show_cloud(recent.chunks)
+        with browsing(page.address) as browser:
+            browser.until(lambda: len(browser.of(CLOUD)) == len(recent.chunks))
+            names += [message['name'] for message in browser.of(CLOUD)]
+    assert len(set(names)) == 2
 
 
 def test_a_chunk_that_grows_is_changed_and_not_drawn_anew(page):
