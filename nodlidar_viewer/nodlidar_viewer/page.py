@@ -7,6 +7,7 @@ import contextlib
 from contextlib import AbstractContextManager
 import io
 from ipaddress import ip_address
+import socket
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -164,6 +165,9 @@ class Page:
 def is_local(address: str, origin: str | None, host: str | None) -> bool:
     """Return whether a connection from an IP address is of this machine and of this page.
 
+    The page must be under a name of this machine: whoever owns another name can let it lead here
+    (DNS rebinding), and origin and host are then equal.
+
     Parameters
     ----------
     address
@@ -175,4 +179,15 @@ def is_local(address: str, origin: str | None, host: str | None) -> bool:
     mapped = getattr(ip, 'ipv4_mapped', None)
     if not (mapped or ip).is_loopback:
         return False
+    if host is None or not _is_own_name(host):
+        return False
     return origin is None or urlsplit(origin).netloc == host
+
+
+def _is_own_name(host: str) -> bool:
+    """Return whether a host, with or without a port, is a name or address of this machine."""
+    try:
+        name = urlsplit(f'//{host}').hostname or ''
+        return name in ('localhost', socket.gethostname().lower()) or ip_address(name).is_loopback
+    except ValueError:  # neither a name nor an address
+        return False

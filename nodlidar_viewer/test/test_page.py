@@ -1,5 +1,6 @@
 """The page, seen by browsers that connect to it."""
 
+import socket
 import threading
 from urllib.request import urlopen
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 CLOUD = 'PointCloudMessage'
+THIS_HOST = socket.gethostname()
 
 
 @pytest.fixture
@@ -95,6 +97,12 @@ def test_a_page_of_another_site_only_looks(page):
         ('::ffff:127.0.0.1', 'http://127.0.0.1:8080', '127.0.0.1:8080', True),
         ('127.0.0.1', 'http://other.example', 'localhost:8080', False),
         ('127.0.0.1', 'null', 'localhost:8080', False),
+        ('::1', 'http://[::1]:8080', '[::1]:8080', True),
+        ('127.0.1.1', f'http://{THIS_HOST}:8080', f'{THIS_HOST}:8080', True),
+        ('127.0.0.1', 'http://rebound.example:8080', 'rebound.example:8080', False),
+        ('127.0.0.1', 'http://192.168.1.7:8080', '192.168.1.7:8080', False),
+        ('127.0.0.1', None, '[::1', False),
+        ('127.0.0.1', None, None, False),
         ('192.168.1.7', 'http://robot:8080', 'robot:8080', False),
         ('::ffff:10.0.0.3', None, 'robot:8080', False),
     ],
