@@ -1,7 +1,7 @@
 """The launch file of the mapper with a bag in place of the devices, as far as `ros2 bag`.
 
 `ros2 bag` is on no registry that the tests can use; its options are those of Jazzy's
-ros2bag/verb/play.py: `--clock [HZ]` and `--topics TOPIC ...`.
+ros2bag/verb/play.py: `--clock [HZ]`, `--topics TOPIC ...` and `--remap OLD:=NEW ...`.
 """
 
 from importlib.util import module_from_spec, spec_from_file_location
@@ -48,6 +48,15 @@ def test_a_bag_takes_the_place_of_the_devices(bag_command):
     assert words[:4] == ['ros2', 'bag', 'play', 'drive']
     topics = ['/left/scan', '/left/joint_states', '/tf', '/tf_static']
     assert words[words.index('--topics') + 1 :] == topics
+
+
+def test_with_own_tf_the_transforms_are_played_in_the_namespace(bag_command):
+    context, _ = launched(bag='drive', namespace='left', own_tf='true')
+    words = RecordedSensor(context, 'drive').player()
+    topics, remaps = words.index('--topics'), words.index('--remap')
+    played = ['/left/scan', '/left/joint_states', '/tf', '/tf_static', '/left/tf']
+    assert words[topics + 1 : remaps] == [*played, '/left/tf_static']
+    assert words[remaps + 1 :] == ['/tf:=/left/tf', '/tf_static:=/left/tf_static']
 
 
 def test_without_ros2_bag_nothing_starts():

@@ -12,6 +12,7 @@ from nodlidar_common.errors import NodlidarError
 CLOCK_RATE = 100  # Hz, of the time that the nodes follow
 # What the nodes publish themselves must not come from the bag as well.
 PLAYED = ('scan', 'joint_states', '/tf', '/tf_static')
+TRANSFORMS = ('tf', 'tf_static')
 
 
 class RecordedSensor(Sensor):
@@ -55,9 +56,15 @@ class RecordedSensor(Sensor):
         return super().node(package, executable, **options)
 
     def player(self) -> list[str]:
-        """Return the command that plays the bag."""
+        """Return the command that plays the bag.
+
+        With own_tf, the transforms are played in the namespace, wherever the bag has them.
+        """
         namespace = self.values['namespace'].strip('/')
         prefix = f'/{namespace}/' if namespace else '/'
-        topics = [topic if topic.startswith('/') else prefix + topic for topic in PLAYED]
+        own = TRANSFORMS if self.values['own_tf'] == 'true' else ()
+        played = [*PLAYED, *own]
+        topics = [topic if topic.startswith('/') else prefix + topic for topic in played]
         command = ['ros2', 'bag', 'play', self._bag, '--clock', str(CLOCK_RATE)]
-        return [*command, '--topics', *topics]
+        remaps = ['--remap', *(f'/{topic}:={prefix}{topic}' for topic in own)] if own else []
+        return [*command, '--topics', *topics, *remaps]
