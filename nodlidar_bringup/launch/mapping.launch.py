@@ -1,8 +1,9 @@
 """Starts one nodding lidar and the mapper; by default on a simulated drive through a building.
 
-All arguments of robot.launch.py apply. Drive by the topic cmd_vel: `base:=cmd_vel`. On a robot:
-`hardware:=real`; the robot supplies the transform from odom to base_link. `bag:=PATH` plays a
-recorded drive in place of the devices (`ros2 run nodlidar_mapper map_bag` is faster).
+All arguments of robot.launch.py apply, but for other profiles than slam and `ego_motion:=beam`.
+Drive by the topic cmd_vel: `base:=cmd_vel`. On a robot: `hardware:=real`; the robot supplies the
+transform from odom to base_link. `bag:=PATH` plays a recorded drive in place of the devices
+(`ros2 run nodlidar_mapper map_bag` is faster).
 """
 
 from launch import LaunchDescription
@@ -17,6 +18,7 @@ from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 def nodes(context):
     """Return the nodes of the sensor, real, simulated or recorded, and the mapper."""
     given = context.launch_configurations
+    arguments.check_mapping(given)
     arguments.check_parameter_file('mapper_params', given['mapper_params'])
     sensor = RecordedSensor(context, given['bag']) if given['bag'] else Sensor(context)
     sensor.fixed_frame = 'map'

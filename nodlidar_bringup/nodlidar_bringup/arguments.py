@@ -43,6 +43,14 @@ def check(values: Mapping[str, str]) -> None:
         load_scene(values['scene'], values['route'] or None)
 
 
+def check_mapping(values: Mapping[str, str]) -> None:
+    """Raise ParameterError if the mapper cannot use the clouds: it needs deskewed sweeps."""
+    if values['profile'] != 'slam':
+        raise ParameterError('profile', 'slam with the mapper', values['profile'])
+    if values['ego_motion'] not in ('', 'deskew'):
+        raise ParameterError('ego_motion', 'deskew or empty with the mapper', values['ego_motion'])
+
+
 def numbers(name: str, text: str) -> list[float]:
     """Return the three numbers of an argument such as '0 0 0.08'; raises ParameterError."""
     try:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nodlidar_bringup.arguments import calibrated, check, numbers, robot_description
+from nodlidar_bringup.arguments import calibrated, check, check_mapping, numbers, robot_description
 from nodlidar_common.errors import NodlidarError
 import pytest
 
@@ -104,6 +104,11 @@ def test_a_file_that_holds_no_parameters_is_named(values, tmp_path, content):
         check(values | {'servo_params': str(path)})
     assert str(path) in str(caught.value)
     assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('ego_motion', ['', 'deskew'])
+def test_the_mapper_takes_deskewed_sweeps(ego_motion):
+    check_mapping({'profile': 'slam', 'ego_motion': ego_motion})
 
 
 def test_numbers_are_taken_as_they_are():

@@ -59,6 +59,15 @@ def test_with_own_tf_the_transforms_are_played_in_the_namespace(bag_command):
     assert words[remaps + 1 :] == ['/tf:=/left/tf', '/tf_static:=/left/tf_static']
 
 
+@pytest.mark.parametrize(
+    ('name', 'value'), [('ego_motion', 'beam'), ('profile', 'balanced'), ('profile', 'fast')]
+)
+@pytest.mark.parametrize('bag', ['', 'drive'])
+def test_clouds_that_the_mapper_cannot_use_are_refused(bag_command, bag, name, value):
+    with pytest.raises(NodlidarError, match=f"'{name}' must be .* with the mapper.*'{value}'"):
+        launched(bag=bag, **{name: value})
+
+
 def test_without_ros2_bag_nothing_starts():
     with pytest.raises(NodlidarError, match='rosbag2'):
         launched(bag='drive')
