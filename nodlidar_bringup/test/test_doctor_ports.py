@@ -1,12 +1,22 @@
 """Faults of ports, on pseudo-terminals with emulated devices."""
 
+from dataclasses import replace
 import os
 from pathlib import Path
+import socket
+import threading
 
 from nodlidar_bringup.checks.ask import ask, PING_2
 from nodlidar_bringup.checks.finding import Level
 from nodlidar_bringup.checks.port_facts import port_facts
-from nodlidar_bringup.checks.ports import Answer, check_ports, Port, ServoSettings
+from nodlidar_bringup.checks.ports import (
+    Answer,
+    check_ports,
+    may_ask,
+    Port,
+    same_port,
+    ServoSettings,
+)
 from nodlidar_common.serial_port import open_port
 from nodlidar_sim.devices import rx24f_table as table
 from nodlidar_sim.devices import x_table
@@ -125,3 +135,40 @@ def test_what_the_system_says_of_an_adapter(tmp_path):
 
 def test_a_missing_port(tmp_path):
     assert not port_facts('lidar', str(tmp_path / 'ttyACM0')).exists
+
+
+def test_a_lidar_at_a_tcp_address_is_asked():
+    def reply():
+        connection, _ = server.accept()
+        with connection:
+            while b'VV\n' not in connection.recv(64):
+                pass
+            connection.sendall(b'VV\n00P\nPROD:UST-20LX;a\nSERI:H1;b\n\n')
+
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        answering = threading.Thread(target=reply)
+        answering.start()
+        port = port_facts('lidar', f'tcp://127.0.0.1:{server.getsockname()[1]}')
+        assert may_ask(port)
+        assert ask(port) == Answer('lidar', 'UST-20LX')
+        answering.join()
+    found = check_ports(port, Port('servo', '/dev/ttyUSB0'), ServoSettings())
+    assert all(each.level < Level.WARNING for each in found), found
+
+
+def test_a_tcp_address_where_nobody_listens_is_a_fault():
+    port = port_facts('lidar', 'tcp://127.0.0.1:1')
+    asked = replace(port, answer=ask(port))
+    [found, _] = check_ports(asked, Port('servo', '/dev/ttyUSB0'), ServoSettings())
+    assert (found.check, found.level) == ('no answer', Level.FAULT)
+    assert 'USB' not in found.remedy
+    assert 'probe --port tcp://127.0.0.1:1' in found.remedy
+
+
+def test_a_tcp_address_that_a_node_uses_is_not_asked():
+    assert same_port('tcp://192.168.0.10', 'tcp://192.168.0.10:10940')
+    assert not same_port('tcp://192.168.0.10', 'tcp://192.168.0.11')
+    port = port_facts('lidar', 'tcp://192.168.0.10')
+    assert may_ask(port)
+    assert not may_ask(replace(port, own=True))
+    assert may_ask(Port('lidar', '/dev/ttyACM0', own=True))

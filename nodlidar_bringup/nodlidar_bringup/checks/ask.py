@@ -10,7 +10,7 @@ import re
 
 from nodlidar_bringup.checks.ports import Answer, LIDAR, Port, SERVO
 from nodlidar_common.errors import PortError
-from nodlidar_common.serial_port import close_port, open_port, port_errors
+from nodlidar_common.serial_port import close_port, open_port, port_errors, TCP
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
 from nodlidar_servo.setup.registers import HEAD, protocol_of, registers_of
@@ -23,8 +23,16 @@ _NAMES = {model.number: model.name for model in MODELS.values()}
 
 
 def ask(port: Port) -> Answer | None:
-    """Return what answers at a port; None if it may not be asked, because it cannot be opened."""
+    """Return what answers at a port; None if it may not be asked, because it cannot be opened.
+
+    At a TCP address only its own device is looked for: nothing answers if it takes no connection.
+    """
     first, then = (_ask_lidar, _ask_servo) if port.device == LIDAR else (_ask_servo, _ask_lidar)
+    if port.path.startswith(TCP):
+        try:
+            return first(port.path) or Answer()
+        except PortError:
+            return Answer()
     try:
         return first(port.path) or then(port.path) or Answer()
     except PortError:

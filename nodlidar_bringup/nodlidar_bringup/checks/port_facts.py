@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 from nodlidar_bringup.checks.ports import Port
+from nodlidar_common.serial_port import TCP
 
 TTY_CLASS = Path('/sys/class/tty')
 PROCESSES = Path('/proc')
@@ -18,10 +19,12 @@ def port_facts(
     Parameters
     ----------
     device, path
-        The device that should be there, and its device file.
+        The device that should be there, and its device file or ``tcp://ADDRESS:PORT``.
     tty_class, processes
         Folders in which the system describes serial ports and processes.
     """
+    if path.startswith(TCP):
+        return Port(device, path)
     target = os.path.realpath(path)
     if not os.path.exists(target):
         return Port(device, path, exists=False, target=target)

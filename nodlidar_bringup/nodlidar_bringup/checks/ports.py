@@ -6,8 +6,10 @@ FT232R, so it shows nothing.
 """
 
 from dataclasses import dataclass
+import re
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
+from nodlidar_common.serial_port import TCP, TCP_PORT
 
 LIDAR, SERVO = 'lidar', 'servo'
 LIDAR_IDS = ('15d1:0000',)
@@ -53,7 +55,7 @@ class Port:
     device
         The device that should be there: 'lidar' or 'servo'.
     path
-        Its device file.
+        Its device file, or ``tcp://ADDRESS:PORT``.
     chosen
         Whether the user named the path.
     own
@@ -94,6 +96,24 @@ class ServoSettings:
 
     baud_rate: int = 1_000_000
     servo_id: int = 1
+
+
+def same_port(one: str, other: str) -> bool:
+    """Return whether two paths name one port."""
+    return _with_number(one) == _with_number(other)
+
+
+def _with_number(path: str) -> str:
+    return f'{path}:{TCP_PORT}' if re.fullmatch(f'{TCP}[^:]*', path) else path
+
+
+def may_ask(port: Port) -> bool:
+    """Return whether a device may be asked: nobody uses its port.
+
+    Who is connected to a TCP address shows by the settings of the nodes only.
+    """
+    used = port.users or (port.own and port.path.startswith(TCP))
+    return port.exists and port.may_use and not used
 
 
 def check_ports(lidar: Port, servo: Port, settings: ServoSettings) -> list[Finding]:
@@ -164,18 +184,27 @@ def _check_answer(port: Port, name: str) -> list[Finding]:
             return [good('port', f'{name} is open in {", ".join(port.users)}')]
         return [unknown('port', f'{name} may be used; no device was asked for an answer')]
     if not port.answer.device:
-        remedy = (
-            "check the servo's supply (its LED blinks at power-on) and the cable, then find it at"
-            f' any bit rate: {_setup(port)}'
-            if port.device == SERVO
-            else 'pull the USB cable of the lidar out and plug it in (5 V, 0.5 A); then '
-            f'ros2 run nodlidar_driver probe --port {port.path}'
-        )
-        return [fault('no answer', f'nothing answers at {name}', remedy)]
+        return [fault('no answer', f'nothing answers at {name}', _to_wake(port))]
     if port.answer.device != port.device:
         text = f'at {name} answers a {port.answer.device}'
         return [fault('wrong device', text, f'{_LAUNCH} {port.device}_port:=...')]
     return [good('port', f'at {name} answers {port.answer.model}')]
+
+
+def _to_wake(port: Port) -> str:
+    """Return what may bring a silent device to answer."""
+    if port.device == SERVO:
+        return (
+            "check the servo's supply (its LED blinks at power-on) and the cable, then find it at"
+            f' any bit rate: {_setup(port)}'
+        )
+    if port.path.startswith(TCP):
+        mend = (
+            'check supply, network cable and address of the lidar, end other programs that use it'
+        )
+    else:
+        mend = 'pull the USB cable of the lidar out and plug it in (5 V, 0.5 A)'
+    return f'{mend}; then ros2 run nodlidar_driver probe --port {port.path}'
 
 
 def _check_servo(port: Port, settings: ServoSettings) -> list[Finding]:

@@ -16,7 +16,15 @@ from nodlidar_bringup.checks.host_facts import HostWatch
 from nodlidar_bringup.checks.mounting import check_mounting
 from nodlidar_bringup.checks.orientation import Mounting, seen_in
 from nodlidar_bringup.checks.port_facts import port_facts
-from nodlidar_bringup.checks.ports import check_ports, LIDAR, Port, SERVO, ServoSettings
+from nodlidar_bringup.checks.ports import (
+    check_ports,
+    LIDAR,
+    may_ask,
+    Port,
+    same_port,
+    SERVO,
+    ServoSettings,
+)
 from nodlidar_bringup.checks.report import Section
 from nodlidar_bringup.checks.reports import check_reports
 from nodlidar_bringup.checks.traffic import check_content, check_traffic
@@ -184,7 +192,5 @@ def _port(device: str, given: str | None, used: str | None, options: Namespace) 
     """
     named, usual = _PORTS[device]
     facts = port_facts(device, given or used or (named if os.path.exists(named) else usual))
-    port = replace(facts, chosen=given is not None, own=facts.path == used)
-    if options.no_ask or not port.exists or not port.may_use or port.users:
-        return port
-    return replace(port, answer=ask(port))
+    port = replace(facts, chosen=given is not None, own=same_port(facts.path, used or ''))
+    return replace(port, answer=ask(port)) if may_ask(port) and not options.no_ask else port
