@@ -144,7 +144,7 @@ FAULTS = [
     (
         graph(scan=Topic('scan', (Endpoint('/driver'), Endpoint('/urg_node2')))),
         'two publishers',
-        'topic info -v scan',
+        'topic info -v /scan;',
     ),
     (
         graph(scan=replace(TOPICS['scan'], publishers=(Endpoint('/ld19', reliable=False),))),
@@ -154,14 +154,18 @@ FAULTS = [
     (
         graph(points=replace(TOPICS['points'], subscriptions=(Endpoint('/map', True, True),))),
         'quality of service',
-        'topic info -v points',
+        'set qos_overrides./points.subscription.durability: volatile in the parameters of /map',
     ),
-    (graph(scan=replace(TOPICS['scan'], types=('A', 'B'))), 'types differ', 'remap'),
+    (
+        graph(scan=replace(TOPICS['scan'], types=('A', 'B'))),
+        'types differ',
+        'topic info -v /scan; remap',
+    ),
     (check_traffic(replace(SCANS, ages=())), 'silent topic', '/diagnostics'),
     (check_traffic(replace(SCANS, ages=AGES[:8])), 'low rate', 'profile:=fast'),
     (check_traffic(replace(SCANS, ages=[-3.0] * 40)), 'stamps in the future', 'chrony'),
     (check_traffic(replace(SCANS, ages=[500.0] * 40)), 'stamps in the past', 'chrony'),
-    (check_traffic(replace(SCANS, steps=[0.1, -0.1])), 'stamps go back', 'topic info -v scan'),
+    (check_traffic(replace(SCANS, steps=[0.1, -0.1])), 'stamps go back', 'topic info -v /scan'),
     (check_traffic(replace(SCANS, ages=(), unstamped=40)), 'no stamp', 'stamps each message'),
     (check_content(replace(CONTENT, valid_share=0.0)), 'lidar sees nothing', 'window'),
     (
@@ -207,6 +211,25 @@ def test_a_fault_is_named_with_what_mends_it(findings, check, remedy):
     assert check in {finding.check for finding in found}, findings
     assert any(remedy in finding.remedy for finding in found if finding.check == check), found
     assert all(finding.text and finding.remedy for finding in found)
+
+
+def test_advice_about_a_sensor_in_a_namespace_names_its_topics():
+    scan = Topic(
+        'scan',
+        (Endpoint('/left/driver', reliable=False), Endpoint('/left/urg_node2')),
+        (Endpoint('/map', transient_local=True),),
+        ('A', 'B'),
+    )
+    findings = [
+        *check_graph(Graph(('/left/driver',), (scan,), namespace='/left')),
+        *check_traffic(replace(SCANS, steps=[0.1, -0.1], namespace='/left')),
+        *check_content(replace(CONTENT, positions=[0.1, 0.11], namespace='/left')),
+    ]
+    remedies = ' ; '.join(finding.remedy for finding in findings)
+    assert 'set qos_overrides./left/scan.subscription.reliability: best_effort and ' in remedies
+    assert 'and qos_overrides./left/scan.subscription.durability: volatile in' in remedies
+    named = re.findall(r'ros2 topic (?:info -v|echo --once) ([\w/]+)', remedies)
+    assert set(named) == {'/left/scan', '/left/servo/status'}
 
 
 def test_swapped_ports_are_not_reported_as_other_faults():

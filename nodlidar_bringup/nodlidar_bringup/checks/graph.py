@@ -85,7 +85,8 @@ def check_graph(graph: Graph) -> list[Finding]:
         return [unknown('no running system', text, f'{LAUNCH}, then doctor again')]
     findings = [*_twice(graph.nodes), *_inactive(graph.inactive), *_sim_time(graph)]
     for topic in graph.topics:
-        findings += [*_publishers(topic), *_types(topic), *_mismatches(topic)]
+        full = f'{graph.namespace}/{topic.name}'
+        findings += [*_publishers(topic, full), *_types(topic, full), *_mismatches(topic, full)]
     return findings or [good('nodes', f'{len(graph.nodes)} nodes run, each topic has one source')]
 
 
@@ -121,7 +122,7 @@ def _sim_time(graph: Graph) -> list[Finding]:
     return [fault('no simulated time', text, remedy)]
 
 
-def _publishers(topic: Topic) -> list[Finding]:
+def _publishers(topic: Topic, full: str) -> list[Finding]:
     if topic.name not in SOURCES:
         return []
     node = SOURCES[topic.name]
@@ -131,19 +132,19 @@ def _publishers(topic: Topic) -> list[Finding]:
     names = [endpoint.node for endpoint in topic.publishers]
     if len(names) > 1:
         text = f"'{topic.name}' has {len(names)} publishers: {', '.join(names)}"
-        remedy = f'ros2 topic info -v {topic.name}; end one, or start it with namespace:=second'
+        remedy = f'ros2 topic info -v {full}; end one, or start it with namespace:=second'
         return [fault('two publishers', text, remedy)]
     return []
 
 
-def _types(topic: Topic) -> list[Finding]:
+def _types(topic: Topic, full: str) -> list[Finding]:
     if len(topic.types) < 2:
         return []
     text = f"'{topic.name}' is used with different types: {', '.join(topic.types)}"
-    return [fault('types differ', text, f'ros2 topic info -v {topic.name}; remap one of them')]
+    return [fault('types differ', text, f'ros2 topic info -v {full}; remap one of them')]
 
 
-def _mismatches(topic: Topic) -> list[Finding]:
+def _mismatches(topic: Topic, full: str) -> list[Finding]:
     """Return the subscriptions that want more than a publisher offers.
 
     As in the tables of compatibilities of the ROS 2 documentation, "Quality of Service settings".
@@ -151,20 +152,22 @@ def _mismatches(topic: Topic) -> list[Finding]:
     findings = []
     for publisher in topic.publishers:
         for subscription in topic.subscriptions:
-            wanted = []
+            wanted, policies = [], []
             if subscription.reliable and not publisher.reliable:
                 wanted.append('reliable messages')
+                policies.append('reliability: best_effort')
             if subscription.transient_local and not publisher.transient_local:
                 wanted.append('kept messages')
+                policies.append('durability: volatile')
             if wanted:
+                parameters = [f'qos_overrides.{full}.subscription.{each}' for each in policies]
                 text = (
                     f"{subscription.node} hears nothing of '{topic.name}': it wants "
                     f'{" and ".join(wanted)}, which {publisher.node} does not offer'
                 )
                 remedy = (
-                    f'give {subscription.node} the parameter '
-                    f'qos_overrides./{topic.name}.subscription.reliability: best_effort, '
-                    f'or see ros2 topic info -v {topic.name}'
+                    f'set {" and ".join(parameters)} in the parameters of {subscription.node}, '
+                    f'or see ros2 topic info -v {full}'
                 )
                 findings.append(warning('quality of service', text, remedy))
     return findings

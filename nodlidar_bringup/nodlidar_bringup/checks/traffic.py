@@ -44,6 +44,8 @@ class Traffic:
         Frames of the messages.
     published
         Whether the topic has a publisher.
+    namespace
+        Of the sensor, without a slash at the end.
     """
 
     topic: str
@@ -53,6 +55,7 @@ class Traffic:
     unstamped: int = 0
     frames: frozenset[str] = frozenset()
     published: bool = True
+    namespace: str = ''
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +72,15 @@ class Content:
         The names of joints in the joint states.
     positions
         Positions of the nod joint [rad].
+    namespace
+        Of the sensor, without a slash at the end.
     """
 
     valid_share: float | None = None
     joint_name: str = 'nod_joint'
     joint_names: frozenset[str] = frozenset()
     positions: Sequence[float] = field(default=())
+    namespace: str = ''
 
 
 def check_traffic(traffic: Traffic) -> list[Finding]:
@@ -110,7 +116,8 @@ def _stamps(traffic: Traffic, name: str) -> list[Finding]:
     backwards = sum(step < 0.0 for step in traffic.steps)
     if backwards:
         text = f'stamps on {name} go back {backwards} times'
-        remedy = f'ros2 topic info -v {traffic.topic} shows who publishes; end all but one'
+        full = f'{traffic.namespace}/{traffic.topic}'
+        remedy = f'ros2 topic info -v {full} shows who publishes; end all but one'
         findings.append(fault('stamps go back', text, remedy))
     return findings
 
@@ -137,8 +144,8 @@ def check_content(content: Content) -> list[Finding]:
     if content.positions and math.dist(*_ends(content.positions)) < LEAST_NOD:
         text = f'the joint stands still at {content.positions[-1]:.3f} rad'
         remedy = (
-            'ros2 topic echo --once servo/status, and /diagnostics: torque, supply of 12 V, '
-            'command_nod of the assembler'
+            f'ros2 topic echo --once {content.namespace}/servo/status, and /diagnostics: torque, '
+            'supply of 12 V, command_nod of the assembler'
         )
         findings.append(fault('joint stands still', text, remedy))
     return findings

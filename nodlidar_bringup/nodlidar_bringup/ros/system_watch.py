@@ -80,6 +80,10 @@ class SystemWatch:
             self._reports[status.name] = Report(status.name, level, status.message)
 
     @property
+    def _namespace(self) -> str:
+        return str(self._node.get_namespace()).rstrip('/')
+
+    @property
     def reports(self) -> tuple[Report, ...]:
         """The latest status of each name."""
         return tuple(self._reports[name] for name in sorted(self._reports))
@@ -94,8 +98,7 @@ class SystemWatch:
         )
         topics = tuple(self._topic(name) for name in SOURCES)
         clock = self._node.count_publishers('/clock') > 0
-        space = self._node.get_namespace().rstrip('/')
-        return Graph(nodes, topics, tuple(on_sim_time), clock, space)
+        return Graph(nodes, topics, tuple(on_sim_time), clock, self._namespace)
 
     def _topic(self, name: str) -> Topic:
         full = self._node.resolve_topic_name(name)
@@ -127,6 +130,7 @@ class SystemWatch:
             len(came) - len(stamped),
             frozenset(message.header.frame_id for _, message in came),
             published,
+            self._namespace,
         )
 
     def _watched(self, arrivals: Sequence[int]) -> float:
@@ -146,7 +150,7 @@ class SystemWatch:
             if joint_name in state.name and state.position:
                 positions.append(float(state.position[list(state.name).index(joint_name)]))
         share = float(np.mean(valid)) if valid else None
-        return Content(share, joint_name, frozenset(names), positions)
+        return Content(share, joint_name, frozenset(names), positions, self._namespace)
 
     def points(self, frame: str) -> NDArray[np.float64]:
         """Return the latest points in a frame, shape (n, 3)."""
