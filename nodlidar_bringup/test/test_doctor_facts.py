@@ -2,6 +2,7 @@
 
 import time
 
+from nodlidar_bringup.checks import host_facts
 from nodlidar_bringup.checks.host_facts import HostWatch
 from nodlidar_bringup.checks.network_facts import network_facts
 
@@ -36,3 +37,13 @@ def test_the_load_is_the_share_of_all_cores_that_is_in_use():
     assert 0.8 / facts.cores < facts.busy <= 1.0
     assert abs(facts.clock_step) < 0.01
     assert facts.yardstick > 0.0
+
+
+def test_driver_and_governor_of_the_frequency_are_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(host_facts, 'CPU_FREQUENCY', tmp_path)
+    assert HostWatch().facts(nodes_run=True).governor == ''
+    (tmp_path / 'scaling_governor').write_text('powersave\n')
+    (tmp_path / 'scaling_driver').write_text('intel_pstate\n')
+    facts = HostWatch().facts(nodes_run=True)
+    assert (facts.governor, facts.frequency_driver) == ('powersave', 'intel_pstate')
+    assert facts.nodes_run

@@ -20,6 +20,10 @@ REFERENCE = 0.0018
 LEAST_IDLE = 0.15
 """Share of all cores that has to be idle while the nodes run."""
 
+SELF_GOVERNED = ('intel_pstate', 'amd-pstate-epp')
+"""Frequency drivers, in active mode, whose governor 'powersave' follows the load (Linux'
+admin-guide/pm/intel_pstate and amd-pstate). In passive mode they have other names."""
+
 _FAST = 'ros2 launch nodlidar_bringup robot.launch.py profile:=fast'
 
 
@@ -41,7 +45,7 @@ class Host:
         Share of all cores that was in use while they were watched, 0 to 1.
     yardstick
         Time that a fixed piece of NumPy takes [s].
-    governor
+    governor, frequency_driver
         Of the processor's frequency; empty if unknown.
     nodes_run
         Whether the sensor's nodes were running meanwhile.
@@ -54,6 +58,7 @@ class Host:
     busy: float = 0.0
     yardstick: float = REFERENCE
     governor: str = ''
+    frequency_driver: str = ''
     nodes_run: bool = False
 
 
@@ -80,7 +85,7 @@ def _check_clock(host: Host) -> list[Finding]:
 
 def _check_processor(host: Host) -> list[Finding]:
     findings = []
-    if host.governor == 'powersave':
+    if host.governor == 'powersave' and host.frequency_driver not in SELF_GOVERNED:
         text = "the processor's frequency is kept low (governor 'powersave')"
         findings.append(warning('power saving', text, 'sudo cpupower frequency-set -g schedutil'))
     slower = host.yardstick / REFERENCE

@@ -9,6 +9,7 @@ from nodlidar_bringup.checks.host import Host
 import numpy as np
 from numpy.typing import NDArray
 
+CPU_FREQUENCY = Path('/sys/devices/system/cpu/cpu0/cpufreq')
 _TIMEX_BYTES = 256  # struct timex of Linux has 208
 _TIME_ERROR = 5  # adjtimex(2): the clock is not synchronised
 _RUNS = 25
@@ -37,7 +38,8 @@ class HostWatch:
             len(os.sched_getaffinity(0)),
             _busy_share(self._ticks, _processor_ticks()),
             self._yardstick,
-            _governor(),
+            _of_frequency('governor'),
+            _of_frequency('driver'),
             nodes_run,
         )
 
@@ -90,8 +92,8 @@ def _busy_share(before: tuple[int, int], after: tuple[int, int]) -> float:
     return 1.0 - idle / all_ticks if all_ticks else 0.0
 
 
-def _governor() -> str:
+def _of_frequency(what: str) -> str:
     try:
-        return Path('/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor').read_text().strip()
+        return (CPU_FREQUENCY / f'scaling_{what}').read_text().strip()
     except OSError:
         return ''
