@@ -146,7 +146,7 @@ def test_a_lidar_at_a_tcp_address_is_asked():
             connection.sendall(b'VV\n00P\nPROD:UST-20LX;a\nSERI:H1;b\n\n')
 
     with socket.create_server(('127.0.0.1', 0)) as server:
-        answering = threading.Thread(target=reply)
+        answering = threading.Thread(target=reply, daemon=True)
         answering.start()
         port = port_facts('lidar', f'tcp://127.0.0.1:{server.getsockname()[1]}')
         assert may_ask(port)
