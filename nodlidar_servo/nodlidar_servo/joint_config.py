@@ -34,6 +34,11 @@ class JointConfig:
     )
     autostart: bool = parameter(False, 'Configure and activate the node at start')
 
+    @property
+    def pitch_limits(self) -> tuple[float, float]:
+        """Lowest and highest pitch that the mount allows [rad]."""
+        return self.pitch_lower_limit, self.pitch_upper_limit
+
     def check_together(self) -> None:
         """Check the pitch limits against each other; raises ParameterError."""
         if self.pitch_upper_limit <= self.pitch_lower_limit:

@@ -58,11 +58,21 @@ def leg(nod: NodTrajectory, number: int, acceleration: float) -> list[Waypoint]:
     return points
 
 
-def stop(sample: Measured, now_ns: int, acceleration: float) -> Waypoint:
-    """Return where a joint is at rest soonest, for a sample and the time at present [ns]."""
+def stop(
+    sample: Measured, now_ns: int, acceleration: float, limits: tuple[float, float]
+) -> Waypoint:
+    """Return where a joint is at rest soonest, for a sample and the time at present [ns].
+
+    Parameters
+    ----------
+    limits
+        Lowest and highest pitch of the mount [rad], which the joint stops within, or where it was
+        measured outside of them: the way since the sample is only extrapolated.
+    """
     braking = abs(sample.velocity) / acceleration
     coasted = sample.velocity * (now_ns - sample.stamp_ns) / NS_PER_S
     pitch = sample.pitch + coasted + sample.velocity * braking / 2.0
+    pitch = min(max(pitch, min(limits[0], sample.pitch)), max(limits[1], sample.pitch))
     return Waypoint(now_ns + max(round(braking * NS_PER_S), 1), pitch, 0.0)
 
 
@@ -76,10 +86,13 @@ class Planner:
     ----------
     dynamics
         What the joint can do.
+    limits
+        Lowest and highest pitch of the mount [rad].
     """
 
-    def __init__(self, dynamics: Dynamics) -> None:
+    def __init__(self, dynamics: Dynamics, limits: tuple[float, float]) -> None:
         self._dynamics = dynamics
+        self._limits = limits
         self._plan: list[Waypoint] = []
         self._joins_ns = 0  # reversal at which the approach in the plan ends
 
@@ -101,7 +114,7 @@ class Planner:
         elif self._continues(nod, now_ns) and self.follows(nod, sample):
             first = math.floor(nod.sweep_at(now_ns))
         else:
-            rest = stop(sample, now_ns, self._dynamics.acceleration)
+            rest = stop(sample, now_ns, self._dynamics.acceleration, self._limits)
             before, first = [rest], self._first_reached(rest, nod)
         if before:
             self._joins_ns = nod.reversal_time_ns(first)

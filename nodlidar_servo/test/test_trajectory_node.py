@@ -33,6 +33,7 @@ class Robot:
         self.executor.add_node(self.node)
         self.nod, self.message, self.statuses, self.pitches = None, '', [], []
         self.controller = SplineController(0.1)
+        self.states_stop, self.states_late_ns, self.ends = False, 0, []
         self._commands = self.node.create_publisher(NodCommand, 'nod_command', 10)
         self._states = self.node.create_publisher(JointState, 'joint_states', 10)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
@@ -59,8 +60,9 @@ class Robot:
         pitch, _ = self.controller.sample(now_ns)
         self.pitches.append(pitch)
         other = JointState(name=['wheel', 'nod_joint'], position=[1.0, pitch], velocity=[])
-        other.header.stamp = time_message(now_ns)
-        self._states.publish(other)
+        other.header.stamp = time_message(now_ns - self.states_late_ns)
+        if not self.states_stop:
+            self._states.publish(other)
 
     def _take(self, message):
         assert message.joint_names == ['nod_joint']
@@ -68,6 +70,7 @@ class Robot:
             (time_ns(each.time_from_start), each.positions[0], each.velocities[0])
             for each in message.points
         ]
+        self.ends.append(points[-1][1])
         self.controller.accept(time_ns(message.header.stamp), points, time.time_ns())
 
     def until(self, condition, what):
@@ -130,3 +133,29 @@ def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot)
         assert robot.pitches[-1] == pytest.approx(robot.controller.points[-1][1])
         assert time.time_ns() >= robot.controller.points[-1][0]
     assert robot.controller.refusals == []
+
+
+def test_a_joint_whose_states_stop_rests_at_a_reversal(robot):
+    robot.nod = NodTrajectory(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.start_controller()
+    with running('autostart:=true', 'reconnect_delay:=0.1'):
+        robot.until(
+            lambda: robot.statuses and abs(robot.statuses[-1].phase_error) < 1e-3, 'not in phase'
+        )
+        robot.until(lambda: abs(robot.pitches[-1] - 0.05) < 0.03, 'not in mid-span')
+        robot.ends.clear()
+        robot.states_stop = True
+        robot.until(lambda: 'no joint states' in robot.message, 'not diagnosed')
+        robot.until(robot.rests, 'the joint goes on')
+    assert {round(end, 6) for end in robot.ends} <= {-0.3, 0.4}
+    assert robot.controller.refusals == []
+
+
+@pytest.mark.parametrize('late_s', [-3600, 2])
+def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
+    robot.nod = NodTrajectory(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.states_late_ns = late_s * 10**9
+    robot.start_controller()
+    with running('autostart:=true', 'reconnect_delay:=0.1'):
+        robot.until(lambda: 'clocks' in robot.message, 'not diagnosed')
+    assert robot.controller.points == []

@@ -13,6 +13,7 @@ from spline_controller import SplineController
 S = 1_000_000_000
 T0 = 1_763_900_000 * S
 DYNAMICS = Dynamics(50.0, 0.0, 6.0)
+LIMITS = (-2.0, 2.0)
 NOD = NodTrajectory(-0.4, 0.5, 0.74, 7547, T0)
 
 
@@ -67,10 +68,21 @@ def test_the_shortest_leg_is_acceleration_and_braking_alone():
 
 
 def test_a_moving_joint_stops_by_its_acceleration():
-    rest = stop(Sample(T0, 0.2, -3.0), T0 + 10_000_000, 50.0)
+    rest = stop(Sample(T0, 0.2, -3.0), T0 + 10_000_000, 50.0, LIMITS)
     assert rest.time_ns == T0 + 10_000_000 + round(3.0 / 50.0 * S)
     assert rest.pitch == pytest.approx(0.2 - 0.03 - 9.0 / 100.0)
     assert rest.velocity == 0.0
+
+
+@pytest.mark.parametrize(
+    ('pitch', 'velocity', 'expected'),
+    [(0.3, 3.0, 0.8), (-0.3, -3.0, -0.8), (0.9, 3.0, 0.9), (0.9, -6.0, -0.8), (0.0, 0.5, 0.3025)],
+)
+def test_a_joint_stops_within_the_mount_however_old_the_sample(pitch, velocity, expected):
+    sample, now_ns = Sample(T0, pitch, velocity), T0 + 600_000_000
+    assert stop(sample, now_ns, 50.0, (-0.8, 0.8)).pitch == pytest.approx(expected)
+    plan = Planner(DYNAMICS, (-0.8, 0.8)).plan(NOD, sample, now_ns)
+    assert plan[0].pitch == pytest.approx(expected)
 
 
 @settings(max_examples=40)
@@ -86,7 +98,7 @@ def test_any_joint_comes_to_the_nod_within_its_speed_and_acceleration(
 ):
     nod = NodTrajectory(-span / 2, span / 2, span / speed, 4001, T0 - round(phase * S))
     assume(cruising_speed(nod, DYNAMICS.acceleration) <= DYNAMICS.max_speed)
-    planner, controller = Planner(DYNAMICS), SplineController(pitch)
+    planner, controller = Planner(DYNAMICS, LIMITS), SplineController(pitch)
     controller.before = (T0 - 1, pitch, velocity)
     controller.points = [(T0 + S, pitch + velocity, velocity)]
     before, seen = velocity, []
@@ -115,7 +127,7 @@ def test_any_joint_comes_to_the_nod_within_its_speed_and_acceleration(
 @pytest.mark.parametrize('lag', [0.0, 0.012, 0.04])
 def test_the_phase_of_a_joint_that_lags_is_kept(lag):
     """The joint is a low-pass filter of second order behind the controller; the nod changes."""
-    planner, controller = Planner(DYNAMICS), SplineController(0.3)
+    planner, controller = Planner(DYNAMICS, LIMITS), SplineController(0.3)
     tracker = NodTracker(NOD, DYNAMICS)
     p, v, rng = 0.3, 0.0, np.random.default_rng(1)
     filtered = [p, p]

@@ -64,9 +64,10 @@ class TrajectoryNode(DeviceNode):
         topic = f'{self.config.controller}/joint_trajectory'
         self._trajectory = self.create_publisher(JointTrajectory, topic, QoSProfile(depth=1))
         self._commands = NodCommands(self.config)
-        self._planner = Planner(self.config.dynamics)
+        self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
         self._sample: JointSample | None = None
         self._arrived_ns = 0
+        self._late = 0.0  # arrival of the latest sample after its stamp [s]
         self._is_moving = False
         self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self._commands)
 
@@ -115,20 +116,32 @@ class TrajectoryNode(DeviceNode):
         self._is_moving = True
 
     def _stop(self) -> None:
-        if self._is_moving and self._sample is not None:
-            rest = stop(self._sample, self._now_ns(), self.config.acceleration)
+        # Without a recent sample the latest plan holds: it ends at rest at a reversal.
+        if self._is_moving and self._sample is not None and self._is_recent(self._sample):
+            limits = self.config.pitch_limits
+            rest = stop(self._sample, self._now_ns(), self.config.acceleration, limits)
             self._trajectory.publish(trajectory_message(self.config.joint_name, [rest]))
         self._is_moving = False
-        self._planner = Planner(self.config.dynamics)
+        self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
 
     def _check(self) -> None:
-        """Raise DeviceError without a controller or joint states."""
+        """Raise DeviceError without a controller or joint states, or if the clocks differ."""
         if not self._trajectory.get_subscription_count():
             raise DeviceError(f"no controller listens on '{self._trajectory.topic_name}'")
-        age = (steady_ns() - self._arrived_ns) / NS_PER_S
-        if self._sample is None or age > self.config.joint_timeout:
-            timeout = self.config.joint_timeout
+        age, timeout = (steady_ns() - self._arrived_ns) / NS_PER_S, self.config.joint_timeout
+        if self._sample is None or age > timeout:
             raise DeviceError(f"no joint states of '{self.config.joint_name}' for {timeout:g} s")
+        if abs(self._late) > timeout:
+            raise DeviceError(
+                f"joint states of '{self.config.joint_name}' are stamped {self._late:.3f} s before"
+                ' they arrive: the clocks of this node and of the controller manager differ;'
+                ' synchronise them, or set use_sim_time alike'
+            )
+
+    def _is_recent(self, sample: JointSample) -> bool:
+        """Return whether a sample is of the last joint_timeout."""
+        timeout: float = self.config.joint_timeout
+        return abs(self._now_ns() - sample.stamp_ns) <= timeout * NS_PER_S
 
     def _new_samples(self) -> list[JointSample]:
         """Return the measurements since the last call; the last one is kept."""
@@ -137,6 +150,7 @@ class TrajectoryNode(DeviceNode):
             if (sample := self._measured(message)) is not None:
                 samples.append(sample)
                 self._sample, self._arrived_ns = sample, steady_ns()
+                self._late = (self._now_ns() - sample.stamp_ns) / NS_PER_S
         return samples
 
     def _measured(self, message: JointState) -> JointSample | None:
