@@ -88,7 +88,8 @@ class ServoLoop:
     Attributes
     ----------
     progress
-        How the nod is followed; None without a nod command.
+        How the nod is followed; None without a nod command, or if all replies are late: the
+        torque is then off.
     """
 
     def __init__(
@@ -115,6 +116,7 @@ class ServoLoop:
         self.progress: Progress | None = None
         self._sample: Sample | None = None
         self._measured_ns = 0
+        self._late = 0  # late replies since the latest sample
         self._heard()
 
     def cycle(self) -> list[Sample]:
@@ -165,6 +167,7 @@ class ServoLoop:
     def _measure(self) -> None:
         self._sample = self._servo.read()
         self._measured_ns = self._steady()
+        self._late = 0
         self._figures.samples += 1
         self._heard()
         self._following.measured(self._measured_ns, self._sample.pitch)
@@ -179,6 +182,8 @@ class ServoLoop:
     def _steer(self) -> None:
         steady_ns, now_ns = self._steady(), self._clock()
         tracker = self._commands.follow(steady_ns)
+        if self._is_blind():
+            tracker = self.progress = None
         if tracker is None or not self._following.may_drive(steady_ns):
             self._following.rest()
             if self._servo.torque:
@@ -190,6 +195,10 @@ class ServoLoop:
             self._figures.saturated_cycles += drive.saturated
         self.progress = None if tracker is None else tracker.progress()
 
+    def _is_blind(self) -> bool:
+        """Return whether late replies have left no sample for LOST_AFTER."""
+        return self._late >= FEWEST_FAILURES and self._since(self._measured_ns) > LOST_AFTER
+
     def _attempt(self, step: Callable[[], None]) -> bool:
         """Do a step; return whether it succeeded. Raise a failure only if it lasts."""
         try:
@@ -198,6 +207,7 @@ class ServoLoop:
             self._figures.failures[error.reason] += 1
             self._failures += 1
             if isinstance(error, LateReplyError):
+                self._late += 1
                 self._heard()
             if self._failures >= FEWEST_FAILURES and self._since(self._heard_ns) > LOST_AFTER:
                 raise

@@ -338,6 +338,37 @@ def test_whole_periods_that_have_passed_are_skipped_and_counted():
     assert schedule.advance(36_000_000) == (40_000_000, 0)
 
 
+@pytest.mark.parametrize('delay_ms', [21, 30, 45])
+def test_a_servo_whose_replies_all_come_late_has_no_torque_until_they_are_in_time(delay_ms):
+    bench = Bench(latency_timer=0.001)
+    bench.run(1.0)
+    bench.faults.delay_ns = delay_ms * 1_000_000
+    bench.run(LOST_AFTER + 0.2)
+    assert not bench.torque
+    assert not bench.servo.torque
+    assert bench.loop.progress is None
+    assert bench.figures.failures[LateReplyError.reason] > 5
+    bench.faults.delay_ns = 0
+    bench.run(0.5)
+    assert bench.torque
+    assert bench.loop.progress is not None
+
+
+def test_one_late_reply_after_a_pause_of_the_host_keeps_the_torque():
+    bench = Bench(latency_timer=0.001)
+    bench.run(1.0)
+    read = bench.servo.read
+
+    def paused():
+        bench.sleep(550_000_000)
+        bench.servo.read = read
+        raise LateReplyError('paused')
+
+    bench.servo.read = paused
+    bench.loop.cycle()
+    assert bench.torque
+
+
 @pytest.mark.parametrize('delay_ms', range(20, 500, 20))
 def test_replies_that_all_come_late_are_never_those_of_later_requests(delay_ms):
     bench = Bench(latency_timer=0.001)
