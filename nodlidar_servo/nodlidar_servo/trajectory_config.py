@@ -6,6 +6,8 @@ from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.parameters import parameter
 from nodlidar_servo.joint_config import JointConfig
 
+_MIN_SPEED = 0.01  # rad/s; the least max_speed. A slower nod over a tiny span has countless legs
+
 
 @dataclass(frozen=True)
 class TrajectoryConfig(JointConfig):
@@ -25,7 +27,7 @@ class TrajectoryConfig(JointConfig):
         6.0,
         'Highest speed of the joint; commands that need more are refused',
         unit='rad/s',
-        minimum=0.01,
+        minimum=_MIN_SPEED,
         maximum=100.0,
     )
     send_rate: float = parameter(
@@ -52,4 +54,4 @@ class TrajectoryConfig(JointConfig):
     @property
     def dynamics(self) -> Dynamics:
         """What the joint can do."""
-        return Dynamics(self.acceleration, 0.0, self.max_speed)
+        return Dynamics(self.acceleration, _MIN_SPEED, self.max_speed)

@@ -22,6 +22,7 @@ HORIZON = 1.0
 _STEADY = 0.02  # rad, the least distance from the plan of a joint that does not follow it
 _SMOOTH = 0.25  # of the speed of the nod, by which tuning changes the velocity, at reversals
 _RETIMED = 0.05  # of a sweep, by which tuning moves the reversal that an approach leads to
+_ROUNDING_NS = 1000  # the instants of reversals are rounded, far from the reference time to 128 ns
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,22 +150,19 @@ class Planner:
 
     def _first_reached(self, rest: Waypoint, nod: NodTrajectory) -> int:
         """Return the number of the first reversal that a joint at rest reaches in time."""
-        number = math.ceil(nod.sweep_at(rest.time_ns))
-        while not self._is_reached(
-            rest, Waypoint(nod.reversal_time_ns(number), _limit(nod, number), 0.0), nod
-        ):
-            number += 1
-        return number
+        return min(self._first_at(parity, rest, nod) for parity in (0, 1))
 
-    def _is_reached(self, rest: Waypoint, goal: Waypoint, nod: NodTrajectory) -> bool:
-        """Return whether a cubic from rest to rest is within the limits of the joint."""
-        duration, way = (goal.time_ns - rest.time_ns) / NS_PER_S, abs(goal.pitch - rest.pitch)
+    def _first_at(self, parity: int, rest: Waypoint, nod: NodTrajectory) -> int:
+        """Return the first reversal that is reached at the lower (0) or the upper (1) limit."""
+        duration = self._shortest(abs(_limit(nod, parity) - rest.pitch), nod)
+        reached_ns = rest.time_ns + round(duration * NS_PER_S) + _ROUNDING_NS
+        number = math.ceil(nod.sweep_at(reached_ns))
+        return number + (number - parity) % 2
+
+    def _shortest(self, way: float, nod: NodTrajectory) -> float:
+        """Return the time [s] of a cubic from rest to rest within the limits of the joint."""
         fastest = min(CATCH_UP * nod.speed, self._dynamics.max_speed)
-        return (
-            duration > 0.0
-            and 1.5 * way <= fastest * duration
-            and 6.0 * way <= self._dynamics.acceleration * duration**2
-        )
+        return max(1.5 * way / fastest, math.sqrt(6.0 * way / self._dynamics.acceleration))
 
     def _legs(self, nod: NodTrajectory, first: int, now_ns: int) -> list[Waypoint]:
         """Return the legs from the first one to the end of the horizon."""

@@ -4,6 +4,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.trajectory_config import TrajectoryConfig
 import pytest
 
 SECOND = 1_000_000_000
@@ -143,3 +144,10 @@ def test_only_refused_commands_give_nothing_to_follow():
     commands = NodCommands(ServoConfig())
     commands.refuse(FAR)
     assert commands.follow(0) is None
+
+
+def test_a_nod_over_next_to_nothing_is_refused_by_a_joint_of_any_speed():
+    commands = NodCommands(TrajectoryConfig())
+    with pytest.raises(ParameterError, match="'sweep_duration' must be at most 1e-07 s"):
+        commands.accept(NodTrajectory(0.0, 1e-9, 0.4, 4001, 0), 0)
+    commands.accept(NodTrajectory(0.0, 0.01, 0.4, 4001, 0), 0)

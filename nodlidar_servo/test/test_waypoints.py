@@ -1,4 +1,5 @@
 from dataclasses import dataclass, replace
+import time
 
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -83,6 +84,35 @@ def test_a_joint_stops_within_the_mount_however_old_the_sample(pitch, velocity, 
     assert stop(sample, now_ns, 50.0, (-0.8, 0.8)).pitch == pytest.approx(expected)
     plan = Planner(DYNAMICS, (-0.8, 0.8)).plan(NOD, sample, now_ns)
     assert plan[0].pitch == pytest.approx(expected)
+
+
+@pytest.mark.parametrize('sweep_duration', [0.4, 0.74, 8.0])
+@pytest.mark.parametrize('pitch', [-0.7, -0.4, 0.1, 0.5, 0.79])
+def test_the_first_reversal_that_a_cubic_reaches_within_the_limits_is_chosen(
+    pitch, sweep_duration
+):
+    nod = replace(NOD, sweep_duration=sweep_duration, reference_time_ns=T0 - 12_345)
+    rest, goal, *_ = Planner(DYNAMICS, LIMITS).plan(nod, Sample(T0, pitch, 0.0), T0)
+
+    def is_reached(
+        number,
+    ):  # the speed of a cubic is highest half-way, its acceleration at the ends
+        duration = (nod.reversal_time_ns(number) - rest.time_ns) / S
+        way = abs((NOD.pitch_min, NOD.pitch_max)[number % 2] - pitch)
+        fastest = min(2.0 * nod.speed, DYNAMICS.max_speed)
+        return duration > 0 and 1.5 * way / duration <= fastest and 6 * way / duration**2 <= 50.0
+
+    first = next(number for number in range(100) if is_reached(number))
+    assert goal.time_ns == nod.reversal_time_ns(first)
+    assert goal.pitch == (NOD.pitch_min, NOD.pitch_max)[first % 2]
+
+
+def test_a_nod_with_countless_reversals_is_planned_at_once():
+    nod = NodTrajectory(0.0, 1e-9, 1e-6, 1, T0)
+    began = time.process_time()
+    rest, goal, *_ = Planner(Dynamics(1e6, 0.0, 6.0), LIMITS).plan(nod, Sample(T0, 1.0, 0.0), T0)
+    assert goal.time_ns - rest.time_ns == pytest.approx(1.5 / 0.002 * S, rel=1e-6)
+    assert time.process_time() - began < 5.0
 
 
 @settings(max_examples=40)
