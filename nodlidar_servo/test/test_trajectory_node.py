@@ -1,6 +1,7 @@
 """The node as users run it, on real DDS; the controller is the one of spline_controller.py."""
 
 from contextlib import contextmanager
+import math
 import subprocess
 import sys
 import time
@@ -10,6 +11,7 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.ros.messages import nod_to_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
+from nodlidar_servo.ros.trajectory_node import joint_sample, JointSample
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -20,6 +22,23 @@ from trajectory_msgs.msg import JointTrajectory
 
 TIMEOUT = 20.0
 MAIN = 'from nodlidar_servo.ros.trajectory_node import main; main()'
+
+
+def test_joint_states_without_a_value_of_the_joint_are_no_measurements():
+    def measured(stamp_ns, **values):
+        message = JointState(name=['wheel', 'nod_joint'], **values)
+        message.header.stamp = time_message(stamp_ns)
+        return joint_sample(message, 'nod_joint', before)
+
+    before = JointSample(10**9, 0.1, 0.0)
+    assert measured(2 * 10**9) is None
+    assert measured(2 * 10**9, position=[1.0]) is None
+    assert measured(10**9, position=[1.0, 0.2]) is None
+    assert measured(10**9 - 1, position=[1.0, 0.2]) is None
+    for velocity in ([], [5.0], [5.0, math.nan]):
+        sample = measured(3 * 10**9, position=[1.0, 0.2], velocity=velocity)
+        assert sample == JointSample(3 * 10**9, 0.2, pytest.approx(0.05))
+    assert measured(3 * 10**9, position=[1.0, 0.2], velocity=[5.0, -0.3]).velocity == -0.3
 
 
 class Robot:

@@ -1,5 +1,6 @@
 """The lifecycle node of a joint that ros2_control moves: nod commands in, trajectories out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math
 import sys
@@ -37,6 +38,31 @@ class JointSample:
     stamp_ns: int
     pitch: float
     velocity: float
+
+
+def joint_sample(
+    message: JointState, joint_name: str, before: JointSample | None
+) -> JointSample | None:
+    """Return the measurement of a joint; None if the message has none that is later than before.
+
+    A velocity that is missing is that since the measurement before, or 0 without one.
+    """
+    if joint_name not in message.name:
+        return None
+    index, stamp_ns = message.name.index(joint_name), time_ns(message.header.stamp)
+    pitch, velocity = _value(message.position, index), _value(message.velocity, index)
+    if not math.isfinite(pitch) or (before is not None and stamp_ns <= before.stamp_ns):
+        return None
+    if not math.isfinite(velocity):  # not every hardware measures it
+        velocity = 0.0
+        if before is not None:
+            velocity = (pitch - before.pitch) / (stamp_ns - before.stamp_ns) * NS_PER_S
+    return JointSample(stamp_ns, pitch, velocity)
+
+
+def _value(values: Sequence[float], index: int) -> float:
+    """Return a value of a joint state; NaN if it is missing."""
+    return values[index] if index < len(values) else math.nan
 
 
 class TrajectoryNode(DeviceNode):
@@ -147,26 +173,11 @@ class TrajectoryNode(DeviceNode):
         """Return the measurements since the last call; the last one is kept."""
         samples = []
         for message in self._joint_states.take():
-            if (sample := self._measured(message)) is not None:
+            if (sample := joint_sample(message, self.config.joint_name, self._sample)) is not None:
                 samples.append(sample)
                 self._sample, self._arrived_ns = sample, steady_ns()
                 self._late = (self._now_ns() - sample.stamp_ns) / NS_PER_S
         return samples
-
-    def _measured(self, message: JointState) -> JointSample | None:
-        """Return the measurement of the joint; None if the message has none that is later."""
-        if self.config.joint_name not in message.name:
-            return None
-        index, stamp_ns = message.name.index(self.config.joint_name), time_ns(message.header.stamp)
-        pitch, before = message.position[index], self._sample
-        if not math.isfinite(pitch) or (before is not None and stamp_ns == before.stamp_ns):
-            return None
-        velocity = message.velocity[index] if message.velocity else math.nan
-        if not math.isfinite(velocity):  # not every hardware measures it
-            velocity = 0.0
-            if before is not None and stamp_ns > before.stamp_ns:
-                velocity = (pitch - before.pitch) / (stamp_ns - before.stamp_ns) * NS_PER_S
-        return JointSample(stamp_ns, pitch, velocity)
 
     def _progress(self, tracker: NodTracker) -> Progress:
         speed = cruising_speed(tracker.nod, self.config.acceleration)
