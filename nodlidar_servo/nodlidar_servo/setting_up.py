@@ -52,7 +52,7 @@ def set_up(bus: DynamixelBus, config: ServoConfig) -> Setting:
     _check_model(found.number, config)
     if found.return_level != table.reply_to_all:
         _have_writes_confirmed(bus, table)
-    _revive(bus, table)
+    _revive(bus, table, found.shutdown)
     bus.write(table.torque_enable, bytes([False]))
     set_watchdog(bus, table, on=False)
     _check_positions(found, config)
@@ -113,9 +113,12 @@ def _have_writes_confirmed(bus: DynamixelBus, table: ControlTable) -> None:
         )
 
 
-def _revive(bus: DynamixelBus, table: ControlTable) -> None:
-    """Start a motor anew that has shut itself down, if only that revives it."""
-    if alarms := hardware_errors(bus, table):
+def _revive(bus: DynamixelBus, table: ControlTable, shutdown: int) -> None:
+    """Start a motor anew that has shut itself down, if only that revives it.
+
+    Other alarms than those that shut it down (`shutdown`) leave it its torque, and may last.
+    """
+    if alarms := hardware_errors(bus, table) & shutdown:
         bus.reboot()
         raise DeviceError(
             f'the servo has shut itself down ({status_names(alarms)}); it was started anew'

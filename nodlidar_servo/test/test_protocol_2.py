@@ -126,6 +126,18 @@ def test_an_overload_is_named_and_the_servo_is_started_anew():
     assert again.read().status == 0
 
 
+def test_an_alarm_that_shuts_nothing_down_does_not_keep_the_servo_from_being_set_up():
+    bench = Bench()
+    input_voltage = 0x01
+    assert not bench[table.SHUTDOWN] & input_voltage
+    bench[table.HARDWARE_ERROR] = input_voltage
+    servo = bench.connect()
+    servo.drive(0.6, 2.0)
+    assert bench[table.TORQUE_ENABLE] == 1
+    assert status_names(servo.read().status) == 'input voltage'
+    assert not servo.shut_down
+
+
 def test_a_servo_that_answers_nothing_is_made_to():
     bench = Bench()
     bench[table.RETURN_LEVEL] = 0
