@@ -126,12 +126,14 @@ class Servo:
         The goal is sent without confirmation: it is repeated every cycle, and a reply would double
         the time on the bus.
         """
-        if self._torque is not True:
+        has_torque = self._torque is True
+        if not has_torque:
             set_watchdog(self._bus, self._table, on=True)
+            self._torque = None  # the goal switches it on, if the servo is an RX or AX
         speed_counts = self._scale.model.speed_counts(speed)
         goal = self._table.goal(self._scale.tick(pitch), speed_counts)
         self._bus.post(self._table.drive, goal)
-        if self._torque is not True:
+        if not has_torque:
             if not self.shut_down:
                 write_torque_limit(
                     self._bus, self._table, self._setting.torque_limit

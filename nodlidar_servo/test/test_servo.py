@@ -221,6 +221,16 @@ def test_torque_counts_as_on_until_the_motor_confirms_that_it_is_off():
     assert not servo.torque
 
 
+def test_torque_counts_as_on_from_the_first_goal_on_which_switches_it_on():
+    bench = Bench()
+    servo = bench.connect()
+    bench.faults.mute = True  # what follows the goal fails
+    with pytest.raises(NoAnswerError):
+        servo.drive(0.5, 1.0)
+    assert bench[table.TORQUE_ENABLE] == 1
+    assert servo.torque
+
+
 def test_disconnecting_takes_the_torque_off():
     bench = Bench()
     servo = bench.connect()
