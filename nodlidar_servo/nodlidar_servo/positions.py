@@ -5,7 +5,7 @@ from nodlidar_servo.models import ServoModel
 from nodlidar_servo.replies import PositionError
 
 _SLACK_TICKS = 2
-_STRONGER = 1.5  # times the configured acceleration
+_STRONGER = 1.5  # times that acceleration
 _FASTER = 1.2  # times the speed of the model: a higher supply, a pulling load
 
 
@@ -13,7 +13,7 @@ class PositionCheck:
     """Refuses positions that the servo cannot have.
 
     From one position to the next a servo keeps its velocity or slows down, apart from what 1.5
-    times the configured acceleration can change in this time, and some ticks. The range grows with
+    times its acceleration can change in this time, and some ticks. The range grows with
     time, so that after a lasting jump (the shaft was turned by hand) positions are accepted again
     within about 0.1 s.
 
@@ -22,7 +22,7 @@ class PositionCheck:
     model
         The servo's model.
     acceleration
-        Acceleration that it reaches with its load [rad/s^2].
+        Highest acceleration that it may reach [rad/s^2].
     """
 
     def __init__(self, model: ServoModel, acceleration: float) -> None:

@@ -48,7 +48,10 @@ class Servo:
         )
         self._torque: bool | None = None
         self._is_connected = False
-        self._positions = PositionCheck(self._scale.model, config.acceleration)
+        # The configured acceleration is what the servo reaches at least. It may do more, so a low
+        # one is no bound for its positions; the default is, as for any servo.
+        strongest = max(config.acceleration, ServoConfig.acceleration)
+        self._positions = PositionCheck(self._scale.model, strongest)
         self.shut_down = 0
 
     def connect(self) -> None:

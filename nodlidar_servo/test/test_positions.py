@@ -1,3 +1,4 @@
+from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.positions import PositionCheck
@@ -63,6 +64,15 @@ def test_a_clock_that_is_set_back_makes_no_position_impossible():
     check.accept(START_NS, 512)
     check.accept(START_NS - 3600 * 10**9, 612)
     check.accept(START_NS - 3600 * 10**9 + PERIOD_NS, 612)
+
+
+@pytest.mark.parametrize(('acceleration', 'sweep_duration'), [(20.0, 0.5), (50.0, 0.3)])
+def test_a_servo_that_is_stronger_than_configured_is_believed(acceleration, sweep_duration):
+    """The emulated motor has 200 rad/s^2, whatever is configured."""
+    bench = Bench(config=ServoConfig(acceleration=acceleration))
+    nod = NodTrajectory(-0.4, 0.4, sweep_duration, 4001, START_NS)
+    assert len(bench.run(10.0, nod)) > 990
+    assert not bench.figures.failures
 
 
 def test_spikes_of_the_encoder_make_no_joint_states():
