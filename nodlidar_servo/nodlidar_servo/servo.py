@@ -150,7 +150,10 @@ class Servo:
         self._torque = on
 
     def disconnect(self) -> None:
-        """Switch the torque off, unless connecting failed, which leaves it off.
+        """Switch the torque off, unless connecting failed.
+
+        Connecting switches it off once it knows the model, and never on. A servo that it fails on
+        before, such as another model, keeps its torque.
 
         Raises
         ------
