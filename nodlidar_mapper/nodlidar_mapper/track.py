@@ -42,12 +42,11 @@ class Track:
     def predicted(self, stamp_ns: int, odometry: Array) -> Array:
         """Return the pose by odometry since the last cloud; the covariance grows.
 
-        If odometry jumped, the robot is expected to have moved as before. The first pose is that
-        of odometry, without what is known of its errors during the first cloud.
+        If odometry jumped, the robot is expected to have moved as before.
         """
         self.jump = ''
         if self.pose is None:
-            return np.asarray(odometry @ inverse(self._counted) @ self._last_motion)
+            return odometry
         self._known = self.covariance
         self.covariance = self.covariance + self._count(stamp_ns, odometry)
         return np.asarray(self.pose @ self._last_motion)
