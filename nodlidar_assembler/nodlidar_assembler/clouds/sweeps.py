@@ -61,7 +61,7 @@ class SweepGatherer:
         if not len(points.data):
             return []
         # The first beams of a scan may be stamped before the last ones of the scan before.
-        if self._scans and points.time_ns[-1] <= self._newest_ns():
+        if self._scans and points.time_ns[-1] < self._newest_ns():
             self.end()  # time went back
         clouds, self._ended = self._ended, []
         if self._scans and self._is_too_long(points):
