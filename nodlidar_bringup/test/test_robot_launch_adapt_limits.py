@@ -38,12 +38,12 @@ def drive(tmp_path_factory):
         'base:=odometry',
         'adapt_limits:=true',
     )
-    odometry, clouds = observer.messages['odom'], observer.messages['points']
+    odometry, commands = observer.messages['odom'], observer.messages['nod_command']
 
     def driven():
-        if not clouds or not odometry or odometry[-1].pose.pose.position.x < WAY:
+        if not odometry or odometry[-1].pose.pose.position.x < WAY or not adapted(commands):
             return False
-        begin_ns = settled_ns(clouds)
+        begin_ns = settled_ns(commands)
         ways = [m.pose.pose.position.x for m in odometry if time_ns(m.header.stamp) > begin_ns]
         return bool(ways) and ways[-1] - ways[0] > SETTLED_WAY
 
@@ -55,9 +55,15 @@ def drive(tmp_path_factory):
     return {kind: observer.messages[topic] for kind, topic in topics.items()}
 
 
-def settled_ns(clouds):
+def adapted(commands):
+    """Return the commands from the first on whose limits are not those of the mount."""
+    changed = [(m.pitch_min, m.pitch_max) != pytest.approx(FIXED, abs=1e-3) for m in commands]
+    return commands[changed.index(True) :] if True in changed else []
+
+
+def settled_ns(commands):
     """Return when the limits follow: from those of the mount, they change at 1 rad/s."""
-    return time_ns(clouds[0].header.stamp) + NS_PER_S
+    return time_ns(adapted(commands)[0].header.stamp) + NS_PER_S
 
 
 def stamps(messages):
@@ -69,7 +75,7 @@ def test_limits_are_for_where_the_robot_is_though_clouds_are_not_compensated(dri
     commands, odometry = drive[NodCommand], drive[Odometry]
     assert {cloud.header.frame_id for cloud in drive[PointCloud2]} == {'nodlidar_base_link'}
     sent_ns, known_ns = stamps(commands), stamps(odometry)
-    settled = (sent_ns > settled_ns(drive[PointCloud2])) & (sent_ns > known_ns[0])
+    settled = (sent_ns > settled_ns(drive[NodCommand])) & (sent_ns > known_ns[0])
     places = [m.pose.pose.position.x for m in odometry]
     distance = (WALL - START - np.interp(sent_ns, known_ns, places))[settled] * MEDIAN
     low, high = np.array([(m.pitch_min, m.pitch_max) for m in commands]).T[:, settled]
@@ -89,7 +95,7 @@ def test_the_nod_follows_with_another_speed_and_stays_coprime(drive):
     duration = np.array([m.sweep_duration for m in commands])
     np.testing.assert_allclose(duration, samples * 0.1 / 1024, rtol=1e-3)
     span = np.array([m.pitch_max - m.pitch_min for m in commands])
-    settled = stamps(commands) > settled_ns(drive[PointCloud2])
+    settled = stamps(commands) > settled_ns(drive[NodCommand])
     speed = (span / duration)[settled]
     # Doubled on the whole way; a tenth on the last metre, which is all if nodes start late.
     assert speed.max() > 1.05 * speed.min()
