@@ -127,7 +127,7 @@ def test_when_time_goes_back_the_cloud_so_far_is_closed():
 
 
 def test_scans_that_overlap_a_little_are_of_one_cloud():
-    """As of drivers that stamp a scan when it has come; two of three beams too many here."""
+    """As of drivers that stamp a scan when it has come; here its last three beams overlap."""
     gatherer = SweepGatherer(max_duration=30.0)
     gatherer.add_reversal(START_NS + 450_500_000)
     scans = [scan_of(START_NS + k * 100_000_000, beams=103) for k in range(6)]

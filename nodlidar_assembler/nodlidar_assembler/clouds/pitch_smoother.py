@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
 BEFORE_NS = 70_000_000  # time before a scan from which samples are used
-LONGEST_NS = 1_000_000_000  # of all samples around a scan, unless there was
-PAUSE_NS = 200_000_000  # ... a pause between them
+PAUSE_NS = 200_000_000  # between samples, beyond which those of a scan do not reach,
+LONGEST_NS = 1_000_000_000  # ... looked for only if they last longer than that
 SAME = 1e-6  # difference of samples at the same step of the encoder, at most [rad]
 LEAST_STEP = 4e-4  # of an encoder [rad]; the stamps are no better than that
 MOST_NOISE = 2.5e-3  # of one beyond rounding, RMS [rad]: half a step of the coarsest; else motion

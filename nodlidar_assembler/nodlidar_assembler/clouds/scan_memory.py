@@ -61,9 +61,8 @@ class ScanMemory:
         """Add the points of a scan.
 
         Points of another frame, or before odometry has jumped, cannot be in one cloud with later
-        ones: they are forgotten. A
-        scan older than the newest is left out, as when it arrives twice; if it is older by more
-        than a second, time went back.
+        ones: they are forgotten. A scan older than the newest is left out, as when it arrives
+        twice; if it is older by more than a second, time went back.
         """
         if not len(points.time_ns):
             return

@@ -26,6 +26,7 @@ STRIDE = 2.0  # expectation maximisation is slow: each of its steps is taken so 
 RIDGE = 1e-6  # keeps a spline finite where no sample is [1 / rad2]
 MOST_INTENSITY = 1e14  # of a jump by 100 rad in an interval; beyond it, rounding is all [rad2/s5]
 ACCELERATION = 1e4  # that no servo reaches, for the same reason [rad/s2]
+CACHED = 64  # lengths of windows, which differ by the gaps between samples
 
 # Four basis functions, as polynomials of the share of an interval.
 _BASIS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
@@ -129,19 +130,19 @@ def _basis(place: Array, intervals: int) -> Array:
     return np.asarray((outer * outer * outer - 4.0 * (inner * inner * inner)) / 6.0)
 
 
-@lru_cache(maxsize=64)  # windows differ by the gaps between samples
+@lru_cache(CACHED)
 def _four(intervals: int) -> NDArray[np.intp]:
     """Return the indices of the coefficients that count in each interval, shape (intervals, 4)."""
     return np.arange(intervals)[:, None] + np.arange(4)
 
 
-@lru_cache(maxsize=64)  # windows differ by the gaps between samples
+@lru_cache(CACHED)
 def _jerk(intervals: int) -> Array:
     """Return the matrix from coefficients to the jerk of each interval."""
     return np.diff(np.eye(intervals + 3), 3, axis=0) / KNOT**3
 
 
-@lru_cache(maxsize=64)  # windows differ by the gaps between samples
+@lru_cache(CACHED)
 def _weak_prior(intervals: int) -> Array:
     """Return information that keeps a spline finite where no sample is."""
     acceleration = np.diff(np.eye(intervals + 3), 2, axis=0) / KNOT**2 / ACCELERATION
