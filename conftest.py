@@ -20,6 +20,7 @@ settings.register_profile(
 )
 settings.load_profile('any machine')
 
+LOOPBACK = Path(__file__).parent / 'tools/loopback.xml'
 STARTS_NODES = re.compile(r'rclpy|node_bench|launched|subprocess|LaunchedSensor')
 
 
@@ -42,7 +43,12 @@ def isolated_domain():
     # Imported here: modules without ROS are tested without it, too.
     from domain_coordinator import domain_id
 
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    if os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp') == 'rmw_fastrtps_cpp':
+        # The range LOCALHOST always uses shared memory. See the file for why these tests do not.
+        os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(LOOPBACK)
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SYSTEM_DEFAULT'
+    else:
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     # Not always from 1 on: nodes of a run that was killed may still be there.
     candidates = itertools.count(os.getpid())
     with domain_id(lambda: next(candidates) % 100 + 1) as domain:
