@@ -1,6 +1,7 @@
 """The launch file with clouds in odom: of a robot that drives, and when its odometry dies."""
 
 from contextlib import contextmanager
+import signal
 import subprocess
 import sys
 
@@ -78,7 +79,7 @@ def odometry_process(tmp_path):
     try:
         yield process
     finally:
-        process.kill()
+        process.send_signal(signal.SIGINT)
         process.wait()
 
 

@@ -9,7 +9,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.srv import ChangeState, GetState
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.stamps import time_ns
@@ -59,9 +59,11 @@ class Commander:
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self._commands = self.node.create_publisher(NodCommand, 'nod_command', 10)
         self.node.create_timer(0.1, self._command)
-        # Before any node starts: a service drops responses to a client that it has not found yet.
         self._life_cycles = {
-            namespace: self.node.create_client(ChangeState, f'{namespace}/servo/change_state')
+            namespace: [
+                self.node.create_client(kind, f'{namespace}/servo/{service}')
+                for kind, service in ((ChangeState, 'change_state'), (GetState, 'get_state'))
+            ]
             for namespace in ('', '/second')
         }
 
@@ -83,9 +85,18 @@ class Commander:
             self.executor.spin_once(timeout_sec=0.05)
 
     def change_state(self, transition, namespace=''):
-        client = self._life_cycles[namespace]
-        self.spin_until(client.service_is_ready, 'no life cycle service')
-        future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
+        change, state = self._life_cycles[namespace]
+        self.spin_until(change.service_is_ready, 'no life cycle service')
+        # A node drops its responses to clients that it has not found, and finds them in the order
+        # in which they were made: one that answers a later client has found the first, too.
+        questions = []
+
+        def answered():
+            questions.append(state.call_async(GetState.Request()))
+            return any(question.done() for question in questions)
+
+        self.spin_until(answered, 'no state')
+        future = change.call_async(ChangeState.Request(transition=Transition(id=transition)))
         self.spin_until(future.done, 'the transition did not end')
         assert future.result().success
 
@@ -146,9 +157,11 @@ def running(*parameters, namespace=''):
     try:
         yield process
     finally:
-        if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.communicate(timeout=TIMEOUT)
+        finally:
             process.kill()
-        process.communicate()
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 import math
+import signal
 import subprocess
 import sys
 import time
@@ -122,8 +123,11 @@ def running(*parameters):
     try:
         yield process
     finally:
-        process.kill()
-        process.communicate()
+        process.send_signal(signal.SIGINT)
+        try:
+            process.communicate(timeout=TIMEOUT)
+        finally:
+            process.kill()
 
 
 def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot):
