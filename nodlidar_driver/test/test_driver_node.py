@@ -10,8 +10,6 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lidar_rig import before, FULL, room, Truth
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
 from nodlidar_driver.ros.node import DriverNode
@@ -270,27 +268,21 @@ def test_a_wrong_parameter_ends_the_program_with_its_limits(parameters, words):
     assert words in errors
 
 
-class Manager:
-    """Takes a driver in another process, of its own namespace, through its life cycle."""
+class Hearer:
+    """Hears a driver in another process, of its own namespace."""
 
     def __init__(self, namespace):
         rclpy.init()
         self.namespace = namespace
-        self.node = rclpy.create_node('manager', namespace=namespace)
-        self._client = self.node.create_client(ChangeState, 'driver/change_state')
+        self.node = rclpy.create_node('hearer', namespace=namespace)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
-
-    def activate(self):
-        assert self._client.wait_for_service(TIMEOUT)
-        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
-            request = ChangeState.Request(transition=Transition(id=transition))
-            assert self._result(self._client.call_async(request)).success
 
     def receive(self):
         future = Future()
         self.node.create_subscription(LaserScan, 'scan', future.set_result, 10)
-        return self._result(future)
+        self._executor.spin_until_future_complete(future, TIMEOUT)
+        return future.result()
 
     def collect(self, stamps, until):
         """Add the stamps of scans to a list, until a condition holds."""
@@ -303,10 +295,6 @@ class Manager:
             assert time.monotonic() < deadline, 'no scans'
             self._executor.spin_once(timeout_sec=0.05)
 
-    def _result(self, future):
-        self._executor.spin_until_future_complete(future, TIMEOUT)
-        return future.result()
-
     def close(self):
         self._executor.shutdown()
         self.node.destroy_node()
@@ -314,18 +302,17 @@ class Manager:
 
 
 @pytest.fixture
-def manager(request):
-    manager = Manager(f'test_{request.node.callspec.id}')
-    yield manager
-    manager.close()
+def hearer(request):
+    hearer = Hearer(f'test_{request.node.callspec.id}')
+    yield hearer
+    hearer.close()
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=['sigint', 'sigterm'])
-def test_a_signal_turns_the_laser_off_and_ends_the_program(manager, ports, emulator, number):
-    process = start({'port': ports['lidar']}, manager.namespace)
+def test_a_signal_turns_the_laser_off_and_ends_the_program(hearer, ports, emulator, number):
+    process = start({'port': ports['lidar'], 'autostart': 'true'}, hearer.namespace)
     try:
-        manager.activate()
-        assert len(manager.receive().ranges) == 682
+        assert len(hearer.receive().ranges) == 682
         assert emulator.sensor.laser
         process.send_signal(number)
         _, errors = process.communicate(timeout=TIMEOUT)
@@ -337,18 +324,18 @@ def test_a_signal_turns_the_laser_off_and_ends_the_program(manager, ports, emula
 
 @pytest.mark.parametrize('number', [signal.SIGSTOP], ids=['sigstop'])
 def test_a_driver_that_was_stopped_dates_what_waited_by_the_lidar_s_clock(
-    manager, ports, emulator, number
+    hearer, ports, emulator, number
 ):
     sent, stamps = [], []
     emulator.on_scan = lambda turn: sent.append(turn.times_ns[0])
-    process = start({'port': ports['lidar'], 'autostart': 'true'}, manager.namespace)
+    process = start({'port': ports['lidar'], 'autostart': 'true'}, hearer.namespace)
     try:
-        manager.collect(stamps, until=lambda: len(stamps) >= 5)
+        hearer.collect(stamps, until=lambda: len(stamps) >= 5)
         process.send_signal(number)
         stopped = len(sent)
-        manager.collect(stamps, until=lambda: len(sent) >= stopped + 12)
+        hearer.collect(stamps, until=lambda: len(sent) >= stopped + 12)
         process.send_signal(signal.SIGCONT)
-        manager.collect(stamps, until=lambda: stamps[-1] > sent[stopped + 11] + 300_000_000)
+        hearer.collect(stamps, until=lambda: stamps[-1] > sent[stopped + 11] + 300_000_000)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=TIMEOUT)
     finally:
