@@ -78,7 +78,7 @@ def test_a_profile_is_the_assembler_s_and_sets_the_servo_s_rate(tmp_path):
     client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
     with launched_sensor(tmp_path / 'launch.log', 'profile:=fast', 'scene:=wall', 'ideal:=true'):
         heard = observer.messages['points'], observer.messages['joint_states']
-        observer.spin_until(lambda: all(len(topic) > 10 for topic in heard), 'both topics')
+        observer.spin_until(lambda: all(len(topic) > 40 for topic in heard), 'both topics')
         observer.spin_until(client.service_is_ready, 'the assembler')
         answer = client.call_async(GetParameters.Request(names=['profile', 'coverage_window']))
         observer.spin_until(answer.done, 'parameters')

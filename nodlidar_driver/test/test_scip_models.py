@@ -109,10 +109,14 @@ def test_a_lidar_behind_tcp_streams_and_is_switched_off_by_its_guard():
     with PseudoTerminals({'lidar': emulator}) as terminals, behind_tcp(terminals['lidar']) as tcp:
         port = open_port(f'tcp://127.0.0.1:{tcp}', 115200, 0.1)
         guard = Guard(port.fileno(), STOP)
-        lidar = Lidar(port, DriverConfig().window, time.monotonic_ns, 1.0, ScanAccount())
+        account = ScanAccount()
+        lidar = Lidar(port, DriverConfig().window, time.monotonic_ns, 1.0, account)
         lidar.connect()
-        stamps = np.array([lidar.read().stamp_ns for _ in range(40)]) / 1e9
-        assert np.diff(stamps) == pytest.approx(np.full(39, 0.025), abs=2e-3)
+        revolutions = np.diff([lidar.read().stamp_ns for _ in range(40)]) / 1e9 / 0.025
+        assert revolutions == pytest.approx(np.rint(revolutions), abs=0.08)
+        # A scan that a busy host delays cannot always be dated. It is counted then.
+        assert np.rint(revolutions).min() >= 1
+        assert np.rint(revolutions).sum() - len(revolutions) <= account.lost.total()
         assert emulator.sensor.laser
         guard.trigger()
         deadline = time.monotonic() + 5.0
