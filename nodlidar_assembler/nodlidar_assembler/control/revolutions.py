@@ -12,6 +12,8 @@ WINDOW = 300
 FEWEST = 20
 """Scans from which on the scatter of stamps is known."""
 
+_FIT_EVERY = 5  # scans, from FEWEST on: the line hardly changes with each
+
 _GATE_NS = 5_000_000  # a stamp farther off the line is a stray, or the lidar restarted
 _STRAYS_TO_RESTART = 5
 _SAME_RATE = 0.1  # share that the nominal period may differ by from that of the line
@@ -45,7 +47,7 @@ class Revolutions:
         self.restarts = 0
         self.scatter = math.inf
         self._stamps: NDArray[np.int64] = _NO_STAMPS
-        self._strays = 0
+        self._strays = self._unfitted = 0
         self._begin_ns = 0
         self._nominal_ns = self._period_ns = 0.0
 
@@ -91,7 +93,10 @@ class Revolutions:
         self._strays = 0
         self.count += revolutions
         self._remember(stamp_ns)
-        self._fit()
+        self._begin_ns += round(revolutions * self._period_ns)
+        self._unfitted += 1
+        if len(self._stamps) <= FEWEST or self._unfitted >= _FIT_EVERY:
+            self._fit()
         return True
 
     def _stray(self, stamp_ns: int, nominal: float) -> bool:
@@ -115,6 +120,7 @@ class Revolutions:
 
     def _fit(self) -> None:
         """Fit the line by least squares, with the nominal period as one more observation."""
+        self._unfitted = 0
         revolutions, since_ns = (self._stamps - self._stamps[-1]).T.astype(np.float64)
         offsets = since_ns - self._nominal_ns * revolutions
         middle, mean = revolutions.mean(), offsets.mean()
