@@ -31,7 +31,8 @@ def check(values: Mapping[str, str]) -> None:
         raise ParameterError('own_tf', 'false without a namespace', values['own_tf'])
     for name in ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy'):
         numbers(name, values[name])
-    tf_rate(values['tf_rate'])
+    if values['tf_rate']:
+        tf_rate(values['tf_rate'])
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
         check_parameter_file(name, values[name])
     if values['hardware'] == 'sim':

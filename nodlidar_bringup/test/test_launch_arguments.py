@@ -24,7 +24,7 @@ def values(tmp_path):
     files = {f'{node}_params': str(path) for node in nodes}
     files['calibration'] = ''
     scene = {'hardware': 'sim', 'scene': 'room', 'route': '', 'lidar': '', 'servo': ''}
-    tf = {'frame_prefix': '', 'own_tf': 'false', 'tf_rate': '20'}
+    tf = {'frame_prefix': '', 'own_tf': 'false', 'tf_rate': ''}
     return {'namespace': '', **tf, **PLACES, **files, **scene}
 
 

@@ -12,6 +12,7 @@ import pytest
 from rcl_interfaces.srv import GetParameters
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+from tf2_msgs.msg import TFMessage
 import yaml
 
 
@@ -71,8 +72,9 @@ def test_rviz_shows_clouds_where_they_do_not_move(tmp_path, monkeypatch):
     assert view['Target Frame'] == 'base_link'
 
 
-def test_a_profile_is_the_assembler_s_and_sets_the_servo_s_rate(tmp_path):
+def test_a_profile_is_the_assembler_s_and_sets_the_rates_of_joint_states_and_tf(tmp_path):
     observer = Observer()
+    observer.subscribe(TFMessage, '/tf')
     observer.subscribe(JointState, 'joint_states')
     observer.subscribe(PointCloud2, 'points')
     client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
@@ -86,6 +88,10 @@ def test_a_profile_is_the_assembler_s_and_sets_the_servo_s_rate(tmp_path):
     assert (profile.string_value, window.double_value) == ('fast', 0.0)
     stamps = [time_ns(state.header.stamp) for state in observer.messages['joint_states']]
     assert np.median(np.diff(stamps)) == pytest.approx(NS_PER_S / 20.0, rel=0.1)
+    nods = [tf.transforms[0] for tf in observer.messages['/tf']]
+    assert {nod.child_frame_id for nod in nods} == {'nodlidar_tilt_link'}
+    # At most 10 Hz; robot_state_publisher takes the next joint state then.
+    assert np.median(np.diff([time_ns(nod.header.stamp) for nod in nods])) > 0.09 * NS_PER_S
     observer.close()
 
 

@@ -114,9 +114,10 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'namespace, for several robots on one network (docs/network.md)',
     },
     'tf_rate': {
-        'default_value': '20',
+        'default_value': '',
         'description': 'highest rate of the transform of the nod, for RViz and other nodes that '
-        'place scans by TF [Hz]; clouds need no transform of the nod',
+        'place scans by TF [Hz]; clouds need no transform of the nod; empty: that of the profile, '
+        '20 Hz or with fast 10 Hz',
     },
     'frame_prefix': {
         'default_value': '',

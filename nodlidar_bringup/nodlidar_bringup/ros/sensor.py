@@ -178,11 +178,13 @@ class Sensor:
             share('nodlidar_bringup', 'urdf/robot.urdf.xacro'),
             {name: self.values[name] for name in places} | {'prefix': self.frame('')},
         )
-        rate = arguments.tf_rate(self.values['tf_rate'])
+        own = {'robot_description': text(description)}
+        if self.values['tf_rate']:
+            own['publish_frequency'] = arguments.tf_rate(self.values['tf_rate'])
         return self.node(
             'robot_state_publisher',
             'robot_state_publisher',
-            parameters=[{'robot_description': text(description), 'publish_frequency': rate}],
+            parameters=[self.profile(), own],
             on_exit=end_all,
         )
 
