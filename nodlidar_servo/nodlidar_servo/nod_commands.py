@@ -79,7 +79,7 @@ class NodCommands:
         self._dynamics = config.dynamics
         self._tracker: NodTracker | None = None
         self._latest: Command | None = None
-        self._refused_for = '', ''
+        self._refused_for = ''
         self.refused = 0
         self.refusal = ''
 
@@ -116,15 +116,14 @@ class NodCommands:
         self._latest = Command(nod, start_ns, now_ns, former)
 
     def refuse(self, error: ParameterError) -> bool:
-        """Count a refused command, which is not a sign of life; return whether the reason is new.
+        """Count a refused command, which is not a sign of life; return whether its fault is new.
 
-        Good and bad commands may alternate, if they come from two publishers, and the value
-        beyond a limit may change each time.
+        Good and bad commands may alternate, if they come from two publishers. A value beyond a
+        limit, and a limit that follows from other values, may change each time.
         """
-        reason = error.key, error.limit
-        new = reason != self._refused_for
+        new = error.key != self._refused_for
         self.refused += 1
-        self.refusal, self._refused_for = str(error), reason
+        self.refusal, self._refused_for = str(error), error.key
         return new
 
     def age(self, now_ns: int) -> float:

@@ -132,12 +132,12 @@ def test_a_refusal_between_good_commands_is_new_once():
     assert commands.refuse(FAST)
 
 
-def test_another_value_beyond_the_same_limit_is_no_news():
-    """A nod that is tuned to the lidar has another duration each time."""
+def test_another_value_beyond_a_limit_is_no_news():
+    """A nod that is tuned to the lidar has another duration each time, and another limit."""
     commands = NodCommands(ServoConfig())
     assert commands.refuse(ParameterError('sweep_duration', 'at least 0.2 s', 0.11))
-    assert not commands.refuse(ParameterError('sweep_duration', 'at least 0.2 s', 0.12))
-    assert commands.refusal == "'sweep_duration' must be at least 0.2 s, but is 0.12"
+    assert not commands.refuse(ParameterError('sweep_duration', 'at least 0.3 s', 0.12))
+    assert commands.refusal == "'sweep_duration' must be at least 0.3 s, but is 0.12"
 
 
 def test_only_refused_commands_give_nothing_to_follow():
