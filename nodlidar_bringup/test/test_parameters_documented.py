@@ -8,6 +8,7 @@ import re
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
+from nodlidar_bringup.arguments import tf_rate
 from nodlidar_common.parameters import check, limits_of
 from nodlidar_servo.config import ServoConfig
 import pytest
@@ -88,8 +89,10 @@ def test_a_profile_is_allowed_and_launched_by_its_name(profile):
     check(PROFILES[profile])
     given = launched(profile)
     assert given['profile'] == profile
-    assert set(given) == LEFT_TO_PROFILES['servo'] | {'profile'}
+    of_state_publisher = 'publish_frequency'
+    assert set(given) == LEFT_TO_PROFILES['servo'] | {'profile', of_state_publisher}
     check(ServoConfig(feedback_rate=given['feedback_rate']))
+    assert tf_rate(str(given[of_state_publisher])) == given[of_state_publisher]
 
 
 def test_the_default_profile_is_that_of_the_default_parameters():
