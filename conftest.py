@@ -20,6 +20,8 @@ settings.register_profile(
 )
 settings.load_profile('any machine')
 
+# Of Fast DDS up to ROS 2 Jazzy, and since Kilted.
+PROFILE_VARIABLES = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
 LOOPBACK = Path(__file__).parent / 'tools/loopback.xml'
 STARTS_NODES = re.compile(r'rclpy|node_bench|launched|subprocess|LaunchedSensor')
 
@@ -42,10 +44,11 @@ def isolated_domain():
     """Keep nodes of this run apart from those of any other run or robot."""
     # Imported here: modules without ROS are tested without it, too.
     from domain_coordinator import domain_id
+    from rclpy.utilities import get_rmw_implementation_identifier
 
-    if os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp') == 'rmw_fastrtps_cpp':
+    if get_rmw_implementation_identifier() == 'rmw_fastrtps_cpp':
         # The range LOCALHOST always uses shared memory. See the file for why these tests do not.
-        os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(LOOPBACK)
+        os.environ.update(dict.fromkeys(PROFILE_VARIABLES, str(LOOPBACK)))
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SYSTEM_DEFAULT'
     else:
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'

@@ -16,6 +16,7 @@ def _no_profile(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, 'environ', os.environ.copy())
     for variable in PROFILE_VARIABLES:
         os.environ.pop(variable, None)
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'  # what the profile saw to
 
 
 def _complaints_of_a_node() -> str:
