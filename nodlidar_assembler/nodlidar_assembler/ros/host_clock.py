@@ -53,11 +53,11 @@ class HostClock:
         """
         if self._clock.ros_time_is_active:
             return True
-        if step_ns := self._time.update():
+        step_ns, now_ns = self._time.update(), self._time()
+        if step_ns:
             self._step_ns += step_ns
-            self._stepped_ns = self._time()
+            self._stepped_ns = now_ns
             self._doubtful_until_ns = steady_ns() + SETTLING_NS
-        now_ns = self._time()
         if self._step_ns and arrived_ns and not self._stepped_ns <= arrived_ns <= now_ns:
             return steady_ns() >= self._settled_ns  # it arrived before the step
         age_ns = (arrived_ns or now_ns) - stamp_ns
