@@ -23,7 +23,7 @@ import numpy as np
 from bench.reference import BEAM_PERIOD, joints_at, SPAN, START_NS
 from bench.report import Row
 
-DURATION = 60.0  # as the page asks for
+DURATION = 60.0  # as docs/calibration.md asks for
 JOINT_RATE = 100.0  # Hz
 SAMPLES = 7547  # per sweep: the default nod
 DEGREE = math.radians(1.0)
