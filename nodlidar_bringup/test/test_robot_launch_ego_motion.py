@@ -11,7 +11,7 @@ from nodlidar_bringup.ros.launched import launched_sensor
 from nodlidar_common.stamps import time_ns
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
-from observer import Observer
+from observer import Observer, START_TIMEOUT
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs_py import point_cloud2
 
@@ -80,7 +80,7 @@ def odometry_process(tmp_path):
         yield process
     finally:
         process.send_signal(signal.SIGINT)
-        process.wait()
+        process.wait(START_TIMEOUT)
 
 
 def drops(diagnostics, reason):
