@@ -1,6 +1,6 @@
 """What a fit leaves of joint samples: motion or noise."""
 
-from nodlidar_assembler.clouds.unfitted_motion import clipped, UnfittedMotion
+from nodlidar_assembler.clouds.unfitted_motion import clipped, evident, UnfittedMotion
 import numpy as np
 import pytest
 
@@ -71,3 +71,28 @@ def test_a_single_large_rest_is_clipped_and_a_vibration_is_not():
     assert np.abs(clipped(left, NOISE**2)).max() < 5.0 * NOISE
     rest = vibration(5e-3, 0.37)
     np.testing.assert_array_equal(clipped(rest, NOISE**2), rest)
+
+
+def test_white_noise_shows_hardly_any_motion():
+    left = white(NOISE)
+    shown = evident(left, NOISE**2) * left
+    assert np.sqrt(np.mean(shown**2)) < 0.4 * NOISE
+
+
+def test_neighbours_show_a_motion_that_a_fit_missed():
+    left = white(NOISE)
+    left[700:704] += np.array([1.0, 2.0, -2.0, -1.0]) * 0.02
+    gain = evident(left, NOISE**2)
+    assert np.all(gain[700:704] > 0.95)
+    assert np.all(UnfittedMotion().motion(left, clipped(left, NOISE**2), NOISE**2)[701:703] != 0.0)
+
+
+def test_a_single_bad_stamp_shows_no_motion():
+    left = np.zeros(COUNT)
+    left[700] = 0.1
+    assert np.all(evident(left, NOISE**2) == 0.0)
+
+
+def test_too_few_samples_show_no_motion():
+    for count in (0, 1, 2):
+        assert np.all(evident(np.full(count, 0.1), NOISE**2) == 0.0)

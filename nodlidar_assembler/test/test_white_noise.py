@@ -4,17 +4,21 @@ from nodlidar_assembler.clouds.white_noise import WhiteNoise
 import numpy as np
 import pytest
 
+START_NS = 1_700_000_000_123_456_789
 RATE = 100.0
 TIME = np.arange(3000) / RATE
 NOD = 0.6 * np.arcsin(np.sin(np.pi * TIME / 0.39)) / (np.pi / 2.0)
 
 
-def found_in(pitch):
-    """Return the deviation [rad] that is found in samples which arrive forty at a time."""
+def found_in(pitch, time=TIME):
+    """Return the deviation [rad] that is found in samples which arrive in overlapping windows."""
     noise = WhiteNoise()
+    time_ns = START_NS + np.rint(time * 1e9).astype(np.int64)
     variance = 0.0
     for first in range(0, len(pitch), 40):
-        variance = noise.add(pitch[first : first + 40])
+        window = slice(max(0, first - 15), first + 40)
+        noise.add(time_ns[window], pitch[window])
+        variance = noise.variance()
     return np.sqrt(variance)
 
 
@@ -31,5 +35,26 @@ def test_a_vibration_is_not_noise(frequency):
     assert found_in(vibration) < 0.3 * 5e-3 / np.sqrt(2.0)
 
 
-def test_without_samples_there_is_none():
-    assert WhiteNoise().add(np.zeros(3)) == 0.0
+def test_a_vibration_of_many_frequencies_is_hardly_noise():
+    rng = np.random.default_rng(5)
+    phases = rng.uniform(0.0, 2.0 * np.pi, 200)
+    frequencies = np.linspace(20.0, 44.0, 200)
+    vibration = np.sin(2.0 * np.pi * np.outer(TIME, frequencies) + phases).sum(axis=1)
+    vibration *= 5e-3 / np.sqrt(np.mean(vibration**2))
+    assert found_in(NOD + vibration) < 0.4 * 5e-3
+
+
+def test_lost_samples_are_no_noise():
+    rng = np.random.default_rng(4)
+    kept = rng.uniform(size=len(TIME)) > 0.3
+    pitch = NOD + rng.normal(0.0, 1e-3, len(TIME))
+    assert found_in(pitch[kept], TIME[kept]) == pytest.approx(1e-3, rel=0.25)
+
+
+def test_with_few_samples_there_is_none():
+    noise = WhiteNoise()
+    assert noise.variance() == 0.0
+    for count in (1, 2, 60):
+        time_ns = START_NS + 10_000_000 * np.arange(count)
+        noise.add(time_ns, np.random.default_rng(1).normal(0.0, 1e-3, count))
+        assert noise.variance() == 0.0

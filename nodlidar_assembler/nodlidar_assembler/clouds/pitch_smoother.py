@@ -24,7 +24,8 @@ PAUSE_NS = 200_000_000  # between samples, beyond which those of a scan do not r
 LONGEST_NS = 1_000_000_000  # ... looked for only if they last longer than that
 SAME = 1e-6  # difference of samples at the same step of the encoder, at most [rad]
 LEAST_STEP = 4e-4  # of an encoder [rad]; the stamps are no better than that
-MOST_NOISE = 2.5e-3  # of one beyond rounding, RMS [rad]: half a step of the coarsest; else motion
+MOST_STEP = 5.2e-3  # of the coarsest, 300 degrees in 1024 steps [rad]
+MOST_NOISE = 2.5e-3  # of an encoder beyond rounding, RMS [rad]; more is motion
 FIRST_INTENSITY = 3.0 * ROUGHNESS  # of an interval that no scan has fitted yet
 LEAST_REST = 1e-3  # share of a sample's residual that the fit leaves, at least
 FAR_OFF = 3.0  # standard deviations; a sample that is farther off counts less
@@ -88,6 +89,7 @@ class PitchSmoother:
         self._step = np.inf  # of the encoder, inf if unknown [rad]
         self._white_noise = WhiteNoise()
         self._noise = np.zeros_like(ROUGHNESS)  # beyond rounding, for each spline [rad2]
+        self._noise_known = False
         self._unfitted = UnfittedMotion()
         self._score = np.zeros(len(ROUGHNESS))  # log probability of each spline
         self._scans = 0  # that had new samples
@@ -118,6 +120,7 @@ class PitchSmoother:
         SplineError
             If the samples do not determine a spline.
         """
+        self._white_noise.add(sample_ns, sample_pitch)
         end_ns = start_ns + round(float(offset[-1]) * NS_PER_S)
         around = _around(sample_ns, start_ns, end_ns)
         sample_ns, sample_pitch = sample_ns[around], sample_pitch[around]
@@ -130,15 +133,17 @@ class PitchSmoother:
         new = self._learn(splines, window, start_ns)
         share = np.exp(self._score - self._score.max())
         share /= share.sum()
-        left = clipped(window.pitch - share @ splines.pitch, self._rounding)
+        left = window.pitch - share @ splines.pitch
+        usual = clipped(left, self._rounding)
         if new.start < new.stop:
             self._scans += 1
             if self._scans % NOISE_EVERY == 0:
-                self._learn_noise(splines, window, new, share, left)
+                self._learn_noise(splines, window, new, share, usual)
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
         smooth = value(share @ splines.coefficients, place)
-        unfitted = self._unfitted.gain * np.interp(place, window.place, left)
-        pitch = middle + (smooth + unfitted)
+        noise = self._rounding + float(share @ self._noise[:, 0])
+        unfitted = self._unfitted.motion(left, usual, noise)
+        pitch = middle + (smooth + np.interp(place, window.place, unfitted))
         largest = float(np.abs(window.pitch[1:] - window.pitch[:-1]).max(initial=0.0))
         beyond = largest / 2.0 + 2.0 * self._cell
         return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond))
@@ -151,7 +156,7 @@ class PitchSmoother:
     @property
     def _cell(self) -> float:
         """Width of the range of angles that the encoder reports as one [rad]."""
-        return max(self._step, LEAST_STEP) if self._step < np.inf else LEAST_STEP
+        return min(max(self._step, LEAST_STEP), MOST_STEP) if self._step < np.inf else LEAST_STEP
 
     @property
     def _rounding(self) -> float:
@@ -195,7 +200,7 @@ class PitchSmoother:
         self._score = self._score * SCORE_MEMORY ** error.shape[1] + score
 
     def _learn_noise(
-        self, splines: Splines, window: _Window, new: slice, share: Array, left: Array
+        self, splines: Splines, window: _Window, new: slice, share: Array, usual: Array
     ) -> None:
         """Learn the noise beyond rounding, and how much of what the splines leave is motion.
 
@@ -209,9 +214,13 @@ class PitchSmoother:
         square = np.minimum(square, (2.0 * FAR_OFF) ** 2 * noise)
         beyond = square.mean(axis=1, keepdims=True) - rounding
         learned = memory * self._noise + (1.0 - memory) * beyond
-        white = max(self._white_noise.add(window.pitch), rounding)
+        white = self._white_noise.variance()
+        if not self._noise_known and white:
+            # From 0, it would stay there: a spline without noise passes through all samples.
+            learned, self._noise_known = np.full_like(learned, white), True
+        white = max(white, rounding)
         most = rounding + MOST_NOISE**2
-        self._unfitted.add(left[new], share @ splines.influence(new), min(white, most))
+        self._unfitted.add(usual[new], share @ splines.influence(new), min(white, most))
         self._noise = np.maximum(0.0, np.minimum(learned, white - rounding))
 
 

@@ -3,7 +3,8 @@
 Vibrations are too fast for a smooth spline, which leaves them in the samples. They show as power
 beyond that of the noise, whose variance is known otherwise (white_noise). What is left is
 interpolated and added to the spline, with the gain that makes the mean square error least (Wiener
-1949). At gain 1 the samples themselves are interpolated.
+1949). At gain 1 the samples themselves are interpolated. Where a spline misses a sharp reversal,
+three neighbours show it, and the gain is larger there.
 """
 
 import numpy as np
@@ -13,6 +14,7 @@ Array = NDArray[np.float64]
 
 MEMORY = 0.99  # weight of a sample, over that of the next one
 CLIPPED = 4.5  # medians; what is left of a sample counts up to that, as its stamp may be bad
+EVIDENT = 2.0  # a mean square over that of the noise, which white noise seldom exceeds
 USUAL = 0.67  # median of a normal distribution's size over its standard deviation
 # Weights of the autocovariance of what is left, at a lag of 0 and 1 samples: mean square of the
 # interpolation, and its mean product with a motion that has no frequency above half the rate.
@@ -55,6 +57,19 @@ class UnfittedMotion:
         gain = float(_OF_MOTION @ self._motion) / square if square else 0.0
         self.gain = min(max(gain, 0.0), 1.0)
 
+    def motion(self, left: Array, usual: Array, noise: float) -> Array:
+        """Return the motion in what is left of samples [rad], shape (n,).
+
+        Parameters
+        ----------
+        left, usual
+            What is left of samples, and the same clipped [rad], shape (n,).
+        noise
+            Variance of the samples [rad2].
+        """
+        gain = evident(left, noise)
+        return np.where(gain > self.gain, gain * left, self.gain * usual)
+
 
 def clipped(left: Array, noise: float) -> Array:
     """Return what is left of samples (n,) [rad], no larger than usual, with a noise [rad2]."""
@@ -62,3 +77,24 @@ def clipped(left: Array, noise: float) -> Array:
     median = float(np.partition(size, len(size) // 2)[len(size) // 2])
     limit = CLIPPED * max(median, USUAL * noise**0.5)
     return np.asarray(np.minimum(np.maximum(left, -limit), limit))
+
+
+def evident(left: Array, noise: float) -> Array:
+    """Return the gains that three neighbours show without others, shape (n,).
+
+    The median of their squares counts, so a single bad stamp shows nothing.
+
+    Parameters
+    ----------
+    left
+        What is left of samples [rad], shape (n,).
+    noise
+        Variance of the samples [rad2].
+    """
+    square = np.square(left)
+    before, here, after = square[:-2], square[1:-1], square[2:]
+    least, most = np.minimum(before, here), np.maximum(before, here)
+    median = np.maximum(least, np.minimum(most, after))
+    gain = np.zeros(len(left))
+    gain[1:-1] = 1.0 - EVIDENT * noise / np.maximum(median, EVIDENT * noise)
+    return gain

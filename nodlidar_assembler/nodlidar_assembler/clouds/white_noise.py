@@ -4,11 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Times = NDArray[np.int64]
 
-MEMORY = 0.99  # weight of a sample, over that of the next one
-LAGS = 16  # with fewer, a vibration spreads over the frequencies beside its own
+MEMORY = 0.998  # weight of a sample, over that of the next one
+LAGS = 32  # with fewer, a vibration spreads over the frequencies beside its own
+HISTORY = 4 * LAGS  # samples
 CLIPPED = 4.5  # medians; a larger third difference is a reversal
-FREQUENCIES = np.linspace(np.pi / 2.0, np.pi, 17)  # per sample, which a nod hardly has
+UNEVEN = 1.25  # times the usual time of four samples, in which one is lost
+FREQUENCIES = np.linspace(np.pi / 2.0, np.pi, LAGS + 1)  # per sample, which a nod hardly has
 
 _SHARE = np.arange(LAGS + 1) / (LAGS + 1.0)
 _TAPER = np.minimum(1.0 - 6.0 * _SHARE**2 * (1.0 - _SHARE), 2.0 * (1.0 - _SHARE) ** 3)  # Parzen's
@@ -16,7 +19,7 @@ _COSINES = 2.0 * np.cos(np.outer(np.arange(LAGS + 1), FREQUENCIES)) * _TAPER[:, 
 _COSINES[0] = 1.0
 # Autocovariance of the third difference of white noise of variance 1.
 _OF_WHITE_NOISE = np.append([20.0, -15.0, 6.0, -1.0], np.zeros(LAGS - 3)) @ _COSINES
-_LEAST = 0.75  # of the spectrum's values over their mean, for white noise; found by simulation
+_LEAST = 0.8  # of the spectrum's values over their mean, for white noise; found by simulation
 
 
 class WhiteNoise:
@@ -29,23 +32,47 @@ class WhiteNoise:
     """
 
     def __init__(self) -> None:
-        self._products = np.zeros(LAGS + 1)
-        self._count = np.zeros(LAGS + 1)
+        self._time_ns, self._pitch = np.zeros(0, np.int64), np.zeros(0)
+        self._new: list[tuple[Times, Array]] = []
+        self._newest_ns = 0
+        self._products, self._count = np.zeros(LAGS + 1), np.zeros(LAGS + 1)
 
-    def add(self, pitch: Array) -> float:
-        """Return the variance [rad2] with samples (n,) added; 0 without any."""
-        difference = np.diff(pitch, 3)
-        count = len(difference)
-        if count:
-            size = np.abs(difference)
-            limit = CLIPPED * float(np.partition(size, count // 2)[count // 2])
-            difference = np.clip(difference, -limit, limit)
-            products = np.correlate(difference, difference, 'full')[count - 1 :][: LAGS + 1]
-            memory = MEMORY**count
-            self._products *= memory
-            self._count *= memory
-            self._products[: len(products)] += products
-            self._count[: len(products)] += count - np.arange(len(products))
+    def add(self, time_ns: Times, pitch: Array) -> None:
+        """Add those of the samples [ns], [rad], ascending, that are later than all before."""
+        first = int(time_ns.searchsorted(self._newest_ns, side='right'))
+        if first < len(pitch):
+            self._new.append((time_ns[first:], pitch[first:]))
+            self._newest_ns = int(time_ns[-1])
+
+    def variance(self) -> float:
+        """Return the variance [rad2]; 0 while there are too few samples to tell."""
+        new = sum(len(pitch) for _, pitch in self._new)
+        times, pitches = zip((self._time_ns, self._pitch), *self._new, strict=True)
+        self._time_ns = np.concatenate(times)[-HISTORY:]
+        self._pitch = np.concatenate(pitches)[-HISTORY:]
+        self._new.clear()
+        if len(self._pitch) > LAGS + 3:
+            memory = MEMORY**new
+            difference, even = _third_difference(self._time_ns, self._pitch)
+            self._products = memory * self._products + _by_lag(difference)
+            self._count = memory * self._count + _by_lag(even)
+        if self._count[0] < HISTORY:
+            return 0.0
         covariance = self._products / np.maximum(self._count, 1.0)
         spectrum = covariance @ _COSINES / _OF_WHITE_NOISE
         return max(0.0, float(spectrum.min()) / _LEAST)
+
+
+def _third_difference(time_ns: Times, pitch: Array) -> tuple[Array, Array]:
+    """Return the third difference, clipped, and where it counts: 0 across a gap, 1 elsewhere."""
+    span = time_ns[3:] - time_ns[:-3]
+    usual = np.partition(span, len(span) // 10)[len(span) // 10]
+    even = (span < UNEVEN * usual).astype(float)
+    difference = np.diff(pitch, 3)
+    limit = CLIPPED * np.median(np.abs(difference))
+    return even * np.clip(difference, -limit, limit), even
+
+
+def _by_lag(values: Array) -> Array:
+    """Return the products of values (n,) with those after them, summed, by their distance."""
+    return np.asarray(np.correlate(values, values[: len(values) - LAGS]))
