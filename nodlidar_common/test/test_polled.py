@@ -1,12 +1,12 @@
 """Subscriptions that wake the node only when their messages are wanted, on real DDS."""
 
 from builtin_interfaces.msg import Time
-from nodlidar_common.ros.polled import taken, WhenWanted
+from nodlidar_common.ros.polled import PolledSubscription, taken, WhenWanted
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 SENT = 30
 
@@ -79,3 +79,18 @@ def test_a_wanted_message_wakes_the_node_also_if_it_came_before(listening):
     spin_until(lambda: True)
     assert listener.woke == [1, 2]
     assert [message.sec for message, _ in taken(listener.sub)] in ([], [3])  # on the way or there
+
+
+def test_the_qos_of_a_topic_is_overridden_each_time_and_no_other_s():
+    override = 'qos_overrides./numbers.subscription.reliability:=best_effort'
+    rclpy.init(args=['--ros-args', '-p', override])
+    node, profile = Node('viewer'), QoSProfile(depth=1)
+    for _ in range(2):
+        polled = [PolledSubscription(node, Time, topic, profile) for topic in ('numbers', 'more')]
+        for topic, expected in (('/numbers', 'BEST_EFFORT'), ('/more', 'RELIABLE')):
+            (found,) = node.get_subscriptions_info_by_topic(topic)
+            assert found.qos_profile.reliability == ReliabilityPolicy[expected]
+        for each in polled:
+            each.end()
+    node.destroy_node()
+    rclpy.shutdown()

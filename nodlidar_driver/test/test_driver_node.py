@@ -176,6 +176,9 @@ def test_publishers_are_reliable_and_volatile_and_can_be_overridden(ports, topic
     with listening(port=ports['lidar'], **overrides) as listener:
         info = listener.node.get_publishers_info_by_topic(topic)[0].qos_profile
         assert info.reliability == ReliabilityPolicy.BEST_EFFORT
+        for other in {'/scan', '/driver/arrival'} - {topic}:
+            info = listener.node.get_publishers_info_by_topic(other)[0].qos_profile
+            assert info.reliability == ReliabilityPolicy.RELIABLE
 
 
 @contextmanager

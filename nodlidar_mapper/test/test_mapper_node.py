@@ -15,7 +15,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from rooms import cloud, CROOKED
 from scipy.spatial.transform import Rotation
@@ -164,6 +164,30 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path):
     missing = call(robot, until, 'load_map', tmp_path / 'nowhere')
     assert not missing.success
     assert 'nowhere' in missing.message
+
+
+OVERRIDES = [
+    word
+    for name in ('map.publisher', 'pose.publisher', 'initialpose.subscription')
+    for word in ('-p', f'qos_overrides./{name}.reliability:=best_effort')
+]
+
+
+@pytest.mark.parametrize('running', [OVERRIDES], indirect=True)
+def test_the_qos_of_a_topic_is_overridden_and_no_other_s(running):
+    _, mapper, _ = running
+    publishers, subscriptions = (
+        mapper.get_publishers_info_by_topic,
+        mapper.get_subscriptions_info_by_topic,
+    )
+    for find, topic, expected in (
+        (publishers, '/map', 'BEST_EFFORT'),
+        (publishers, '/path', 'RELIABLE'),
+        (publishers, '/pose', 'BEST_EFFORT'),
+        (subscriptions, '/initialpose', 'BEST_EFFORT'),
+    ):
+        (found,) = [each for each in find(topic) if each.node_name == 'mapper']
+        assert found.qos_profile.reliability == ReliabilityPolicy[expected]
 
 
 def test_bad_clouds_are_counted(running):

@@ -182,3 +182,30 @@ def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
     with running('autostart:=true', 'reconnect_delay:=0.1'):
         robot.until(lambda: 'clocks' in robot.message, 'not diagnosed')
     assert robot.controller.points == []
+
+
+def test_the_qos_of_its_topics_can_be_overridden(robot):
+    node, trajectories = robot.node, '/joint_trajectory_controller/joint_trajectory'
+    overrides = [
+        'qos_overrides./joint_states.subscription.reliability:=reliable',
+        'qos_overrides./nod_command.subscription.reliability:=best_effort',
+        'qos_overrides./servo/status.publisher.reliability:=best_effort',
+        f'qos_overrides.{trajectories}.publisher.reliability:=best_effort',
+    ]
+
+    def found():
+        return [
+            each.qos_profile.reliability.name
+            for endpoints in (
+                node.get_subscriptions_info_by_topic('/joint_states'),
+                node.get_subscriptions_info_by_topic('/nod_command'),
+                node.get_publishers_info_by_topic('/servo/status'),
+                node.get_publishers_info_by_topic(trajectories),
+            )
+            for each in endpoints
+            if each.node_name == 'servo'
+        ]
+
+    with running(*overrides):
+        robot.until(lambda: len(found()) == len(overrides), 'not all topics')
+        assert found() == ['RELIABLE', *['BEST_EFFORT'] * 3]

@@ -1,11 +1,13 @@
 """Subscriptions that are asked for messages, instead of waking the node with each."""
 
 from collections.abc import Callable, Iterator
+from copy import copy
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 
 class WhenWanted(CallbackGroup):
@@ -49,7 +51,12 @@ class PolledSubscription:
     def __init__(self, node: Node, message_type: Any, topic: str, qos: QoSProfile) -> None:
         self._node = node
         self._subscription = node.create_subscription(
-            message_type, topic, lambda message: None, qos, callback_group=WhenWanted()
+            message_type,
+            topic,
+            lambda message: None,
+            copy(qos),  # overriding changes it
+            callback_group=WhenWanted(),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
     def take(self) -> list[Any]:

@@ -30,13 +30,15 @@ class DriverNode(DeviceNode):
         self.configure()
         self._lidar: Lidar | None = None
         overridable = QoSOverridingOptions.with_default_policies()
-        profile = QoSProfile(depth=_DEPTH)
         self._scans = self.create_lifecycle_publisher(
-            LaserScan, 'scan', profile, qos_overriding_options=overridable
+            LaserScan, 'scan', QoSProfile(depth=_DEPTH), qos_overriding_options=overridable
         )
         self.sole_topic = self._scans.topic_name
         self._arrivals = self.create_lifecycle_publisher(
-            TimeReference, '~/arrival', profile, qos_overriding_options=overridable
+            TimeReference,
+            '~/arrival',
+            QoSProfile(depth=_DEPTH),
+            qos_overriding_options=overridable,
         )
 
     def configure(self) -> None:

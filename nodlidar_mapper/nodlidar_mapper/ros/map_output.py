@@ -18,11 +18,11 @@ from nodlidar_msgs.srv import MapFolder
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
 
 SHARE = 0.2  # of the time that drawing may take
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class MapOutput:
@@ -47,11 +47,19 @@ class MapOutput:
         self._thread = Background()
         self._requests: deque[tuple[Callable[[], Any], Callable[[Any], None]]] = deque()
         self._draw_after_ns = 0
-        self._publishers = (
-            node.create_publisher(PointCloud2, 'map_cloud', LATCHED),
-            node.create_publisher(OccupancyGrid, 'map', LATCHED),
-            node.create_publisher(PathMessage, 'path', LATCHED),
-        )
+        self._publishers = [
+            node.create_publisher(
+                kind,
+                topic,
+                QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+            for kind, topic in (
+                (PointCloud2, 'map_cloud'),
+                (OccupancyGrid, 'map'),
+                (PathMessage, 'path'),
+            )
+        ]
         # A service that awaits its thread would otherwise block the other callbacks.
         group = ReentrantCallbackGroup()
         node.create_service(MapFolder, '~/save_map', self._save, callback_group=group)

@@ -21,6 +21,7 @@ from nodlidar_mapper.ros.map_output import MapOutput
 from nodlidar_mapper.saved_map import SavedMapError
 import numpy as np
 from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from tf2_ros import TransformBroadcaster
 
 STEP_PERIOD = 0.05  # s: map -> odom, and the results of the threads
@@ -41,12 +42,21 @@ class MapperNode(Node):
         self._given: tuple[Array, Array] | None = None  # map -> odom that a person set, covariance
         self._matching = Background()
         self._broadcaster = TransformBroadcaster(self)
-        self._pose = self.create_publisher(PoseWithCovarianceStamped, 'pose', 10)
+        overridable = QoSOverridingOptions.with_default_policies()
+        self._pose = self.create_publisher(
+            PoseWithCovarianceStamped, 'pose', 10, qos_overriding_options=overridable
+        )
         self.output = MapOutput(self, self.config, self._continue_with)
         self.clouds = CloudInput(
             self, self.config, self.survival, self._match_next, self._time_went_back
         )
-        self.create_subscription(PoseWithCovarianceStamped, 'initialpose', self._pose_was_set, 1)
+        self.create_subscription(
+            PoseWithCovarianceStamped,
+            'initialpose',
+            self._pose_was_set,
+            1,
+            qos_overriding_options=overridable,
+        )
         self.diagnosis = Diagnosis(self)
         topics = ', '.join(self.config.cloud_topics)
         self.get_logger().info(f'waiting for clouds on {topics}')

@@ -25,9 +25,11 @@ from nodlidar_servo.trajectory_config import TrajectoryConfig
 from nodlidar_servo.trajectory_diagnosis import TrajectoryDiagnosis
 from nodlidar_servo.waypoints import Planner, stop
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
+OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 MOST_STATES = 500  # kept between two trajectories; half a second of a controller at 1 kHz
 
 
@@ -78,9 +80,15 @@ class TrajectoryNode(DeviceNode):
         self.configure()
         kept = QoSProfile(depth=MOST_STATES, reliability=ReliabilityPolicy.BEST_EFFORT)
         self._joint_states = PolledSubscription(self, JointState, 'joint_states', kept)
-        self._status = self.create_lifecycle_publisher(NodStatus, '~/status', QoSProfile(depth=10))
+        self._status = self.create_lifecycle_publisher(
+            NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=OVERRIDABLE
+        )
         self.sole_topic = self.create_subscription(
-            NodCommand, 'nod_command', self._on_command, QoSProfile(depth=10)
+            NodCommand,
+            'nod_command',
+            self._on_command,
+            QoSProfile(depth=10),
+            qos_overriding_options=OVERRIDABLE,
         ).topic_name
 
     def configure(self) -> None:
@@ -88,7 +96,9 @@ class TrajectoryNode(DeviceNode):
         if self._trajectory is not None:
             self.destroy_publisher(self._trajectory)
         topic = f'{self.config.controller}/joint_trajectory'
-        self._trajectory = self.create_publisher(JointTrajectory, topic, QoSProfile(depth=1))
+        self._trajectory = self.create_publisher(
+            JointTrajectory, topic, QoSProfile(depth=1), qos_overriding_options=OVERRIDABLE
+        )
         self._commands = NodCommands(self.config)
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
         self._sample: JointSample | None = None
