@@ -8,10 +8,10 @@ from nodlidar_common.serial_port import SerialPort
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.dynamixel_bus import DynamixelBus
 from nodlidar_servo.positions import PositionCheck
+from nodlidar_servo.preparation import hardware_errors, prepare, set_watchdog, write_torque_limit
 from nodlidar_servo.replies import LateReplyError, Reply, ReplyError
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.sample_time import excess_ns, sample_time_ns, UsualExcess, WireTime
-from nodlidar_servo.setting_up import hardware_errors, set_up, set_watchdog, write_torque_limit
 
 _ATTEMPTS_TO_STOP = 8
 _SPARE = 6  # bytes before those that measure may be read, too
@@ -64,7 +64,7 @@ class Servo:
             the mount.
         """
         self._torque = None
-        self._setting = set_up(self._bus, self._config)
+        self._setting = prepare(self._bus, self._config)
         self._torque, self.limits = False, self._setting.limits
         self._usual = UsualExcess(
             self._latency_timer_ns(), round(_USUAL_FOR * self._config.feedback_rate)

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 from nodlidar_common.tracking import Progress
+from nodlidar_servo.preparation import Limits
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures
-from nodlidar_servo.setting_up import Limits
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,9 +5,9 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
 from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.preparation import Limits
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo_loop import LoopFigures
-from nodlidar_servo.setting_up import Limits
 import pytest
 
 TOO_FAR = ParameterError('pitch_max', 'at most 0.8 rad', 1.2)

@@ -1,4 +1,4 @@
-"""Sets a servo up: it answers, holds no torque, and its own limits allow those of the mount."""
+"""Prepares a servo: it answers, holds no torque, and its own limits allow those of the mount."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -38,8 +38,8 @@ class Setting:
     return_delay_ns: int
 
 
-def set_up(bus: DynamixelBus, config: ServoConfig) -> Setting:
-    """Set a servo up, with its torque off.
+def prepare(bus: DynamixelBus, config: ServoConfig) -> Setting:
+    """Prepare a servo, with its torque off.
 
     Raises
     ------
