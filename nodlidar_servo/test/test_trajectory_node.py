@@ -12,7 +12,8 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.ros.messages import nod_to_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.ros.trajectory_node import joint_sample, JointSample
+from nodlidar_servo.joint_sample import JointSample
+from nodlidar_servo.ros.trajectory_node import sample_of
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -29,7 +30,7 @@ def test_joint_states_without_a_value_of_the_joint_are_no_measurements():
     def measured(stamp_ns, **values):
         message = JointState(name=['wheel', 'nod_joint'], **values)
         message.header.stamp = time_message(stamp_ns)
-        return joint_sample(message, 'nod_joint', before)
+        return sample_of(message, 'nod_joint', before)
 
     before = JointSample(10**9, 0.1, 0.0)
     assert measured(2 * 10**9) is None

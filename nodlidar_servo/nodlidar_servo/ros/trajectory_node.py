@@ -1,7 +1,7 @@
 """The lifecycle node of a joint that ros2_control moves: nod commands in, trajectories out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import math
 import sys
 import time
@@ -18,6 +18,7 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Drive, NodTracker, Progress
 from nodlidar_msgs.msg import NodCommand, NodStatus
+from nodlidar_servo.joint_sample import joint_sample, JointSample
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.ros.messages import status_message
 from nodlidar_servo.ros.trajectory_message import trajectory_message
@@ -33,33 +34,15 @@ OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 MOST_STATES = 500  # kept between two trajectories; half a second of a controller at 1 kHz
 
 
-@dataclass(frozen=True, slots=True)
-class JointSample:
-    """Pitch [rad] and velocity [rad/s] of the joint at a time [ns]."""
-
-    stamp_ns: int
-    pitch: float
-    velocity: float
-
-
-def joint_sample(
+def sample_of(
     message: JointState, joint_name: str, before: JointSample | None
 ) -> JointSample | None:
-    """Return the measurement of a joint; None if the message has none that is later than before.
-
-    A velocity that is missing is that since the measurement before, or 0 without one.
-    """
+    """Return the measurement of a joint; None if the message has none that is later than before."""
     if joint_name not in message.name:
         return None
-    index, stamp_ns = message.name.index(joint_name), time_ns(message.header.stamp)
+    index = message.name.index(joint_name)
     pitch, velocity = _value(message.position, index), _value(message.velocity, index)
-    if not math.isfinite(pitch) or (before is not None and stamp_ns <= before.stamp_ns):
-        return None
-    if not math.isfinite(velocity):  # not every hardware measures it
-        velocity = 0.0
-        if before is not None:
-            velocity = (pitch - before.pitch) / (stamp_ns - before.stamp_ns) * NS_PER_S
-    return JointSample(stamp_ns, pitch, velocity)
+    return joint_sample(time_ns(message.header.stamp), pitch, velocity, before)
 
 
 def _value(values: Sequence[float], index: int) -> float:
@@ -183,7 +166,7 @@ class TrajectoryNode(DeviceNode):
         """Return the measurements since the last call; the last one is kept."""
         samples = []
         for message in self._joint_states.take():
-            if (sample := joint_sample(message, self.config.joint_name, self._sample)) is not None:
+            if (sample := sample_of(message, self.config.joint_name, self._sample)) is not None:
                 samples.append(sample)
                 self._sample, self._arrived_ns = sample, steady_ns()
                 self._late = (self._now_ns() - sample.stamp_ns) / NS_PER_S
