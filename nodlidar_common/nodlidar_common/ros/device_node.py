@@ -1,4 +1,4 @@
-"""Base class of a node that keeps a serial device connected."""
+"""Base class of a node that keeps a device connected."""
 
 from typing import Any
 
@@ -14,11 +14,12 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 
 
 class DeviceNode(LifecycleNode):
-    """A lifecycle node that keeps one serial device connected while it is active.
+    """A lifecycle node that keeps one device connected while it is active.
 
-    A missing port is diagnosed and tried again; it does not end the node. Subclasses implement
-    the steps below; their configuration has the fields `port`, `baud_rate`, `reconnect_delay` and
-    `autostart`. Parameters that are not live can be set until the node is configured.
+    A missing device is diagnosed and tried again; it does not end the node. Subclasses implement
+    the steps below; their configuration has `port`, which names the device, `reconnect_delay` and
+    `autostart`, and `baud_rate` if it is on a serial port. Parameters that are not live can be set
+    until the node is configured.
 
     The device's thread runs `connect`, `cycle` and `disconnect`, the executor's thread everything
     else. What one passes to the other is an immutable value, replaced as a whole.
@@ -57,7 +58,7 @@ class DeviceNode(LifecycleNode):
         raise NotImplementedError
 
     def connect(self) -> None:
-        """Open the port with :meth:`.DeviceThread.open_port` and make the device ready.
+        """Make the device ready; a port is opened with :meth:`.DeviceThread.open_port`.
 
         A step that may take longer than a second checks :meth:`.DeviceThread.keep_going`.
 
