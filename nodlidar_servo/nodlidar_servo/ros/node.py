@@ -3,14 +3,11 @@
 import sys
 import time
 
-from nodlidar_common.errors import ParameterError
 from nodlidar_common.host_time import HostTime
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
-from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
@@ -18,7 +15,12 @@ from nodlidar_servo.following import Following
 from nodlidar_servo.latency import reduce_latency
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.reply_timeout import LONGEST
-from nodlidar_servo.ros.messages import fill_joint_state, joint_state_template, status_message
+from nodlidar_servo.ros.messages import (
+    fill_joint_state,
+    joint_state_template,
+    status_message,
+    take_command,
+)
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
@@ -71,13 +73,7 @@ class ServoNode(DeviceNode):
         self._together = 1 + int(LONGEST_HELD * self.config.feedback_rate)
 
     def _on_command(self, message: NodCommand) -> None:
-        now_ns = steady_ns()
-        try:
-            start_ns = now_ns + time_ns(message.start_time) - time.time_ns()
-            self._commands.accept(nod_from_message(message), now_ns, start_ns)
-        except ParameterError as error:
-            if self._commands.refuse(error):
-                self.get_logger().error(f'nod command refused: {error}')
+        take_command(self._commands, message, time.time_ns(), self.get_logger().error)
 
     def _publish_status(self) -> None:
         now_ns, state = steady_ns(), self.diagnosis.state

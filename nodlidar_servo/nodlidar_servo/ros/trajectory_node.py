@@ -8,10 +8,9 @@ import time
 from typing import Any
 
 from nodlidar_common.dynamics import cruising_speed
-from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.errors import DeviceError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
-from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_common.ros.steady import steady_ns
@@ -20,7 +19,7 @@ from nodlidar_common.tracking import Drive, NodTracker, Progress
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.joint_sample import joint_sample, JointSample
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.ros.messages import status_message
+from nodlidar_servo.ros.messages import status_message, take_command
 from nodlidar_servo.ros.trajectory_message import trajectory_message
 from nodlidar_servo.trajectory_config import TrajectoryConfig
 from nodlidar_servo.trajectory_diagnosis import TrajectoryDiagnosis
@@ -37,7 +36,7 @@ MOST_STATES = 500  # kept between two trajectories; half a second of a controlle
 def sample_of(
     message: JointState, joint_name: str, before: JointSample | None
 ) -> JointSample | None:
-    """Return the measurement of a joint; None if the message has none that is later than before."""
+    """Return the measurement of a joint; None if there is none later than the one before."""
     if joint_name not in message.name:
         return None
     index = message.name.index(joint_name)
@@ -91,13 +90,7 @@ class TrajectoryNode(DeviceNode):
         self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self._commands)
 
     def _on_command(self, message: NodCommand) -> None:
-        now_ns = steady_ns()
-        try:
-            start_ns = now_ns + time_ns(message.start_time) - self._now_ns()
-            self._commands.accept(nod_from_message(message), now_ns, start_ns)
-        except ParameterError as error:
-            if self._commands.refuse(error):
-                self.get_logger().error(f'nod command refused: {error}')
+        take_command(self._commands, message, self._now_ns(), self.get_logger().error)
 
     def connect(self) -> None:
         """Wait for the controller and the first joint state."""
