@@ -1,7 +1,7 @@
 """The default nod is the one that plan_scan chooses, and that the servo can follow."""
 
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_planner.pattern.servo import MAX_ACCELERATION, MAX_SPEED, shortest_sweep
+from nodlidar_planner.pattern.servo import MAX_ACCELERATION, MAX_SPEED, shortest_by_mean_speed
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.options import parse, Request
 from nodlidar_planner.plan_scan.planning import find
@@ -27,7 +27,7 @@ def test_plan_scan_plans_for_the_servo_of_the_assembler():
 
 
 def test_a_sweep_takes_the_time_of_its_speed_or_of_its_reversals():
-    assert shortest_sweep(2.0) == 2.0 / MAX_SPEED
+    assert shortest_by_mean_speed(2.0) == 2.0 / MAX_SPEED
     # Half of the way accelerating, half braking: span / 2 = a (t / 2)^2 / 2.
-    half = shortest_sweep(0.1) / 2.0
+    half = shortest_by_mean_speed(0.1) / 2.0
     assert MAX_ACCELERATION * half**2 / 2.0 == pytest.approx(0.05)

@@ -8,7 +8,7 @@ from nodlidar_common.parameters import parameter
 from nodlidar_planner.pattern.servo import (
     MAX_ACCELERATION,
     MAX_SPEED,
-    shortest_sweep,
+    shortest_by_mean_speed,
     TIMING_ERROR,
 )
 from nodlidar_planner.pattern.task import Task
@@ -137,7 +137,7 @@ class NodConfig:
 
         The beam period [s] counts dark steps.
         """
-        sweep = shortest_sweep(span, self.max_nod_speed, self.max_nod_acceleration)
+        sweep = shortest_by_mean_speed(span, self.max_nod_speed, self.max_nod_acceleration)
         return math.ceil(sweep / beam_period)
 
     def check_together(self) -> None:

@@ -3,7 +3,7 @@
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
-from nodlidar_planner.pattern.servo import shortest_sweep
+from nodlidar_planner.pattern.servo import shortest_by_mean_speed
 
 # Speed of the way [rad/s], and time to settle [s]: what an RX-24F needs from any nod.
 SPEED, SETTLING = 3.0, 0.3
@@ -47,7 +47,7 @@ class Takeover:
         self.place = 0 if below <= above else shape.samples_per_sweep
         fastest = min(SPEED, config.max_nod_speed)
         self.begin_ns = now_ns + round((min(below, above) / fastest + SETTLING) * NS_PER_S)
-        sweep = EASE * shortest_sweep(high - low, fastest, config.max_nod_acceleration)
+        sweep = EASE * shortest_by_mean_speed(high - low, fastest, config.max_nod_acceleration)
         upper = 0 if self.place == 0 else round(sweep * NS_PER_S)
         samples = max(1, round(sweep / config.task.sample_time))
         self.approach = NodTrajectory(low, high, sweep, samples, self.begin_ns - upper)

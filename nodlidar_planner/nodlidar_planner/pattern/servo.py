@@ -14,10 +14,10 @@ MIN_SPEED = 0.02
 PITCH_ERROR = 0.008
 
 
-def shortest_sweep(
+def shortest_by_mean_speed(
     span: float, max_speed: float = MAX_SPEED, max_acceleration: float = MAX_ACCELERATION
 ) -> float:
-    """Return the least time in which a servo gets over a span [s].
+    """Return the least time in which a servo of a mean speed gets over a span [s].
 
     From reversal to reversal it accelerates and brakes, which takes at least
     2 sqrt(span / max_acceleration).
@@ -27,6 +27,6 @@ def shortest_sweep(
     span
         From limit to limit [rad].
     max_speed, max_acceleration
-        Of the servo [rad/s], [rad/s^2].
+        Of the servo [rad/s], [rad/s^2]; the speed is the mean one of a sweep.
     """
     return max(span / max_speed, 2.0 * math.sqrt(span / max_acceleration))

@@ -16,7 +16,7 @@ from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_planner.pattern.servo import (
     MAX_ACCELERATION,
     MAX_SPEED,
-    shortest_sweep,
+    shortest_by_mean_speed,
     TIMING_ERROR,
 )
 from nodlidar_planner.pattern.task import Task
@@ -125,7 +125,7 @@ class Request:
         """Return the highest speed for a task [rad/s]; raises ParameterError if it is too low."""
         if self.speed_max is not None:
             return self.speed_max
-        fastest = task.span / shortest_sweep(task.span)
+        fastest = task.span / shortest_by_mean_speed(task.span)
         if self.speed_min is not None and self.speed_min > fastest:
             limit = f'at most {fastest:.4g} rad/s, that of the servo, or speed_max given as well'
             raise ParameterError('speed_min', limit, self.speed_min)
