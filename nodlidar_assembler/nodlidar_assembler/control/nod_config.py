@@ -90,8 +90,8 @@ class NodConfig:
     )
     max_nod_acceleration: float = parameter(
         MAX_ACCELERATION,
-        'Acceleration that the servo reaches for certain; N_s rises where a reversal would take '
-        'more than the whole sweep, as with narrow limits',
+        'Acceleration of the servo, assumed for an RX-24F, not measured; N_s rises where a '
+        'reversal would take more than the whole sweep, as with narrow limits',
         unit='rad/s^2',
         minimum=1.0,
         maximum=10_000.0,

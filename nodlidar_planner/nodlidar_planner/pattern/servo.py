@@ -2,7 +2,7 @@
 
 import math
 
-# What a Dynamixel RX-24F holds for certain, with a lidar on it: speed [rad/s], acceleration
+# Assumed for a Dynamixel RX-24F with a lidar on it, not measured: speed [rad/s], acceleration
 # [rad/s^2], and standard deviation of the instants at which it reverses [s].
 MAX_SPEED = 6.0
 MAX_ACCELERATION = 150.0
