@@ -21,7 +21,12 @@ from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
-from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig, ranges_that_count
+from nodlidar_assembler.control.pitch_limits import (
+    limits_at,
+    PitchLimitsConfig,
+    ranges_that_count,
+    SECTOR,
+)
 from nodlidar_assembler.control.scene_monitor import SceneMonitor, SceneMonitorConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import xyz_of
@@ -109,7 +114,7 @@ def drive(scene: Scene, start: float, end: float, arm: str, frames: int = N_S) -
             shape = monitor.shape()
             if shape is not None:
                 sensor.change(shape)
-        ahead = np.abs(np.arctan2(seen[:, 1], seen[:, 0])) <= CONFIG.sector
+        ahead = np.abs(np.arctan2(seen[:, 1], seen[:, 0])) <= SECTOR
         in_band = (seen[:, 2] > CONFIG.z_bottom) & (seen[:, 2] < CONFIG.z_top)
         x = sensor.place(assembled.scan.stamp_ns)
         points.append(seen[ahead & in_band] + (x, 0.0, 0.0))

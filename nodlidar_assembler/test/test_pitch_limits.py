@@ -6,6 +6,8 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.control.pitch_limits import (
+    HYSTERESIS,
+    LEAST_POINTS,
     limits_at,
     PitchLimits,
     PitchLimitsConfig,
@@ -39,9 +41,6 @@ def configs(draw):
         pitch_max=low + span,
         least_span=min(draw(st.floats(0.01, span)), low + span - low),  # as it is checked
         rate=draw(st.floats(0.05, 10.0)),
-        window=draw(st.floats(0.1, 3.0)),
-        hysteresis=draw(st.floats(0.0, 0.5)),
-        least_points=1,
     )
 
 
@@ -82,7 +81,7 @@ def test_mount_span_and_rate_are_kept_whatever_happens(config, steps):
     for pause_ns, forward, ranges in steps:
         now_ns += pause_ns
         limits.add_motion(forward)
-        limits.update(now_ns, np.array(ranges))
+        limits.update(now_ns, np.repeat(ranges, LEAST_POINTS))
         after = limits.limits(now_ns)
         assert config.pitch_min <= after[0] < after[1] <= config.pitch_max
         assert after[1] - after[0] >= config.least_span - 1e-9
@@ -187,7 +186,7 @@ def test_floor_ceiling_what_is_beside_and_what_is_nowhere_do_not_count():
         ('pitch_max', {'pitch_max': -0.7}),
         ('least_span', {'least_span': 1.3}),
         ('rate', {'rate': 0.0}),
-        ('window', {'window': math.nan}),
+        ('rate', {'rate': math.nan}),
     ],
 )
 def test_what_does_not_go_together_is_named(key, changes):
@@ -244,7 +243,7 @@ def test_on_the_way_to_a_wall_the_band_stays_covered():
     rows = drive([load_scene('wall', ideal=True)] * 75, speed=0.4, start_x=-2.5)[20:]
     distance = (2.0 + 2.5 - rows[:, 0]) / math.cos(math.radians(15.0))
     expected = np.array([limits_at(CONFIG, d) for d in distance])
-    np.testing.assert_allclose(rows[:, 1:], expected, rtol=CONFIG.hysteresis, atol=0.02)
+    np.testing.assert_allclose(rows[:, 1:], expected, rtol=HYSTERESIS, atol=0.02)
     free = expected[:, 1] < CONFIG.pitch_max
     assert free.sum() > 30
     top = distance * np.tan(rows[:, 2]) + CONFIG.z_sensor

@@ -22,10 +22,15 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+WINDOW = 1.6  # s, over which the median of the scans is taken
+HYSTERESIS = 0.05  # share by which the range must have changed for the limits to follow
+SECTOR = 0.5236  # rad; points up to this azimuth to either side count
+LEAST_POINTS = 10  # a scan with fewer points that count has no vote
+
 
 @dataclass(frozen=True, slots=True)
 class PitchLimitsConfig:
-    """The band of heights, the mount's limits, and how the limits follow the range.
+    """The band of heights, the widest limits, and how the limits follow the range.
 
     Raises
     ------
@@ -46,10 +51,10 @@ class PitchLimitsConfig:
         minimum=-100.0, maximum=100.0,
     )  # fmt: skip
     pitch_min: float = parameter(
-        -0.6136, 'Lower limit of the mount', unit='rad', minimum=-1.6, maximum=1.6
+        -0.6136, 'Lowest limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
     )
     pitch_max: float = parameter(
-        0.6136, 'Upper limit of the mount', unit='rad', minimum=-1.6, maximum=1.6
+        0.6136, 'Highest limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
     )
     least_span: float = parameter(
         0.2, 'Least distance between the limits, at any range', unit='rad',
@@ -57,21 +62,6 @@ class PitchLimitsConfig:
     )  # fmt: skip
     rate: float = parameter(
         1.0, 'Fastest change of a limit', unit='rad/s', minimum=0.01, maximum=100.0
-    )
-    window: float = parameter(
-        1.6, 'Time over which the median of the scans is taken', unit='s',
-        minimum=0.1, maximum=60.0,
-    )  # fmt: skip
-    hysteresis: float = parameter(
-        0.05, 'Share by which the range must have changed for the limits to follow',
-        minimum=0.0, maximum=0.5,
-    )  # fmt: skip
-    sector: float = parameter(
-        0.5236, 'Points up to this azimuth to either side count', unit='rad',
-        minimum=0.01, maximum=math.pi,
-    )  # fmt: skip
-    least_points: int = parameter(
-        10, 'A scan with fewer points that count has no vote', minimum=1, maximum=100_000
     )
 
     def __post_init__(self) -> None:
@@ -85,14 +75,14 @@ class PitchLimitsConfig:
             limit = f'above pitch_min = {self.pitch_min} rad'
             raise ParameterError('pitch_max', limit, self.pitch_max)
         if self.least_span > self.pitch_max - self.pitch_min:
-            limit = f'at most {self.pitch_max - self.pitch_min} rad, which the mount allows'
+            limit = f'at most {self.pitch_max - self.pitch_min} rad, from pitch_min to pitch_max'
             raise ParameterError('least_span', limit, self.least_span)
 
 
 def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]:
     """Return the pitch limits [rad] that cover the whole band at a horizontal distance [m].
 
-    They are within those of the mount, and at least the least span apart.
+    They are within the widest ones, and at least the least span apart.
     """
     ends = config.z_bottom - config.z_sensor, config.z_top - config.z_sensor
     low, high = (
@@ -115,13 +105,13 @@ def ranges_that_count(config: PitchLimitsConfig, points: Floats) -> Floats:
     Parameters
     ----------
     config
-        The band and the sector.
+        The band.
     points
         x forward and y to the left of the sensor, height above the floor [m], shape (n, 3). Those
         that are not finite do not count.
     """
     x, y, height = points[np.isfinite(points).all(axis=1)].T
-    ahead = np.abs(np.arctan2(y, x)) <= config.sector
+    ahead = np.abs(np.arctan2(y, x)) <= SECTOR
     counts = ahead & (height > config.z_bottom) & (height < config.z_top)
     return np.asarray(np.hypot(x[counts], y[counts]))
 
@@ -129,7 +119,7 @@ def ranges_that_count(config: PitchLimitsConfig, points: Floats) -> Floats:
 class PitchLimits:
     """Limits that follow the median range; see the module.
 
-    Before the first range they are the mount's. Without points they stay.
+    Before the first range they are the widest. Without points they stay.
     """
 
     def __init__(self, config: PitchLimitsConfig) -> None:
@@ -170,7 +160,7 @@ class PitchLimits:
         if self._votes and time_ns < self._votes[-1][0]:
             raise ParameterError('time_ns', f'at least {self._votes[-1][0]} ns', time_ns)
         seen = ranges[np.isfinite(ranges) & (ranges > 0.0)]
-        if len(seen) >= self.config.least_points:
+        if len(seen) >= LEAST_POINTS:
             self._votes.append((time_ns, float(np.median(seen)) + self._moved))
 
     def add_motion(self, forward: float) -> None:
@@ -212,7 +202,7 @@ class PitchLimits:
 
     def _follow_median(self, time_ns: int) -> None:
         """Follow the median of the votes in the window, if it differs enough from the last one."""
-        oldest_ns = time_ns - round(self.config.window * NS_PER_S)
+        oldest_ns = time_ns - round(WINDOW * NS_PER_S)
         while self._votes and self._votes[0][0] < oldest_ns:
             self._votes.popleft()
         if not self._votes:
@@ -220,7 +210,7 @@ class PitchLimits:
         median = float(np.median([vote for _, vote in self._votes]))
         self._range = max(median - self._moved, 0.0)
         known = self._followed
-        if known is None or abs(self._range - known) > self.config.hysteresis * known:
+        if known is None or abs(self._range - known) > HYSTERESIS * known:
             self._followed = self._range
 
 
