@@ -8,13 +8,14 @@ import math
 
 from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_assembler.control.revolutions import SAME_RATE
 from nodlidar_common.parameters import limits_of
 from nodlidar_planner.pattern.task import Task
 
-# Shares by which steps and rate may differ from scan to scan, and steps by which an end of the
-# window may: they are those of the first scan then. Small lidars of the full circle measure at a
-# fixed rate while their speed drifts.
-SAME, SAME_DRIFTING, SAME_RATE, SAME_STEPS = 0.01, 0.1, 0.1, 2.5
+# Shares by which steps may differ from scan to scan, and steps by which an end of the window may:
+# they are those of the first scan then. Small lidars of the full circle measure at a fixed rate
+# while their speed drifts.
+SAME, SAME_DRIFTING, SAME_STEPS = 0.01, 0.1, 2.5
 # A window with a gap of fewer steps than this is the full circle.
 GAP = 1.5
 _LIMITS = {field.name: limits_of(field) for field in fields(Task)}

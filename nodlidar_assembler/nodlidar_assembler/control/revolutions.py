@@ -14,9 +14,13 @@ FEWEST = 20
 
 _FIT_EVERY = 5  # scans, from FEWEST on: the line hardly changes with each
 
-_GATE_NS = 5_000_000  # a stamp farther off the line is a stray, or the lidar restarted
+GATE_NS = 5_000_000
+"""A stamp farther off the line is a stray, or the lidar restarted."""
+
+SAME_RATE = 0.1
+"""Share by which the nominal period of revolutions may differ from scan to scan."""
+
 _STRAYS_TO_RESTART = 5
-_SAME_RATE = 0.1  # share that the nominal period may differ by from that of the line
 _NO_STAMPS = np.empty((0, 2), dtype=np.int64)  # count, stamp [ns]
 _NOMINAL_WEIGHT = 25.0
 """Weight of the nominal period against the stamps: their scatter (0.5 ms) over the error of that
@@ -87,8 +91,8 @@ class Revolutions:
         elapsed_ns = stamp_ns - self._begin_ns
         revolutions = round(elapsed_ns / self._period_ns)
         off_ns = abs(elapsed_ns - revolutions * self._period_ns)
-        other_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) > _SAME_RATE
-        if revolutions < 1 or off_ns > _GATE_NS or other_rate:
+        other_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) > SAME_RATE
+        if revolutions < 1 or off_ns > GATE_NS or other_rate:
             return self._stray(stamp_ns, nominal)
         self._strays = 0
         self.count += revolutions

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from nodlidar_assembler.control.revolutions import FEWEST, Revolutions
+from nodlidar_assembler.control.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
 from nodlidar_common.nod import NS_PER_S
 
 # If stamps scatter by more [s], none can be recognised as wrong.
@@ -13,7 +13,6 @@ _SILENCE_NS = NS_PER_S
 _OTHER_TIME_NS = 10 * NS_PER_S
 # Scans of another rate in a row until it is accepted; no more than were accepted before.
 _FEWEST_TO_CHANGE, _MOST_TO_CHANGE = 5, FEWEST
-_SAME_RATE = 0.1  # share that the rate may differ by
 _REMEMBERED = 20  # scans; the fewest revolutions between two of them are the usual ones
 
 
@@ -29,7 +28,7 @@ class ScanWatch:
         Revolutions without a scan that the lidar would usually send.
     """
 
-    WRONG_TIME = 'stamp more than 5 ms off the revolutions of the lidar'
+    WRONG_TIME = f'stamp more than {GATE_NS / 1e6:g} ms off the revolutions of the lidar'
     WRONG_RATE = 'time_increment of another rate than before'
 
     def __init__(self) -> None:
@@ -68,7 +67,7 @@ class ScanWatch:
 
     def _has_same_rate(self, nominal: float) -> bool:
         """Return whether a scan has the rate of those before; restart after enough that do not."""
-        if abs(nominal / self._nominal - 1.0) <= _SAME_RATE:
+        if abs(nominal / self._nominal - 1.0) <= SAME_RATE:
             self._others = 0
             return True
         self._others += 1
