@@ -21,7 +21,7 @@ class NodTrajectory:
     sweep_duration
         Time of one sweep, from limit to limit [s]: samples_per_sweep beam periods.
     samples_per_sweep
-        N_s, the beams (dark ones counted) that the lidar emits in one sweep.
+        N_s, the steps of the lidar in one sweep, dark ones included.
     reference_time_ns
         An instant [ns] at which the nod is at pitch_min, going up.
 

@@ -30,7 +30,7 @@ class Capabilities:
     range_min_mm, range_max_mm
         Measurable ranges [mm].
     steps_per_revolution
-        Beams in a full circle, dark ones counted.
+        N_L, steps of a full circle, dark ones included.
     first_step, last_step
         Steps that are measured.
     front_step

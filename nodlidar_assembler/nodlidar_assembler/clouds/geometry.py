@@ -29,7 +29,7 @@ class MountConfig:
     )
     laser_rpy: tuple[float, float, float] = parameter(
         (0.0, 0.0, 0.0),
-        'Roll, pitch and yaw of the lidar in the nodding frame',
+        'Roll, pitch and yaw of the lidar in the nodding frame; a positive pitch turns beams down',
         unit='rad',
     )
 

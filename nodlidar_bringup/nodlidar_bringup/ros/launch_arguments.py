@@ -130,7 +130,8 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'mount_rpy': {
         'default_value': '0 0 0',
-        'description': 'orientation of the sensor in base_link: roll pitch yaw [rad]',
+        'description': 'orientation of the sensor in base_link: roll pitch yaw [rad]; a positive '
+        'pitch turns the beams down, after REP 103',
     },
     'laser_xyz': {
         'default_value': '0 0 0.080',
@@ -139,7 +140,8 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'laser_rpy': {
         'default_value': '0 0 0',
-        'description': 'orientation of the lidar in the nodding frame: roll pitch yaw [rad]',
+        'description': 'orientation of the lidar in the nodding frame: roll pitch yaw [rad]; a '
+        'positive pitch turns the beams down, after REP 103',
     },
     'driver_params': {
         'default_value': share('nodlidar_driver', 'config/driver.yaml'),

@@ -50,7 +50,7 @@ class Task:
     )
     full_circle: bool = parameter(False, 'The lidar measures all around, and so does the region')
     steps_per_revolution: int = parameter(
-        1024, 'N_L: lidar steps in a revolution, dark ones counted', minimum=1, maximum=65_536
+        1024, 'N_L: lidar steps in a revolution, dark ones included', minimum=1, maximum=65_536
     )
     scan_rate: float = parameter(
         10.0, 'Revolutions of the lidar per second', unit='Hz', minimum=0.01, maximum=2000.0
