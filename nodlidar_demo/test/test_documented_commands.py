@@ -1,4 +1,7 @@
-"""Every command in the README files and in docs/ runs."""
+"""Commands in the README files and in docs/: run, or at least parsed, with what they name there.
+
+Devices and recordings are emulated; what takes long is only checked: launch, make, bench.
+"""
 
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
