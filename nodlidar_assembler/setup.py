@@ -24,7 +24,6 @@ setup(
             'assemble_bag = nodlidar_assembler.assemble_bag:main',
             'assembler = nodlidar_assembler.ros.node:main',
             'calibrate = nodlidar_assembler.calibrate:main',
-            'plan_scan = nodlidar_assembler.plan_scan:main',
         ]
     },
 )
