@@ -34,11 +34,22 @@ _PACKAGES = {
 }
 
 
+class _WithDefaults(argparse.HelpFormatter):
+    """Adds the default of an option to its help, unless that states it."""
+
+    def _get_help_string(self, action: argparse.Action) -> str:
+        text = action.help or ''
+        has_none = action.default in (None, '', argparse.SUPPRESS) or action.nargs == 0
+        return text if has_none or 'default' in text else f'{text} [default: %(default)s]'
+
+
 class LineParser(argparse.ArgumentParser):
-    """A parser with errors of one line and without abbreviated options."""
+    """A parser with errors of one line and without abbreviated options; help states defaults."""
 
     def __init__(self, prog: str, description: str | None) -> None:
-        super().__init__(prog=prog, description=description, allow_abbrev=False)
+        super().__init__(
+            prog, description=description, allow_abbrev=False, formatter_class=_WithDefaults
+        )
 
     def error(self, message: str) -> NoReturn:
         """Exit with status 2 and a line on stderr."""

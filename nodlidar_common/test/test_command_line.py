@@ -106,3 +106,19 @@ def test_characters_that_an_output_lacks_are_written_out():
     process = printing(stdout=subprocess.PIPE)
     assert (process.returncode, process.stderr) == (0, '')
     assert process.stdout == '\\xb0' * 100_000 + '\n'
+
+
+def test_help_states_each_default_once(capsys):
+    parser = LineParser('nod', None)
+    parser.add_argument('--speed', default=2.0, help='of the nod')
+    parser.add_argument('--rate', default=10, help='of scans; default: 10')
+    parser.add_argument('--name', help='of the sensor')
+    parser.add_argument('--fast', action='store_true', help='hurry')
+    assert run('nod', lambda: parser.parse_args(['--help'])) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()[-4:]]
+    assert [' '.join(line[-4:]) for line in lines] == [
+        'the nod [default: 2.0]',
+        'of scans; default: 10',
+        'NAME of the sensor',
+        '--fast hurry',
+    ]

@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Callable
-from dataclasses import Field
+from dataclasses import Field, replace
 from typing import Any, get_args
 
 from nodlidar_common.parameters import limits_of
@@ -41,7 +41,8 @@ def _help(option_field: 'Field[Any]') -> str:
     limits, default = limits_of(option_field), option_field.default
     text = limits.description
     if limits.minimum is not None:
-        text += f'; {limits.in_words()}'
+        low, high = _short(limits.minimum), _short(limits.maximum)
+        text += f'; {replace(limits, minimum=low, maximum=high).in_words()}'
     if default is not None:
         text += (
             f' [default: {default:.6g}]'
@@ -49,6 +50,10 @@ def _help(option_field: 'Field[Any]') -> str:
             else f' [default: {default}]'
         )
     return text.replace('%', '%%')
+
+
+def _short(limit: float | None) -> float | None:
+    return float(f'{limit:.6g}') if isinstance(limit, float) else limit
 
 
 def _reader(kind: type[Any]) -> Callable[[str], Any]:
