@@ -33,9 +33,10 @@ NODES = {
     'mapper': (NodeConfig, MapperConfig, GridConfig),
     'viewer': (ViewerConfig,),
 }
-# Commented out in the YAML files, where they would override the profile.
-LEFT_TO_PROFILES = {
-    'assembler': {'profile', *governed()},
+# Commented out in the YAML files, where they would override the profile, or what the launch knows
+# of the servo.
+LEFT_TO_LAUNCH = {
+    'assembler': {'profile', *governed(), 'max_nod_speed', 'max_nod_acceleration'},
     'driver': set(),
     'servo': {'feedback_rate'},
     'trajectory': set(),
@@ -100,7 +101,7 @@ def yaml_file(node: str) -> str:
             lines += textwrap.wrap(
                 text, WIDTH, initial_indent='    # ', subsequent_indent='    # '
             )
-            left = '# ' if field.name in LEFT_TO_PROFILES[node] else ''
+            left = '# ' if field.name in LEFT_TO_LAUNCH[node] else ''
             lines.append(f'    {left}{field.name}: {in_yaml(field.default)}')
     return '\n'.join(lines) + '\n'
 

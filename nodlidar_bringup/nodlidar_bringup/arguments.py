@@ -1,15 +1,20 @@
 """Checks of the launch arguments, before any node is started."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 import re
+from typing import Any
 
 from nodlidar_assembler.clouds.geometry import MountConfig
+from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameter_file import file_values, read_parameters
 from nodlidar_common.parameters import check as check_parameters
+from nodlidar_common.parameters import limits_of
 from nodlidar_common.yaml_file import YamlError
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.world.scene import load_scene
@@ -91,6 +96,41 @@ def calibrated(values: Mapping[str, str]) -> dict[str, str]:
     check_parameters(replace(MountConfig(), **found))
     texts = {name: ' '.join(map(str, numbers)) for name, numbers in found.items()}
     return {**values, **texts}
+
+
+def servo_limits(servo: str, file: str) -> dict[str, float]:
+    """Return the parameters of the assembler that follow from what the servo can do.
+
+    They are the same shares of its speed and acceleration as those that are assumed for an RX-24F.
+
+    Parameters
+    ----------
+    servo
+        The launch argument.
+    file
+        The parameter file of the servo's node.
+
+    Raises
+    ------
+    ParameterError
+        If a value in the file is not allowed.
+    """
+    if servo == 'none':
+        return {}
+    node: Any = TrajectoryConfig if servo == 'trajectory' else ServoConfig
+    model = {'model': servo} if servo and node is ServoConfig else {}
+    config = node(**{**file_values(Path(file), 'servo', node), **model})
+    check_parameters(config)
+    can, assumed, reference = config.dynamics, NodConfig(), ServoConfig().dynamics
+    shares = {
+        'max_nod_speed': can.max_speed / reference.max_speed,
+        'max_nod_acceleration': can.acceleration / reference.acceleration,
+    }
+    limits = {each.name: limits_of(each) for each in fields(NodConfig)}
+    return {
+        name: min(max(getattr(assumed, name) * share, limits[name].minimum), limits[name].maximum)
+        for name, share in shares.items()
+    }
 
 
 def check_namespace(text: str) -> None:

@@ -1,11 +1,26 @@
 """The checks of the launch arguments, without a launch."""
 
+import math
 from pathlib import Path
 
-from nodlidar_bringup.arguments import calibrated, check, check_mapping, numbers, robot_description
+from nodlidar_bringup.arguments import (
+    calibrated,
+    check,
+    check_mapping,
+    numbers,
+    robot_description,
+    servo_limits,
+)
+from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NodTrajectory
+from nodlidar_planner.pattern.servo import shortest_by_mean_speed
+from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.trajectory_config import TrajectoryConfig
+import numpy as np
 import pytest
 
+FASTEST = 1023 * 0.111  # rpm that the register of an RX-24F can hold
 XACRO = Path(__file__).parents[1] / 'urdf' / 'robot.urdf.xacro'
 PLACES = {
     'mount_xyz': '0 0 1.0',
@@ -137,3 +152,38 @@ def test_a_calibration_sets_the_place_of_the_lidar(values, tmp_path):
 def test_a_missing_calibration_is_named(values):
     with pytest.raises(NodlidarError, match="'calibration' must be a YAML file"):
         calibrated(values | {'calibration': '/nowhere.yaml'})
+
+
+@pytest.mark.parametrize(
+    ('servo', 'text', 'speed', 'acceleration'),
+    [
+        ('', '{}', 6.0, 150.0),
+        ('RX-24F', '{model: AX-12A}', 6.0, 150.0),
+        ('', '{model: AX-12A, acceleration: 40.0}', 6.0 * 59.0 / FASTEST, 30.0),
+        ('XL430-W250', '{}', 6.0 * 61.0 / FASTEST, 150.0),
+        ('trajectory', '{}', 6.0 * 6.0 / (FASTEST * math.tau / 60.0), 37.5),
+        ('trajectory', '{max_speed: 0.01, acceleration: 1.0}', 0.01, 1.0),
+    ],
+)
+def test_the_nod_is_planned_for_the_servo(tmp_path, servo, text, speed, acceleration):
+    path = tmp_path / 'servo.yaml'
+    path.write_text(f'servo: {{ros__parameters: {text}}}\n')
+    limits = servo_limits(servo, str(path))
+    assert limits == pytest.approx({'max_nod_speed': speed, 'max_nod_acceleration': acceleration})
+
+
+@pytest.mark.parametrize('model', ['RX-24F', 'XL430-W250', 'STS3215', 'XL330-M077', 'trajectory'])
+def test_a_servo_accepts_every_nod_that_is_planned_for_it(values, model):
+    config = TrajectoryConfig() if model == 'trajectory' else ServoConfig(model=model)
+    limits = servo_limits(model, values['servo_params'])
+    for span in np.geomspace(0.05, 1.6, 100):
+        sweep = shortest_by_mean_speed(float(span), *limits.values())
+        check_nod(NodTrajectory(-span / 2, span / 2, sweep, 1, 0), -0.8, 0.8, config.dynamics)
+
+
+def test_what_is_wrong_with_the_servo_s_parameters_is_named(tmp_path):
+    path = tmp_path / 'servo.yaml'
+    path.write_text('servo: {ros__parameters: {model: RX-99}}\n')
+    with pytest.raises(NodlidarError, match="'model' must be one of"):
+        servo_limits('', str(path))
+    assert servo_limits('none', str(path)) == {}

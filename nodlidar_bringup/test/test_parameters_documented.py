@@ -18,7 +18,7 @@ WORKSPACE = Path(__file__).parents[2]
 SPEC = spec_from_file_location('parameter_docs', WORKSPACE / 'tools' / 'parameter_docs.py')
 parameter_docs = module_from_spec(SPEC)
 SPEC.loader.exec_module(parameter_docs)
-NODES, LEFT_TO_PROFILES = parameter_docs.NODES, parameter_docs.LEFT_TO_PROFILES
+NODES, LEFT_TO_LAUNCH = parameter_docs.NODES, parameter_docs.LEFT_TO_LAUNCH
 plain = parameter_docs.plain
 
 of_every_node = pytest.mark.parametrize('node', NODES)
@@ -37,8 +37,8 @@ def yaml_text(node):
 
 
 def given_too(node):
-    """Return the text of a YAML file with the keys that are left to profiles not in comments."""
-    keys = '|'.join(LEFT_TO_PROFILES[node]) or '(?!)'
+    """Return the text of a YAML file with the keys that are left to the launch not in comments."""
+    keys = '|'.join(LEFT_TO_LAUNCH[node]) or '(?!)'
     return re.sub(rf'^( +)# ((?:{keys}): \S+)$', r'\1\2', yaml_text(node), flags=re.MULTILINE)
 
 
@@ -48,8 +48,8 @@ def test_the_yaml_file_has_every_parameter_with_its_default(node):
 
 
 @of_every_node
-def test_the_yaml_file_sets_nothing_that_is_left_to_profiles(node):
-    own = {k: v for k, v in declared(node).items() if k not in LEFT_TO_PROFILES[node]}
+def test_the_yaml_file_sets_nothing_that_is_left_to_the_launch(node):
+    own = {k: v for k, v in declared(node).items() if k not in LEFT_TO_LAUNCH[node]}
     assert yaml.safe_load(yaml_text(node)) == {'/**': {'ros__parameters': own}}
 
 
@@ -90,7 +90,7 @@ def test_a_profile_is_allowed_and_launched_by_its_name(profile):
     given = launched(profile)
     assert given['profile'] == profile
     of_state_publisher = 'publish_frequency'
-    assert set(given) == LEFT_TO_PROFILES['servo'] | {'profile', of_state_publisher}
+    assert set(given) == LEFT_TO_LAUNCH['servo'] | {'profile', of_state_publisher}
     check(ServoConfig(feedback_rate=given['feedback_rate']))
     assert tf_rate(str(given[of_state_publisher])) == given[of_state_publisher]
 

@@ -124,12 +124,9 @@ class Sensor:
     def servo(self) -> Node:
         """Return the servo's node."""
         own = {'joint_name': text(self.frame('nod_joint')), 'autostart': True}
-        model, file = self.values['servo'], self.values['servo_params']
-        executable = 'servo'
+        model, executable = self.values['servo'], 'servo'
         if model == 'trajectory':
             executable = model
-            if file == ARGUMENTS['servo_params']['default_value']:
-                file = share('nodlidar_servo', 'config/trajectory.yaml')
         else:
             own['port'] = text(self.port('servo'))
             if model:
@@ -138,9 +135,17 @@ class Sensor:
             'nodlidar_servo',
             executable,
             name='servo',
-            parameters=[self.profile(), file, own],
+            parameters=[self.profile(), self.servo_file(), own],
             on_exit=end_all,
         )
+
+    def servo_file(self) -> str:
+        """Return the parameter file of the servo's node."""
+        file = str(self.values['servo_params'])
+        if self.values['servo'] != 'trajectory':
+            return file
+        is_default = file == ARGUMENTS['servo_params']['default_value']
+        return share('nodlidar_servo', 'config/trajectory.yaml') if is_default else file
 
     def assembler(self) -> Node:
         """Return the assembler."""
@@ -164,8 +169,19 @@ class Sensor:
             'assembler',
             name='assembler',
             parameters=[*filter(None, files), own],
+            arguments=self.limits(),
             on_exit=end_all,
         )
+
+    def limits(self) -> list[str]:
+        """Return what the assembler is told of the servo.
+
+        The files come later and take precedence, also those for all nodes, over which values in
+        the place of a file would.
+        """
+        found = arguments.servo_limits(self.values['servo'], self.servo_file())
+        values = [word for name, value in found.items() for word in ('-p', f'{name}:={value}')]
+        return ['--ros-args', *values] if values else []
 
     def profile(self) -> str:
         """Return the parameter file of the profile; those of the nodes take precedence."""
