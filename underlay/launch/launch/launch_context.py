@@ -21,6 +21,8 @@ class LaunchContext(Partial):
         Whether there is no terminal that sends a Ctrl-C to the processes too.
     tasks
         Tasks that the launch waits for.
+    asyncio_loop
+        The event loop while the launch runs, otherwise None.
 
     """
 
@@ -30,6 +32,7 @@ class LaunchContext(Partial):
         self.event: Any = None
         self.is_shutdown = False
         self.tasks: set[asyncio.Task] = set()
+        self.asyncio_loop: asyncio.AbstractEventLoop | None = None
         self.noninteractive = noninteractive
         self._send_sigint = True
         self._processes: list[Any] = []

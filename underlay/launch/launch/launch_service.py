@@ -42,10 +42,13 @@ class LaunchService(Partial):
 
         Return 0, or 1 after an error of the launch. A failing process is not such an error.
         """
-        return asyncio.run(self._run())
+        try:
+            return asyncio.run(self._run())
+        finally:
+            self.context.asyncio_loop = None
 
     async def _run(self) -> int:
-        loop = asyncio.get_running_loop()
+        loop = self.context.asyncio_loop = asyncio.get_running_loop()
         loop.add_signal_handler(SIGINT, self._on_sigint)
         for signal in (SIGTERM, SIGQUIT):
             loop.add_signal_handler(signal, self._on_sigterm, signal)

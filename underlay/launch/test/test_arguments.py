@@ -1,3 +1,5 @@
+import asyncio
+
 from launch import LaunchContext, LaunchDescription, LaunchService
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 import pytest
@@ -49,6 +51,18 @@ def test_a_function_may_return_nothing_to_visit(launch):
     code, out = launch(OpaqueFunction(function=lambda context: None))
     assert code == 0
     assert 'process started' not in out
+
+
+def test_the_context_has_the_event_loop_while_the_launch_runs(launch):
+    contexts, running = [], []
+
+    def note(context):
+        contexts.append(context)
+        running.append(context.asyncio_loop is asyncio.get_running_loop())
+
+    launch(OpaqueFunction(function=note))
+    assert running == [True]
+    assert contexts[0].asyncio_loop is None
 
 
 def test_what_a_function_raises_ends_the_launch(launch):
