@@ -1,8 +1,11 @@
 """Odometry from the transforms of bags that are not laid out as our own."""
 
+from dataclasses import replace
+
 from bags import entries_of, recording, write_messages
 from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
 from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.clouds.time_order import TRANSFORM_OUT_OF_ORDER
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_sim.bag import TYPES
 import pytest
@@ -78,3 +81,24 @@ def test_transforms_that_move_in_a_row_are_told(driving, tmp_path):
     message = "no transform from 'odom' to 'nodlidar_base_link', but from 'base_link' to 'nodli"
     with pytest.raises(BagError, match=message):
         points_of(bag, tmp_path)
+
+
+@pytest.mark.parametrize('off', [-3600, 5])
+def test_single_transforms_of_another_time_change_no_point_and_are_counted(driving, tmp_path, off):
+    entries = entries_of(driving)
+    expected = points_of(write_messages(tmp_path / 'bag', entries), tmp_path)
+    odometry = [entry for entry in entries if entry[1] == '/tf']
+    wrong = [
+        (time_ns + 1, '/tf', later(message, off)) for time_ns, _, message in odometry[10:-10:10]
+    ]
+    bag = write_messages(tmp_path / 'off', sorted([*entries, *wrong], key=lambda entry: entry[0]))
+    summary = write_clouds(bag, tmp_path / 'off.ply', CONFIG, Topics())
+    assert (tmp_path / 'off.ply').read_bytes() == expected
+    assert summary.assembler.drops == {TRANSFORM_OUT_OF_ORDER: len(wrong)}
+
+
+def later(message, seconds):
+    """Return a TFMessage of one transform with a later stamp."""
+    [entry] = message.transforms
+    stamp = replace(entry.header.stamp, sec=entry.header.stamp.sec + seconds)
+    return replace(message, transforms=[replace(entry, header=replace(entry.header, stamp=stamp))])

@@ -1,14 +1,19 @@
 """Odometry as it is noted from TF messages, in any order, late, missing and going back."""
 
 import gc
+from itertools import count
 
 from geometry_msgs.msg import TransformStamped
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
+from nodlidar_assembler.clouds.time_order import TRANSFORM_OUT_OF_ORDER
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.survival import Survival
 import pytest
 import rclpy
+from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 
 MS = 1_000_000
@@ -53,6 +58,19 @@ def transform(ms, x, parent, child, z=0.0):
     message.header.stamp = time_message(START + ms * MS)
     message.transform.translation.x, message.transform.translation.z = x, z
     return message
+
+
+class NodeAt:
+    """A node whose clock shows a time [ns]."""
+
+    def __init__(self, now_ns):
+        self._now = Time(nanoseconds=now_ns)
+
+    def get_clock(self):
+        return self
+
+    def now(self):
+        return self._now
 
 
 @pytest.fixture(scope='module')
@@ -110,12 +128,99 @@ def test_of_two_moving_frames_the_slower_one_gives_the_times(bench):
 def test_when_time_goes_back_all_is_forgotten(bench):
     for ms in (5_000, 5_020):
         bench.hear(ms, 5.0)
-    bench.hear(100, 1.0)
-    bench.hear(120, 2.0)
-    assert bench.backs == 1
-    assert bench.noted() == [(100, 1.0), (120, 2.0)]
+    for ms, x in ((100, 1.0), (120, 2.0)):
+        bench.hear(ms, x)
+    assert bench.backs == 0
+    bench.hear(140, 3.0)
+    assert (bench.backs, bench.drops) == (1, [])
+    assert bench.noted() == [(100, 1.0), (120, 2.0), (140, 3.0)]
     assert bench.tf.buffer.can_transform('odom', 'pivot', time_message(START + 110 * MS))
     assert not bench.tf.buffer.can_transform('odom', 'pivot', time_message(START + 5_010 * MS))
+
+
+@pytest.mark.parametrize('off_ms', [-3_600_000, -5_000, -1_001, 5_000, 3_600_000])
+def test_a_single_transform_of_another_time_is_dropped_and_counted(bench, off_ms):
+    for ms in (0, 20, 40, 60, 80):
+        bench.hear(ms)
+        if ms == 40:
+            bench.hear(ms + off_ms, 9.0)
+    assert (bench.backs, bench.drops) == (0, [TRANSFORM_OUT_OF_ORDER])
+    assert bench.noted() == [(ms, 0.0) for ms in (0, 20, 40, 60, 80)]
+
+
+def test_a_transform_of_another_time_and_parent_changes_no_frame(bench):
+    bench.hear(0, 1.0)
+    bench.hear(5_000, 9.0, parent='elsewhere')
+    bench.hear(20, 2.0)
+    assert bench.noted() == [(0, 1.0), (20, 2.0)]
+    assert bench.drops == [TRANSFORM_OUT_OF_ORDER]
+
+
+@pytest.mark.parametrize('first_ms', [-1_600_000_000_000, 3_600_000])
+def test_a_first_transform_of_another_time_is_soon_forgotten(bench, first_ms):
+    bench.hear(first_ms, 9.0)
+    for ms in (0, 20, 40, 60):
+        bench.hear(ms, 1.0)
+    assert bench.noted()[-4:] == [(ms, 1.0) for ms in (0, 20, 40, 60)]
+    assert bench.drops == []
+
+
+@pytest.mark.parametrize('ahead_ms', [100, 1_000])
+def test_transforms_may_be_ahead_of_others(bench, ahead_ms):
+    for ms in (0, 20, 40):
+        bench.hear(ms + ahead_ms, 1.0, 'odom', 'foot')
+        bench.hear(ms, 0.5, 'foot', 'base')
+    assert (bench.backs, bench.drops) == (0, [])
+
+
+def test_of_two_publishers_with_different_clocks_one_is_heard(bench):
+    for ms in range(0, 200, 20):
+        bench.hear(ms, 1.0)
+        bench.hear(ms - 2_000, 9.0)
+    assert bench.backs == 0
+    assert bench.noted() == [(ms, 1.0) for ms in range(0, 200, 20)]
+    assert set(bench.drops) == {TRANSFORM_OUT_OF_ORDER}
+
+
+def test_transforms_seconds_apart_are_heard_at_once(bench, monkeypatch):
+    for ms in range(0, 9_000, 3_000):
+        monkeypatch.setattr(bench.tf, 'node', NodeAt(START + ms * MS))
+        bench.hear(ms)
+        assert bench.noted()[-1][0] == ms if ms else bench.samples == 1
+
+
+def test_time_may_go_back_twice_and_a_stray_between_is_dropped(bench):
+    for begin_ms in (90_000, 40_000, 0):
+        for ms in (0, 20, 40):
+            bench.hear(begin_ms + ms)
+        bench.hear(begin_ms + 20_000)
+    assert bench.backs == 2
+    assert [ms for ms, _ in bench.noted()] == [0, 20, 40]
+
+
+def test_when_time_goes_back_for_two_frames_it_goes_back_once(bench):
+    for begin_ms in (5_000, 0):
+        for ms in range(begin_ms, begin_ms + 100, 20):
+            bench.hear(ms, 1.0, 'odom', 'foot')
+            bench.hear(ms, 0.5, 'foot', 'base')
+    assert bench.backs == 1
+    assert bench.noted() == [(ms, 1.5) for ms in (40, 60, 80)]
+
+
+@settings(deadline=None)
+@given(st.lists(st.lists(st.integers(-1_600_000_000_000, 400_000_000_000), max_size=2)))
+def test_up_to_two_transforms_in_a_row_of_any_time_take_no_odometry_away(node, strays):
+    bench, times_ms = Bench(node), count(0, 20)
+    bench.mount()
+    bench.hear(ms := next(times_ms))
+    for wrong in strays:
+        for off_ms in wrong:
+            if abs(off_ms) > 3_000:
+                bench.hear(ms + off_ms, 9.0)
+        bench.hear(ms := next(times_ms))
+    bench.tf.unregister()
+    assert bench.backs == 0
+    assert bench.samples == len(strays) + 1
 
 
 def test_time_of_frames_elsewhere_may_go_back(bench):
@@ -152,9 +257,10 @@ def test_time_may_go_back_after_a_loop_of_frames(bench):
     bench.hear(5_000, 5.0)
     bench.hear(5_010, parent='base', child='odom')
     bench.hear(9_000, 9.0)
-    bench.hear(100, 1.0)
+    for ms in (100, 120, 140):
+        bench.hear(ms, 1.0)
     assert bench.backs == 1
-    assert bench.noted() == [(100, 1.0)]
+    assert bench.noted() == [(100, 1.0), (120, 1.0), (140, 1.0)]
 
 
 def test_a_loop_of_fixed_frames_is_reported(bench):

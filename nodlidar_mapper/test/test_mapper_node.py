@@ -3,6 +3,7 @@
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
+from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_mapper.poses import inverse, planar
@@ -54,7 +55,10 @@ class Robot(Node):
         """Send a cloud that was taken at a pose."""
         self.seed += 1
         stamp_ns = START_NS + round(seconds * 1e9)
-        self._tf.sendTransform(messages.transform_message(odometry, stamp_ns, 'odom', 'base_link'))
+        for k in range(LEAST_TO_JUMP):  # so that time may jump with any cloud
+            sent_ns = stamp_ns + (k + 1 - LEAST_TO_JUMP) * 10**7
+            transform = messages.transform_message(odometry, sent_ns, 'odom', 'base_link')
+            self._tf.sendTransform(transform)
         points = cloud(CROOKED, pose, seed=self.seed)
         message = messages.surface_message(Surface(points, points), stamp_ns, frame)
         self._clouds.publish(message)

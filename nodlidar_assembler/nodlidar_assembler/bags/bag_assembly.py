@@ -5,12 +5,14 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from nodlidar_assembler.bags.bag_source import Recorded
-from nodlidar_assembler.bags.bag_tf import BagTf
+from nodlidar_assembler.bags.bag_tf import BagTf, Sample
 from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_assembler.clouds.origins import frame_of
 from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
+from nodlidar_assembler.clouds.time_order import TimeOrder, TRANSFORM_OUT_OF_ORDER
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
@@ -62,6 +64,10 @@ class BagAssembly:
             self.assembler = MessageAssembler(config, lambda: '')
         else:
             self.assembler = MessageAssembler(config, lambda: tf.missing_input, tf.mount)
+        self._odometry_order: TimeOrder[Sample] = TimeOrder(
+            lambda: self.assembler.drops.update([TRANSFORM_OUT_OF_ORDER]),
+            longest_fall_ns=TIME_JUMP_NS,
+        )
 
     def add(self, recorded: Recorded) -> None:
         """Add a message of one of the types SCAN, JOINT_STATE and TF."""
@@ -76,9 +82,10 @@ class BagAssembly:
             for _ in self.assembler.add_joint_state(message):
                 self._publish_ready()
         elif recorded.msgtype == TF and self._tf is not None:
-            for pose in self._tf.samples(message):
-                self.assembler.add_odometry(*pose)
-                self._publish_ready()
+            for sample in self._tf.samples(message):
+                for pose in self._odometry_order.add(sample[0], sample, self._now_ns):
+                    self.assembler.add_odometry(*pose)
+                    self._publish_ready()
 
     def finish(self) -> None:
         """Publish or drop the scans that still wait, as when their deadlines are over."""

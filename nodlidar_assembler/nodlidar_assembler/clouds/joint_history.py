@@ -1,9 +1,11 @@
 """The joint samples of the last seconds, in ascending time."""
 
 from bisect import bisect_left, bisect_right
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,19 @@ class JointSamples(NamedTuple):
 
     time_ns: NDArray[np.int64]
     pitch: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class JointSamplesConfig:
+    """Joint samples."""
+
+    max_joint_gap: float = parameter(
+        0.1,
+        'Longest time between joint samples to interpolate over',
+        unit='s',
+        minimum=0.001,
+        maximum=10.0,
+    )
 
 
 class JointHistory:

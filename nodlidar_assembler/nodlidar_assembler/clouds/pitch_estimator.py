@@ -3,7 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.joint_order import JointSamplesConfig
+from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
 from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, require_reversals_sampled
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_assembler.clouds.spline_fit import SplineError

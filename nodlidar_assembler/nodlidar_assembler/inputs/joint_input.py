@@ -4,8 +4,9 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
-from nodlidar_assembler.clouds.joint_order import JointOrder, JointSamplesConfig
+from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
 from nodlidar_assembler.clouds.pitch import LARGEST
+from nodlidar_assembler.clouds.time_order import TimeOrder
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import LATEST_NS, time_ns
@@ -65,7 +66,9 @@ class JointInput:
         self._sign = 1.0 if config.joint_positive == 'up' else -1.0
         self._delay_ns = round(config.joint_delay * NS_PER_S)
         self._drops = drops
-        self._order = JointOrder(round(config.max_joint_gap * NS_PER_S))
+        self._order: TimeOrder[tuple[int, float]] = TimeOrder(
+            lambda: drops.update([self.OUT_OF_ORDER]), round(config.max_joint_gap * NS_PER_S)
+        )
         self._heard = False
         self._others: set[str] = set()
 
@@ -82,7 +85,6 @@ class JointInput:
     def restart(self) -> None:
         """Restart after the clock was set: the next sample may be of any time."""
         self._order.restart()
-        self._count_rejected()
 
     def has_joint(self, message: Any) -> bool:
         """Return whether a message contains the nod joint."""
@@ -102,10 +104,4 @@ class JointInput:
             self._drops[self.MALFORMED] += 1
             return []
         pitch = self._sign * (float(message.position[index]) - self._zero)
-        confirmed = self._order.add(measured_ns, pitch)
-        self._count_rejected()
-        return confirmed
-
-    def _count_rejected(self) -> None:
-        if self._order.rejected:
-            self._drops[self.OUT_OF_ORDER] = self._order.rejected
+        return self._order.add(measured_ns, (measured_ns, pitch))

@@ -1,10 +1,12 @@
 """Odometry from TF, with the samples' own times."""
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 import math
 
 from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
+from nodlidar_assembler.clouds.time_order import TimeOrder, TRANSFORM_OUT_OF_ORDER
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
 from rclpy.clock import ClockType
@@ -18,10 +20,11 @@ class TfOdometry(TransformListener):
     """Passes on the pose of a frame in the frame of odometry whenever TF has a later one.
 
     A buffer interpolates between two transforms, however far apart they are. To keep gaps and
-    jumps visible, each pose is looked up at its own time. When the time of a transform between
-    the two frames goes back by more than TIME_JUMP_NS, all earlier ones are forgotten. So are
-    they when the parents form a loop, of which the last message is not added: a buffer keeps
-    parents for good, so a single wrong message would end the odometry.
+    jumps visible, each pose is looked up at its own time. A single transform between the two
+    frames whose stamp goes back by more than TIME_JUMP_NS, or leaps ahead, is dropped: in the
+    buffer it would hide all that follow. When time goes back for several in a row, all earlier
+    ones are forgotten. So are they when the parents form a loop, of which the last message is
+    not added: a buffer keeps parents for good, so a single wrong message would end the odometry.
 
     Parameters
     ----------
@@ -36,7 +39,8 @@ class TfOdometry(TransformListener):
     survival
         Catches errors of the callbacks.
     on_drop
-        Called with the reason for each transform that is malformed, and for each loop.
+        Called with the reason for each transform that is malformed or of another time than its
+        neighbours, and for each loop.
 
     Attributes
     ----------
@@ -64,7 +68,12 @@ class TfOdometry(TransformListener):
         self.missing_input = 'no transform was heard'
         self._odom_frame, self._frame = odom_frame, frame
         self._parents: dict[str, str] = {}
-        self._newest_of: dict[str, int] = {}
+        # Of each moving frame; only those between the two frames are kept in order.
+        self._orders: defaultdict[str, TimeOrder[TransformStamped]] = defaultdict(
+            lambda: TimeOrder(
+                lambda: self._on_drop(TRANSFORM_OUT_OF_ORDER), longest_fall_ns=TIME_JUMP_NS
+            )
+        )
         self._on_sample, self._on_time_back = on_sample, on_time_back
         super().__init__(Buffer(node=node), node)
 
@@ -76,9 +85,10 @@ class TfOdometry(TransformListener):
     def _forget(self) -> None:
         """Forget the moving transforms."""
         self.buffer.clear()
-        for child in self._newest_of:
+        for child, order in self._orders.items():
             self._parents.pop(child, None)
-        self._newest_of.clear()
+            order.restart()
+        self._orders.clear()
 
     def unregister(self) -> None:
         """Stop listening."""
@@ -89,7 +99,10 @@ class TfOdometry(TransformListener):
     def callback(self, data: TFMessage) -> None:
         """Add the transforms of a message."""
         with self._survival.surviving():
-            self._add(self._well_formed(data))
+            now_ns = self.node.get_clock().now().nanoseconds
+            for transform in self._well_formed(data).transforms:
+                for one in self._in_order(transform, now_ns):
+                    self._add(one)
 
     def _well_formed(self, data: TFMessage) -> TFMessage:
         """Return a message without malformed transforms, which are dropped."""
@@ -100,15 +113,29 @@ class TfOdometry(TransformListener):
             self._on_drop(self.MALFORMED)
         return TFMessage(transforms=good)
 
-    def _add(self, data: TFMessage) -> None:
-        if self._goes_back(data):
+    def _in_order(self, transform: TransformStamped, now_ns: int) -> list[TransformStamped]:
+        """Take a transform; return those that it confirms, and forget others if time went back."""
+        order = self._orders[transform.child_frame_id]
+        if not self._is_between(transform.child_frame_id):
+            return [transform]
+        newest_ns = order.newest_ns or 0
+        confirmed = order.add(time_ns(transform.header.stamp), transform, now_ns)
+        if confirmed and newest_ns - time_ns(confirmed[0].header.stamp) > TIME_JUMP_NS:
             self.restart()
             self._on_time_back()
+            # The next one has to follow these.
+            return [one for first in confirmed for one in self._in_order(first, now_ns)]
+        return confirmed
+
+    def _is_between(self, child: str) -> bool:
+        """Return whether a frame is on the way between the two frames, or may be."""
+        one, other = self._above(self._frame), self._above(self._odom_frame)
+        return one.isdisjoint(other) or child in one ^ other
+
+    def _add(self, transform: TransformStamped) -> None:
+        """Add a transform, and pass on the pose at its time."""
+        data = TFMessage(transforms=[transform])
         self._note_parents(data)
-        for transform in data.transforms:
-            newest_ns = self._newest_of.get(transform.child_frame_id, 0)
-            stamp_ns = time_ns(transform.header.stamp)
-            self._newest_of[transform.child_frame_id] = max(newest_ns, stamp_ns)
         if self._loops():
             self.missing_input = self.LOOP
             self._on_drop(self.LOOP)
@@ -128,14 +155,6 @@ class TfOdometry(TransformListener):
     def _note_parents(self, data: TFMessage) -> None:
         for transform in data.transforms:
             self._parents[transform.child_frame_id] = transform.header.frame_id
-
-    def _goes_back(self, data: TFMessage) -> bool:
-        between = self._above(self._frame) ^ self._above(self._odom_frame)
-        return any(
-            self._newest_of.get(t.child_frame_id, 0) - time_ns(t.header.stamp) > TIME_JUMP_NS
-            for t in data.transforms
-            if t.child_frame_id in between
-        )
 
     def _loops(self) -> bool:
         """Return whether the way up from a frame comes back to it, or to one on the way."""
