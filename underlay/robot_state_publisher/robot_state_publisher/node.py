@@ -78,13 +78,14 @@ class RobotStatePublisher(Node):
                 self._joint_states_arrived(taken[0])
 
     def _joint_states_arrived(self, state: JointState) -> None:
-        if len(state.name) != len(state.position):
+        stamp = state.header.stamp
+        # The time of ROS has no negative stamps, and refuses them.
+        if len(state.name) != len(state.position) or stamp.sec < 0:
             self.get_logger().error('Robot state publisher ignored an invalid JointState message')
             return
         now_ns = self.get_clock().now().nanoseconds
         if self._throttle.went_back(now_ns):
             self.get_logger().warning('Moved backwards in time, re-publishing joint transforms!')
-        stamp = state.header.stamp
         stamp_ns = rclpy.time.Time.from_msg(stamp).nanoseconds
         if self._throttle.due(state.name, stamp_ns, now_ns, self._interval_ns):
             positions = zip(state.name, state.position, strict=True)

@@ -57,7 +57,8 @@ class System:
 
     def publish(self, stamp_ns, positions=(0.5,), names=('nod',)):
         message = JointState(name=names, position=positions)
-        message.header.stamp = Time(nanoseconds=stamp_ns).to_msg()
+        stamp = message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(stamp_ns, 1_000 * MS)
         self.states.publish(message)
 
     def stamps_ns(self):
@@ -111,6 +112,7 @@ def test_invalid_states_are_ignored(start):
     system = start(robot_description=URDF, publish_frequency='0.0')
     system.publish(2000 * MS, positions=())
     system.publish(3000 * MS, positions=(1.0, 2.0))
+    system.publish(-1 * MS)
     for stamp in (1001, 1001, 1002):
         system.publish(stamp * MS)
     system.until(lambda: len(system.heard['/tf']) == 3)
