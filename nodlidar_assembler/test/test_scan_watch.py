@@ -58,7 +58,7 @@ def test_where_stamps_scatter_none_is_refused():
     assert not any(reasons)
 
 
-@pytest.mark.parametrize('nominal', [1e-3, 1e-2, 1.0])
+@pytest.mark.parametrize('nominal', [0.0, 1e-3, 1e-2, 1.0])
 def test_ten_scans_of_an_absurd_rate_are_refused_and_change_nothing(nominal):
     watch, times_ns = ScanWatch(), stamps(100)
     reasons = [watch.refuse(t, nominal if 50 <= k < 60 else T) for k, t in enumerate(times_ns)]
@@ -66,7 +66,7 @@ def test_ten_scans_of_an_absurd_rate_are_refused_and_change_nothing(nominal):
     assert watch.missing == 10
 
 
-@pytest.mark.parametrize('nominal', [1e-3, 1e-2, 1.0])
+@pytest.mark.parametrize('nominal', [0.0, 1e-3, 1e-2, 1.0])
 def test_after_an_absurd_beginning_the_right_rate_is_believed_within_two_seconds(nominal):
     watch, times_ns = ScanWatch(), stamps(100)
     reasons = [watch.refuse(t, nominal if k < 10 else T) for k, t in enumerate(times_ns)]
@@ -87,3 +87,14 @@ def test_with_a_clock_that_was_set_all_goes_on(step_ns):
     watch.shift(step_ns)
     assert not any(watch.refuse(t + step_ns, T) for t in times_ns[50:])
     assert watch.missing == 0
+
+
+def test_where_no_scan_states_a_rate_none_is_refused():
+    _, reasons = watched(stamps(60), 0.0)
+    assert not any(reasons)
+
+
+def test_scans_that_no_longer_state_a_rate_are_believed_after_two_seconds():
+    watch = ScanWatch()
+    reasons = [watch.refuse(t, T if k < 50 else 0.0) for k, t in enumerate(stamps(100))]
+    assert [k for k, reason in enumerate(reasons) if reason] == list(range(50, 69))

@@ -57,12 +57,12 @@ class ScanWatch:
         nominal
             Time of a revolution [s] that it states; 0 if it states none.
         """
+        if self._last_ns is not None and not self._has_same_rate(nominal):
+            return self.WRONG_RATE
         if nominal <= 0.0:
             return ''
         if self._last_ns is None:
             self._restart(nominal)
-        elif not self._has_same_rate(nominal):
-            return self.WRONG_RATE
         return self._compare(stamp_ns, nominal)
 
     def _has_same_rate(self, nominal: float) -> bool:
