@@ -1,6 +1,7 @@
 """The node: parameters and joint states in, transforms out."""
 
 from collections.abc import Callable
+import math
 import signal
 
 from builtin_interfaces.msg import Time
@@ -92,7 +93,7 @@ class RobotStatePublisher(Node):
             moving = [
                 _transform(self._moving[name], position, stamp)
                 for name, position in positions
-                if name in self._moving
+                if name in self._moving and math.isfinite(position)
             ]
             self._tf.publish(TFMessage(transforms=moving))
             self._throttle.published(state.name, stamp_ns)

@@ -1,3 +1,4 @@
+import math
 import signal
 import subprocess
 import sys
@@ -62,7 +63,7 @@ class System:
         self.states.publish(message)
 
     def stamps_ns(self):
-        headers = [m.transforms[0].header for m in self.heard['/tf']]
+        headers = [t.header for m in self.heard['/tf'] for t in m.transforms]
         return [Time.from_msg(header.stamp).nanoseconds for header in headers]
 
     def close(self):
@@ -113,9 +114,10 @@ def test_invalid_states_are_ignored(start):
     system.publish(2000 * MS, positions=())
     system.publish(3000 * MS, positions=(1.0, 2.0))
     system.publish(-1 * MS)
+    system.publish(1000 * MS, positions=(math.inf,))
     for stamp in (1001, 1001, 1002):
         system.publish(stamp * MS)
-    system.until(lambda: len(system.heard['/tf']) == 3)
+    system.until(lambda: len(system.stamps_ns()) == 3)
     assert system.stamps_ns() == [1001 * MS, 1001 * MS, 1002 * MS]
 
 
