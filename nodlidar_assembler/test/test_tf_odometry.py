@@ -278,6 +278,22 @@ def test_a_transform_that_is_not_between_two_frames_is_dropped(bench, parent, ch
     assert bench.samples == 2
 
 
+def test_a_fixed_frame_does_not_move(bench):
+    bench.hear(0)
+    bench.hear(10, 9.0, 'base', 'pivot')
+    bench.hear(20)
+    assert bench.drops == [TfOdometry.BOTH]
+    assert bench.noted() == [(0, 0.0), (20, 0.0)]
+
+
+def test_a_moving_frame_is_not_fixed(bench):
+    bench.hear(0)
+    bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
+    bench.hear(20)
+    assert (bench.drops, bench.tf.missing_input) == ([TfOdometry.BOTH], '')
+    assert bench.noted() == [(0, 0.0), (20, 0.0)]
+
+
 def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):
     bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
     assert bench.samples == 0

@@ -1,7 +1,7 @@
 """Odometry from TF, with the samples' own times."""
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 import math
 
 from geometry_msgs.msg import TransformStamped
@@ -25,6 +25,7 @@ class TfOdometry(TransformListener):
     buffer it would hide all that follow. When time goes back for several in a row, all earlier
     ones are forgotten. So are they when the parents form a loop, of which the last message is
     not added: a buffer keeps parents for good, so a single wrong message would end the odometry.
+    For the same reason a frame that was fixed first does not move, nor the other way round.
 
     Parameters
     ----------
@@ -39,8 +40,7 @@ class TfOdometry(TransformListener):
     survival
         Catches errors of the callbacks.
     on_drop
-        Called with the reason for each transform that is malformed or of another time than its
-        neighbours, and for each loop.
+        Called with the reason for each transform that is dropped, and for each loop.
 
     Attributes
     ----------
@@ -52,6 +52,7 @@ class TfOdometry(TransformListener):
 
     MALFORMED = 'transform that is not finite, not between two frames, or not of 1970 to 2038'
     LOOP = 'transform that closes a loop of frames'
+    BOTH = 'transform on /tf of a frame fixed by /tf_static, or the other way round'
 
     def __init__(
         self,
@@ -68,6 +69,7 @@ class TfOdometry(TransformListener):
         self.missing_input = 'no transform was heard'
         self._odom_frame, self._frame = odom_frame, frame
         self._parents: dict[str, str] = {}
+        self._fixed: set[str] = set()
         # Of each moving frame; only those between the two frames are kept in order.
         self._orders: defaultdict[str, TimeOrder[TransformStamped]] = defaultdict(
             lambda: TimeOrder(
@@ -100,17 +102,20 @@ class TfOdometry(TransformListener):
         """Add the transforms of a message."""
         with self._survival.surviving():
             now_ns = self.node.get_clock().now().nanoseconds
-            for transform in self._well_formed(data).transforms:
+            for transform in self._well_formed(data, self._fixed).transforms:
                 for one in self._in_order(transform, now_ns):
                     self._add(one)
 
-    def _well_formed(self, data: TFMessage) -> TFMessage:
-        """Return a message without malformed transforms, which are dropped."""
-        good = [t for t in data.transforms if is_pose(t)]
-        if len(good) == len(data.transforms):
-            return data
-        for _ in range(len(data.transforms) - len(good)):
-            self._on_drop(self.MALFORMED)
+    def _well_formed(self, data: TFMessage, others: Collection[str]) -> TFMessage:
+        """Drop malformed transforms, and those of frames of the other kind; return the others."""
+        good = []
+        for transform in data.transforms:
+            if not is_pose(transform):
+                self._on_drop(self.MALFORMED)
+            elif transform.child_frame_id in others:
+                self._on_drop(self.BOTH)
+            else:
+                good.append(transform)
         return TFMessage(transforms=good)
 
     def _in_order(self, transform: TransformStamped, now_ns: int) -> list[TransformStamped]:
@@ -147,7 +152,8 @@ class TfOdometry(TransformListener):
     def static_callback(self, data: TFMessage) -> None:
         """Add the fixed transforms of a message."""
         with self._survival.surviving():
-            data = self._well_formed(data)
+            data = self._well_formed(data, self._orders)
+            self._fixed.update(transform.child_frame_id for transform in data.transforms)
             self._note_parents(data)
             super().static_callback(data)
             self._sample()
