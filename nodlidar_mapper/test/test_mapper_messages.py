@@ -43,8 +43,23 @@ def test_a_pose_without_orientation_is_refused(quaternion):
     message = messages.pose_message(np.eye(4))
     q = message.orientation
     q.x, q.y, q.z, q.w = quaternion
-    with pytest.raises(ValueError, match=r'norm|finite'):
+    with pytest.raises(ValueError, match=r'norm|within'):
         messages.matrix_of_pose(message)
+
+
+@pytest.mark.parametrize('x', [1e300, -np.inf, np.nan])
+def test_a_pose_nowhere_on_earth_is_refused(x):
+    message = messages.pose_message(np.eye(4))
+    message.position.x = x
+    with pytest.raises(ValueError, match=r'within 1e\+06 m'):
+        messages.matrix_of_pose(message)
+
+
+@pytest.mark.parametrize(
+    ('value', 'fits'), [(0.0, True), (1.0, True), (1e308, False), (-1.0, False), (np.nan, False)]
+)
+def test_a_covariance_is_neither_endless_nor_negative(value, fits):
+    assert messages.is_covariance(np.full((6, 6), value)) == fits
 
 
 def test_a_cell_of_the_grid_is_where_its_message_says():

@@ -17,6 +17,8 @@ from std_msgs.msg import Header
 
 SURFACE_FIELDS = ('x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z')  # as PCL names them
 
+FARTHEST = 1e6  # m; of a pose that a person sets
+
 
 def matrix_of(transform: TransformStamped) -> Array:
     """Return a transform as a matrix from the child frame to its parent."""
@@ -33,20 +35,20 @@ def matrix_of_pose(pose: Pose) -> Array:
     Raises
     ------
     ValueError
-        If it is not finite, or its orientation is zero.
+        If it is farther than FARTHEST, not finite, or its orientation is zero.
     """
     p, q = pose.position, pose.orientation
     matrix = np.eye(4)
     matrix[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
     matrix[:3, 3] = p.x, p.y, p.z
-    if not np.isfinite(matrix).all():
-        raise ValueError('a pose that is not finite')
+    if not np.abs(matrix).max() <= FARTHEST:
+        raise ValueError(f'a pose that is not within {FARTHEST:g} m')
     return matrix
 
 
 def is_covariance(matrix: Array) -> bool:
     """Return whether a matrix may be a covariance."""
-    if not np.isfinite(matrix).all():
+    if not np.abs(matrix).max() <= FARTHEST**2:
         return False
     return bool(np.linalg.eigvalsh((matrix + matrix.T) / 2.0).min() >= -1e-9)
 
