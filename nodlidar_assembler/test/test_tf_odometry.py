@@ -294,6 +294,14 @@ def test_a_moving_frame_is_not_fixed(bench):
     assert bench.noted() == [(0, 0.0), (20, 0.0)]
 
 
+@pytest.mark.parametrize('w', [0.0, 5e-324, 0.98, 1.02, 1e200, float('nan')])
+def test_a_transform_whose_quaternion_is_not_of_length_1_is_dropped(bench, w):
+    wrong = transform(10, 0.0, 'odom', 'base')
+    wrong.transform.rotation.w = w
+    bench.tf.callback(TFMessage(transforms=[wrong]))
+    assert (bench.drops, bench.samples) == ([TfOdometry.MALFORMED], 0)
+
+
 def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):
     bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
     assert bench.samples == 0

@@ -15,6 +15,8 @@ from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException, TransformListener
 
+_TF2_TOLERANCE = 5e-3  # of lengths of quaternions; tf2 ignores all others and only logs it
+
 
 class TfOdometry(TransformListener):
     """Passes on the pose of a frame in the frame of odometry whenever TF has a later one.
@@ -50,7 +52,7 @@ class TfOdometry(TransformListener):
         Why there is none, in words; empty if there is one.
     """
 
-    MALFORMED = 'transform that is not finite, not between two frames, or not of 1970 to 2038'
+    MALFORMED = 'transform that is no pose, not between two frames, or not of 1970 to 2038'
     LOOP = 'transform that closes a loop of frames'
     BOTH = 'transform on /tf of a frame fixed by /tf_static, or the other way round'
 
@@ -195,9 +197,10 @@ class TfOdometry(TransformListener):
 
 
 def is_pose(transform: TransformStamped) -> bool:
-    """Return whether a transform has a valid time, two frames and finite numbers."""
+    """Return whether a transform has a valid time, two frames and a pose that tf2 takes."""
     frame, child = transform.header.frame_id, transform.child_frame_id
     p, q = transform.transform.translation, transform.transform.rotation
-    finite = all(map(math.isfinite, (p.x, p.y, p.z, q.x, q.y, q.z, q.w)))
+    placed = all(map(math.isfinite, (p.x, p.y, p.z)))
+    turned = abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < _TF2_TOLERANCE
     named = bool(frame and child) and frame != child
-    return named and finite and 0 <= time_ns(transform.header.stamp) <= LATEST_NS
+    return named and placed and turned and 0 <= time_ns(transform.header.stamp) <= LATEST_NS
