@@ -256,6 +256,13 @@ def test_a_robot_that_is_lost_publishes_no_pose(running):
     assert heard == [k for k, estimate in enumerate(found) if not estimate.lost]
 
 
+def test_a_second_publisher_of_clouds_is_named(running):
+    robot, _, until = running
+    other = robot.create_publisher(PointCloud2, 'points', 10)
+    until(lambda: any('2 publishers of /points' in words for words in robot.words()))
+    robot.destroy_publisher(other)
+
+
 def test_a_folder_of_nobody_is_answered_and_logged(running, capfd):
     robot, _, until = running
     answer = call(robot, until, 'load_map', '~nobody_of_this_name/map')

@@ -74,6 +74,8 @@ class CloudInput:
         The pose of base_frame in odom_frame.
     silence
         Since the last cloud.
+    topics
+        Full names of the topics.
     """
 
     def __init__(
@@ -99,14 +101,17 @@ class CloudInput:
             survival,
             lambda reason: self.drops.update([reason]),
         )
-        for topic in config.cloud_topics:
-            node.create_subscription(
-                PointCloud2,
-                topic,
-                partial(self._arrived, topic),
-                QoSProfile(depth=5),
-                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-            )
+        self.topics = [self._subscribe(topic) for topic in config.cloud_topics]
+
+    def _subscribe(self, topic: str) -> str:
+        subscription = self._node.create_subscription(
+            PointCloud2,
+            topic,
+            partial(self._arrived, topic),
+            QoSProfile(depth=5),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        return str(subscription.topic_name)
 
     def next(self) -> Cloud | None:
         """Return the oldest cloud that has odometry; drop those that waited too long."""

@@ -42,7 +42,8 @@ class Diagnosis:
 
     def _state(self) -> object:
         self._note_drops()
-        return self._silent(), self._lost(), steady_ns() - self._recent_ns < RECENT_NS
+        recent = steady_ns() - self._recent_ns < RECENT_NS
+        return self._silent(), self._lost(), recent, self._shared()
 
     def _silent(self) -> bool:
         return bool(self._node.clouds.silence.seconds(steady_ns()))
@@ -50,6 +51,12 @@ class Diagnosis:
     def _lost(self) -> bool:
         progress = self._node.output.progress
         return progress is not None and bool(progress.estimate.lost)
+
+    def _shared(self) -> list[str]:
+        """Return the topics with more than one publisher: clouds of another are a wrong place."""
+        topics = self._node.clouds.topics
+        counts = {topic: self._node.count_publishers(topic) for topic in topics}
+        return [f'{count} publishers of {topic}' for topic, count in counts.items() if count > 1]
 
     def _note_drops(self) -> None:
         errors = {f'internal error: {k}': n for k, n in self._node.survival.errors.items()}
@@ -95,6 +102,8 @@ class Diagnosis:
         silent = self._node.clouds.silence.seconds(steady_ns())
         if silent:
             status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud for {silent:.1f} s')
+        for text in self._shared():
+            status.mergeSummary(DiagnosticStatus.WARN, text)
         if steady_ns() - self._recent_ns < RECENT_NS and self._recent:
             what, count = self._recent.most_common(1)[0]
             status.mergeSummary(DiagnosticStatus.WARN, f'{count} {what}')
