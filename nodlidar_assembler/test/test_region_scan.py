@@ -40,7 +40,9 @@ def plan_of(region, view=VIEW):
         ({'pitch_min': -0.9, 'pitch_max': 0.1}, 'pitch_min', '0.8 rad, the limits of the mount'),
         ({'pitch_min': 0.1, 'pitch_max': 0.9}, 'pitch_max', 'the limits of the mount'),
         ({'pitch_min': 0.2, 'pitch_max': 0.1}, 'pitch_max', 'above pitch_min'),
+        ({'pitch_max': 1e-300}, 'pitch_max', 'above pitch_min by at least 0.006136 rad'),
         ({'azimuth_min': 0.5, 'azimuth_max': 0.1}, 'azimuth_max', 'above azimuth_min'),
+        ({'azimuth_max': 0.006}, 'azimuth_max', 'above azimuth_min by at least 0.006136 rad'),
         ({'azimuth_min': -3.0, 'azimuth_max': 0.1}, 'azimuth_min', 'in the view of the lidar'),
         ({'azimuth_min': 1.0, 'azimuth_max': 2.5}, 'azimuth_max', 'in the view of the lidar'),
         ({'object_size': 0.01, 'object_distance': 2.0}, 'object_size', 'a step of the lidar'),
@@ -57,6 +59,11 @@ def test_what_cannot_be_scanned_is_refused_with_the_reason(fields, key, reason):
     with pytest.raises(ParameterError, match=reason) as caught:
         plan_of(Region(**fields))
     assert caught.value.key == key
+
+
+def test_a_region_of_one_step_is_seen_within_seconds():
+    plan = plan_of(Region(0.0, STEP, -STEP, STEP, cell=0.1))
+    assert plan.runs.max() < 10.0
 
 
 def test_zeros_are_the_values_of_the_parameters():

@@ -111,8 +111,8 @@ def region_plan(
     Raises
     ------
     ParameterError
-        If the region is beyond the limits of the mount or the view of the lidar, or the object is
-        too small for its steps or for MOST_CELLS.
+        If the region is beyond the limits of the mount or the view of the lidar, or narrower than
+        a step of it, or the object is too small for its steps or for MOST_CELLS.
     """
     bounded = _in_view(_in_mount(region, config, view, mount), region)
     task = _with_cells(bounded, region, config, max(step, math.tau / view.steps_per_revolution))
@@ -170,6 +170,10 @@ def _with_cells(task: Task, region: Region, config: NodConfig, step: float) -> T
     else:
         size = region.object_size or config.object_size
         distance = region.object_distance or config.object_distance
+    for key, width in (('pitch_max', task.span), ('azimuth_max', 2.0 * task.azimuth)):
+        if width < step:
+            limit = f'above {key[:-3]}min by at least {step:.4g} rad, a step of the lidar'
+            raise ParameterError(key, limit, getattr(region, key))
     task = replace(task, object_size=size, distance=distance)
     if task.cell < step:
         raise _too_small(region, distance, step)
