@@ -138,6 +138,25 @@ def test_when_time_goes_back_all_is_forgotten(bench):
     assert not bench.tf.buffer.can_transform('odom', 'pivot', time_message(START + 5_010 * MS))
 
 
+def test_when_a_simulated_clock_goes_back_all_is_forgotten_at_once():
+    rclpy.init(context=(context := rclpy.Context()))
+    node = rclpy.create_node('simulated', context=context)
+    clock = node.get_clock()
+    clock._set_ros_time_is_active(True)
+    clock.set_ros_time_override(Time(nanoseconds=START + 900 * MS, clock_type=clock.clock_type))
+    bench = Bench(node)
+    bench.mount()
+    bench.hear(900, 9.0)
+    clock.set_ros_time_override(Time(nanoseconds=START - 200 * MS, clock_type=clock.clock_type))
+    assert bench.backs == 1
+    bench.hear(0, 1.0)
+    bench.hear(20, 1.0)
+    assert bench.noted() == [(0, 1.0), (20, 1.0)]
+    bench.tf.unregister()
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
 @pytest.mark.parametrize('off_ms', [-3_600_000, -5_000, -1_001, 5_000, 3_600_000])
 def test_a_single_transform_of_another_time_is_dropped_and_counted(bench, off_ms):
     for ms in (0, 20, 40, 60, 80):

@@ -9,7 +9,8 @@ from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
 from nodlidar_assembler.clouds.time_order import TimeOrder, TRANSFORM_OUT_OF_ORDER
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
-from rclpy.clock import ClockType
+from rclpy.clock import ClockType, JumpThreshold
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
@@ -22,12 +23,13 @@ class TfOdometry(TransformListener):
     """Passes on the pose of a frame in the frame of odometry whenever TF has a later one.
 
     A buffer interpolates between two transforms, however far apart they are. To keep gaps and
-    jumps visible, each pose is looked up at its own time. A single transform between the two
-    frames whose stamp goes back by more than TIME_JUMP_NS, or leaps ahead, is dropped: in the
-    buffer it would hide all that follow. When time goes back for several in a row, all earlier
-    ones are forgotten. So are they when the parents form a loop, of which the last message is
-    not added: a buffer keeps parents for good, so a single wrong message would end the odometry.
-    For the same reason a frame that was fixed first does not move, nor the other way round.
+    jumps visible, each pose is looked up at its own time.
+
+    A single wrong message must not end the odometry, but a buffer keeps it for good. So these are
+    dropped: a transform between the two frames whose stamp goes back by more than TIME_JUMP_NS, or
+    leaps ahead; one of a frame that was fixed first and moves now, or the other way round; and the
+    last message of a loop of parents, after which all earlier ones are forgotten. So are they when
+    time goes back for several transforms in a row, or for the clock of the node.
 
     Parameters
     ----------
@@ -79,12 +81,22 @@ class TfOdometry(TransformListener):
             )
         )
         self._on_sample, self._on_time_back = on_sample, on_time_back
+        # Of a simulated clock. Stamps may go back by less, and would seem to be late.
+        backward = Duration(nanoseconds=-TIME_JUMP_NS)
+        self._jump_handle = node.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=backward, on_clock_change=False),
+            post_callback=lambda jump: self._go_back(),
+        )
         super().__init__(Buffer(node=node), node)
 
     def restart(self) -> None:
         """Forget the moving transforms and the newest pose: their times are of another clock."""
         self._forget()
         self.newest_ns = None
+
+    def _go_back(self) -> None:
+        self.restart()
+        self._on_time_back()
 
     def _forget(self) -> None:
         """Forget the moving transforms."""
@@ -99,6 +111,7 @@ class TfOdometry(TransformListener):
         super().unregister()
         # Otherwise the node's clock keeps calling this buffer and refuses the next one.
         self.buffer.jump_handle.unregister()
+        self._jump_handle.unregister()
 
     def callback(self, data: TFMessage) -> None:
         """Add the transforms of a message."""
@@ -128,8 +141,7 @@ class TfOdometry(TransformListener):
         newest_ns = order.newest_ns or 0
         confirmed = order.add(time_ns(transform.header.stamp), transform, now_ns)
         if confirmed and newest_ns - time_ns(confirmed[0].header.stamp) > TIME_JUMP_NS:
-            self.restart()
-            self._on_time_back()
+            self._go_back()
             # The next one has to follow these.
             return [one for first in confirmed for one in self._in_order(first, now_ns)]
         return confirmed
