@@ -7,7 +7,8 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration import calibrate as module
 from nodlidar_assembler.calibration.beam_model import Beam, CalibrationError, ends_of, Values
 from nodlidar_assembler.calibration.calibrate import calibrate
-from nodlidar_assembler.calibration.plane_search import find_planes
+from nodlidar_assembler.calibration.plane_search import find_planes, Plane
+from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
 from nodlidar_assembler.clouds.geometry import MountConfig, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
@@ -136,3 +137,21 @@ def test_a_scene_that_leaves_every_value_open_is_refused(beams, monkeypatch):
     monkeypatch.setattr(module, 'DETERMINED', dict.fromkeys(module.DETERMINED, 1e-12))
     with pytest.raises(CalibrationError, match='leaves every value open'):
         calibrate(beams[:20_000], Values.of_mount(MountConfig()), UP)
+
+
+def test_a_plane_that_is_seen_only_at_grazing_incidence_does_no_harm(beams):
+    """Planes are numbered before such beams are left out; here the last one has no beam."""
+    start = Values.of_mount(MountConfig())
+    some = beams[::20]
+    some = some[np.isfinite(ends_of(some, start).xyz[0])]
+    planes, labels = find_planes(ends_of(some, start).xyz, 0.05, 0.2)
+    own = labels >= 0
+    names = ('delay', 'roll')
+    known, unseen = (
+        PlaneSystem(some[own], labels[own], names, start, None).step(
+            Solution(start, found, biases=np.zeros(len(found))), with_errors=True
+        )
+        for found in (planes, [*planes, Plane(np.array([0.0, 0.0, 1.0]), 9.0)])
+    )
+    np.testing.assert_allclose(unseen.errors, known.errors, rtol=1e-6)
+    assert unseen.values.roll == pytest.approx(known.values.roll)

@@ -115,7 +115,7 @@ class PlaneSystem:
             level_scores = level_slopes * (level_weight * level_off)[:, None]
             rest = level_scores.T @ level_scores + np.diag(prior)
             spreads = [each + rest for each in spreads]
-            errors = standard_errors(normal + _curving(rows), spreads)[:k]
+            errors = standard_errors(_curvature(normal, rows), spreads)[:k]
         after = self._moved(before, bases, change, rows, errors)
         return replace(after, bend=self._learned_bend(after, np.diag(inverse)))
 
@@ -155,7 +155,7 @@ class PlaneSystem:
             -np.ones(len(off)),
             -cosine,
         ]
-        return _Rows(off, self._sparse(slopes), weight, influence)
+        return _Rows(off, self._sparse(slopes, len(at.planes)), weight, influence)
 
     def _hats(self, values: Values) -> Array:
         """Return the share of each knot in each beam, shape (knots, n)."""
@@ -163,14 +163,14 @@ class PlaneSystem:
         apart = np.abs(position - values.zero - KNOTS[:, None]) / (KNOTS[1] - KNOTS[0])
         return np.asarray(np.maximum(1.0 - apart, 0.0))
 
-    def _sparse(self, slopes: list[Array]) -> csr_array:
+    def _sparse(self, slopes: list[Array], planes: int) -> csr_array:
         """Return the derivatives as a matrix: of values, slant, tilt, and each row's plane."""
         count, shared = len(self._labels), self._first - 1
         own = self._first + _OF_PLANE * self._labels[:, None] + np.arange(_OF_PLANE)
         columns = np.hstack([np.tile(np.arange(shared), (count, 1)), own])
         data = np.stack(slopes, axis=1)
         pointer = np.arange(count + 1) * data.shape[1]
-        size = self._first + _OF_PLANE * (int(self._labels.max()) + 1)
+        size = self._first + _OF_PLANE * planes
         return csr_array((data.ravel(), columns.ravel(), pointer), shape=(count, size))
 
     def _level_rows(self, at: Solution, bases: list[Array]) -> tuple[Array, Array, Array]:
@@ -239,7 +239,11 @@ def _basis(normal: Array) -> Array:
     return np.asarray(np.linalg.svd(normal[None, :])[2][1:])
 
 
-def _curving(rows: _Rows) -> Array:
-    """Return what the curvature is more than the normal matrix, by the shape of the weights."""
+def _curvature(normal: Array, rows: _Rows) -> Array:
+    """Return the normal matrix with what the shape of the weights adds to the curvature.
+
+    Where most beams are outliers, there may be no minimum; then it is the normal matrix.
+    """
     more = rows.slopes.multiply((rows.influence - rows.weight)[:, None]).tocsr()
-    return np.asarray((more.T @ rows.slopes).toarray())
+    curvature = normal + np.asarray((more.T @ rows.slopes).toarray())
+    return curvature if np.linalg.eigvalsh(curvature)[0] > 0.0 else normal
