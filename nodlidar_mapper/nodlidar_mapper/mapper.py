@@ -13,9 +13,9 @@ from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.loops import around, loop_at
 from nodlidar_mapper.matching import FREEDOMS, Match, match
 from nodlidar_mapper.place_search import clear_share
-from nodlidar_mapper.pose_graph import Edge, optimized, step
+from nodlidar_mapper.pose_graph import Edge, MATCHED, optimized, step
 from nodlidar_mapper.poses import Array, inverse, moved
-from nodlidar_mapper.recovery import Recovery
+from nodlidar_mapper.recovery import Guess, Recovery
 from nodlidar_mapper.seen import Seen
 from nodlidar_mapper.surface import Surface, surface_of
 from nodlidar_mapper.track import Track
@@ -231,7 +231,10 @@ class Mapper:
         self, seen: Seen, guess: Array, odometry: Array, failed: Match, lost: str
     ) -> tuple[Match, str]:
         """Search for the robot; return the match and why it is still lost."""
-        found = self._recovery.search(seen, guess, odometry, self.keyframes)
+        here = Guess(guess, self._track.covariance, bool(self._track.jump), self._track.paused)
+        if self._recovery.is_beyond(seen, here, failed, self.keyframes):
+            return replace(failed, pose=guess, mapped=0.0), ''
+        found = self._recovery.search(seen, here, odometry, self.keyframes)
         if isinstance(found, str):
             return failed, '; '.join(filter(None, [self._track.jump, lost, found]))
         self.place(found.pose, 0, odometry, inverted(found.information + FOUND))
@@ -259,7 +262,7 @@ class Mapper:
         if not self._config.extend_map:
             return pose
         if is_new:
-            self._add_keyframe(stamp_ns, pose, seen.points)
+            self._add_keyframe(stamp_ns, pose, seen.points, mapped)
             self._extend(pose)
             if self._close_loop():
                 return self.keyframes[-1].pose
@@ -267,12 +270,13 @@ class Mapper:
             self._extend(pose)
         return pose
 
-    def _add_keyframe(self, stamp_ns: int, pose: Array, points: Array) -> None:
+    def _add_keyframe(self, stamp_ns: int, pose: Array, points: Array, mapped: float) -> None:
         self.keyframes.append(Keyframe(stamp_ns, pose, Surface.joined([]), points))
         last = len(self.keyframes) - 1
         if last:
             relative = inverse(self.keyframes[self._anchor].pose) @ pose
-            self.edges.append(step(self._anchor, last, relative))
+            error = MATCHED if mapped else self._config.odometry_slip
+            self.edges.append(step(self._anchor, last, relative, error))
         self._anchor = last
 
     def _extend(self, pose: Array) -> None:

@@ -11,6 +11,7 @@ from scipy.sparse.linalg import spsolve
 
 ITERATIONS = 20
 CONVERGED = 1e-5  # m, rad
+MATCHED = 0.005  # error of the way between keyframes whose clouds were matched, as a share
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,10 +79,10 @@ def optimized(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> Array
     return poses
 
 
-def step(start: int, end: int, relative: Array) -> Edge:
-    """Return the edge between neighbouring keyframes, whose error grows with the way."""
+def step(start: int, end: int, relative: Array, error: float = MATCHED) -> Edge:
+    """Return the edge between neighbouring keyframes, whose error grows by a share of the way."""
     way = float(np.linalg.norm(relative[:3, 3]))
-    shift, turn = 0.004 + 0.005 * way, 0.001 + 0.001 * way
+    shift, turn = 0.004 + error * way, 0.001 + error / 5.0 * way
     return Edge(start, end, relative, np.diag([shift**-2] * 3 + [turn**-2] * 3))
 
 

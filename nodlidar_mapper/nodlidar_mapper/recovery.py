@@ -1,14 +1,26 @@
 """A robot that is lost: what shows it, and how it is found again."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from nodlidar_mapper.keyframe import Keyframe
 from nodlidar_mapper.matching import Match, MatchingConfig
-from nodlidar_mapper.place_search import ALIKE, Area, best_place, fit_of, Place
+from nodlidar_mapper.place_search import (
+    ALIKE,
+    Area,
+    best_place,
+    clear_share,
+    fit_of,
+    Place,
+)
 from nodlidar_mapper.poses import Array, between, inverse
 from nodlidar_mapper.seen import Seen
+import numpy as np
 
+BEYOND = 0.1  # share of the points near the map, below which the map does not reach there
 NEARBY = 1.0, 0.5  # first area searched around odometry [m], [rad]; each failure doubles it
+UNNOTICED = 1  # times that it doubles while odometry may be right: it may jump by 2 m unnoticed
+FAR_OFF = 3.0  # standard deviations of odometry that are searched, at least
 EVERY = 3  # clouds, once a large area was searched
 ANYWHERE = 11  # clouds, after which the whole map is searched
 # What a place must reach nearby, and anywhere: alike places may be anywhere.
@@ -17,10 +29,32 @@ LEAST_CLEAR = 0.85
 SAME = 0.3, 0.1  # two searches agree within [m], [rad]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Guess:
+    """Where odometry expects a lost robot.
+
+    Attributes
+    ----------
+    pose, covariance
+        Of the cloud's frame in the map; of its change, shape (6, 6).
+    jumped
+        Whether odometry just jumped.
+    paused
+        Whether there were no clouds for a long time before.
+    """
+
+    pose: Array
+    covariance: Array
+    jumped: bool
+    paused: bool
+
+
 class Recovery:
     """Searches for a robot that is lost, in a larger area after each failure.
 
-    A place far from odometry counts only if the next search finds the same one.
+    A place far from odometry counts only if the next search finds the same one. While odometry may
+    be right, only the places around it are searched: rooms look alike, and where the map does not
+    reach yet, another one would be found.
 
     Parameters
     ----------
@@ -32,22 +66,43 @@ class Recovery:
 
     def __init__(self, config: MatchingConfig, anywhere: bool = False) -> None:
         self._config = config
-        self._clouds = ANYWHERE if anywhere else 0
+        self._clouds = 0
+        self._wrong = ANYWHERE if anywhere else 0  # clouds that odometry does not explain
+        self._jumped = anywhere
         self._suspected: Array | None = None  # frame of odometry in the map
 
     def forget(self) -> None:
         """Begin anew: the robot is found."""
-        self._clouds, self._suspected = 0, None
+        self._clouds, self._wrong, self._jumped, self._suspected = 0, 0, False, None
 
     def doubt(self, found: Match, clear: float) -> str:
         """Return why a match where odometry expects it does not end the search; else forget it."""
-        if self._clouds and (fit_of(found) < LIKELY_FIT or clear < LEAST_CLEAR):
+        if (self._clouds or self._jumped) and (
+            fit_of(found) < LIKELY_FIT or clear < LEAST_CLEAR
+        ):
             return f'{fit_of(found):.0%} of the points lie on the map'
         self.forget()
         return ''
 
+    def is_beyond(
+        self, seen: Seen, guess: Guess, found: Match, keyframes: Sequence[Keyframe]
+    ) -> bool:
+        """Return whether the robot went where the map does not reach, while there were no clouds.
+
+        Parameters
+        ----------
+        seen, guess, keyframes
+            See `search`.
+        found
+            The cloud matched where odometry expects it.
+        """
+        went_on = guess.paused and not guess.jumped and not self._clouds and not self._jumped
+        if not went_on or found.mapped > BEYOND:
+            return False
+        return clear_share(seen.points, guess.pose, keyframes) >= LEAST_CLEAR
+
     def search(
-        self, seen: Seen, guess: Array, odometry: Array, keyframes: Sequence[Keyframe]
+        self, seen: Seen, guess: Guess, odometry: Array, keyframes: Sequence[Keyframe]
     ) -> Match | str:
         """Return where a cloud was taken, or why that is not known.
 
@@ -63,11 +118,19 @@ class Recovery:
             Of the map.
         """
         self._clouds += 1
-        distance, turn = (reach * 2.0 ** min(self._clouds - 1, ANYWHERE) for reach in NEARBY)
+        self._jumped |= guess.jumped
+        clear = clear_share(seen.points, guess.pose, keyframes)
+        explained = not self._jumped and clear >= LEAST_CLEAR
+        self._wrong += not explained
         if self._clouds > 6 and self._clouds % EVERY:
             return 'searched again soon'
-        place = best_place(seen, keyframes, Area(guess, distance, turn), self._config)
-        nearby = self._clouds == 1
+        doubled = self._clouds - 1 if explained else self._wrong - 1
+        doubled = min(doubled, UNNOTICED if explained else ANYWHERE)
+        spread = FAR_OFF * np.sqrt(np.diag(guess.covariance))
+        distance = max(NEARBY[0] * 2.0**doubled, float(spread[:3].max()))
+        turn = max(NEARBY[1] * 2.0**doubled, float(spread[5]))
+        place = best_place(seen, keyframes, Area(guess.pose, distance, turn), self._config)
+        nearby = self._clouds == 1 and not doubled
         why = _doubt(place, nearby)
         if place is None or why:
             return why

@@ -11,6 +11,7 @@ from nodlidar_mapper.poses import Array, between, change_between, inverse
 from nodlidar_mapper.seen import Seen
 import numpy as np
 
+PAUSE = 3.0  # times as long as between two clouds
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m2], [rad2]
 
@@ -26,6 +27,8 @@ class Track:
         Of its change, shape (6, 6).
     jump
         Why odometry since the cloud before is not believed; empty if it is.
+    paused
+        Whether there was no cloud for a long time before the newest one.
     """
 
     def __init__(self, config: MapperConfig) -> None:
@@ -33,18 +36,19 @@ class Track:
         self._odometer = Odometer()
         self._stamp_ns = 0
         self._odometry = np.eye(4)
-        self._seconds = 1.0  # between the last two clouds
+        self._seconds = np.inf  # between the last two clouds
         self._counted, self._last_motion = np.eye(4), np.eye(4)  # then: by odometry, and true
         self.pose: Array | None = None
         self.covariance = self._known = np.diag([1e-6] * 6)  # now, and after the last match
         self.jump = ''
+        self.paused = False
 
     def predicted(self, stamp_ns: int, odometry: Array) -> Array:
         """Return the pose by odometry since the last cloud; the covariance grows.
 
         If odometry jumped, the robot is expected to have moved as before.
         """
-        self.jump = ''
+        self.jump, self.paused = '', False
         if self.pose is None:
             return odometry
         self._known = self.covariance
@@ -114,6 +118,7 @@ class Track:
             self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
             self._counted = self._last_motion
             return JUMP
+        self.paused = seconds > PAUSE * self._seconds
         self._seconds, self._counted = seconds, motion
         self._last_motion = self._odometer.corrected(motion)
         shift, rotation = FLOOR

@@ -102,3 +102,40 @@ def test_an_empty_map_has_no_place():
         )
         is None
     )
+
+
+AWAY = planar(20.0, 0.0, 0.0)  # the next room, from that of `mapped`
+
+
+def next_room(here):
+    """Return a cloud of a room like the first one, which the map does not have."""
+    return cloud(CROOKED, inverse(AWAY) @ here, seed=int(10 * here[0, 3]))
+
+
+def test_a_robot_that_drove_on_without_clouds_is_where_odometry_says():
+    mapper, _ = mapped(CROOKED)
+    for k in range(30, 34):
+        here = planar(0.8 + 0.68 * (k - 4), 0.0, 0.2)
+        found = mapper.add(k * NS, next_room(here), here)
+        assert not found.lost
+        np.testing.assert_allclose(found.pose, here, atol=0.02)
+    assert len(mapper.keyframes) > 1
+    across = max(mapper.edges, key=lambda edge: edge.relative[0, 3])
+    assert across.information[0, 0] < 1.0 / (0.02 * across.relative[0, 3]) ** 2
+
+
+def test_clouds_that_show_nothing_real_do_not_take_the_robot_to_a_room_that_looks_alike():
+    mapper, _ = mapped(CROOKED)
+    rng = np.random.default_rng(2)
+    for k in range(5, 30):
+        here = planar(0.68 * (k - 4), 0.0, 0.2)
+        assert mapper.add(k * NS, rng.uniform(-1.5, 1.5, (4000, 3)), here).lost
+    for k in range(30, 50):
+        here = planar(0.68 * 26 + 0.05 * (k - 30), 0.0, 0.2)
+        found = mapper.add(k * NS, next_room(here), here)
+        assert found.lost
+    back = planar(0.5, 0.3, 0.1)
+    for k in range(90, 96):
+        found = mapper.add(k * NS, cloud(CROOKED, back, seed=k), back)
+    assert not found.lost
+    np.testing.assert_allclose(found.pose, back, atol=0.02)
