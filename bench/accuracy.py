@@ -1,7 +1,8 @@
 """The error of each estimator in the room: with the errors of real devices, and ideal.
 
-Pitch counts against what a perfect encoder would report. Points count against the surfaces, so
-the backlash between encoder and lidar and the errors of the ranges are in them.
+Those with real devices are means over several runs, whose noise differs. Pitch counts against what
+a perfect encoder would report. Points count against the surfaces, so the backlash between encoder
+and lidar and the errors of the ranges are in them.
 """
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
@@ -16,6 +17,7 @@ from nodlidar_demo.evaluation import (
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.lidar_section import load_lidar
+from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 
 from bench.reference import joints_at, real_room, simulated_room
@@ -31,10 +33,14 @@ VEIL_ANGLE = VeilConfig().veil_angle
 RATE = 'joint states [Hz]'
 PITCH, IDEAL_PITCH = 'pitch, RX-24F [mrad]', 'pitch, ideal servo [mrad]'
 REAL, FILTERED = 'URG-04LX-UG01 [mm]', 'URG-04LX-UG01, filtered [mm]'
+SPREAD = 'filtered, deviation of runs [mm]'
+GAIN, GAIN_SPREAD = 'filtered, gain over slerp [%]', 'deviation of the gain [%]'
 IDEAL_LIDAR, IDEAL = 'ideal lidar [mm]', 'ideal lidar and servo [mm]'
+SEEDS = range(6)
 TITLE = (
     f'RMS errors in the room, {DURATION:.0f} s at N_s = 4001, RX-24F by physics; of points [mm]: '
-    f'distance to the surfaces, beams up to {FAR:g} m; filtered: veil_angle = {VEIL_ANGLE:g}'
+    f'distance to the surfaces, beams up to {FAR:g} m; filtered: veil_angle = {VEIL_ANGLE:g}; '
+    f'mean and standard deviation of {len(SEEDS)} runs'
 )
 
 
@@ -45,27 +51,49 @@ def results() -> list[Row]:
 
 def _rows(rate: float) -> list[Row]:
     sensor = joints_at(rate)
-    real = real_room(DURATION, sensor)
-    better = {name: real_room(DURATION, sensor, lidar=lidar) for name, lidar in BETTER.items()}
-    exact = real_room(DURATION, sensor, lidar=LidarParameters())
+    runs = [_run(sensor, seed) for seed in SEEDS]
     ideal = simulated_room(DURATION, sensor=sensor)
-    return [
-        {
+    slerp = np.array([run['slerp'][FILTERED] for run in runs])
+    rows: list[Row] = []
+    for name in ESTIMATORS:
+        means = {key: float(np.mean([run[name][key] for run in runs])) for key in runs[0][name]}
+        filtered = np.array([run[name][FILTERED] for run in runs])
+        row: Row = {
             RATE: rate,
             'estimator': name,
+            **means,
+            SPREAD: float(np.std(filtered, ddof=1)),
+            IDEAL_PITCH: pitch_rms(ideal, PitchEstimator(EstimatorConfig(estimator=name))) * 1e3,
+            IDEAL: points_rms(ideal, name) * 1e3,
+        }
+        if name == 'trajectory':
+            gain = 100.0 * (1.0 - filtered / slerp)
+            row |= {GAIN: float(np.mean(gain)), GAIN_SPREAD: float(np.std(gain, ddof=1))}
+        rows.append(row)
+    return rows
+
+
+def _run(sensor: SensorModel, seed: int) -> dict[str, dict[str, float]]:
+    """Return the errors by estimator in one run with an RX-24F and several lidars."""
+    real = real_room(DURATION, sensor, seed=seed)
+    exact = real_room(DURATION, sensor, seed=seed, lidar=LidarParameters())
+    better = {
+        f'{name}, filtered [mm]': real_room(DURATION, sensor, seed=seed, lidar=lidar)
+        for name, lidar in BETTER.items()
+    }
+    return {
+        name: {
             PITCH: pitch_rms(real, PitchEstimator(EstimatorConfig(estimator=name))) * 1e3,
             REAL: points_rms(real, name) * 1e3,
             FILTERED: points_rms(real, name, VEIL_ANGLE) * 1e3,
             **{
-                f'{lidar}, filtered [mm]': points_rms(recording, name, VEIL_ANGLE) * 1e3
+                lidar: points_rms(recording, name, VEIL_ANGLE) * 1e3
                 for lidar, recording in better.items()
             },
             IDEAL_LIDAR: points_rms(exact, name) * 1e3,
-            IDEAL_PITCH: pitch_rms(ideal, PitchEstimator(EstimatorConfig(estimator=name))) * 1e3,
-            IDEAL: points_rms(ideal, name) * 1e3,
         }
         for name in ESTIMATORS
-    ]
+    }
 
 
 def points_rms(simulated: Recording, estimator: str, veil_angle: float = 0.0) -> float:

@@ -50,6 +50,7 @@ def real_room(
     duration: float,
     sensor: SensorModel | None = None,
     velocity: tuple[float, float] = STANDING,
+    seed: int = 0,
     **errors: Any,
 ) -> Recording:
     """Return a recording of the room as shipped, with the errors of lidar and servo.
@@ -62,11 +63,13 @@ def real_room(
         By default the reference sensor.
     velocity
         Of the base, constant [m/s, rad/s].
+    seed
+        Of the noise.
     **errors
         Attributes of the scene instead of its own: `lidar`, `servo`.
     """
     scene = replace(load_scene('room'), base_velocity=velocity, **errors)
-    return simulate(scene, reference_nod(), duration, start_ns=START_NS, sensor=sensor)
+    return simulate(scene, reference_nod(), duration, seed, start_ns=START_NS, sensor=sensor)
 
 
 def simulated_room(
