@@ -152,9 +152,13 @@ class TfOdometry(TransformListener):
         return one.isdisjoint(other) or child in one ^ other
 
     def _add(self, transform: TransformStamped) -> None:
-        """Add a transform, and pass on the pose at its time."""
+        """Add a transform; pass on the pose at its time, if it may have changed."""
         data = TFMessage(transforms=[transform])
         self._note_parents(data)
+        one, other = self._above(self._frame), self._above(self._odom_frame)
+        if transform.child_frame_id not in one | other and not one.isdisjoint(other):
+            super().callback(data)
+            return
         if self._loops():
             self.missing_input = self.LOOP
             self._on_drop(self.LOOP)
