@@ -58,3 +58,14 @@ def test_with_few_samples_there_is_none():
         time_ns = START_NS + 10_000_000 * np.arange(count)
         noise.add(time_ns, np.random.default_rng(1).normal(0.0, 1e-3, count))
         assert noise.variance() == 0.0
+
+
+def test_after_a_clock_was_set_back_the_noise_is_that_of_the_samples_since():
+    noise = WhiteNoise()
+    rng = np.random.default_rng(6)
+    for begin_ns, deviation in ((START_NS, 5e-3), (START_NS - 3600 * 10**9, 1e-3)):
+        for first in range(0, 1000, 40):
+            time_ns = begin_ns + 10_000_000 * np.arange(first, first + 40)
+            noise.add(time_ns, rng.normal(0.0, deviation, 40))
+            variance = noise.variance()
+    assert np.sqrt(variance) == pytest.approx(1e-3, rel=0.25)

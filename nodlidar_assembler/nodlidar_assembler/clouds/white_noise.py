@@ -32,13 +32,21 @@ class WhiteNoise:
     """
 
     def __init__(self) -> None:
+        self._forget()
+
+    def _forget(self) -> None:
         self._time_ns, self._pitch = np.zeros(0, np.int64), np.zeros(0)
         self._new: list[tuple[Times, Array]] = []
         self._newest_ns = 0
         self._products, self._count = np.zeros(LAGS + 1), np.zeros(LAGS + 1)
 
     def add(self, time_ns: Times, pitch: Array) -> None:
-        """Add those of the samples [ns], [rad], ascending, that are later than all before."""
+        """Add those of the samples [ns], [rad], ascending, that are later than all before.
+
+        If none is, time went back, and those before are forgotten.
+        """
+        if len(pitch) and time_ns[-1] < self._newest_ns:
+            self._forget()
         first = int(time_ns.searchsorted(self._newest_ns, side='right'))
         if first < len(pitch):
             self._new.append((time_ns[first:], pitch[first:]))
