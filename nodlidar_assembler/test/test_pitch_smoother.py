@@ -15,7 +15,6 @@ from scipy import signal
 START_NS = 1_700_000_000_123_456_789
 OFFSET = np.arange(682) * 97.65625e-6
 STEP = math.radians(300.0) / 1024.0
-HALF = STEP / 2.0
 SCANS = 180
 LEARNT = 30  # scans
 
@@ -112,7 +111,7 @@ def test_the_median_motion_has_three_quarters_of_the_error():
 @pytest.mark.parametrize('name', ['nod', 'ripple 7 Hz', 'wandering'])
 @pytest.mark.parametrize(
     ('rate', 'step', 'noise'),
-    [(200.0, STEP, 0.0), (20.0, STEP, 0.0), (100.0, math.tau / 4096, 0.0), (100.0, STEP, HALF)],
+    [(200.0, STEP, 0.0), (20.0, STEP, 0.0), (100.0, math.tau / 4096, 0.0), (100.0, STEP, STEP)],
 )
 def test_other_rates_and_encoders(name, rate, step, noise):
     assert ratio(MOTIONS[name], rate, step, noise) < 0.9

@@ -218,6 +218,8 @@ class PitchSmoother:
         if not self._noise_known and white:
             # From 0, it would stay there: a spline without noise passes through all samples.
             learned, self._noise_known = np.full_like(learned, white), True
+            # What was learned without it does not count.
+            self._score, self._unfitted = np.zeros(len(ROUGHNESS)), UnfittedMotion()
         white = max(white, rounding)
         most = rounding + MOST_NOISE**2
         self._unfitted.add(usual[new], share @ splines.influence(new), min(white, most))
