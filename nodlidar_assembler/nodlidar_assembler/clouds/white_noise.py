@@ -76,9 +76,10 @@ def _third_difference(time_ns: Times, pitch: Array) -> tuple[Array, Array]:
     span = time_ns[3:] - time_ns[:-3]
     usual = np.partition(span, len(span) // 10)[len(span) // 10]
     even = (span < UNEVEN * usual).astype(float)
-    difference = np.diff(pitch, 3)
-    limit = CLIPPED * np.median(np.abs(difference))
-    return even * np.clip(difference, -limit, limit), even
+    difference = pitch[3:] - pitch[:-3] - 3.0 * (pitch[2:-1] - pitch[1:-2])
+    size = np.abs(difference)
+    limit = CLIPPED * np.partition(size, len(size) // 2)[len(size) // 2]
+    return even * np.minimum(np.maximum(difference, -limit), limit), even
 
 
 def _by_lag(values: Array) -> Array:
