@@ -98,3 +98,13 @@ def test_scans_that_no_longer_state_a_rate_are_believed_after_two_seconds():
     watch = ScanWatch()
     reasons = [watch.refuse(t, T if k < 50 else 0.0) for k, t in enumerate(stamps(100))]
     assert [k for k, reason in enumerate(reasons) if reason] == list(range(50, 69))
+
+
+@pytest.mark.parametrize('jump_ms', [-3600_000, -3600_053, 1500, 5053, 3600_000, 3600_053])
+def test_after_a_single_stamp_of_another_time_wrong_ones_are_still_refused(jump_ms):
+    times_ns = stamps(100)
+    times_ns[60] += jump_ms * MS
+    times_ns[63] += 53 * MS
+    watch, reasons = watched(times_ns)
+    assert [k for k, reason in enumerate(reasons) if reason] == [63]
+    assert watch.missing <= 2  # those two

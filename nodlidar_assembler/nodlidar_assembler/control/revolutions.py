@@ -88,13 +88,10 @@ class Revolutions:
         if not len(self._stamps):
             self._begin(stamp_ns, nominal)
             return True
-        elapsed_ns = stamp_ns - self._begin_ns
-        revolutions = round(elapsed_ns / self._period_ns)
-        off_ns = abs(elapsed_ns - revolutions * self._period_ns)
-        other_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) > SAME_RATE
-        if revolutions < 1 or off_ns > GATE_NS or other_rate:
+        if not self.has(stamp_ns, nominal):
             return self._stray(stamp_ns, nominal)
         self._strays = 0
+        revolutions = round((stamp_ns - self._begin_ns) / self._period_ns)
         self.count += revolutions
         self._remember(stamp_ns)
         self._begin_ns += round(revolutions * self._period_ns)
@@ -102,6 +99,14 @@ class Revolutions:
         if len(self._stamps) <= FEWEST or self._unfitted >= _FIT_EVERY:
             self._fit()
         return True
+
+    def has(self, stamp_ns: int, nominal: float) -> bool:
+        """Return whether the stamp of a scan is on the line, after all before; see `add`."""
+        elapsed_ns = stamp_ns - self._begin_ns
+        revolutions = round(elapsed_ns / self._period_ns)
+        off_ns = abs(elapsed_ns - revolutions * self._period_ns)
+        same_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) <= SAME_RATE
+        return revolutions >= 1 and off_ns <= GATE_NS and same_rate
 
     def _stray(self, stamp_ns: int, nominal: float) -> bool:
         self._strays += 1

@@ -1,6 +1,7 @@
 """Checks the stamps and the rate of scans, and counts missing scans."""
 
 from collections import deque
+from copy import copy
 
 from nodlidar_assembler.control.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
 from nodlidar_common.nod import NS_PER_S
@@ -37,6 +38,8 @@ class ScanWatch:
 
     def _restart(self, nominal: float) -> None:
         self._line, self._nominal = Revolutions(), nominal
+        # Line, last stamp and missing revolutions before the stamps jumped, for one scan.
+        self._before_jump: tuple[Revolutions, int | None, int] | None = None
         self._accepted = self._others = 0
         self._last_ns: int | None = None
         self._revolutions: deque[int] = deque(maxlen=_REMEMBERED)
@@ -77,21 +80,32 @@ class ScanWatch:
         return True
 
     def _compare(self, stamp_ns: int, nominal: float) -> str:
+        self._forget_stray(stamp_ns, nominal)
         silence_ns = 0 if self._last_ns is None else stamp_ns - self._last_ns
+        if not -_OTHER_TIME_NS <= silence_ns <= _SILENCE_NS:
+            self._before_jump = copy(self._line), self._last_ns, self.missing
+            if not self._line.has(stamp_ns, nominal):
+                self.missing += max(round(silence_ns / NS_PER_S / self._line.period) - 1, 0)
+                self._line = Revolutions()
         is_known = self._line.scatter <= _MOST_SCATTER
         before, restarts = self._line.count, self._line.restarts
         is_on_line = self._line.add(stamp_ns, nominal)
-        if not is_on_line and not -_OTHER_TIME_NS <= silence_ns <= _SILENCE_NS:
-            self.missing += max(round(silence_ns / NS_PER_S / self._line.period) - 1, 0)
-            self._restart(nominal)
-            self._line.add(stamp_ns, nominal)
-        elif is_on_line and self._line.restarts == restarts:
+        if is_on_line and self._line.restarts == restarts:
             self._note_missing(self._line.count - before)
         elif not is_on_line and is_known:
             return self.WRONG_TIME
         self._accepted += 1
         self._last_ns = stamp_ns
         return ''
+
+    def _forget_stray(self, stamp_ns: int, nominal: float) -> None:
+        """Continue as before a jump in time if this scan does: the jump was a stray."""
+        before, self._before_jump = self._before_jump, None
+        if before is None or not before[0].has(stamp_ns, nominal):
+            return
+        is_new = self._line.count == 0
+        if is_new or not self._line.has(stamp_ns, nominal):
+            self._line, self._last_ns, self.missing = before
 
     def _note_missing(self, revolutions: int) -> None:
         if revolutions > 0:
