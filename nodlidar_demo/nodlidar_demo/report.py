@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_demo.delivery import Delivery
@@ -80,11 +79,7 @@ def nod_rows(delivery: Delivery) -> list[tuple[str, str]]:
 
 
 def rms_table(distances: Distances) -> Table:
-    """Return the table of RMS distances by estimator.
-
-    An estimator's share is what remains of its squared distance, without mixed pixels, without
-    that of the lidar.
-    """
+    """Return the table of RMS distances by estimator."""
     lidar, best = distances.lidar, min(distances.rms.values())
     table = Table(title=f'RMS distance to the true surfaces, beams up to {FAR:g} m')
     columns = {
@@ -93,7 +88,6 @@ def rms_table(distances: Distances) -> Table:
         'against the best': {e: f'{own / best:.1f} x' for e, own in distances.rms.items()},
         'by odometry': _in_mm(distances.by_odometry),
         'without mixed pixels': _in_mm(distances.filtered),
-        'and without the lidar': _in_mm(_without(lidar, distances.filtered)),
     }
     shown = {heading: values for heading, values in columns.items() if values}
     for heading in shown:
@@ -103,13 +97,6 @@ def rms_table(distances: Distances) -> Table:
     if lidar:
         table.caption = f"Without mixed pixels, the lidar's own errors are {lidar * 1e3:.1f} mm"
     return table
-
-
-def _without(lidar: float, rms: Mapping[str, float]) -> dict[str, float]:
-    """Return what remains of distances without the lidar's; empty for a lidar without errors."""
-    if not lidar:
-        return {}
-    return {name: math.sqrt(max(own**2 - lidar**2, 0.0)) for name, own in rms.items()}
 
 
 def _in_mm(distances: Mapping[str, float]) -> dict[str, str]:
