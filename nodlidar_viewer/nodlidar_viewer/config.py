@@ -31,7 +31,7 @@ class ViewerConfig:
         'nodlidar_base_link', 'Frame of the nod axis, from which directions are counted'
     )
     most_points: int = parameter(
-        50_000,
+        55_000,
         'Points of the latest clouds that the page shows',
         minimum=1000,
         maximum=1_000_000,
