@@ -87,6 +87,9 @@ class PitchSmoother:
 
     def __init__(self) -> None:
         self._step = np.inf  # of the encoder, inf if unknown [rad]
+        # Width of the range of angles that the encoder reports as one [rad], and the variance of
+        # the error that it causes [rad2].
+        self._cell, self._rounding = LEAST_STEP, LEAST_STEP**2 / 12.0
         self._white_noise = WhiteNoise()
         self._noise = np.zeros_like(ROUGHNESS)  # beyond rounding, for each spline [rad2]
         self._noise_known = False
@@ -152,16 +155,9 @@ class PitchSmoother:
         ordered = np.sort(pitch)
         steps = ordered[1:] - ordered[:-1]
         self._step = float(steps[steps > SAME].min(initial=self._step))
-
-    @property
-    def _cell(self) -> float:
-        """Width of the range of angles that the encoder reports as one [rad]."""
-        return min(max(self._step, LEAST_STEP), MOST_STEP) if self._step < np.inf else LEAST_STEP
-
-    @property
-    def _rounding(self) -> float:
-        """Variance of the error that this width causes [rad2]."""
-        return self._cell**2 / 12.0
+        if self._step < np.inf:
+            self._cell = min(max(self._step, LEAST_STEP), MOST_STEP)
+            self._rounding = self._cell**2 / 12.0
 
     def _fit(self, window: _Window) -> Splines:
         variance = self._rounding + self._noise
