@@ -1,5 +1,6 @@
 """The chosen estimator on simulated data: what it asks for, its errors, and its fallback."""
 
+from collections import Counter
 from contextlib import suppress
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
@@ -171,3 +172,31 @@ def test_reversals_are_not_cut_off_where_most_samples_are_lost(share):
             errors.append(np.abs(pitch - motion.position(beams_ns)).max())
     assert len(errors) > 30
     assert max(errors) < 0.025
+
+
+def test_a_slow_nod_with_late_coarse_samples_is_not_refused():
+    """As with a hobby servo over Wi-Fi: whole degrees at 20 Hz, stamped on arrival, in bursts.
+
+    At 0.2 rad/s a gap of 0.1 s cuts off 10 mrad of a reversal at most.
+    """
+    rng = np.random.default_rng(1)
+    nod = NodTrajectory(-0.5, 0.5, 5.0, 51_200, START_NS)
+    motion = triangle_motion(nod, START_NS, START_NS + 60_000_000_000)
+    taken_ns = START_NS + np.arange(1200) * 50_000_000
+    samples = np.radians(np.rint(np.degrees(motion.position(taken_ns))))
+    arrived_ns = np.maximum.accumulate(taken_ns + rng.exponential(15e6, 1200).astype(np.int64))
+    estimator, refused = PitchEstimator(EstimatorConfig()), Counter()
+    for scan_ns in START_NS + np.arange(5, 590) * 100_000_000:
+        first, last = np.searchsorted(arrived_ns, (scan_ns, scan_ns + 1))
+        around = slice(first - 1, last + 1)
+        try:
+            estimator.pitch(int(scan_ns), np.zeros(10), arrived_ns[around], samples[around])
+        except PitchError as error:
+            refused[str(error)] += 1
+    assert refused['joint samples missing at a reversal'] == 0
+
+
+def test_a_gap_that_ends_at_the_first_beam_is_not_used():
+    stamps_ns = START_NS + np.array([-500, 0, 50, 100]) * 1_000_000
+    pitch = beam_pitch('slerp', START_NS, OFFSET, stamps_ns, np.arange(4.0), MAX_GAP)
+    np.testing.assert_allclose(pitch, 1.0 + OFFSET / 0.05)

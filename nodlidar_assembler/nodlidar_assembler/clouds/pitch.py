@@ -12,12 +12,6 @@ from numpy.typing import NDArray
 
 # Largest position of a joint sample [rad]; beyond it, or not finite, it is ignored.
 LARGEST = 1e6
-# Height of a reversal that missing samples may cut off [rad].
-MOST_CUT = 0.015
-# A gap so many times the usual one means that samples are missing.
-_MISSING = 1.5
-# A larger change of speed [rad/s] is a jump, not a reversal.
-_LARGEST_SPEED_CHANGE = 100.0
 
 
 class PitchError(NodlidarError):
@@ -88,43 +82,6 @@ def beam_pitch(
     return np.interp(offset, offset[[0, -1]], ends)
 
 
-def require_reversals_sampled(
-    offset: NDArray[np.float64],
-    sample_time: NDArray[np.float64],
-    sample_pitch: NDArray[np.float64],
-    usual_gap: float,
-) -> None:
-    """Raise PitchError if samples are missing at a reversal during the scan.
-
-    Interpolation over a gap is right where the speed is constant, but cuts off the tip of a
-    reversal. If the slopes before and after a gap differ from its own by a and b to the same side,
-    two straight legs meet in it, ``a b / (a + b)`` times its duration above the chord.
-
-    Parameters
-    ----------
-    offset
-        Time of each beam [s], ascending, shape (n,).
-    sample_time, sample_pitch
-        Joint samples [s], [rad], ascending, shape (m,), which bracket the beams.
-    usual_gap
-        Time between joint samples if none is missing [s].
-    """
-    gap = np.diff(sample_time)
-    is_used = (sample_time[1:] > offset[0]) & (sample_time[:-1] < offset[-1])
-    is_wide = is_used & (gap > _MISSING * usual_gap)
-    if not is_wide.any():
-        return
-    if len(gap) < 2:
-        raise PitchError('joint samples missing at a reversal')
-    bend = np.diff(np.diff(sample_pitch) / gap)
-    bend[np.abs(bend) > _LARGEST_SPEED_CHANGE] = 0.0
-    before, after = np.append(bend[:1], bend), np.append(bend, bend[-1:])
-    both = np.maximum(np.abs(before + after), 1e-300)
-    height = np.maximum(before * after, 0.0) / both * gap
-    if np.any(is_wide & (height > MOST_CUT)):
-        raise PitchError('joint samples missing at a reversal')
-
-
 def _nearest(
     offset: NDArray[np.float64],
     sample_time: NDArray[np.float64],
@@ -144,7 +101,7 @@ def _require_bracket(
         raise PitchError('no joint sample before the first beam')
     if sample_time[-1] < offset[-1]:
         raise PitchError('no joint sample after the last beam')
-    first, last = sample_time.searchsorted((0.0, offset[-1]), side='left')
-    used = sample_time[max(first - 1, 0) : last + 1]
+    first = sample_time.searchsorted(0.0, side='right') - 1
+    used = sample_time[first : sample_time.searchsorted(offset[-1], side='left') + 1]
     if len(used) > 1 and (used[1:] - used[:-1]).max() > max_gap:
         raise PitchError(f'joint samples more than {max_gap} s apart')

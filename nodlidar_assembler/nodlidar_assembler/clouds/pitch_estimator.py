@@ -4,10 +4,10 @@ from collections import Counter
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
-from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, require_reversals_sampled
+from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, PitchError
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
+from nodlidar_assembler.clouds.recent_samples import RecentSamples
 from nodlidar_assembler.clouds.spline_fit import SplineError
-from nodlidar_assembler.clouds.usual_gap import UsualGap
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 import numpy as np
@@ -57,7 +57,7 @@ class PitchEstimator:
         self._interpolation = 'slerp' if self._smoother else config.estimator
         self._max_joint_gap = config.max_joint_gap
         self.margin_ns = round(config.smoothing_margin * NS_PER_S) if self._smoother else 0
-        self._usual_gap = UsualGap()
+        self._recent = RecentSamples()
         self.fallbacks: Counter[str] = Counter()
 
     def pitch(
@@ -82,12 +82,13 @@ class PitchEstimator:
             If the samples do not bracket the beams, or are too far apart.
         """
         samples = ordered_samples(sample_ns, sample_pitch)
-        usual_gap = self._usual_gap.add(samples[0])
+        self._recent.add(*samples)
         pitch = beam_pitch(self._interpolation, start_ns, offset, *samples, self._max_joint_gap)
         if self._interpolation == 'nearest':
             return pitch
-        times = (samples[0] - start_ns) / NS_PER_S
-        require_reversals_sampled(offset, times, samples[1], usual_gap)
+        end_ns = start_ns + round(float(offset[-1]) * NS_PER_S)
+        if self._recent.may_hide_reversal(start_ns, end_ns, *samples):
+            raise PitchError('joint samples missing at a reversal')
         if self._smoother is not None:
             try:
                 return self._smoother.pitch(start_ns, offset, *samples, pitch)
