@@ -8,9 +8,11 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_assembler.scan_assembler import ScanAssembler
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 
 CLOCK_WAS_SET = 'the clock was set'
+_OTHER_CLOCK = 60.0  # s; neither scans nor joint states are missing for so long
 
 
 class MessageAssembler(ScanAssembler):
@@ -42,6 +44,7 @@ class MessageAssembler(ScanAssembler):
         super().__init__(config, mount)
         self._missing_odometry = missing_odometry
         self._scan_input = ScanInput(config)
+        self._scan_ns: int | None = None  # stamp of the last scan
         self.watch = self._scan_input.watch
         self.joint = JointInput(config, self.drops)
 
@@ -49,15 +52,31 @@ class MessageAssembler(ScanAssembler):
     def missing_input(self) -> str:
         """Why there are no joint samples or no odometry; empty if there are both."""
         tf = self._missing_odometry()
-        return self.joint.missing_input or (f'TF: {tf}' if tf else '')
+        return self.joint.missing_input or self._other_clock or (f'TF: {tf}' if tf else '')
 
-    def scan(self, message: Any) -> Scan:
-        """Return a LaserScan as a scan to add, or count and raise RefusedScanError."""
+    @property
+    def _other_clock(self) -> str:
+        """By how much the clocks of scans and joint states differ; empty if they agree."""
+        if self._scan_ns is None or self._joints.newest_ns is None:
+            return ''
+        before = (self._joints.newest_ns - self._scan_ns) / NS_PER_S
+        if abs(before) < _OTHER_CLOCK:
+            return ''
+        order = f'{abs(before):.0f} s {"before" if before > 0.0 else "after"} joint states'
+        return f'scans are stamped {order}: synchronise the clocks, or set scan_clock to device'
+
+    def scan(self, message: Any, arrived_ns: int) -> Scan:
+        """Return a LaserScan that arrived at an instant [ns] as a scan to add.
+
+        A malformed or mistimed one is counted, and RefusedScanError raised.
+        """
         try:
-            return self._scan_input.scan(message)
+            scan = self._scan_input.scan(message, arrived_ns)
         except RefusedScanError as error:
             self.drops[str(error)] += 1
             raise
+        self._scan_ns = scan.stamp_ns
+        return scan
 
     def add_joint_state(self, message: Any) -> Iterator[tuple[int, float]]:
         """Add the samples of a JointState one by one; yield each [ns], [rad] once it is added.
@@ -70,6 +89,6 @@ class MessageAssembler(ScanAssembler):
 
     def clock_was_set(self, step_ns: int) -> None:
         """Restart after the clock was set by a step [ns]; waiting scans are dropped."""
-        self.watch.shift(step_ns)
+        self._scan_input.shift(step_ns)
         self.joint.restart()
         self.restart(CLOCK_WAS_SET)

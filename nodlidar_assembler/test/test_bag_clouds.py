@@ -435,3 +435,37 @@ def test_memory_does_not_grow_with_the_bag(long_bags, tmp_path, storage, suffix,
     short, long = (peak_memory(bag, output, '--ego-motion', ego_motion) for bag in bags)
     assert output.stat().st_size > 13e6
     assert long - short < 3e6
+
+
+def bag_by_microcontroller(simulated, path):
+    """Write a bag whose scans are stamped by a clock that began 3 s before the recording."""
+    entries = entries_of(simulated)
+    for _, topic, message in entries:
+        if topic == '/scan':
+            stamp = message.header.stamp
+            stamp_ns = time_ns(stamp) - START_NS + 3_000_000_000
+            stamp.sec, stamp.nanosec = divmod(stamp_ns, 10**9)
+    return write_messages(path, entries)
+
+
+def test_scans_by_a_clock_that_was_never_set_are_named(simulated, tmp_path):
+    bag = bag_by_microcontroller(simulated, tmp_path / 'bag')
+    with pytest.raises(BagError, match='scans are stamped 1699999997 s before joint states'):
+        write_clouds(bag, tmp_path / 'out.mcap', AssemblerConfig(), TOPICS)
+
+
+def test_scans_by_an_own_clock_make_the_same_clouds_later_by_their_way(simulated, bag, tmp_path):
+    own = bag_by_microcontroller(simulated, tmp_path / 'own')
+    write_clouds(bag, tmp_path / 'host.mcap', AssemblerConfig(), TOPICS)
+    config = AssemblerConfig(scan_clock='device')
+    write_clouds(own, tmp_path / 'device.mcap', config, TOPICS)
+    host, device = clouds_in(tmp_path / 'host.mcap'), clouds_in(tmp_path / 'device.mcap')
+    assert len(device) == len(host) > 30
+    late = {
+        time_ns(one.header.stamp) - time_ns(other.header.stamp)
+        for (_, one, _), (_, other, _) in zip(device, host, strict=True)
+    }
+    scans = [(at_ns, m) for at_ns, topic, m in entries_of(simulated) if topic == '/scan']
+    last_beam_ns = round(681 * scans[0][1].time_increment * 1e9)
+    way_ns = min(at_ns - time_ns(m.header.stamp) - last_beam_ns for at_ns, m in scans)
+    assert max(abs(each - way_ns) for each in late) <= 1000

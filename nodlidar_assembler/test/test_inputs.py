@@ -35,12 +35,12 @@ def joint_state(sec=1_700_000_000, **fields):
 
 def refusal_of(message, **parameters):
     with pytest.raises(RefusedScanError) as refusal:
-        ScanInput(AssemblerConfig(**parameters)).scan(message)
+        ScanInput(AssemblerConfig(**parameters)).scan(message, 0)
     return str(refusal.value)
 
 
 def taken(message, **parameters):
-    return ScanInput(AssemblerConfig(**parameters)).scan(message)
+    return ScanInput(AssemblerConfig(**parameters)).scan(message, 0)
 
 
 def samples_and_drops(message, **parameters):
@@ -164,3 +164,39 @@ def test_a_joint_of_another_convention_is_taken_as_it_is_meant():
 def test_a_delay_that_leads_before_1970_is_counted():
     found = samples_and_drops(joint_state(sec=0), joint_delay=0.5)
     assert found == ([], {JointInput.MALFORMED: 1})
+
+
+def test_scans_by_an_own_clock_are_late_by_the_fastest_of_the_last():
+    """The clock began at 18 s and is 100 ppm fast; scans are on their way for 5 to 60 ms."""
+    rng = np.random.default_rng(2)
+    inputs = ScanInput(AssemblerConfig(scan_clock='device'))
+    begins_ns = 1_700_000_000_000_000_000 + np.arange(600) * 100_000_000
+    way_ns = rng.uniform(5e6, 60e6, 600).astype(np.int64)
+    duration_ns = round(681 * 9.765625e-5 * 1e9)
+    errors_ns = []
+    for begin_ns, on_way_ns in zip(begins_ns, way_ns, strict=True):
+        message = scan()
+        device_ns = 18_000_000_000 + int((begin_ns - begins_ns[0]) * 1.0001)
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(device_ns, 10**9)
+        taken_ns = inputs.scan(message, int(begin_ns + duration_ns + on_way_ns)).stamp_ns
+        errors_ns.append(taken_ns - int(begin_ns))
+    drift_ns = 50 * 100_000_000 * 1e-4
+    for k, error_ns in enumerate(errors_ns):
+        fastest_ns = way_ns[max(0, k - 49) : k + 1].min()
+        assert -1 <= error_ns - fastest_ns <= drift_ns + 1
+
+
+@pytest.mark.parametrize('step_s', [-3600, 0, 3600])
+def test_an_own_clock_is_followed_after_the_clock_of_the_host_was_set(step_s):
+    inputs = ScanInput(AssemblerConfig(scan_clock='device'))
+    taken_ns = []
+    for k in range(100):
+        if k == 50:
+            inputs.shift(step_s * 10**9)
+        message = scan()
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(k * 10**8, 10**9)
+        host_ns = 1_700_000_000 * 10**9 + k * 10**8 + (step_s * 10**9 if k >= 50 else 0)
+        taken_ns.append(inputs.scan(message, host_ns).stamp_ns)
+    assert np.diff(taken_ns).tolist() == [
+        10**8 + (step_s * 10**9 if k == 50 else 0) for k in range(1, 100)
+    ]

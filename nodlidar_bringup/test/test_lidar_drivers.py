@@ -115,7 +115,7 @@ def errors(name, config, count=30):
         assembler.add_joint_sample(T0 + round(time * 1e9), float(pitch_at(time)))
     clouds = []
     for begin in begins:
-        assembler.add_scan(inputs.scan(DRIVERS[name](begin, rng)), 0)
+        assembler.add_scan(inputs.scan(DRIVERS[name](begin, rng), 0), 0)
         for outcome in assembler.ready(0):
             assert not outcome.dropped
             clouds += outcome.assembled.clouds
@@ -160,7 +160,7 @@ def test_the_file_for_ydlidar_lets_best_effort_scans_in():
 def test_the_order_of_beams_is_undone_exactly():
     message = scan(0.0, np.linspace(-1.0, 1.0, 5), np.arange(1.0, 6.0), 0.1, 0.001)
     config = ScanInputConfig(last_beam_first=True)
-    turned = ScanInput(config).scan(message)
+    turned = ScanInput(config).scan(message, 0)
     assert turned.ranges.tolist() == [5.0, 4.0, 3.0, 2.0, 1.0]
     assert turned.geometry.angle_min == pytest.approx(1.0)
     assert turned.geometry.angle_increment == pytest.approx(-0.5)

@@ -76,7 +76,8 @@ class BagAssembly:
         if recorded.msgtype == SCAN:
             self.counts['scans'] += 1
             with suppress(RefusedScanError):
-                self.assembler.add_scan(self.assembler.scan(message), self._now_ns)
+                scan = self.assembler.scan(message, recorded.time_ns)
+                self.assembler.add_scan(scan, self._now_ns)
             self._publish_ready()
         elif recorded.msgtype == JOINT_STATE:
             for _ in self.assembler.add_joint_state(message):

@@ -35,10 +35,10 @@ class Recorder:
         self._scans: list[Scan] = []
         self._samples: list[tuple[int, float]] = []
 
-    def add_scan(self, message: Any) -> None:
-        """Add a LaserScan; a malformed one is left out."""
+    def add_scan(self, message: Any, arrived_ns: int) -> None:
+        """Add a LaserScan that arrived at an instant [ns]; a malformed one is left out."""
         with suppress(RefusedScanError):
-            self._scans.append(self._scan_input.scan(message))
+            self._scans.append(self._scan_input.scan(message, arrived_ns))
 
     def add_joint_state(self, message: Any) -> None:
         """Add a JointState."""
@@ -70,7 +70,7 @@ def log_of_bag(path: Path, config: AssemblerConfig, scan: str, joint_states: str
         raise BagError(f"'{path}' does not exist")
     for recorded in messages_of(path, lambda topic, kind: (topic, kind) in wanted):
         if recorded.msgtype == SCAN:
-            recorder.add_scan(recorded.message)
+            recorder.add_scan(recorded.message, recorded.time_ns)
         else:
             recorder.add_joint_state(recorded.message)
     return recorder.log()

@@ -1,6 +1,6 @@
 """LaserScan messages as checked scans."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import Any
 
@@ -8,6 +8,7 @@ from nodlidar_assembler.clouds.geometry import revolution_time
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.control.scan_watch import ScanWatch
 from nodlidar_assembler.inputs.scan_message import scan_from_message
+from nodlidar_assembler.inputs.stamp_clock import StampClock
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
@@ -23,6 +24,13 @@ class ScanInputConfig:
         unit='s',
         minimum=-1.0,
         maximum=1.0,
+    )
+    scan_clock: str = parameter(
+        'host',
+        'Clock of the scan stamps: host, as of the joint states, or device, the own clock of a '
+        'lidar, as of a microcontroller that was never set: the scan that came fastest of the '
+        'last 50 counts as not delayed',
+        choices=('host', 'device'),
     )
     time_increment: float = parameter(
         0.0,
@@ -66,13 +74,20 @@ class ScanInput:
 
     def __init__(self, config: ScanInputConfig) -> None:
         self.watch = ScanWatch()
+        self._device_clock = StampClock() if config.scan_clock == 'device' else None
         self._delay_ns = round(config.scan_delay * NS_PER_S)
         self._time_increment = config.time_increment
         self._max_range = config.max_range or math.inf
         self._last_beam_first = config.last_beam_first
 
-    def scan(self, message: Any) -> Scan:
-        """Return a LaserScan as a scan, or raise RefusedScanError."""
+    def shift(self, step_ns: int) -> None:
+        """Continue as before after the clock of the host was set by a step [ns]."""
+        self.watch.shift(step_ns)
+        if self._device_clock is not None:
+            self._device_clock.shift(-step_ns)
+
+    def scan(self, message: Any, arrived_ns: int) -> Scan:
+        """Return a LaserScan that arrived at an instant [ns], or raise RefusedScanError."""
         try:
             scan = scan_from_message(
                 message,
@@ -84,6 +99,15 @@ class ScanInput:
             nominal = revolution_time(scan.geometry)
         except ParameterError as error:
             raise RefusedScanError(f'{error.key} must be {error.limit}') from error
+        if self._device_clock is not None:
+            scan = self._by_host(scan, self._device_clock, arrived_ns)
         if reason := self.watch.refuse(scan.stamp_ns, nominal):
             raise RefusedScanError(reason)
         return scan
+
+    @staticmethod
+    def _by_host(scan: Scan, clock: StampClock, arrived_ns: int) -> Scan:
+        """Return a scan that is stamped by another clock, with the stamp of the host's."""
+        duration = (len(scan.ranges) - 1) * scan.geometry.time_increment
+        clock.add(scan.stamp_ns + round(duration * NS_PER_S), arrived_ns)
+        return replace(scan, stamp_ns=scan.stamp_ns - clock.ahead_ns)

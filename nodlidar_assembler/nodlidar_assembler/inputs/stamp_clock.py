@@ -21,15 +21,20 @@ class StampClock:
         self._ahead_ns: deque[int] = deque(maxlen=_RECENT)  # of the steady clock
 
     def add(self, end_ns: int, arrived_ns: int) -> None:
-        """Add a scan: the instant of its last beam, its arrival by a steady clock [ns]."""
+        """Add a scan: the instant of its last beam, and its arrival by another clock [ns]."""
         ahead_ns = end_ns - arrived_ns
-        if self._ahead_ns and max(self._ahead_ns) - ahead_ns > _SET_NS:
+        if self._ahead_ns and self.ahead_ns - ahead_ns > _SET_NS:
             self._ahead_ns.clear()
         self._ahead_ns.append(ahead_ns)
 
     def shift(self, step_ns: int) -> None:
         """Go on after the clock was set by a step [ns]."""
         self._ahead_ns = deque((each + step_ns for each in self._ahead_ns), _RECENT)
+
+    @property
+    def ahead_ns(self) -> int:
+        """How far it is ahead of the clock of the arrivals [ns]; 0 without a scan."""
+        return max(self._ahead_ns, default=0)
 
     def now_ns(self, steady_ns: int, host_ns: int) -> int:
         """Return the present time by the stamps [ns].
@@ -41,5 +46,5 @@ class StampClock:
         """
         if not self._ahead_ns:
             return host_ns
-        stamps_ns = steady_ns + max(self._ahead_ns)
+        stamps_ns = steady_ns + self.ahead_ns
         return host_ns if 0 <= host_ns - stamps_ns <= _AGREES_NS else stamps_ns

@@ -66,7 +66,7 @@ class AssemblyFilter(SimpleFilter):
             self.assembler.drops[f'scan {UNSETTLED}'] += 1
             return
         try:
-            scan = self.assembler.scan(message)
+            scan = self.assembler.scan(message, self._clock.now_ns())
         except RefusedScanError as error:
             self._warn(f'scan dropped: {error}')
             return

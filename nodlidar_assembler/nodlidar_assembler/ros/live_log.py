@@ -16,8 +16,12 @@ def record(config: AssemblerConfig, scan: str, joint_states: str, seconds: float
     rclpy.init()
     try:
         node = rclpy.create_node('calibrate')
+
+        def add_scan(message: LaserScan) -> None:
+            recorder.add_scan(message, node.get_clock().now().nanoseconds)
+
         for kind, topic, add in (
-            (LaserScan, scan, recorder.add_scan),
+            (LaserScan, scan, add_scan),
             (JointState, joint_states, recorder.add_joint_state),
         ):
             node.create_subscription(kind, topic, add, qos_profile_sensor_data)
