@@ -50,7 +50,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     console = Console(stderr=True)
     hidden = not console.is_terminal or console.is_dumb_terminal
     bar = track(clouds, 'mapping', console=console, transient=True, disable=hidden)
-    found = estimates(mapper, bar, log)
+    found = estimates(mapper, bar, log, config)
     poses = np.stack([mapper.pose_of(each) for each in found])
     stamps_ns = [each.stamp_ns for each in found]
     surface, _ = write_map(

@@ -3,9 +3,11 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.ego_motion import OdometryConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
@@ -14,6 +16,8 @@ from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.poses import Array
 import numpy as np
 from scipy.spatial.transform import Rotation
+
+LIMITS = OdometryConfig()
 
 
 def drive_in(bag: Path, config: AssemblerConfig) -> SensorLog:
@@ -30,18 +34,23 @@ def drive_in(bag: Path, config: AssemblerConfig) -> SensorLog:
 
 
 def clouds_of(log: SensorLog, config: AssemblerConfig) -> list[Points]:
-    """Return the deskewed clouds of a drive that have odometry."""
-    clouds, _ = assemble_log(log, Pipeline(config))
+    """Return the deskewed clouds of a drive that have odometry; raises BagError without any."""
+    clouds, drops = assemble_log(log, Pipeline(config))
+    if not clouds:
+        reasons = ', '.join(f'{n} {reason}' for reason, n in drops.items()) or 'no whole sweep'
+        raise BagError(f'no cloud from {len(log.scans)} scans: {reasons}')
     return clouds
 
 
-def estimates(mapper: Mapper, clouds: Iterable[Points], log: SensorLog) -> list[Estimate]:
+def estimates(
+    mapper: Mapper, clouds: Iterable[Points], log: SensorLog, limits: OdometryConfig = LIMITS
+) -> list[Estimate]:
     """Map the clouds of a drive; return where each was taken, as known at that time."""
     return [
         mapper.add(
             cloud.stamp_ns,
             coordinates(cloud),
-            odometry_at(log, cloud.stamp_ns),
+            odometry_at(log, cloud.stamp_ns, limits),
             age=age_of(cloud),
         )
         for cloud in clouds
@@ -58,10 +67,10 @@ def age_of(cloud: Points) -> Array:
     return (cloud.stamp_ns - cloud.time_ns) / NS_PER_S
 
 
-def odometry_at(log: SensorLog, stamp_ns: int) -> Array:
+def odometry_at(log: SensorLog, stamp_ns: int, limits: OdometryConfig = LIMITS) -> Array:
     """Return the pose of the clouds' frame in that of odometry at an instant, as a matrix."""
     assert log.odometry is not None
-    found = log.odometry.at(np.array([stamp_ns]), AssemblerConfig())
+    found = log.odometry.at(np.array([stamp_ns]), limits)
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_quat(found.orientation[0]).as_matrix()
     pose[:3, 3] = found.position[0]

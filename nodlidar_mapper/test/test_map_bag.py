@@ -1,5 +1,7 @@
 """The command map_bag: its files, read by other programs' formats, and its errors."""
 
+from dataclasses import replace
+
 from matplotlib.image import imread
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_mapper.map_bag import main
@@ -13,12 +15,12 @@ import pytest
 import yaml
 
 START_NS = 10**18
+NOD = NodTrajectory(-0.6136, 0.6136, 7547 / 10240, 7547, START_NS)
 
 
 @pytest.fixture(scope='module')
 def recording():
-    nod = NodTrajectory(-0.6136, 0.6136, 7547 / 10240, 7547, START_NS)
-    return simulate(load_scene('room', 'turn'), nod, 9.0, 1, start_ns=START_NS)
+    return simulate(load_scene('room', 'turn'), NOD, 9.0, 1, start_ns=START_NS)
 
 
 @pytest.fixture(scope='module')
@@ -97,3 +99,26 @@ def test_what_is_not_allowed_is_named(output, tmp_path, capsys, name, value):
 def test_a_missing_bag_is_one_line(tmp_path, capsys):
     assert main([str(tmp_path / 'none'), str(tmp_path / 'out')]) == 1
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_bag_without_a_whole_sweep_is_one_line(tmp_path, capsys):
+    short = simulate(load_scene('room', 'turn'), NOD, 0.35, 1, start_ns=START_NS)
+    write_bag(short, tmp_path / 'bag')
+    assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert 'no cloud from 3 scans: no whole sweep' in line
+
+
+def test_slow_odometry_is_used_as_the_parameters_allow(recording, tmp_path):
+    slow = replace(
+        recording,
+        odometry_stamp_ns=recording.odometry_stamp_ns[::25],
+        odometry_pose=recording.odometry_pose[::25],
+        true_pose=recording.true_pose[::25],
+    )
+    assert np.diff(slow.odometry_stamp_ns).min() > 0.2e9  # the default
+    write_bag(slow, tmp_path / 'bag')
+    given = {'assembler': {'ros__parameters': {'max_odometry_gap': 1.0}}}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
+    folders = [str(tmp_path / name) for name in ('bag', 'out')]
+    assert main([*folders, '--params', str(tmp_path / 'map.yaml')]) == 0

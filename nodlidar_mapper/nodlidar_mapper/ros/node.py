@@ -74,7 +74,7 @@ class MapperNode(Node):
 
     def _continue_with(self, mapper: LiveMapper) -> None:
         """Continue with another map; where the robot is in it, is not known yet."""
-        self._mapper, self._map_from_odometry = mapper, None
+        self._mapper, self._map_from_odometry, self._given = mapper, None, None
         self.output.begin()
 
     # Clouds.
@@ -132,13 +132,12 @@ class MapperNode(Node):
 
     def _time_went_back(self) -> None:
         """Keep the map, unless a bag begins again; where the robot is in it, nobody knows."""
-        self._given = None
         if self.get_parameter('use_sim_time').value:
             self.get_logger().warning('time went back: the map begins anew')
             self._continue_with(self._first_mapper())
             return
         self.get_logger().warning('time went back: the robot is searched in the whole map')
-        self._map_from_odometry = None
+        self._map_from_odometry = self._given = None
         if self.output.progress is not None:  # it stays, to be drawn and saved
             self._mapper = continued(self.output.progress, self.config)
 
