@@ -46,9 +46,9 @@ def test_reversals_at_one_instant_are_not_kept_for_ever():
     assert len(gatherer._reversals_ns) == MOST_REVERSALS
 
 
-def test_scans_of_one_instant_make_a_cloud_after_some_time():
-    gatherer = SweepGatherer(30.0)
-    clouds = [c for _ in range(2 * MOST_SCANS + 1) for c in gatherer.add_scan(points_at(BEGIN_NS))]
+def test_scans_of_nearly_one_instant_make_a_cloud_after_some_time():
+    gatherer, scans = SweepGatherer(30.0), (points_at(BEGIN_NS + k) for k in range(9000))
+    clouds = [cloud for _ in range(2 * MOST_SCANS + 1) for cloud in gatherer.add_scan(next(scans))]
     assert [len(cloud.data) for cloud in clouds] == [MOST_SCANS, MOST_SCANS]
 
 

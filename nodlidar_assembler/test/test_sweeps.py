@@ -134,3 +134,13 @@ def test_scans_that_overlap_a_little_are_of_one_cloud():
     (cloud,) = (cloud for scan in scans for cloud in gatherer.add_scan(scan))
     assert len(cloud.data) == 4 * 103 + 51
     assert cloud.data['ring'].max() == 4
+
+
+def test_a_scan_that_arrives_twice_is_in_its_cloud_once():
+    gatherer, clouds = SweepGatherer(max_duration=30.0), []
+    for k in (0, 1, 1, 2, 2):
+        clouds += gatherer.add_scan(scan_of(START_NS + k * 100_000_000))
+    gatherer.add_reversal(START_NS + 300_000_000)
+    clouds += gatherer.add_scan(scan_of(START_NS + 300_000_000))
+    assert [cloud.data['ring'].max() for cloud in clouds] == [2]
+    assert np.diff(clouds[0].time_ns).min() > 0

@@ -57,11 +57,16 @@ class SweepGatherer:
         self._reversals_ns.clear()
 
     def add_scan(self, points: Points) -> list[Points]:
-        """Add the points of the next scan; return the completed clouds."""
+        """Add the points of the next scan; return the completed clouds.
+
+        A scan that ends with the last one is left out, as when it arrives twice.
+        """
         if not len(points.data):
             return []
         # The first beams of a scan may be stamped before the last ones of the scan before.
-        if self._scans and points.time_ns[-1] < self._newest_ns():
+        if self._scans and points.time_ns[-1] <= self._newest_ns():
+            if points.time_ns[-1] == self._newest_ns():
+                return []
             self.end()  # time went back
         clouds, self._ended = self._ended, []
         if self._scans and self._is_too_long(points):
