@@ -111,3 +111,8 @@ def test_what_is_removed_is_counted_among_the_remarks():
     (outcome,) = assembler.ready(10**7)
     assert len(outcome.assembled.placed.beams) == 3
     assert assembler.remarks == {'points removed as mixed pixels': 3}
+
+
+def test_infinity_is_no_measurement_also_where_it_is_the_longest_range():
+    endless = ScanGeometry(3, 0.0, STEP, 0.1 / 1024, 0.02, math.inf)
+    assert not veiled(np.float32([1.0, math.inf, 1.0]), endless, CONFIG).any()
