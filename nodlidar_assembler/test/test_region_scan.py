@@ -246,6 +246,21 @@ def test_feedback_counts_down_to_the_end():
     assert (scan.progress(BEGIN_NS + 1000 * S).time_to_go, scan.is_over) == (0.0, False)
 
 
+def test_points_that_the_cloud_lacks_are_named():
+    """As after odometry has jumped, 0.4 s from the start."""
+    scan = RegionScan(plan_of(Region()), BEGIN_NS, BEGIN_NS)
+    ranges = np.full(URG.beams, 2.0, dtype=np.float32)
+    for k in range(8):
+        made = assembled_of(
+            Scan(BEGIN_NS + k * PERIOD_NS, URG, ranges), BEAMS, np.zeros(URG.beams)
+        )
+        scan.add(replace(made, jumped=k == 4))
+    scan.end('cancelled')
+    last_beam = 3 * 0.1 + 681 * 0.1 / 1024
+    assert scan.message == f'cancelled; the cloud lacks the points of the first {last_beam:.1f} s'
+    assert scan.points.time_ns[0] >= BEGIN_NS + 4 * PERIOD_NS
+
+
 def test_scans_that_come_twice_or_late_count_once():
     plan = plan_of(Region())
     scan = RegionScan(plan, BEGIN_NS, BEGIN_NS)

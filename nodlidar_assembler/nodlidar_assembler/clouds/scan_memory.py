@@ -86,6 +86,11 @@ class ScanMemory:
         ):
             self._forget()
 
+    @property
+    def forgotten_ns(self) -> int:
+        """The newest instant of which points were forgotten [ns]; -1 if none were."""
+        return self._forgotten_ns
+
     def between(self, begin_ns: int, end_ns: int) -> Points | None:
         """Return the points of an interval as one cloud, as if it were one sweep; None if none.
 

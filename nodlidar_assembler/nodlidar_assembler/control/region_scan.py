@@ -127,8 +127,12 @@ class RegionScan:
 
     def end(self, message: str) -> None:
         """End it for a reason, unless it is over."""
-        if not self.is_over:
-            self.is_over, self.message = True, message
+        if self.is_over:
+            return
+        self.is_over, self.message = True, message
+        lost = (self._memory.forgotten_ns - self._start_ns) / NS_PER_S
+        if lost >= 0.0:
+            self.message += f'; the cloud lacks the points of the first {lost:.1f} s'
 
     def progress(self, now_ns: int) -> Progress:
         """Return the progress at an instant [ns].
