@@ -9,7 +9,7 @@ from nodlidar_assembler.clouds.joint_history import JointHistory, JointSamples
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
-from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
+from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_assembler.waiting import WaitingConfig, WaitingLine
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose

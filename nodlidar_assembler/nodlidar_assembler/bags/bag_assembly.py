@@ -11,8 +11,7 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_assembler.clouds.origins import frame_of
 from nodlidar_assembler.clouds.pipeline import Assembled
-from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
-from nodlidar_assembler.clouds.time_order import TimeOrder, TRANSFORM_OUT_OF_ORDER
+from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS, TimeOrder, TRANSFORM_OUT_OF_ORDER
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler

@@ -15,8 +15,9 @@ from typing import Any
 from nodlidar_assembler.clouds.band_segments import Segments, segments_in_band
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig, ranges_of
 from nodlidar_assembler.clouds.pipeline import Assembled, LONGEST_SWEEP
-from nodlidar_assembler.clouds.reversals import ReversalFinder, TIME_JUMP_NS
+from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import MOST_SCANS
+from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray

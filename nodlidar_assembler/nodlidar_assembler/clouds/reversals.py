@@ -4,10 +4,10 @@ from collections import deque
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
+
 # Return from an extreme that confirms a reversal [rad]: four encoder steps of the RX-24F.
 HYSTERESIS = 0.02
-# A sample older than the last one by this much means that the clock was set.
-TIME_JUMP_NS = 1_000_000_000
 # Samples kept while the joint hardly moves: 100 s at 100 Hz.
 MOST_SAMPLES = 10_000
 

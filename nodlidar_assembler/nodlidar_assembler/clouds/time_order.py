@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
-
 Sample = TypeVar('Sample')
+# A sample older than the last one by this much means that the clock was set.
+TIME_JUMP_NS = 1_000_000_000
 # So many consecutive samples of another time show that time itself jumped.
 LEAST_TO_JUMP = 3
 TRANSFORM_OUT_OF_ORDER = 'transform whose stamp does not fit its neighbours'

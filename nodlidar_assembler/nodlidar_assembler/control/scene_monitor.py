@@ -6,7 +6,7 @@ from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
 from nodlidar_assembler.clouds.geometry import MountConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled
-from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
+from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape

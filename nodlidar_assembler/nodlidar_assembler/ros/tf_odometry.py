@@ -5,8 +5,7 @@ from collections.abc import Callable, Collection, Sequence
 import math
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.clouds.reversals import TIME_JUMP_NS
-from nodlidar_assembler.clouds.time_order import TimeOrder, TRANSFORM_OUT_OF_ORDER
+from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS, TimeOrder, TRANSFORM_OUT_OF_ORDER
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
 from rclpy.clock import ClockType, JumpThreshold
