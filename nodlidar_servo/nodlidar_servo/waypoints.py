@@ -7,7 +7,7 @@ a plan stops at a limit.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 from nodlidar_common.dynamics import cruising_speed, Dynamics
@@ -18,6 +18,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 HORIZON = 1.0
 """A plan reaches at least this time [s] ahead, and ends at a reversal."""
+
+HELD = 0.5
+"""A stop lasts this time [s]: a controller refuses what ends before it arrives."""
 
 _STEADY = 0.02  # rad, the least distance from the plan of a joint that does not follow it
 _SMOOTH = 0.25  # of the speed of the nod, by which tuning changes the velocity, at reversals
@@ -75,6 +78,11 @@ def stop(
     pitch = sample.pitch + coasted + sample.velocity * braking / 2.0
     pitch = min(max(pitch, min(limits[0], sample.pitch)), max(limits[1], sample.pitch))
     return Waypoint(now_ns + max(round(braking * NS_PER_S), 1), pitch, 0.0)
+
+
+def held(rest: Waypoint) -> list[Waypoint]:
+    """Return the waypoints of a joint that stays where it is at rest."""
+    return [rest, replace(rest, time_ns=rest.time_ns + round(HELD * NS_PER_S))]
 
 
 class Planner:

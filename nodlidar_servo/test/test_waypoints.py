@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from nodlidar_common.dynamics import cruising_speed, Dynamics
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.tracking import NodTracker
-from nodlidar_servo.waypoints import leg, Planner, stop
+from nodlidar_servo.waypoints import held, leg, Planner, stop
 import numpy as np
 import pytest
 from spline_controller import SplineController
@@ -25,11 +25,10 @@ class Sample:
     velocity: float
 
 
-def sent(controller, plan, now_ns):
+def sent(controller, plan, now_ns, measured=None):
     begin = plan[0].time_ns
-    controller.accept(
-        begin, [(each.time_ns - begin, each.pitch, each.velocity) for each in plan], now_ns
-    )
+    points = [(each.time_ns - begin, each.pitch, each.velocity) for each in plan]
+    controller.accept(begin, points, now_ns, measured)
 
 
 def test_a_leg_is_a_trapezoid_of_speed_in_closed_form():
@@ -84,6 +83,15 @@ def test_a_joint_stops_within_the_mount_however_old_the_sample(pitch, velocity, 
     assert stop(sample, now_ns, 50.0, (-0.8, 0.8)).pitch == pytest.approx(expected)
     plan = Planner(DYNAMICS, (-0.8, 0.8)).plan(NOD, sample, now_ns)
     assert plan[0].pitch == pytest.approx(expected)
+
+
+@pytest.mark.parametrize('velocity', [0.0, 0.05, -3.0])
+def test_a_stop_is_accepted_also_if_it_arrives_after_the_joint_is_at_rest(velocity):
+    rest, controller = stop(Sample(T0, 0.2, velocity), T0, 50.0, LIMITS), SplineController(0.2)
+    sent(controller, held(rest), T0 + 300_000_000)
+    assert controller.refusals == []
+    for later in (400_000_000, 2 * S):
+        assert controller.sample(T0 + later) == (pytest.approx(rest.pitch), pytest.approx(0.0))
 
 
 @pytest.mark.parametrize('sweep_duration', [0.4, 0.74, 8.0])
@@ -177,7 +185,8 @@ def test_the_phase_of_a_joint_that_lags_is_kept(lag):
         if step == 20_000:
             tracker.nod = replace(NOD, pitch_min=-0.2, sweep_duration=0.61)
         if step % 100 == 0:
-            sent(controller, planner.plan(tracker.led, Sample(now, p, v), now), now)
+            plan = planner.plan(tracker.led, Sample(now, p, v), now)
+            sent(controller, plan, now + 3_000_000, (p, v))
     assert controller.refusals == []
     assert abs(tracker.phase.error) < 2e-3
     last = np.array(pitches[-5000:])

@@ -23,7 +23,7 @@ from nodlidar_servo.ros.messages import status_message, take_command
 from nodlidar_servo.ros.trajectory_message import trajectory_message
 from nodlidar_servo.trajectory_config import TrajectoryConfig
 from nodlidar_servo.trajectory_diagnosis import TrajectoryDiagnosis
-from nodlidar_servo.waypoints import Planner, stop
+from nodlidar_servo.waypoints import held, Planner, stop
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
@@ -132,7 +132,7 @@ class TrajectoryNode(DeviceNode):
         if self._is_moving and self._sample is not None and self._is_recent(self._sample):
             limits = self.config.pitch_limits
             rest = stop(self._sample, self._now_ns(), self.config.acceleration, limits)
-            self._trajectory.publish(trajectory_message(self.config.joint_name, [rest]))
+            self._trajectory.publish(trajectory_message(self.config.joint_name, held(rest)))
         self._is_moving = False
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
 
