@@ -13,6 +13,7 @@ from nodlidar_servo.servo import Servo
 from nodlidar_servo.torque_off import torque_off
 from nodlidar_sim.devices import x_table as table
 from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.devices.servo_models import make_emulator
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.servo_motion import ServoMotion
@@ -64,6 +65,19 @@ def test_models_are_told_apart(name, number):
         other = ServoConfig(model='MX-28-2' if name != 'MX-28-2' else 'XL330-M288')
         with pytest.raises(DeviceError, match=f'model number {number} .{name}'):
             bench.connect(other)
+
+
+def test_an_xl330_has_5_volts_and_reports_its_current():
+    emulator = make_emulator('XL330-M288', ServoMotion(0.2), 0.0)
+    clock = VirtualClock(START_NS)
+    servo = Servo(VirtualPort(emulator, clock), ServoConfig(model='XL330-M288'), clock)
+    servo.connect()
+    assert (servo.limits.voltage_min, servo.limits.voltage_max) == (3.5, 7.0)
+    emulator.load = 0.4  # of its torque, as 700 of 1750 mA
+    sample = servo.read()
+    assert sample.load == pytest.approx(0.4)
+    assert sample.voltage == pytest.approx(5.0)
+    assert emulator.table[table.LOAD] == 700
 
 
 def test_a_sample_is_what_the_shaft_does():

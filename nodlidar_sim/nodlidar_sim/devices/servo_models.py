@@ -13,7 +13,16 @@ from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.servo_section import load_servo
 
-_MX28_SPEED = 55.0 * math.tau / 60.0  # without load at 12 V (e-manual) [rad/s]
+# Speeds without load, of the MX-28 at 12 V and the XL330 at 5 V (e-manual) [rad/s].
+_MX28_SPEED, _XL330_SPEED = 55.0 * math.tau / 60.0, 103.0 * math.tau / 60.0
+_XL330 = partial(
+    XServoEmulator,
+    model=1200,
+    fastest=_XL330_SPEED,
+    supply=5.0,
+    voltages=(35, 70),
+    load_unit=1750,
+)
 
 
 class EmulatedServo(NamedTuple):
@@ -28,6 +37,7 @@ EMULATED = {
     'RX-24F': EmulatedServo(Rx24fEmulator, 1, 'rx24f'),
     'XL430-W250': EmulatedServo(XServoEmulator, 3, 'xl430'),
     'MX-28-2': EmulatedServo(partial(XServoEmulator, model=30, fastest=_MX28_SPEED), 3, 'mx28'),
+    'XL330-M288': EmulatedServo(_XL330, 3, 'xl330'),
     'STS3215': EmulatedServo(StsEmulator, 0, 'sts3215'),
 }
 

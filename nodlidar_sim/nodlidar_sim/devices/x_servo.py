@@ -24,8 +24,6 @@ _DELAY_UNIT_NS = 2_000
 _PING_STEP_NS = 3_000_000  # between answers of two IDs to a ping of all, as the SDK expects
 _OVERHEAD = 11  # bytes of an answer without data
 _ZERO_TICK = 2048  # at pitch 0
-_LOAD_UNIT = 1000
-_SUPPLY = 12.0  # V
 
 
 class XServoEmulator(PositionServo):
@@ -38,7 +36,11 @@ class XServoEmulator(PositionServo):
     model
         Model number: 1060 is the XL430-W250.
     fastest
-        Speed without load at 12 V [rad/s]; by default, that of the XL430-W250.
+        Speed without load at its supply [rad/s]; by default, that of the XL430-W250.
+    supply, voltages
+        Voltage of the supply [V]; lowest and highest allowed voltage by its registers [0.1 V].
+    load_unit
+        The register of the load at the greatest torque.
     servo_id, baud, return_delay
         Initial values of these registers; the factory settings are 1, 1 (57600 bit/s) and 250.
     latency_timer
@@ -56,6 +58,9 @@ class XServoEmulator(PositionServo):
         *,
         model: int = table.MODEL.default,
         fastest: float = 61.0 * 2.0 * math.pi / 60.0,
+        supply: float = 12.0,
+        voltages: tuple[int, int] = (table.VOLTAGE_MIN.default, table.VOLTAGE_MAX.default),
+        load_unit: int = 1000,
         servo_id: int = table.ID.default,
         baud: int = table.BAUD.default,
         return_delay: int = table.RETURN_DELAY.default,
@@ -63,11 +68,13 @@ class XServoEmulator(PositionServo):
     ) -> None:
         self.table = table.XTable()
         values = {table.MODEL: model, table.ID: servo_id, table.BAUD: baud}
-        for register, value in (values | {table.RETURN_DELAY: return_delay}).items():
+        values |= {table.RETURN_DELAY: return_delay}
+        values |= dict(zip((table.VOLTAGE_MIN, table.VOLTAGE_MAX), voltages, strict=True))
+        for register, value in values.items():
             self.table[register] = value
-        self._fastest = fastest
+        self._fastest, self._supply, self._load_unit = fastest, supply, load_unit
         self._heard_ns = 0
-        super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, _SUPPLY)
+        super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, supply)
 
     @property
     def bit_rate(self) -> float:
@@ -215,7 +222,7 @@ class XServoEmulator(PositionServo):
         registers = self.table
         if not registers[table.TORQUE_ENABLE] or self._has_expired:
             return None
-        fastest = self._fastest * self.voltage / _SUPPLY
+        fastest = self._fastest * self.voltage / self._supply
         speed = registers[table.PROFILE_VELOCITY] * SPEED_UNIT
         goal = (registers[table.GOAL] - _ZERO_TICK) * TICK
         return goal, min(speed or fastest, fastest)
@@ -228,7 +235,7 @@ class XServoEmulator(PositionServo):
         position = float(self._motion.encoder(at)[0]) / TICK + _ZERO_TICK
         registers[table.POSITION] = round(position)
         registers[table.VELOCITY] = round(speed / SPEED_UNIT)
-        registers[table.LOAD] = round((self.load + self._motion.load(now_ns)) * _LOAD_UNIT)
+        registers[table.LOAD] = round((self.load + self._motion.load(now_ns)) * self._load_unit)
         registers[table.MOVING] = int(abs(speed) > 1e-9)
         registers[table.VOLTAGE] = round(self.voltage * 10.0)
         registers[table.TEMPERATURE] = round(self.temperature)
