@@ -7,6 +7,24 @@ import math
 MAX_SPEED = 6.0
 MAX_ACCELERATION = 150.0
 TIMING_ERROR = 0.003
+# Mean speed of the nod [rad/s] that each servo is planned for, with a URG-04LX-UG01 on it. MX-28,
+# XL430, STS3215 and XL330-M288: what they hold in simulation over 1.2272 rad (`python -m bench
+# servos`): they reach the limits within 10 %, and their reversals scatter by less than 1 ms. The
+# others have the RX-24F's share of their speed without load, but for the XL330-M077, whose torque
+# is too low for this lidar: a guess.
+MAX_SPEEDS = {
+    'RX-24F': MAX_SPEED,
+    'RX-28': 4.0,
+    'RX-64': 3.0,
+    'AX-12A': 2.8,
+    'AX-18A': 4.6,
+    'MX-28': 4.2,
+    'MX-28-2': 4.2,
+    'XL430-W250': 3.2,
+    'XL330-M288': 1.7,
+    'XL330-M077': 1.0,
+    'STS3215': 2.9,
+}
 # The slowest nod that it follows evenly [rad/s]; a step of its register of speeds is 0.0116 rad/s.
 MIN_SPEED = 0.02
 # By how much its advance may differ from revolution to revolution of the lidar [rad]: a step of

@@ -16,6 +16,7 @@ from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_planner.pattern.servo import (
     MAX_ACCELERATION,
     MAX_SPEED,
+    MAX_SPEEDS,
     shortest_by_mean_speed,
     TIMING_ERROR,
 )
@@ -41,13 +42,18 @@ class Request:
         If a value is out of its range, or contradicts another one.
     """
 
+    servo: str = parameter(
+        'RX-24F',
+        f'Servo whose fastest nod is planned for: {", ".join(MAX_SPEEDS)}',
+        choices=tuple(MAX_SPEEDS),
+    )
     speed_min: float | None = parameter(
         None, 'Slowest nod [default: a sweep takes 0.78 s]', unit='rad/s', minimum=1e-6
     )
     speed_max: float | None = parameter(
         None,
-        f'Fastest nod [default: that of the servo, {MAX_SPEED:g}, or less if reversals at '
-        f'{MAX_ACCELERATION:g} rad/s^2 take longer]',
+        f'Fastest nod [default: that of the servo, {MAX_SPEED:g} for an RX-24F, or less if '
+        f'reversals at {MAX_ACCELERATION:g} rad/s^2 take longer]',
         unit='rad/s',
         minimum=1e-6,
     )
@@ -125,7 +131,7 @@ class Request:
         """Return the highest speed for a task [rad/s]; raises ParameterError if it is too low."""
         if self.speed_max is not None:
             return self.speed_max
-        fastest = task.span / shortest_by_mean_speed(task.span)
+        fastest = task.span / shortest_by_mean_speed(task.span, MAX_SPEEDS[self.servo])
         if self.speed_min is not None and self.speed_min > fastest:
             limit = f'at most {fastest:.4g} rad/s, that of the servo, or speed_max given as well'
             raise ParameterError('speed_min', limit, self.speed_min)
