@@ -1,6 +1,7 @@
 """How each servo by physics does the reference nod: its motion against the commanded triangle.
 
-In the fast mode, commanded as by the servo node, joint states at 100 Hz. Motion is that of the
+Also the fastest nod that each model is planned for. In the fast mode, commanded as by the servo
+node, joint states at 100 Hz, or at 62 Hz, as with a latency timer of 16 ms. Motion is that of the
 shaft. A reversal is where the shaft is farthest, the middle of a leg where it is level.
 """
 
@@ -8,6 +9,8 @@ from itertools import pairwise
 import time
 
 from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_planner.pattern.servo import MAX_SPEEDS
+from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.nodding import nodding_servo, SETTLING
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.servo.motion import PhysicalServo
@@ -23,9 +26,11 @@ EARLIEST = 0.1  # sweeps; a servo that is earlier counts as late on the leg befo
 SLOW = 2.0  # times the duration of a sweep
 NODS = {'reference': 1.0, 'half as fast': SLOW}
 SENSOR = SensorModel(joint_rate=100.0, joint_latency=0.0015)
+SLOW_ADAPTER = SensorModel(joint_rate=62.0, joint_latency=0.015)
+PLANNED = {'as planned': SENSOR, 'as planned, 62 Hz': SLOW_ADAPTER}
 TITLE = (
     f'Servos by physics on the reference nod (span 1.2272 rad, pi rad/s) and on one at 1/{SLOW:g} '
-    f'of its speed, {DURATION:.0f} s, joint states at 100 Hz'
+    f'of its speed, {DURATION:.0f} s, joint states at 100 Hz; as planned: the fastest of the model'
 )
 
 Array = NDArray[np.float64]
@@ -33,8 +38,17 @@ Times = NDArray[np.int64]
 
 
 def results() -> list[Row]:
-    """Return a row for each set of parameters, at the reference speed and slower."""
-    return [_row(name, nod) for nod in NODS for name in servo_names()]
+    """Return a row for each set of parameters, at the reference speed, slower and as planned."""
+    rows = [
+        _row(name, nod, nod_of(slower), SENSOR)
+        for nod, slower in NODS.items()
+        for name in servo_names()
+    ]
+    fastest = {kind.parameters: MAX_SPEEDS[model] for model, kind in EMULATED.items()}
+    for title, sensor in PLANNED.items():
+        for name, speed in sorted(fastest.items()):
+            rows.append(_row(name, title, nod_of(reference_nod().speed / speed), sensor))
+    return rows
 
 
 def nod_of(slower: float) -> NodTrajectory:
@@ -49,11 +63,11 @@ def nod_of(slower: float) -> NodTrajectory:
     )
 
 
-def _row(name: str, nod_name: str) -> Row:
-    parameters, nod = load_servo(name), nod_of(NODS[nod_name])
+def _row(name: str, nod_name: str, nod: NodTrajectory, sensor: SensorModel) -> Row:
+    parameters = load_servo(name)
     end_ns = START_NS + round(DURATION * NS_PER_S)
     begin = time.process_time()
-    servo = nodding_servo(parameters, nod, SENSOR, START_NS, end_ns, seed=1)
+    servo = nodding_servo(parameters, nod, sensor, START_NS, end_ns, seed=1)
     taken = time.process_time() - begin
     times_ns = np.arange(START_NS, end_ns, NS_PER_S // 1000)
     lidar, shaft = servo.position(times_ns), servo.shaft_position(times_ns)
