@@ -23,6 +23,8 @@ class ServoModel:
         One count of the speed registers [rad/s].
     max_speed
         No-load speed at the nominal voltage [rad/s].
+    max_torque
+        Torque at standstill at the nominal voltage [Nm].
     table
         Its registers.
     most_load
@@ -35,6 +37,7 @@ class ServoModel:
     tick_angle: float
     speed_unit: float
     max_speed: float
+    max_torque: float
     table: ControlTable = TABLE_1
     most_load: int = 1023
 
@@ -59,33 +62,36 @@ _STEP_300, _STEP_360 = math.radians(300.0) / 1024, math.radians(360.0) / 4096  #
 _UNIT_1, _UNIT_MX, _UNIT_2 = _rpm(0.111), _rpm(0.114), _rpm(0.229)  # rad/s
 
 
-def _series_1(name: str, number: int, rpm: float) -> ServoModel:
+def _series_1(name: str, number: int, rpm: float, torque: float) -> ServoModel:
     """Return an AX or RX servo."""
-    return ServoModel(name, number, 1024, _STEP_300, _UNIT_1, _rpm(rpm))
+    return ServoModel(name, number, 1024, _STEP_300, _UNIT_1, _rpm(rpm), torque)
 
 
-def _series_2(name: str, number: int, rpm: float, most_load: int) -> ServoModel:
+def _series_2(name: str, number: int, rpm: float, torque: float, most_load: int) -> ServoModel:
     """Return an X or MX servo with Protocol 2.0."""
-    return ServoModel(name, number, 4096, _STEP_360, _UNIT_2, _rpm(rpm), TABLE_2, most_load)
+    return ServoModel(
+        name, number, 4096, _STEP_360, _UNIT_2, _rpm(rpm), torque, TABLE_2, most_load
+    )
 
 
-# Speeds without load by the e-manual: AX-12A, AX-18A and RX-24F at 12 V, RX-28 and RX-64 at
-# 18.5 V, XL430 and MX-28 at 12 V, XL330 at 5 V; STS3215 by Feetech at 7.4 or 12 V, its variant.
+# Speeds without load and torques at standstill by the e-manual: AX-12A, AX-18A and RX-24F at 12 V,
+# RX-28 and RX-64 at 18.5 V, XL430 and MX-28 at 12 V, XL330 at 5 V. STS3215 by Feetech: the speed
+# at 7.4 or 12 V, its variant, the torque at 12 V.
 MODELS = {
     model.name: model
     for model in (
-        _series_1('RX-24F', 24, 126.0),
-        _series_1('RX-28', 28, 85.0),
-        _series_1('RX-64', 64, 64.0),
-        _series_1('AX-12A', 12, 59.0),
-        _series_1('AX-18A', 18, 97.0),
-        ServoModel('MX-28', 29, 4096, _STEP_360, _UNIT_MX, _rpm(55.0)),
-        _series_2('MX-28-2', 30, 55.0, 1000),
-        _series_2('XL430-W250', 1060, 61.0, 1000),
+        _series_1('RX-24F', 24, 126.0, 2.6),
+        _series_1('RX-28', 28, 85.0, 3.7),
+        _series_1('RX-64', 64, 64.0, 5.3),
+        _series_1('AX-12A', 12, 59.0, 1.5),
+        _series_1('AX-18A', 18, 97.0, 1.8),
+        ServoModel('MX-28', 29, 4096, _STEP_360, _UNIT_MX, _rpm(55.0), 2.5),
+        _series_2('MX-28-2', 30, 55.0, 2.5, 1000),
+        _series_2('XL430-W250', 1060, 61.0, 1.5, 1000),
         # Their load is the current, in units of 1 mA of at most 1750.
-        _series_2('XL330-M288', 1200, 103.0, 1750),
-        _series_2('XL330-M077', 1190, 383.0, 1750),
-        ServoModel('STS3215', 777, 4096, _STEP_360, _STEP_360, _rpm(45.0), TABLE_STS, 1000),
+        _series_2('XL330-M288', 1200, 103.0, 0.52, 1750),
+        _series_2('XL330-M077', 1190, 383.0, 0.215, 1750),
+        ServoModel('STS3215', 777, 4096, _STEP_360, _STEP_360, _rpm(45.0), 2.94, TABLE_STS, 1000),
     )
 }
 
