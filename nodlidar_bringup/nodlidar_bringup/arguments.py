@@ -13,6 +13,7 @@ from nodlidar_common.parameter_file import file_values, read_parameters
 from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.parameters import limits_of
 from nodlidar_common.yaml_file import YamlError
+from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
@@ -98,10 +99,8 @@ def calibrated(values: Mapping[str, str]) -> dict[str, str]:
     return {**values, **texts}
 
 
-def servo_limits(servo: str, file: str) -> dict[str, float]:
-    """Return the parameters of the assembler that follow from what the servo can do.
-
-    They are the same shares of its speed and acceleration as those that are assumed for an RX-24F.
+def servo_config(servo: str, file: str) -> ServoConfig | TrajectoryConfig | None:
+    """Return the parameters of the servo's node; None if there is no such node.
 
     Parameters
     ----------
@@ -116,21 +115,50 @@ def servo_limits(servo: str, file: str) -> dict[str, float]:
         If a value in the file is not allowed.
     """
     if servo == 'none':
-        return {}
+        return None
     node: Any = TrajectoryConfig if servo == 'trajectory' else ServoConfig
     model = {'model': servo} if servo and node is ServoConfig else {}
-    config = node(**{**file_values(Path(file), 'servo', node), **model})
+    config: ServoConfig | TrajectoryConfig = node(
+        **{**file_values(Path(file), 'servo', node), **model}
+    )
     check_parameters(config)
+    return config
+
+
+def servo_limits(config: ServoConfig | TrajectoryConfig | None) -> dict[str, float]:
+    """Return the parameters of the assembler that follow from what the servo can do.
+
+    The speed is that of the model; a joint of ros2_control, and any acceleration, have the same
+    share of what they can do as an RX-24F.
+    """
+    if config is None:
+        return {}
     can, assumed, reference = config.dynamics, NodConfig(), ServoConfig().dynamics
-    shares = {
-        'max_nod_speed': can.max_speed / reference.max_speed,
-        'max_nod_acceleration': can.acceleration / reference.acceleration,
-    }
-    limits = {each.name: limits_of(each) for each in fields(NodConfig)}
+    if isinstance(config, ServoConfig):
+        speed = MAX_SPEEDS[config.model]
+    else:
+        speed = assumed.max_nod_speed * can.max_speed / reference.max_speed
+    acceleration = assumed.max_nod_acceleration * can.acceleration / reference.acceleration
+    found = {'max_nod_speed': speed, 'max_nod_acceleration': acceleration}
+    limits: dict[str, Any] = {each.name: limits_of(each) for each in fields(NodConfig)}
     return {
-        name: min(max(getattr(assumed, name) * share, limits[name].minimum), limits[name].maximum)
-        for name, share in shares.items()
+        name: min(max(value, limits[name].minimum), limits[name].maximum)
+        for name, value in found.items()
     }
+
+
+def joint_limits(config: ServoConfig | TrajectoryConfig | None) -> dict[str, str]:
+    """Return the limits of the joint for the robot model; what is missing, the model has."""
+    if config is None:
+        return {}
+    limits = {
+        'lower': config.pitch_lower_limit,
+        'upper': config.pitch_upper_limit,
+        'velocity': config.dynamics.max_speed,
+    }
+    if isinstance(config, ServoConfig):
+        limits['effort'] = config.scale.model.max_torque
+    return {name: str(limit) for name, limit in limits.items()}
 
 
 def check_namespace(text: str) -> None:

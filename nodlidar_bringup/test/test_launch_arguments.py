@@ -7,20 +7,25 @@ from nodlidar_bringup.arguments import (
     calibrated,
     check,
     check_mapping,
+    joint_limits,
     numbers,
     robot_description,
+    servo_config,
     servo_limits,
 )
 from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NodTrajectory
-from nodlidar_planner.pattern.servo import shortest_by_mean_speed
+from nodlidar_planner.pattern.servo import MAX_SPEEDS, shortest_by_mean_speed
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.models import MODELS
 from nodlidar_servo.trajectory_config import TrajectoryConfig
+from nodlidar_sim.devices.servo_models import EMULATED
 import numpy as np
 import pytest
 
 FASTEST = 1023 * 0.111  # rpm that the register of an RX-24F can hold
+RPM = math.tau / 60.0  # rad/s
 XACRO = Path(__file__).parents[1] / 'urdf' / 'robot.urdf.xacro'
 PLACES = {
     'mount_xyz': '0 0 1.0',
@@ -92,15 +97,15 @@ def test_good_arguments_pass(values, change):
         ),
         (
             'servo',
-            'XL330-M288',
-            "'servo' must be one of RX-24F, XL430-W250, MX-28-2, STS3215 in sim",
+            'XL330-M077',
+            "'servo' must be one of RX-24F, XL430-W250, MX-28-2, XL330-M288, STS3215 in sim",
         ),
         (
             'lidar',
             'none',
             "'lidar' must be one of URG-04LX-UG01, UST-10LX, UST-20LX, UTM-30LX",
         ),
-        ('servo', 'none', "'servo' must be one of RX-24F, XL430-W250, MX-28-2, STS3215 in sim"),
+        ('servo', 'none', "'servo' must be one of RX-24F, XL430-W250, MX-28-2, XL330-M288"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],
 )
@@ -159,8 +164,8 @@ def test_a_missing_calibration_is_named(values):
     [
         ('', '{}', 6.0, 150.0),
         ('RX-24F', '{model: AX-12A}', 6.0, 150.0),
-        ('', '{model: AX-12A, acceleration: 40.0}', 6.0 * 59.0 / FASTEST, 30.0),
-        ('XL430-W250', '{}', 6.0 * 61.0 / FASTEST, 150.0),
+        ('', '{model: AX-12A, acceleration: 40.0}', MAX_SPEEDS['AX-12A'], 30.0),
+        ('XL430-W250', '{}', MAX_SPEEDS['XL430-W250'], 150.0),
         ('trajectory', '{}', 6.0 * 6.0 / (FASTEST * math.tau / 60.0), 37.5),
         ('trajectory', '{max_speed: 0.01, acceleration: 1.0}', 0.01, 1.0),
     ],
@@ -168,14 +173,30 @@ def test_a_missing_calibration_is_named(values):
 def test_the_nod_is_planned_for_the_servo(tmp_path, servo, text, speed, acceleration):
     path = tmp_path / 'servo.yaml'
     path.write_text(f'servo: {{ros__parameters: {text}}}\n')
-    limits = servo_limits(servo, str(path))
+    limits = servo_limits(servo_config(servo, str(path)))
     assert limits == pytest.approx({'max_nod_speed': speed, 'max_nod_acceleration': acceleration})
 
 
-@pytest.mark.parametrize('model', ['RX-24F', 'XL430-W250', 'STS3215', 'XL330-M077', 'trajectory'])
+def test_a_nod_is_planned_for_every_model_and_none_is_faster_than_its_servo():
+    assert list(MAX_SPEEDS) == list(MODELS)
+    assert all(speed < 0.75 * MODELS[name].fastest for name, speed in MAX_SPEEDS.items())
+
+
+def test_the_table_of_the_servos_says_what_the_code_says():
+    page = (Path(__file__).parents[2] / 'nodlidar_servo' / 'README.md').read_text()
+    rows = [line.split('|')[1:-1] for line in page.splitlines() if line.startswith('|')]
+    cells = {row[0].strip(): [cell.strip() for cell in row] for row in rows}
+    for name, model in MODELS.items():
+        _, _, simulated, speed, torque, nod, _ = cells[name]
+        assert (simulated != 'no') == (name in EMULATED), name
+        assert float(speed) == pytest.approx(model.max_speed, abs=0.051), name
+        assert (float(torque), float(nod)) == (model.max_torque, MAX_SPEEDS[name])
+
+
+@pytest.mark.parametrize('model', [*MODELS, 'trajectory'])
 def test_a_servo_accepts_every_nod_that_is_planned_for_it(values, model):
     config = TrajectoryConfig() if model == 'trajectory' else ServoConfig(model=model)
-    limits = servo_limits(model, values['servo_params'])
+    limits = servo_limits(servo_config(model, values['servo_params']))
     for span in np.geomspace(0.05, 1.6, 100):
         sweep = shortest_by_mean_speed(float(span), *limits.values())
         check_nod(NodTrajectory(-span / 2, span / 2, sweep, 1, 0), -0.8, 0.8, config.dynamics)
@@ -185,5 +206,27 @@ def test_what_is_wrong_with_the_servo_s_parameters_is_named(tmp_path):
     path = tmp_path / 'servo.yaml'
     path.write_text('servo: {ros__parameters: {model: RX-99}}\n')
     with pytest.raises(NodlidarError, match="'model' must be one of"):
-        servo_limits('', str(path))
-    assert servo_limits('none', str(path)) == {}
+        servo_config('', str(path))
+    assert servo_limits(servo_config('none', str(path))) == {}
+
+
+@pytest.mark.parametrize(
+    ('servo', 'text', 'expected'),
+    [
+        ('', '{}', {'lower': -0.8, 'upper': 0.8, 'velocity': FASTEST * RPM, 'effort': 2.6}),
+        (
+            'XL330-M288',
+            '{pitch_upper_limit: 0.5}',
+            {'lower': -0.8, 'upper': 0.5, 'velocity': 103 * RPM, 'effort': 0.52},
+        ),
+        ('trajectory', '{max_speed: 3.0}', {'lower': -0.8, 'upper': 0.8, 'velocity': 3.0}),
+        ('none', '{}', {}),
+    ],
+)
+def test_the_joint_of_the_robot_model_has_the_limits_of_the_servo(tmp_path, servo, text, expected):
+    path = tmp_path / 'servo.yaml'
+    path.write_text(f'servo: {{ros__parameters: {text}}}\n')
+    limits = joint_limits(servo_config(servo, str(path)))
+    assert {name: float(limit) for name, limit in limits.items()} == pytest.approx(
+        expected, rel=1e-3
+    )

@@ -6,6 +6,7 @@ from pathlib import Path
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_servo.config import ServoConfig
 from nodlidar_sim.world.scene import load_scene, scene_names
+from nodlidar_sim.world.servo.parameters import ServoParameters
 import numpy as np
 import pytest
 from urdf_parser_py.urdf import URDF
@@ -31,10 +32,47 @@ def test_positive_positions_turn_the_beam_up():
     assert joint.axis == [0.0, -1.0, 0.0]
 
 
-def test_the_limits_are_those_of_the_servo_node():
-    limit = model().joint_map['nod_joint'].limit
-    servo = ServoConfig()
+def test_the_limits_are_those_of_the_servo_node_unless_others_are_given():
+    limit, servo = model().joint_map['nod_joint'].limit, ServoConfig()
     assert (limit.lower, limit.upper) == (servo.pitch_lower_limit, servo.pitch_upper_limit)
+    assert limit.velocity == pytest.approx(servo.dynamics.max_speed, rel=1e-3)
+    assert limit.effort == servo.scale.model.max_torque
+    given = {'lower': '-0.5', 'upper': '0.4', 'velocity': '3', 'effort': '0.5'}
+    limit = model(**given).joint_map['nod_joint'].limit
+    assert {name: float(text) for name, text in given.items()} == {
+        name: getattr(limit, name) for name in given
+    }
+
+
+def test_every_part_of_the_sensor_has_a_mass_and_an_inertia_that_a_body_can_have():
+    links = model().link_map
+    # KDL ignores the inertia of a root, and robot_state_publisher warns of it.
+    assert links.pop('base_link').inertial is None
+    for name, link in links.items():
+        inertia = np.array(link.inertial.inertia.to_matrix())
+        moments = np.linalg.eigvalsh(inertia)
+        assert link.inertial.mass > 0.0, name
+        assert moments[0] > 0.0, name
+        assert moments[2] <= moments[0] + moments[1] + 1e-12, name  # of any distribution of mass
+    assert links['laser'].inertial.mass == ServoParameters().load_mass
+
+
+def test_inertias_are_those_of_the_shapes_filled_evenly():
+    rng = np.random.default_rng(1)
+    for name in ('nodlidar_base_link', 'nodlidar_tilt_link', 'laser'):
+        link = model().link_map[name]
+        shape, points = link.visual.geometry, rng.uniform(-0.5, 0.5, (200_000, 3))
+        if name == 'laser':
+            points = points[np.hypot(points[:, 0], points[:, 1]) < 0.5]
+            points = points * (2 * shape.radius, 2 * shape.radius, shape.length)
+        else:
+            points = points * shape.size
+        second = points.T @ points / len(points) * link.inertial.mass
+        expected = np.trace(second) * np.eye(3) - second
+        np.testing.assert_allclose(
+            link.inertial.inertia.to_matrix(), expected, atol=0.02 * expected.max()
+        )
+        assert link.inertial.origin.xyz == link.visual.origin.xyz
 
 
 def test_the_laser_is_where_the_assembler_takes_it_to_be():

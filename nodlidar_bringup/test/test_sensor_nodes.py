@@ -35,6 +35,11 @@ def test_the_servo_node_starts_unless_the_joint_is_left_to_others(executables, s
     assert executables(hardware='real', servo=servo) == nodes
 
 
+def test_a_robot_whose_description_has_the_sensor_publishes_it_itself(executables):
+    nodes = executables(hardware='real', servo='trajectory', description='none')
+    assert nodes == ['driver', 'trajectory', 'assembler']
+
+
 @pytest.mark.parametrize('lidar', ['none', 'rplidar'])
 def test_the_driver_starts_unless_another_one_publishes_scans(executables, lidar):
     nodes = executables(hardware='real', lidar=lidar)

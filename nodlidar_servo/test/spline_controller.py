@@ -1,6 +1,6 @@
 """A joint_trajectory_controller for tests, by the rules in its source.
 
-ros2_controllers 4.42 (branch jazzy): `validate_trajectory_msg`, `fill_partial_goal` and `update` in
+ros2_controllers 4.42 (Jazzy): `validate_trajectory_msg`, `fill_partial_goal` and `update` in
 joint_trajectory_controller.cpp, `sample` and `interpolate_between_points` in trajectory.cpp.
 Position interface, splines, its other parameters at their defaults, unless given.
 """

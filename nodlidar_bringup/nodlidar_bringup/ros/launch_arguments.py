@@ -17,6 +17,8 @@ def share(package: str, path: str) -> str:
 
 OTHER_DRIVERS = ('rplidar', 'ldlidar', 'ydlidar', 'urg_node2')  # each has a file in config/lidars
 
+DESCRIPTIONS = ('robot', 'ros2_control')  # each is a file in urdf
+
 ARGUMENTS: dict[str, dict[str, Any]] = {
     'hardware': {
         'default_value': 'sim',
@@ -142,6 +144,13 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'default_value': '0 0 0',
         'description': 'orientation of the lidar in the nodding frame: roll pitch yaw [rad]; a '
         'positive pitch turns the beams down, after REP 103',
+    },
+    'description': {
+        'default_value': 'robot',
+        'description': 'robot model: robot; ros2_control, the same with a joint that '
+        'ros2_control moves; or a xacro file like urdf/robot.urdf.xacro; none: no '
+        'robot_state_publisher, because the description of your robot has the sensor '
+        '(urdf/nodlidar.urdf.xacro)',
     },
     'driver_params': {
         'default_value': share('nodlidar_driver', 'config/driver.yaml'),

@@ -10,7 +10,12 @@ from launch.actions import Shutdown
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_bringup import arguments
-from nodlidar_bringup.ros.launch_arguments import ARGUMENTS, OTHER_DRIVERS, share
+from nodlidar_bringup.ros.launch_arguments import (
+    ARGUMENTS,
+    DESCRIPTIONS,
+    OTHER_DRIVERS,
+    share,
+)
 from nodlidar_bringup.ros.tied_node import tied_node
 
 
@@ -56,7 +61,10 @@ class Sensor:
             nodes.append(self.driver())
         if self.values['servo'] != 'none':
             nodes.append(self.servo())
-        return [*nodes, self.assembler(), self.state_publisher(), *self.views()]
+        nodes.append(self.assembler())
+        if self.values['description'] != 'none':
+            nodes.append(self.state_publisher())
+        return [*nodes, *self.views()]
 
     def views(self) -> list[Node]:
         """Return what shows the sensor."""
@@ -147,6 +155,10 @@ class Sensor:
         is_default = file == ARGUMENTS['servo_params']['default_value']
         return share('nodlidar_servo', 'config/trajectory.yaml') if is_default else file
 
+    def servo_config(self) -> Any:
+        """Return the parameters of the servo's node; None if there is no such node."""
+        return arguments.servo_config(self.values['servo'], self.servo_file())
+
     def assembler(self) -> Node:
         """Return the assembler."""
         files = [self.profile(), self.values['assembler_params']]
@@ -179,7 +191,7 @@ class Sensor:
         The files come later and take precedence, also those for all nodes, over which values in
         the place of a file would.
         """
-        found = arguments.servo_limits(self.values['servo'], self.servo_file())
+        found = arguments.servo_limits(self.servo_config())
         values = [word for name, value in found.items() for word in ('-p', f'{name}:={value}')]
         return ['--ros-args', *values] if values else []
 
@@ -190,10 +202,12 @@ class Sensor:
     def state_publisher(self) -> Node:
         """Return the node that publishes the robot model and its transforms."""
         places = ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy')
-        description = arguments.robot_description(
-            share('nodlidar_bringup', 'urdf/robot.urdf.xacro'),
-            {name: self.values[name] for name in places} | {'prefix': self.frame('')},
-        )
+        given = {name: self.values[name] for name in places} | {'prefix': self.frame('')}
+        limits = arguments.joint_limits(self.servo_config())
+        model = str(self.values['description'])
+        if model in DESCRIPTIONS:
+            model = share('nodlidar_bringup', f'urdf/{model}.urdf.xacro')
+        description = arguments.robot_description(model, given | limits)
         own = {'robot_description': text(description)}
         if self.values['tf_rate']:
             own['publish_frequency'] = arguments.tf_rate(self.values['tf_rate'])
