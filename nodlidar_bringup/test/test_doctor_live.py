@@ -88,3 +88,28 @@ def test_each_fault_is_named(faulty_system, capsys):
     assert '/dev/ttyACM77' in missing['text']  # the parameter of the driver
     assert '12 V' in found['reported']['remedy']
     assert report['faults'] >= 12
+
+
+def test_the_port_of_hardware_that_ros2_control_drives_is_left_alone(capsys):
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node(
+        'servo',
+        namespace='apart',
+        context=context,
+        parameter_overrides=[Parameter('controller', value='joint_trajectory_controller')],
+        automatically_declare_parameters_from_overrides=True,
+    )
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    spinning = threading.Thread(target=executor.spin, daemon=True)
+    spinning.start()
+    try:
+        options = ['--namespace', '/apart', '--servo-port', '/dev/ttyUSB77', '--no-ask']
+        main(['--json', '--seconds', '1', *options])
+    finally:
+        executor.shutdown()
+        rclpy.shutdown(context=context)
+        spinning.join()
+    ports = json.loads(capsys.readouterr().out)['subjects']['ports']
+    assert [each for each in ports if 'servo' in each['text']] == []

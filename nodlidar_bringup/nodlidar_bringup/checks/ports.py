@@ -116,16 +116,18 @@ def may_ask(port: Port) -> bool:
     return port.exists and port.may_use and not used
 
 
-def check_ports(lidar: Port, servo: Port, settings: ServoSettings) -> list[Finding]:
+def check_ports(lidar: Port, servo: Port | None, settings: ServoSettings) -> list[Finding]:
     """Return what is wrong with the ports.
 
     Parameters
     ----------
     lidar, servo
-        The ports.
+        The ports; None for the servo if ros2_control moves the joint.
     settings
         What the servo's node expects.
     """
+    if servo is None:
+        return _check_port(lidar)
     if (
         lidar.exists
         and servo.exists

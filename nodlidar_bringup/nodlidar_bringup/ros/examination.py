@@ -46,6 +46,7 @@ _SETTINGS = {
     'servo': ('use_sim_time', 'port', 'baud_rate', 'servo_id'),
     'assembler': ('use_sim_time', 'laser_xyz', 'laser_rpy'),
 }
+_OF_ROS2_CONTROL = ('use_sim_time', 'controller')  # of the node that takes the servo's place
 Settings = dict[str, dict[str, Any]]
 
 
@@ -106,6 +107,8 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
     running = watch.graph().nodes
     wanted = {f'{space}/{name}': keys for name, keys in _SETTINGS.items()}
     settings = settings_of(node, {name: keys for name, keys in wanted.items() if name in running})
+    if settings.get(f'{space}/servo') == {}:  # a node that has not all of them answers with none
+        settings |= settings_of(node, {f'{space}/servo': _OF_ROS2_CONTROL})
     lifecycle = [name for name in running if name in {f'{space}/{n}' for n in LIFECYCLE}]
     settings = {name.rsplit('/', 1)[-1]: values for name, values in settings.items()}
     watch.listen(max(options.seconds, 1.0))
@@ -173,8 +176,10 @@ def _of_mount(watch: SystemWatch, frames: Frames) -> list[Finding]:
 
 def _examine_ports(options: Namespace, settings: Settings) -> list[Finding]:
     lidar = _port(LIDAR, options.lidar_port, settings.get('driver', {}).get('port'), options)
-    servo = _port(SERVO, options.servo_port, settings.get('servo', {}).get('port'), options)
     given = settings.get('servo', {})
+    servo = None  # the port of a joint of ros2_control is none of ours
+    if 'controller' not in given:
+        servo = _port(SERVO, options.servo_port, given.get('port'), options)
     expected = ServoSettings(
         options.baud_rate or given.get('baud_rate', ServoSettings.baud_rate),
         given.get('servo_id', ServoSettings.servo_id)
