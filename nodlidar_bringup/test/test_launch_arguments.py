@@ -98,14 +98,14 @@ def test_good_arguments_pass(values, change):
         (
             'servo',
             'XL330-M077',
-            "'servo' must be one of RX-24F, XL430-W250, MX-28-2, XL330-M288, STS3215 in sim",
+            "'servo' must be one of RX-24F, XL430-W250, MX-28, MX-28-2, XL330-M288, STS3215 in sim",
         ),
         (
             'lidar',
             'none',
             "'lidar' must be one of URG-04LX-UG01, UST-10LX, UST-20LX, UTM-30LX",
         ),
-        ('servo', 'none', "'servo' must be one of RX-24F, XL430-W250, MX-28-2, XL330-M288"),
+        ('servo', 'none', "'servo' must be one of RX-24F, XL430-W250, MX-28, MX-28-2, XL330-M288"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],
 )

@@ -114,7 +114,7 @@ def test_the_lidar_s_place_is_the_assembler_s_and_the_model_s(tmp_path):
     observer.close()
 
 
-@pytest.mark.parametrize(('own', 'speed'), [('{}', 3.223), ('{max_nod_speed: 2.5}', 2.5)])
+@pytest.mark.parametrize(('own', 'speed'), [('{}', 3.2), ('{max_nod_speed: 2.5}', 2.5)])
 def test_the_assembler_plans_for_the_servo_unless_its_file_says_otherwise(tmp_path, own, speed):
     file = tmp_path / 'assembler.yaml'
     file.write_text(f'/**: {{ros__parameters: {own}}}\n')

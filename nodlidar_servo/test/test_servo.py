@@ -1,4 +1,5 @@
 from contextlib import suppress
+import math
 
 from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_servo.config import ServoConfig
@@ -52,6 +53,21 @@ def test_a_servo_from_the_factory_is_set_up():
     assert bench[table.RETURN_DELAY] == 0
     assert bench[table.TORQUE_LIMIT] == 512
     assert bench[table.TORQUE_ENABLE] == 0
+
+
+def test_an_mx28_of_protocol_1_is_measured_and_driven_in_its_own_steps():
+    bench, tick, unit = Bench(kind=table.MX28), 2.0 * math.pi / 4096, 0.114 * math.tau / 60.0
+    servo = bench.connect(ServoConfig(model='MX-28'))
+    assert (bench[table.MODEL], bench[table.CCW_LIMIT]) == (29, 4095)
+    servo.drive(0.6, 2.0)
+    assert bench[table.GOAL] == 2048 + round(0.6 / tick)
+    assert bench[table.MOVING_SPEED] == round(2.0 / unit)
+    for _ in range(50):
+        sample = servo.read()
+    assert sample.velocity == pytest.approx(2.0, abs=unit)
+    assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=tick)
+    bench.pass_time(1.0)
+    assert servo.read().pitch == pytest.approx(0.6, abs=tick)
 
 
 def test_torque_left_on_by_a_crash_is_switched_off():

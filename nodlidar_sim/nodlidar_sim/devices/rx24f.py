@@ -13,9 +13,11 @@ from nodlidar_sim.devices.rx24f_table import (
     ControlTable,
     Errors,
     ID,
+    Kind,
     REGISTERED,
     RETURN_DELAY,
     RETURN_LEVEL,
+    RX24F,
 )
 from nodlidar_sim.world.motion import ServoShaft
 
@@ -32,6 +34,8 @@ class Rx24fEmulator(BusServo):
     ----------
     motion
         Motion of shaft and lidar, which follows the servo's goals.
+    kind
+        An RX-24F, or an MX-28 with Protocol 1.0.
     servo_id, baud, return_delay
         Initial values of these registers. The bit rate is 2 Mbit/s / (baud + 1), the unit of the
         delay 2 us. The factory settings are 1, 34 and 250.
@@ -52,13 +56,14 @@ class Rx24fEmulator(BusServo):
         self,
         motion: ServoShaft,
         *,
+        kind: Kind = RX24F,
         servo_id: int = ID.default,
         baud: int = BAUD.default,
         return_delay: int = RETURN_DELAY.default,
         latency_timer: float = 0.0,
         invert: bool = False,
     ) -> None:
-        self.table = ControlTable()
+        self.table = ControlTable(kind)
         self.table[ID], self.table[BAUD] = servo_id, baud
         self.table[RETURN_DELAY] = return_delay
         self.motor = Rx24fMotor(motion, self.table, invert)

@@ -16,6 +16,7 @@ from nodlidar_sim.devices.rx24f_table import (
     MOVING_SPEED,
     POSITION,
     PUNCH,
+    RX24F,
     SHUTDOWN,
     SPEED,
     TEMPERATURE,
@@ -30,18 +31,16 @@ from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 
-TICK = math.radians(300.0) / 1024
+TICK = RX24F.tick
 """Angle from a position to the next [rad]."""
 
-SPEED_UNIT = 0.111 * 2.0 * math.pi / 60.0
+SPEED_UNIT = RX24F.speed_unit
 """Step of the speed registers [rad/s]."""
 
-_LAST_TICK = 1023
 _VALUE_BITS = 0x3FF
 _CLOCKWISE = 0x400
-_SPEED_PER_VOLT = 126.0 * 2.0 * math.pi / 60.0 / 12.0
+_SUPPLY = 12.0  # V
 _WITHOUT_END = 1e6  # goal that is never reached in wheel mode [rad]
-_ZERO_TICK = 512  # at pitch 0
 _TURN = 2.0 * math.pi
 
 
@@ -67,11 +66,11 @@ class Rx24fMotor:
     """
 
     def __init__(self, motion: ServoShaft, table: ControlTable, invert: bool) -> None:
-        self.voltage = 12.0
+        self.voltage = _SUPPLY
         self.temperature = 35.0
         self.load = 0.0
         self._motion = motion
-        self._table = table
+        self._table, self._kind = table, table.kind
         self._sign = -1.0 if invert else 1.0
         self._target: tuple[float, float] | None = None
         self._compliance: Compliance | None = None
@@ -112,7 +111,7 @@ class Rx24fMotor:
         """Update the registers that report the state."""
         speed = self._sign * float(self._motion.shaft_velocity(np.array([now_ns]))[0])
         self._table[POSITION] = self._position(now_ns)
-        self._table[SPEED] = _with_direction(speed / SPEED_UNIT)
+        self._table[SPEED] = _with_direction(speed / self._kind.speed_unit)
         load = self.load + self._motion.load(now_ns)
         self._table[LOAD] = _with_direction(self._sign * load * _VALUE_BITS)
         self._table[MOVING] = int(abs(speed) > 1e-9)
@@ -145,8 +144,8 @@ class Rx24fMotor:
         table = self._table
         if not table[TORQUE_ENABLE] or not self._torque_limit:
             return None
-        fastest = self.voltage * _SPEED_PER_VOLT
-        speed = (table[MOVING_SPEED] & _VALUE_BITS) * SPEED_UNIT
+        fastest = self._kind.fastest * self.voltage / _SUPPLY
+        speed = (table[MOVING_SPEED] & _VALUE_BITS) * self._kind.speed_unit
         if not table.wheel_mode:
             return self._pitch(table[GOAL]), min(speed or fastest, fastest)
         if speed == 0.0:
@@ -155,15 +154,16 @@ class Rx24fMotor:
         return self._sign * direction * _WITHOUT_END, min(speed, fastest)
 
     def _pitch(self, tick: int) -> float:
-        return self._sign * (tick - _ZERO_TICK) * TICK
+        return self._sign * (tick - self._kind.ticks // 2) * self._kind.tick  # level in the middle
 
     def _position(self, now_ns: int) -> int:
         """Return the nearest tick, limited to their range; in wheel mode modulo a full turn."""
         pitch = float(self._motion.encoder(np.array([now_ns]))[0])
-        ticks = self._sign * pitch / TICK + _ZERO_TICK
+        kind = self._kind
+        ticks = self._sign * pitch / kind.tick + kind.ticks // 2
         if self._table.wheel_mode:
-            ticks %= _TURN / TICK
-        return min(max(round(ticks), 0), _LAST_TICK)
+            ticks %= _TURN / kind.tick
+        return min(max(round(ticks), 0), kind.ticks - 1)
 
 
 def _with_direction(value: float) -> int:

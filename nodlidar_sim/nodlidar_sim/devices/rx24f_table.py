@@ -1,12 +1,46 @@
-"""The control table of an RX-24F: registers, defaults, limits and the rules for writing them."""
+"""The control table of an RX-24F: registers, defaults, limits and the rules for writing them.
 
+An MX-28 with Protocol 1.0 has the same registers, but for its gains in place of the compliance,
+which are not emulated.
+"""
+
+from dataclasses import dataclass, replace
 from enum import IntFlag
+import math
 
 from nodlidar_sim.devices.registers import Register, Registers
 
 SIZE = 50
 EEPROM_END = 24
 RX24F_MODEL = 24
+
+
+_RPM = math.tau / 60.0  # rad/s
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What differs between servos with this table.
+
+    Attributes
+    ----------
+    model
+        Model number.
+    ticks, tick
+        Number of positions, and the angle from one to the next [rad].
+    speed_unit, fastest
+        Step of the speed registers, and speed without load at 12 V [rad/s].
+    """
+
+    model: int
+    ticks: int
+    tick: float
+    speed_unit: float
+    fastest: float
+
+
+RX24F = Kind(RX24F_MODEL, 1024, math.radians(300.0) / 1024, 0.111 * _RPM, 126.0 * _RPM)
+MX28 = Kind(29, 4096, math.radians(360.0) / 4096, 0.114 * _RPM, 55.0 * _RPM)
 
 
 class Errors(IntFlag):
@@ -61,8 +95,9 @@ REGISTERS = tuple(value for value in list(globals().values()) if isinstance(valu
 class ControlTable(Registers):
     """The bytes of the table; the rules for writing apply to the host, not to the servo."""
 
-    def __init__(self) -> None:
-        super().__init__(REGISTERS, SIZE)
+    def __init__(self, kind: Kind = RX24F) -> None:
+        self.kind = kind
+        super().__init__([_of_kind(register, kind) for register in REGISTERS], SIZE)
 
     @property
     def wheel_mode(self) -> bool:
@@ -71,7 +106,7 @@ class ControlTable(Registers):
 
     def errors_of(self, address: int, data: bytes) -> Errors:
         """Return the errors that a write of the host would cause."""
-        trial = ControlTable()
+        trial = ControlTable(self.kind)
         trial._bytes[:] = self._bytes
         return trial.write(address, data)
 
@@ -99,12 +134,24 @@ class ControlTable(Registers):
         for register in self.touched(address, size):
             if register.high is None or not register.low <= self[register] <= register.high:
                 errors |= Errors.RANGE
-        if GOAL in self.touched(address, size) and not self._goal_within_limits():
-            errors |= Errors.ANGLE_LIMIT
+            if register.address == GOAL.address and not self._goal_within_limits():
+                errors |= Errors.ANGLE_LIMIT
         return errors
 
     def _goal_within_limits(self) -> bool:
         return self.wheel_mode or self[CW_LIMIT] <= self[GOAL] <= self[CCW_LIMIT]
+
+
+def _of_kind(register: Register, kind: Kind) -> Register:
+    """Return a register with the default and the limit that it has in a kind of servo."""
+    last = kind.ticks - 1
+    own: dict[Register, dict[str, int]] = {
+        MODEL: {'default': kind.model},
+        CW_LIMIT: {'high': last},
+        CCW_LIMIT: {'high': last, 'default': last},
+        GOAL: {'high': last},
+    }
+    return replace(register, **own.get(register, {}))
 
 
 _WRITABLE = {
