@@ -98,7 +98,7 @@ def test_good_arguments_pass(values, change):
         (
             'servo',
             'XL330-M077',
-            "'servo' must be one of RX-24F, XL430-W250, MX-28, MX-28-2, XL330-M288, STS3215 in sim",
+            "'servo' must be one of RX-24F, XL430-W250, MX-28, MX-28-2, XL330-M288, STS3215",
         ),
         (
             'lidar',
