@@ -17,6 +17,7 @@ from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate
 from nodlidar_planner.holes.hole import Hole
 from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_planner.plan_scan import command, planning, progress
 from nodlidar_planner.plan_scan.options import objective_of, parse, Request
@@ -79,6 +80,15 @@ def test_the_json_object_has_every_key_with_its_type(plan_of):
     assert plan['nominal'] is None
     assert isinstance(plan['notes'], list)
     assert 'alternatives' not in plan
+
+
+@pytest.mark.parametrize(
+    ('servo', 'slowest'),  # a sweep of 1.2272 rad takes up to 8000 / 10240 s
+    [('XL430-W250', 1.5708), ('XL330-M288', 1.5708), ('XL330-M077', MAX_SPEEDS['XL330-M077'] / 2)],
+)
+def test_the_nod_is_one_that_the_servo_can_do(plan_of, servo, slowest):
+    plan = plan_of('--servo', servo, *PERFECT)
+    assert slowest - 1e-3 <= plan['speed'] <= MAX_SPEEDS[servo]
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from nodlidar_planner.choice.front import PATIENCE
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.coverage.coverage import MAX_SAMPLES_PER_SWEEP
 from nodlidar_planner.error_budget.parameters import ErrorParameters
+from nodlidar_planner.pattern.band import USEFUL_SWEEP
 from nodlidar_planner.pattern.servo import (
     MAX_ACCELERATION,
     MAX_SPEED,
@@ -48,7 +49,10 @@ class Request:
         choices=tuple(MAX_SPEEDS),
     )
     speed_min: float | None = parameter(
-        None, 'Slowest nod [default: a sweep takes 0.78 s]', unit='rad/s', minimum=1e-6
+        None,
+        'Slowest nod [default: a sweep takes 0.78 s, or half as fast as a slower servo]',
+        unit='rad/s',
+        minimum=1e-6,
     )
     speed_max: float | None = parameter(
         None,
@@ -136,6 +140,16 @@ class Request:
             limit = f'at most {fastest:.4g} rad/s, that of the servo, or speed_max given as well'
             raise ParameterError('speed_min', limit, self.speed_min)
         return fastest
+
+    def slowest(self, task: Task) -> float | None:
+        """Return the lowest speed for a task [rad/s]; None for that of sweeps of 0.78 s.
+
+        For a servo that is slower than that, it is half of its highest.
+        """
+        if self.speed_min is None and self.speed_max is None:
+            fastest = self.fastest(task)
+            return fastest / 2.0 if fastest * USEFUL_SWEEP[1] < task.span else None
+        return self.speed_min
 
     @property
     def on_the_front(self) -> bool:

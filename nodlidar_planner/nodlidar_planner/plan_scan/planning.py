@@ -75,7 +75,7 @@ def find(task: Task, request: Request) -> Answer:
         n_s = request.samples_per_sweep
         plan = evaluate(task, n_s, start, error, objective.hole_after, progress=progress)
         return Answer(task, objective, [plan])
-    samples = samples_in_band(task, request.speed_min, request.fastest(task))
+    samples = samples_in_band(task, request.slowest(task), request.fastest(task))
     count = request.top or (1 if request.json else 10)
     best = plans(task, samples, objective, start, error, count, progress)
     if error == 0.0:
@@ -109,7 +109,7 @@ def _samples(task: Task, request: Request) -> NDArray[np.int64]:
     """Return the N_s to choose from; only some with a timing error, whose runs take long."""
     if request.samples_per_sweep is not None:
         return np.array([request.samples_per_sweep])
-    samples = samples_in_band(task, request.speed_min, request.fastest(task))
+    samples = samples_in_band(task, request.slowest(task), request.fastest(task))
     return samples if request.error == 0.0 else _thinned(samples, ON_FRONT_UNDER_ERROR)
 
 
@@ -127,7 +127,8 @@ def _plot(path: Path, answer: Answer, request: Request) -> None:
         instant = answer.objective.hole_after
         write_front_picture(path, answer.task, answer.plans[0], instant, answer.front)
         return
-    samples = samples_in_band(answer.task, request.speed_min, request.fastest(answer.task))
+    task = answer.task
+    samples = samples_in_band(task, request.slowest(task), request.fastest(task))
     figures = survey(answer.task, samples, request.start_pitch, progress)
     completion = np.array([each.completion_time for each in figures])
     some = _thinned(samples, SHOWN_UNDER_ERROR)
