@@ -180,7 +180,7 @@ FAULTS = [
         'joint missing',
         'frame_prefix:=',
     ),
-    (check_content(replace(CONTENT, positions=[0.1, 0.11])), 'joint stands still', '12 V'),
+    (check_content(replace(CONTENT, positions=[0.1, 0.11])), 'joint stands still', 'supply'),
     (check_frames(replace(FRAMES, parents=without('laser'))), 'transform missing', 'model'),
     (check_frames(Frames()), 'transform missing', 'robot_state_publisher'),
     (
@@ -202,6 +202,16 @@ FAULTS = [
         check_frames(replace(FRAMES, lever=(0.01, 0.0, 0.05))),
         'lever arms differ',
         'laser_xyz:="0.01 0 0.05"',
+    ),
+    (
+        check_reports((Report('servo', 2, 'supply is 4.4 V, outside 4.5 to 6.0 V'),), True),
+        'reported',
+        'what its model needs',
+    ),
+    (
+        check_reports((Report('servo', 2, 'in multi-turn mode: set its angle limits'),), True),
+        'reported',
+        'nodlidar_servo setup',
     ),
     (
         check_reports((Report('servo', 2, 'the servo has shut down (overload)'),), True),

@@ -86,7 +86,7 @@ def test_each_fault_is_named(faulty_system, capsys):
     } <= found.keys()
     missing, _ = (each for each in findings if each['check'] == 'port missing')
     assert '/dev/ttyACM77' in missing['text']  # the parameter of the driver
-    assert '12 V' in found['reported']['remedy']
+    assert 'supply the servo' in found['reported']['remedy']
     assert report['faults'] >= 12
 
 

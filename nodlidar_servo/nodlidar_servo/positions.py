@@ -15,7 +15,7 @@ class PositionCheck:
     From one position to the next a servo keeps its velocity or slows down, apart from what 1.5
     times its acceleration can change in this time, and some ticks. The range grows with
     time, so that after a lasting jump (the shaft was turned by hand) positions are accepted again
-    within about 0.1 s.
+    within 0.2 s.
 
     Parameters
     ----------

@@ -145,7 +145,7 @@ def check_content(content: Content) -> list[Finding]:
         text = f'the joint stands still at {content.positions[-1]:.3f} rad'
         remedy = (
             f'ros2 topic echo --once {content.namespace}/servo/status, and /diagnostics: torque, '
-            'supply of 12 V, command_nod of the assembler'
+            'the supply of the servo, command_nod of the assembler'
         )
         findings.append(fault('joint stands still', text, remedy))
     return findings
