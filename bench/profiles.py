@@ -16,11 +16,12 @@ from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 
 from bench.accuracy import pitch_rms
 from bench.hot_paths import interleaved
-from bench.reference import joints_at, real_room, simulated_room
+from bench.reference import joints_at, real_room, SAMPLES_PER_SWEEP, simulated_room
 from bench.replay import messages_of, times_per_scan
 from bench.report import Row
 from bench.scans import latency, samples_for
@@ -32,9 +33,12 @@ FEEDBACK_RATE = {'fast': 20.0, 'balanced': 100.0}  # nodlidar_bringup/config
 BALANCED = 'balanced'
 ERROR, COMPUTATION = 'distance to balanced', 'computation to balanced'
 DISTANCE, IDEAL = 'RMS distance, real devices [mm]', 'RMS distance, ideal devices [mm]'
+DEFAULT_NOD = 'the same, default nod [mm]'
+SEEDS = range(6)
 TITLE = (
-    f'Profiles: the room, {DURATION:.0f} s at N_s = 4001, URG-04LX-UG01 on an RX-24F, or ideal '
-    f'devices; distance to the surfaces, beams up to {FAR:g} m'
+    f'Profiles: the room, {DURATION:.0f} s at N_s = {SAMPLES_PER_SWEEP}, or the default '
+    f'{AssemblerConfig.samples_per_sweep}; URG-04LX-UG01 on an RX-24F, means of {len(SEEDS)} '
+    f'runs, or ideal devices; distance to the surfaces, beams up to {FAR:g} m'
 )
 
 
@@ -42,11 +46,13 @@ TITLE = (
 class Found:
     """RMS distance to the surfaces with real and ideal devices [m], latency, times per scan [s].
 
-    `pitch` is the RMS error of pitch with real devices [rad].
+    `pitch` is the RMS error of pitch with real devices [rad], `default_nod` as `surface` with the
+    nod of the default parameters.
     """
 
     pitch: float
     surface: float
+    default_nod: float
     ideal: float
     latency: float
     computation: float
@@ -63,7 +69,8 @@ def results(rounds: int = ROUNDS) -> list[Row]:
     found = {
         name: Found(
             pitch_rms(recordings[name], Pipeline(config).estimator),
-            _surface_rms(recordings[name], config),
+            _mean_rms(sensors[name], config, SAMPLES_PER_SWEEP),
+            _mean_rms(sensors[name], config, config.samples_per_sweep),
             _surface_rms(ideal[name], config),
             latency(simulated_log(recordings[name]), Pipeline(config)),
             computation[name],
@@ -80,6 +87,7 @@ def _row(name: str, own: Found, balanced: Found) -> Row:
         'joint states [Hz]': FEEDBACK_RATE[name],
         'RMS pitch error [mrad]': own.pitch * 1e3,
         DISTANCE: own.surface * 1e3,
+        DEFAULT_NOD: own.default_nod * 1e3,
         ERROR: own.surface / balanced.surface,
         IDEAL: own.ideal * 1e3,
         'latency after the last beam [ms]': own.latency * 1e3,
@@ -88,6 +96,14 @@ def _row(name: str, own: Found, balanced: Found) -> Row:
         'callbacks per scan [us]': own.callbacks * 1e6,
         'callbacks to balanced': own.callbacks / balanced.callbacks,
     }
+
+
+def _mean_rms(sensor: SensorModel, config: AssemblerConfig, samples_per_sweep: int) -> float:
+    runs = (
+        real_room(DURATION, sensor, seed=seed, samples_per_sweep=samples_per_sweep)
+        for seed in SEEDS
+    )
+    return float(np.mean([_surface_rms(run, config) for run in runs]))
 
 
 def _surface_rms(simulated: Recording, config: AssemblerConfig) -> float:

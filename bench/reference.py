@@ -25,13 +25,13 @@ REVERSAL_ERROR = 0.003  # of a typical servo, standard deviation [s]
 FAST_ADAPTER = 0.0015  # latency of an adapter whose timer is set to 1 ms [s]
 
 
-def reference_nod() -> NodTrajectory:
+def reference_nod(samples_per_sweep: int = SAMPLES_PER_SWEEP) -> NodTrajectory:
     """Return the nod of the publication's experiments, with half a sample of phase."""
     return NodTrajectory(
         pitch_min=-SPAN / 2,
         pitch_max=SPAN / 2,
-        sweep_duration=SAMPLES_PER_SWEEP * BEAM_PERIOD,
-        samples_per_sweep=SAMPLES_PER_SWEEP,
+        sweep_duration=samples_per_sweep * BEAM_PERIOD,
+        samples_per_sweep=samples_per_sweep,
         reference_time_ns=START_NS - round(0.5e9 * BEAM_PERIOD),
     )
 
@@ -51,6 +51,7 @@ def real_room(
     sensor: SensorModel | None = None,
     velocity: tuple[float, float] = STANDING,
     seed: int = 0,
+    samples_per_sweep: int = SAMPLES_PER_SWEEP,
     **errors: Any,
 ) -> Recording:
     """Return a recording of the room as shipped, with the errors of lidar and servo.
@@ -65,11 +66,14 @@ def real_room(
         Of the base, constant [m/s, rad/s].
     seed
         Of the noise.
+    samples_per_sweep
+        N_s of the nod.
     **errors
         Attributes of the scene instead of its own: `lidar`, `servo`.
     """
     scene = replace(load_scene('room'), base_velocity=velocity, **errors)
-    return simulate(scene, reference_nod(), duration, seed, start_ns=START_NS, sensor=sensor)
+    nod = reference_nod(samples_per_sweep)
+    return simulate(scene, nod, duration, seed, start_ns=START_NS, sensor=sensor)
 
 
 def simulated_room(
