@@ -11,6 +11,7 @@ from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_assembler.ros.coverage_report import fill_coverage
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_common.errors import NodlidarError
+from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_common.ros.steady import create_steady_timer
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.action import ScanRegion
@@ -19,7 +20,6 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.task import Future
 
 FEEDBACK_PERIOD = 0.5  # s
@@ -66,18 +66,20 @@ class RegionAction:
             cancel_callback=self._cancel,
             result_timeout=RESULT_TIMEOUT,
         )
-        node.create_subscription(
-            NodStatus,
-            'servo/status',
-            self._hear_status,
-            QoSProfile(depth=1),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
+        self._statuses = PolledSubscription(node, NodStatus, 'servo/status', QoSProfile(depth=1))
 
     @property
     def is_busy(self) -> bool:
         """Whether a goal runs."""
         return self._scan is not None
+
+    @property
+    def mount(self) -> tuple[float, float]:
+        """Limits of the mount [rad]: those that the servo tells, or else the configured ones."""
+        for status in self._statuses.take():
+            if status.pitch_lower_limit < status.pitch_upper_limit:
+                self._mount = status.pitch_lower_limit, status.pitch_upper_limit
+        return self._mount or (self._config.pitch_min, self._config.pitch_max)
 
     def plan(self, config: AssemblerConfig) -> None:
         """Use other parameters for the next goals."""
@@ -98,10 +100,6 @@ class RegionAction:
         if self._scan is not None:
             self._scan.end(message)
             self._check()
-
-    def _hear_status(self, status: NodStatus) -> None:
-        if status.pitch_lower_limit < status.pitch_upper_limit:
-            self._mount = status.pitch_lower_limit, status.pitch_upper_limit
 
     def _check(self) -> None:
         """Give the nod back as soon as the scan is over."""
@@ -150,8 +148,7 @@ class RegionAction:
         keys = Region.__dataclass_fields__
         region = Region(**{key: getattr(goal, key) for key in keys})
         controller = self._nod.controller
-        mount = self._mount or (self._config.pitch_min, self._config.pitch_max)
-        plan = region_plan(region, controller.config, controller.task, mount, controller.step)
+        plan = region_plan(region, controller.config, controller.task, self.mount, controller.step)
         start_ns = self._nod.now_ns()
         begin_ns = self._nod.take_over(plan.shape)
         try:
