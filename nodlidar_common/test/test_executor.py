@@ -1,4 +1,4 @@
-"""The executor of the nodes: QoS events are looked at once a second, all else at once."""
+"""The executor of the nodes: what wakes it, and how often."""
 
 import time
 
@@ -55,4 +55,16 @@ def test_between_two_looks_events_do_not_wake_the_node(node, monkeypatch):
         looks.append({executor.can_execute(event) for event in node.waitables})
         assert all(executor.can_execute(timed) for timed in node.subscriptions)
     assert looks == [{True}, {False}, {False}, {False}] * 3
+    executor.shutdown()
+
+
+def test_the_end_of_a_callback_does_not_wake_the_node(node, monkeypatch):
+    executor, ran = Executor(), []
+    executor.add_node(node)
+    timer = node.create_timer(0.01, lambda: (ran.append(True), timer.cancel()))
+    assert spin_until(executor, lambda: bool(ran))
+    asked, able = [], executor.can_execute
+    monkeypatch.setattr(executor, 'can_execute', lambda each: asked.append(each) or able(each))
+    executor.spin_once(timeout_sec=0.05)
+    assert asked.count(timer) == 1
     executor.shutdown()

@@ -1,5 +1,6 @@
 """The executor of the nodes."""
 
+from types import SimpleNamespace
 from typing import Any
 
 from nodlidar_common.nod import NS_PER_S
@@ -7,13 +8,18 @@ from nodlidar_common.ros.steady import steady_ns
 from rclpy.event_handler import EventHandler
 from rclpy.executors import SingleThreadedExecutor
 
+# In place of the guard condition by which a callback tells other threads that it has ended.
+_SILENT = SimpleNamespace(trigger=lambda: None)
+
 
 class Executor(SingleThreadedExecutor):
     """Runs the callbacks of a node; looks at its QoS events, which are warnings, once a second.
 
     Each topic has two of them. Looked at whenever the node wakes up, they take as long as all else
-    that rclpy does then.
+    that rclpy does then. Nor does the end of a callback wake the node, once more for nothing.
     """
+
+    _guard: Any
 
     def __init__(self) -> None:
         super().__init__()
@@ -32,3 +38,11 @@ class Executor(SingleThreadedExecutor):
         if not self._looks_at_events and isinstance(entity, EventHandler):
             return False
         return bool(super().can_execute(entity))
+
+    def _make_handler(self, *arguments: Any) -> Any:
+        """Return the task that runs a callback."""
+        guard, self._guard = self._guard, _SILENT
+        try:
+            return super()._make_handler(*arguments)
+        finally:
+            self._guard = guard
