@@ -9,7 +9,6 @@ from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.callback_groups import CallbackGroup
-from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import get_logger
@@ -27,6 +26,7 @@ _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _STATES = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 # Shortest interval of transforms [ns] at which looking for states is cheaper than being woken.
 _LEAST_LOOK_NS = 20_000_000
+_LONGEST_WAIT = 0.2  # s; then signals are noticed
 
 
 class _WithoutWaking(CallbackGroup):
@@ -67,13 +67,14 @@ class RobotStatePublisher(Node):
         self._states = self.create_subscription(
             JointState, 'joint_states', self._joint_states_arrived, _STATES, **polled
         )
-        if looks:
-            clock = Clock(clock_type=ClockType.STEADY_TIME)
-            self.create_timer(self._interval_ns * 1e-9, self._look, clock=clock)
+        self.look_period = min(self._interval_ns * 1e-9, _LONGEST_WAIT) if looks else _LONGEST_WAIT
         self.get_logger().info('Robot initialized')
 
-    def _look(self) -> None:
-        """Take the joint states that have come."""
+    def look(self) -> None:
+        """Take the joint states that have come; call it every `look_period` [s].
+
+        A timer would wake the executor, which takes longer for it than for a wait that is over.
+        """
         with self._states.handle:
             while taken := self._states.handle.take_message(JointState, False):
                 self._joint_states_arrived(taken[0])
@@ -87,7 +88,7 @@ class RobotStatePublisher(Node):
         now_ns = self.get_clock().now().nanoseconds
         if self._throttle.went_back(now_ns):
             self.get_logger().warning('Moved backwards in time, re-publishing joint transforms!')
-        stamp_ns = rclpy.time.Time.from_msg(stamp).nanoseconds
+        stamp_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
         if self._throttle.due(state.name, stamp_ns, now_ns, self._interval_ns):
             positions = zip(state.name, state.position, strict=True)
             moving = [
@@ -128,9 +129,10 @@ def main() -> int:
     return 0
 
 
-def _spin_until(is_over: Callable[[], bool], node: Node) -> None:
+def _spin_until(is_over: Callable[[], bool], node: RobotStatePublisher) -> None:
     # rclpy's spin_until_future_complete keeps some memory for every callback that it runs.
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     while not is_over():
-        executor.spin_once(timeout_sec=0.2)
+        executor.spin_once(timeout_sec=node.look_period)
+        node.look()

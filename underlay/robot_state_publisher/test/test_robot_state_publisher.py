@@ -54,7 +54,8 @@ class System:
 
     def until(self, condition):
         while not condition():
-            self.executor.spin_once(timeout_sec=1.0)
+            self.executor.spin_once(timeout_sec=self.node.look_period)
+            self.node.look()
 
     def publish(self, stamp_ns, positions=(0.5,), names=('nod',)):
         message = JointState(name=names, position=positions)
