@@ -45,6 +45,8 @@ def listening():
     spin_until(lambda: numbers.get_subscription_count())
     yield listener, spin_until, lambda number: numbers.publish(Time(sec=number))
     executor.shutdown()
+    listener.destroy_node()
+    talker.destroy_node()
     rclpy.shutdown()
 
 
