@@ -18,10 +18,12 @@ class VirtualHostClock:
     """A clock that nobody sets."""
 
     def __init__(self):
-        self.now_ns = START_NS
+        self.at_ns = START_NS
 
     def patience_ns(self):
-        return self.now_ns
+        return self.at_ns
+
+    now_ns = patience_ns
 
     def check(self, kind, stamp_ns, arrived_ns=0):
         return True
@@ -57,7 +59,7 @@ class Bench:
             self.made.append(outcome.scan.stamp_ns)
 
     def feed(self, at_ns, kind, message):
-        self.clock.now_ns = at_ns
+        self.clock.at_ns = at_ns
         self._inputs[kind].signalMessage(message)
 
 
@@ -79,7 +81,7 @@ def test_a_scan_without_odometry_is_given_up_with_the_first_joint_state_after_th
     for entry in messages:
         before = bench.drops[NO_ODOMETRY]
         bench.feed(*entry)
-        given_up += [bench.clock.now_ns] * (bench.drops[NO_ODOMETRY] - before)
+        given_up += [bench.clock.at_ns] * (bench.drops[NO_ODOMETRY] - before)
     arrivals = [at_ns for at_ns, kind, _ in messages if kind == SCAN]
     states = [at_ns for at_ns, kind, _ in messages if kind == STATE]
     assert len(given_up) >= 3

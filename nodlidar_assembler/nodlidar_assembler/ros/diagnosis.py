@@ -13,13 +13,13 @@ from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 
-# Drops, losses and errors are reported for this time [ns].
-_RECENT_NS = NS_PER_S
+_RECENT = 1.0  # s, for which drops, losses and errors are reported
 
 
 class Diagnosis:
@@ -61,9 +61,8 @@ class Diagnosis:
         self._odometry_silence = Silence()
         self._odometry_ns: int | None = None
         assembly.samples.registerCallback(self._sample_arrived)
-        self._seen: Counter[str] = Counter()
-        self._recent: Counter[str] = Counter()
-        self._recent_ns = steady_ns() - _RECENT_NS
+        self._recent = Recent(_RECENT)
+        self._recent.add(steady_ns(), Counter())
         self._latency = 0.0
         self.agreement = SweepAgreement()
         self.updater = SteadyUpdater(node, config.frame_id, self._state)
@@ -98,12 +97,8 @@ class Diagnosis:
         self._states.take()
         now_ns = steady_ns()
         self._hear_odometry(now_ns)
-        losses = self._losses()
-        if losses != self._seen:
-            fresh = now_ns - self._recent_ns >= _RECENT_NS
-            self._recent = (Counter() if fresh else self._recent) + (losses - self._seen)
-            self._seen, self._recent_ns = losses, now_ns
-        return [*self._silences()], now_ns - self._recent_ns < _RECENT_NS, self._shared_inputs()
+        self._recent.add(now_ns, self._losses())
+        return [*self._silences()], bool(self._recent.counts), self._shared_inputs()
 
     def _hear_odometry(self, now_ns: int) -> None:
         odometry = self._odometry
@@ -154,8 +149,5 @@ class Diagnosis:
 
     def _warnings(self) -> list[str]:
         texts = [f'{count} publishers of {what}' for what, count in self._shared_inputs().items()]
-        texts += filter(None, [self.agreement.warning])
-        if steady_ns() - self._recent_ns < _RECENT_NS:
-            what, count = self._recent.most_common(1)[0]
-            texts.append(f'{count} {what}')
-        return texts
+        texts += [f'{count} {what}' for what, count in self._recent.counts.most_common(1)]
+        return [*texts, *filter(None, [self.agreement.warning])]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.live import Progress
@@ -15,7 +15,7 @@ from nodlidar_mapper.live import Progress
 if TYPE_CHECKING:
     from nodlidar_mapper.ros.node import MapperNode
 
-RECENT_NS = 5 * NS_PER_S  # for which a drop is reported
+RECENT = 5.0  # s, for which a drop is reported
 
 
 class Diagnosis:
@@ -31,8 +31,8 @@ class Diagnosis:
         self._node = node
         self._took = 0.0
         self._seen: Counter[str] = Counter()
-        self._recent: Counter[str] = Counter()
-        self._recent_ns = steady_ns() - RECENT_NS
+        self._recent = Recent(RECENT)
+        self._recent.add(steady_ns(), self._seen)
         self.updater = SteadyUpdater(node, node.config.base_frame, self._state)
         self.updater.add('map', self._report)
 
@@ -42,8 +42,7 @@ class Diagnosis:
 
     def _state(self) -> object:
         self._note_drops()
-        recent = steady_ns() - self._recent_ns < RECENT_NS
-        return self._silent(), self._lost(), recent, self._shared()
+        return self._silent(), self._lost(), bool(self._recent.counts), self._shared()
 
     def _silent(self) -> bool:
         return bool(self._node.clouds.silence.seconds(steady_ns()))
@@ -60,10 +59,8 @@ class Diagnosis:
 
     def _note_drops(self) -> None:
         errors = {f'internal error: {k}': n for k, n in self._node.survival.errors.items()}
-        losses = Counter(self._node.clouds.drops) + Counter(errors)
-        if losses != self._seen:
-            self._recent, self._seen = losses - self._seen, losses
-            self._recent_ns = steady_ns()
+        self._seen = Counter(self._node.clouds.drops) + Counter(errors)
+        self._recent.add(steady_ns(), self._seen)
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
         node, progress = self._node, self._node.output.progress
@@ -104,6 +101,5 @@ class Diagnosis:
             status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud for {silent:.1f} s')
         for text in self._shared():
             status.mergeSummary(DiagnosticStatus.WARN, text)
-        if steady_ns() - self._recent_ns < RECENT_NS and self._recent:
-            what, count = self._recent.most_common(1)[0]
+        for what, count in self._recent.counts.most_common(1):
             status.mergeSummary(DiagnosticStatus.WARN, f'{count} {what}')
