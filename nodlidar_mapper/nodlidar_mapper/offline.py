@@ -46,12 +46,14 @@ def estimates(
     mapper: Mapper, clouds: Iterable[Points], log: SensorLog, limits: OdometryConfig = LIMITS
 ) -> list[Estimate]:
     """Map the clouds of a drive; return where each was taken, as known at that time."""
+    mount = mount_of(log)
     return [
         mapper.add(
             cloud.stamp_ns,
             coordinates(cloud),
             odometry_at(log, cloud.stamp_ns, limits),
-            age=age_of(cloud),
+            mount,
+            age_of(cloud),
         )
         for cloud in clouds
     ]
@@ -65,6 +67,14 @@ def coordinates(cloud: Points) -> Array:
 def age_of(cloud: Points) -> Array:
     """Return the time from each point to the stamp of its cloud [s], shape (n,)."""
     return (cloud.stamp_ns - cloud.time_ns) / NS_PER_S
+
+
+def mount_of(log: SensorLog) -> Array:
+    """Return the pose of the clouds' frame in that of the robot, as a matrix."""
+    assert log.odometry is not None
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = log.odometry.mount.rotation, log.odometry.mount.position
+    return pose
 
 
 def odometry_at(log: SensorLog, stamp_ns: int, limits: OdometryConfig = LIMITS) -> Array:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.pose import Pose
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import FREE, grid_of, GridConfig, OCCUPIED
 from nodlidar_mapper.lasting import lasting_surface
@@ -22,7 +23,7 @@ CONFIG = PROFILES['slam']
 DURATION = 26.0  # both circles of the figure of eight
 
 
-def recorded(faster=1.0):
+def recorded(faster=1.0, mount=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)):
     """Return a recording of the figure of eight."""
     scene = load_scene('room', 'figure_of_eight')
     effects = replace(scene.effects, odometry_error=0.004, wheel_slip=0.02)
@@ -30,7 +31,7 @@ def recorded(faster=1.0):
         Leg(leg.duration / faster, (leg.velocity[0] * faster, leg.velocity[1] * faster))
         for leg in scene.base_legs
     )
-    scene = replace(scene, effects=effects, base_legs=legs)
+    scene = replace(scene, effects=effects, base_legs=legs, mount=Pose.from_xyzrpy(mount))
     n_s = CONFIG.samples_per_sweep
     nod = NodTrajectory(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, START_NS)
     return simulate(scene, nod, DURATION / faster, 3, start_ns=START_NS)
@@ -62,7 +63,9 @@ def truth_at(recording, stamp_ns):
     pose = [
         np.interp(stamp_ns - START_NS, since, np.unwrap(each)) for each in recording.true_pose.T
     ]
-    return planar(*pose) @ np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1.0], [0, 0, 0, 1]])
+    mount, of_sensor = recording.world.scene.mount, np.eye(4)
+    of_sensor[:3, :3], of_sensor[:3, 3] = mount.rotation, mount.position
+    return planar(*pose) @ of_sensor
 
 
 def errors(recording, found, poses):
@@ -86,6 +89,15 @@ def test_the_way_is_known_much_better_than_by_odometry(recording, drive, log):
     by_odometry = errors(recording, found, [odometry_at(log, each.stamp_ns) for each in found])
     assert np.sqrt(np.mean(by_map**2)) < 0.012
     assert by_map.max() < 0.1 * by_odometry.max()
+    assert not any(each.lost for each in found[1:])
+
+
+def test_a_sensor_that_looks_back_and_down_maps_as_well(tmp_path):
+    tilted = recorded(mount=(-0.2, 0.1, 0.9, 0.0, 0.4, np.pi))
+    mapper, log = Mapper(MapperConfig()), log_of(tilted, tmp_path)
+    found = estimates(mapper, clouds_of(log, CONFIG), log)
+    by_map = errors(tilted, found, [mapper.pose_of(each) for each in found])
+    assert np.sqrt(np.mean(by_map**2)) < 0.02
     assert not any(each.lost for each in found[1:])
 
 

@@ -24,6 +24,7 @@ _OVER_LIMIT = (
 # Rounded or integrated quaternions may be 1e-3 longer or shorter than 1. The rest allows for the
 # rounding of lengths of exactly 0.999 and 1.001.
 LENGTH_TOLERANCE = 1e-3 + 1e-12
+_UNMOUNTED = Pose.from_xyzrpy((0.0,) * 6)
 
 
 class OdometryError(NodlidarError):
@@ -119,6 +120,8 @@ class Odometry:
         Stamps [ns], strictly ascending, shape (n,).
     poses
         Poses at these times; quaternions are normalised, with the sign nearer to the one before.
+    mount
+        Pose of the frame in that of the robot, whose odometry was recorded.
 
     Raises
     ------
@@ -129,6 +132,7 @@ class Odometry:
 
     time_ns: Times
     poses: Poses
+    mount: Pose = _UNMOUNTED
     _steps: Steps = field(init=False)
 
     def __post_init__(self) -> None:
@@ -149,7 +153,8 @@ class Odometry:
         w, x, y, z = mat2quat(mount.rotation)
         turn = np.array([x, y, z, w])
         position = self.poses.to_parent(np.broadcast_to(mount.position, (len(self.time_ns), 3)))
-        return Odometry(self.time_ns, Poses(position, _product(self.poses.orientation, turn)))
+        poses = Poses(position, _product(self.poses.orientation, turn))
+        return Odometry(self.time_ns, poses, self.mount @ mount)
 
     def at(self, times_ns: Times, limits: OdometryConfig) -> Poses:
         """Return the poses at instants between samples, shape (n,); never extrapolated.
