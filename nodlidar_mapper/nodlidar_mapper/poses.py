@@ -42,6 +42,17 @@ def change_between(start: Array, end: Array) -> Array:
     return np.concatenate([end[..., :3, 3] - start[..., :3, 3], turns], axis=-1)
 
 
+def carried(covariance: Array, way: Array) -> Array:
+    """Return the covariance (6, 6) of a pose's change after a way (3,) in the parent frame [m].
+
+    An error of the heading becomes one of the place.
+    """
+    x, y, z = way
+    lever = np.eye(6)
+    lever[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    return np.asarray(lever @ covariance @ lever.T)
+
+
 def planar(x: float, y: float, yaw: float) -> Array:
     """Return the pose of a frame in the plane z = 0."""
     pose = np.eye(4)

@@ -7,7 +7,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.matching import Match
 from nodlidar_mapper.odometer import Odometer
-from nodlidar_mapper.poses import Array, between, change_between, inverse
+from nodlidar_mapper.poses import Array, between, carried, change_between, inverse
 from nodlidar_mapper.seen import Seen
 import numpy as np
 
@@ -52,8 +52,10 @@ class Track:
         if self.pose is None:
             return odometry
         self._known = self.covariance
-        self.covariance = self.covariance + self._count(stamp_ns, odometry)
-        return np.asarray(self.pose @ self._last_motion)
+        added = self._count(stamp_ns, odometry)
+        guess = np.asarray(self.pose @ self._last_motion)
+        self.covariance = carried(self.covariance, guess[:3, 3] - self.pose[:3, 3]) + added
+        return guess
 
     def seen(self, points: Array, age: Array, lidar: Array) -> Seen:
         """Return deskewed points of the newest cloud without the learned errors of odometry.
