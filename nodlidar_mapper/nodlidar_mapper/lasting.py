@@ -3,14 +3,17 @@
 from collections.abc import Sequence
 
 from nodlidar_mapper.keyframe import Keyframe, surface_in_map
-from nodlidar_mapper.poses import inverse, moved
-from nodlidar_mapper.range_image import RangeImage
+from nodlidar_mapper.poses import Array, inverse, moved
 from nodlidar_mapper.surface import Surface
 import numpy as np
+from scipy.spatial import cKDTree
 
 BEYOND = 0.3  # a beam that ends so much farther went through [m]
 REACH = 5.0  # points within this distance of a keyframe are compared [m]
 LEAST_PASSES = 2  # keyframes from which a point is seen through, at least
+# A beam shows what is in a direction within this angle of it [rad], or within this distance of
+# where it ends [m]: the points of a keyframe are thinned. Of several, the shortest counts.
+BEAM, ACROSS, BEAMS = np.radians(2.0), 0.15, 4
 
 
 def lasting_surface(keyframes: Sequence[Keyframe]) -> Surface:
@@ -25,7 +28,29 @@ def lasting_surface(keyframes: Sequence[Keyframe]) -> Surface:
         near = np.linalg.norm(surface.points - keyframe.pose[:3, 3], axis=1) < REACH
         index = np.flatnonzero(near)
         points = moved(inverse(keyframe.pose), surface.points[index])
-        beyond = RangeImage(keyframe.points).beyond(points)
+        beyond = ranges_beyond(points, keyframe.points)
         passes[index] += np.isfinite(beyond) & (beyond > BEYOND)
         hits[index] += np.abs(beyond) <= BEYOND
     return surface[(passes < LEAST_PASSES) | (passes <= hits)]
+
+
+def ranges_beyond(points: Array, cloud: Array) -> Array:
+    """Return how far the beams of a cloud go beyond points [m], (n,); inf where there are none.
+
+    Parameters
+    ----------
+    points, cloud
+        In the frame of the sensor [m], shapes (n, 3) and (m, 3).
+    """
+    distances, directions = _polar(points)
+    ranges, beams = _polar(cloud)
+    angle, nearest = cKDTree(beams).query(directions, k=BEAMS)
+    ranges = np.append(ranges, np.inf)[nearest]
+    near = (angle <= BEAM) | (angle * ranges <= ACROSS)
+    return np.asarray(np.where(near, ranges, np.inf).min(axis=1) - distances)
+
+
+def _polar(points: Array) -> tuple[Array, Array]:
+    """Return distances (n,) from the origin and directions (n, 3)."""
+    distances = np.maximum(np.linalg.norm(points, axis=1), 1e-9)
+    return distances, points / distances[:, None]

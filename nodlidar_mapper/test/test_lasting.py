@@ -1,7 +1,7 @@
 """Who walked by is not on the map; what stands is."""
 
 from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.lasting import lasting_surface, ranges_beyond
 from nodlidar_mapper.poses import planar
 from nodlidar_mapper.surface import Surface
 import numpy as np
@@ -39,3 +39,16 @@ def test_what_stands_before_a_wall_stays():
     person = np.abs(kept[:, 0] - 2.0) < 1e-9
     everything = sum((np.abs(k.points[:, 0] + k.pose[0, 3] - 2.0) < 1e-9).sum() for k in keyframes)
     assert person.sum() > 0.95 * everything
+
+
+def test_a_wall_of_few_points_has_no_holes():
+    y, z = np.meshgrid(np.arange(-0.5, 0.55, 0.1), np.arange(-0.5, 0.55, 0.1))
+    wall = np.stack([np.ones(y.size), y.ravel(), z.ravel()], axis=1)
+    rng = np.random.default_rng(0)
+    between = np.column_stack([np.full(50, 0.5), rng.uniform(-0.22, 0.22, (50, 2))])
+    found = ranges_beyond(between, wall)
+    assert np.abs(found - np.linalg.norm(between, axis=1)).max() < 0.1  # twice as far is the wall
+    assert np.isinf(ranges_beyond(-between, wall)).all()
+    assert np.isinf(ranges_beyond(between, wall[:0])).all()
+    before = np.vstack([wall, 0.8 * wall])
+    assert (ranges_beyond(between, before) < found - 0.1).all()
