@@ -26,6 +26,7 @@ RECENT = 6  # clouds from which new surfaces are taken
 LEAST_SURFACE = 100  # points of a map that clouds are matched to
 FOUND = np.diag([1e2] * 6)  # information of a place that was searched, at least
 FARTHEST = 1000.0  # m
+NO_MAP = 'no map yet'
 MAPPED = 0.9  # share of the points; below it, the map is extended
 
 
@@ -167,8 +168,11 @@ class Mapper:
         seen = seen[(np.abs(seen.points) < FARTHEST).all(axis=1)]  # NaN is not
         seen = seen.thinned(self._config.point_spacing)
         found = self._matched(seen, guess)
-        lost = 'no map yet' if begins else self._lost(found, seen)
-        if lost and not begins:
+        lost = NO_MAP if begins else self._lost(found, seen)
+        if lost and not begins and self._first is not None:
+            self._begin_anew()
+            begins, lost = True, NO_MAP
+        elif lost and not begins:
             found, lost = self._searched(seen, guess, odometry, found, lost)
         elif not lost:
             self._track.learn(found.pose @ robot, found)
@@ -199,18 +203,32 @@ class Mapper:
         self._first = None
         (begin, _), (second, _) = first[:2]
         self._track = self._track.before(begin.robot, second.robot)
-        # Places before any surface was seen are known from the first keyframe.
-        self.keyframes = [
-            replace(each, surface=Surface.joined([]))
-            for each in self.keyframes[:1]
-            if each.stamp_ns != begin.stamp_ns
-        ]
-        self.edges, self.loops, self._anchor = [], 0, 0
-        self._local = Surface.joined([])
-        self._recent.clear()
+        self._forget_surfaces()
+        if self.keyframes[0].stamp_ns == begin.stamp_ns:
+            self.keyframes = []
         for cloud, before in first:
             self._again[before] = found = self._added(cloud)
         return found
+
+    def _begin_anew(self) -> None:
+        """Begin the map with the newest cloud: the first ones, badly deskewed, do not fit."""
+        assert self._first is not None
+        self._forget_surfaces()
+        back = inverse(self.keyframes[0].pose)
+        for _, before in self._first:
+            self._again[before] = replace(before, keyframe=0, from_keyframe=back @ before.pose)
+        self._first.clear()
+        self._track.covariance = Track(self._config).covariance
+
+    def _forget_surfaces(self) -> None:
+        """Keep the first keyframe alone, from which the places so far are known."""
+        empty = Surface.joined([])
+        self.keyframes = [
+            replace(each, surface=empty, points=empty.points) for each in self.keyframes[:1]
+        ]
+        self.edges, self.loops, self._anchor, self._near = [], 0, 0, [0]
+        self._local = empty
+        self._recent.clear()
 
     def _matched(self, seen: Seen, guess: Array) -> Match:
         if not len(self._local.points):

@@ -17,6 +17,8 @@ from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
+from rooms import cloud as room_cloud
+from rooms import CROOKED
 
 START_NS = 10**18
 CONFIG = PROFILES['slam']
@@ -121,6 +123,30 @@ def test_places_before_the_first_surface_stay_where_they_were(log):
     for each, odometry in before:
         np.testing.assert_allclose(mapper.pose_of(each), odometry, atol=0.02)
     np.testing.assert_allclose(mapper.pose_of(found[-1]), found[-1].pose, atol=1e-12)
+
+
+def bent(points):
+    """Return a cloud as a turn that odometry did not count bends it."""
+    return np.stack(
+        [planar(0, 0, 0.2 * np.arctan2(y, x))[:3, :3] @ (x, y, z) for x, y, z in points]
+    )
+
+
+def test_a_map_that_begins_with_bent_clouds_begins_anew():
+    mapper, found, poses = Mapper(MapperConfig()), [], []
+    for k in range(FIRST + 4):
+        poses.append(planar(0.1 * k, 0.0, 0.05 * k))
+        seen = room_cloud(CROOKED, poses[-1], seed=k)
+        points = bent(seen) if k < 2 else seen
+        found.append(mapper.add(k * 10**9, points, poses[-1]))
+    assert [bool(each.lost) for each in found] == [k in (0, 2) for k in range(FIRST + 4)]
+    np.testing.assert_allclose(mapper.poses_of(found), poses, atol=0.02)
+    sides = np.roll(CROOKED, -1, axis=0) - CROOKED
+    inward = np.stack([-sides[:, 1], sides[:, 0]], axis=1)
+    inward /= np.linalg.norm(sides, axis=1)[:, None]
+    points = lasting_surface(mapper.keyframes).points[:, None, :2]
+    off = np.abs(np.einsum('nki,ki->nk', points - CROOKED, inward)).min(axis=1)
+    assert np.sqrt(np.mean(off**2)) < 0.01  # 0.2 rad at 4 m would be 0.8 m
 
 
 def test_the_pose_in_the_map_is_that_of_odometry_moved(drive, log):

@@ -1,7 +1,7 @@
 """A robot that is lost: odometry jumps, somebody carries it, rooms look alike."""
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.mapper import FIRST, Mapper
 from nodlidar_mapper.place_search import Area, best_place, clear_share
 from nodlidar_mapper.poses import between, inverse, planar
 import numpy as np
@@ -12,7 +12,7 @@ NS = 10**9
 JUMPS = [(0.6, 0.0, 0.0), (0.0, 0.5, 0.3), (5.0, -3.0, 2.0), (0.0, 0.0, 3.1)]
 
 
-def mapped(corners, clouds=5):
+def mapped(corners, clouds=FIRST):
     """Return a mapper that has seen a room from its middle on, and the last pose."""
     mapper = Mapper(MapperConfig())
     for k in range(clouds):
@@ -26,7 +26,7 @@ def mapped(corners, clouds=5):
 def test_a_jump_of_odometry_does_not_carry_the_robot_away(jump):
     mapper, pose = mapped(CROOKED)
     after = planar(*jump) @ pose
-    for k in range(5, 9):
+    for k in range(6, 10):
         here = planar(0.2 * k, 0.0, 0.05 * k)
         odometry = after @ inverse(pose) @ here
         found = mapper.add(k * NS, cloud(CROOKED, here, seed=k), odometry)
@@ -37,11 +37,11 @@ def test_a_jump_of_odometry_does_not_carry_the_robot_away(jump):
 
 def test_a_robot_that_was_carried_is_lost_until_it_is_found():
     mapper, pose = mapped(CROOKED)
-    before = mapper.add(5 * NS, cloud(CROOKED, pose, seed=5), pose)
+    before = mapper.add(6 * NS, cloud(CROOKED, pose, seed=6), pose)
     size = sum(len(keyframe.surface.points) for keyframe in mapper.keyframes)
     true = planar(-2.0, -1.0, 2.5)
     found = []
-    for k in range(6, 16):
+    for k in range(7, 17):
         found.append(mapper.add(k * NS, cloud(CROOKED, true, seed=k), pose))
         if not found[-1].lost:
             break
@@ -127,7 +127,7 @@ def test_a_robot_that_drove_on_without_clouds_is_where_odometry_says():
 def test_clouds_that_show_nothing_real_do_not_take_the_robot_to_a_room_that_looks_alike():
     mapper, _ = mapped(CROOKED)
     rng = np.random.default_rng(2)
-    for k in range(5, 30):
+    for k in range(6, 30):
         here = planar(0.68 * (k - 4), 0.0, 0.2)
         assert mapper.add(k * NS, rng.uniform(-1.5, 1.5, (4000, 3)), here).lost
     for k in range(30, 50):
