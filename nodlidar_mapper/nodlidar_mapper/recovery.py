@@ -68,18 +68,19 @@ class Recovery:
         self._config = config
         self._clouds = 0
         self._wrong = ANYWHERE if anywhere else 0  # clouds that odometry does not explain
-        self._jumped = anywhere
+        self._jumped = self._anywhere = anywhere
         self._suspected: Array | None = None  # frame of odometry in the map
 
     def forget(self) -> None:
         """Begin anew: the robot is found."""
-        self._clouds, self._wrong, self._jumped, self._suspected = 0, 0, False, None
+        self._clouds, self._wrong, self._suspected = 0, 0, None
+        self._jumped = self._anywhere = False
 
     def doubt(self, found: Match, clear: float) -> str:
         """Return why a match where odometry expects it does not end the search; else forget it."""
-        if (self._clouds or self._jumped) and (
-            fit_of(found) < LIKELY_FIT or clear < LEAST_CLEAR
-        ):
+        if self._anywhere:
+            return 'the robot may be anywhere in the map'
+        if (self._clouds or self._jumped) and (fit_of(found) < LIKELY_FIT or clear < LEAST_CLEAR):
             return f'{fit_of(found):.0%} of the points lie on the map'
         self.forget()
         return ''

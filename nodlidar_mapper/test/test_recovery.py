@@ -61,6 +61,15 @@ def test_in_a_room_that_fits_itself_turned_nobody_knows():
     assert 'two places fit alike' in found.lost or 'searched again' in found.lost
 
 
+def test_odometry_says_nothing_of_the_place_in_a_saved_map():
+    saved, _ = mapped(OBLONG)
+    mapper = Mapper(MapperConfig(), saved.keyframes, saved.edges)
+    for k in range(6):
+        here = planar(0.3 + 0.1 * k, 0.2, 0.1)
+        turned = planar(0.0, 0.0, np.pi) @ here  # the room looks the same from there
+        assert mapper.add(k * NS, cloud(OBLONG, turned, seed=k), here).lost
+
+
 def test_points_in_free_space_are_counted():
     mapper, pose = mapped(CROOKED)
     points = cloud(CROOKED, pose, seed=9)
