@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BIN = np.radians(2.0)  # of directions [rad]
+REACH = 5.0  # m
 _COLUMNS = int(2.0 * np.pi / BIN) + 2
 _ROWS = int(np.pi / BIN) + 2
 
@@ -23,8 +24,13 @@ class RangeImage:
         np.minimum.at(self._ranges, _bins(points), np.linalg.norm(points, axis=1))
 
     def beyond(self, points: Array) -> Array:
-        """Return how far beams go beyond points (n, 3) in the same frame [m]; inf without any."""
-        return np.asarray(self._ranges[_bins(points)] - np.linalg.norm(points, axis=1))
+        """Return how far beams go beyond points (n, 3) in the same frame [m].
+
+        It is inf without beams, and beyond REACH, where a floor within one bin is metres long.
+        """
+        distances = np.linalg.norm(points, axis=1)
+        near = distances <= REACH
+        return np.asarray(np.where(near, self._ranges[_bins(points)] - distances, np.inf))
 
 
 def _bins(points: Array) -> NDArray[np.intp]:

@@ -1,9 +1,11 @@
 """A robot that is lost: odometry jumps, somebody carries it, rooms look alike."""
 
 from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.keyframe import Keyframe
 from nodlidar_mapper.mapper import FIRST, Mapper
 from nodlidar_mapper.place_search import Area, best_place, clear_share
 from nodlidar_mapper.poses import between, inverse, planar
+from nodlidar_mapper.surface import Surface
 import numpy as np
 import pytest
 from rooms import cloud, CROOKED, OBLONG, seen_from_origin
@@ -80,6 +82,22 @@ def test_points_in_free_space_are_counted():
     nearer[::2, :2] *= 1.0 - 1.0 / ranges
     nearer[::2, 2] *= 1.0 - 1.0 / ranges[:, 0]
     assert clear_share(nearer, pose, mapper.keyframes) == pytest.approx(0.5, abs=0.05)
+
+
+def floor_and_ceiling(first):
+    """Return what a lidar 1 m above a floor and below a ceiling sees by rows 2 degrees apart."""
+    slopes = np.radians(np.arange(first, 30.0, 2.0))
+    azimuth, slope = np.meshgrid(np.radians(np.arange(-60.0, 60.0)), np.append(slopes, -slopes))
+    far = 1.0 / np.abs(np.tan(slope))
+    points = np.stack([far * np.cos(azimuth), far * np.sin(azimuth), np.sign(slope)], axis=-1)
+    return points.reshape(-1, 3)
+
+
+def test_a_floor_far_away_is_not_seen_through_between_its_rows():
+    """The rows of two clouds hit the floor up to 30 m away, metres apart."""
+    before, after = floor_and_ceiling(2.0), floor_and_ceiling(3.0)
+    keyframe = Keyframe(0, planar(0.0, 0.0, 0.0), Surface(before, np.zeros_like(before)), before)
+    assert clear_share(after, planar(0.0, 0.0, 0.0), [keyframe]) > 0.9
 
 
 @pytest.mark.parametrize('seed', range(4))
