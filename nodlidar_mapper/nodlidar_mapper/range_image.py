@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BIN = np.radians(2.0)  # of directions [rad]
-REACH = 5.0  # m
+REACH = 7.0  # m
 _COLUMNS = int(2.0 * np.pi / BIN) + 2
 _ROWS = int(np.pi / BIN) + 2
 

@@ -97,7 +97,8 @@ def test_a_floor_far_away_is_not_seen_through_between_its_rows():
     """The rows of two clouds hit the floor up to 30 m away, metres apart."""
     before, after = floor_and_ceiling(2.0), floor_and_ceiling(3.0)
     keyframe = Keyframe(0, planar(0.0, 0.0, 0.0), Surface(before, np.zeros_like(before)), before)
-    assert clear_share(after, planar(0.0, 0.0, 0.0), [keyframe]) > 0.9
+    clear = clear_share(after, planar(0.0, 0.0, 0.0), [keyframe])
+    assert clear > MapperConfig().least_clear
 
 
 @pytest.mark.parametrize('seed', range(4))
