@@ -13,7 +13,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.keyframe import Estimate
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.poses import Array
+from nodlidar_mapper.poses import Array, matrix_from
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -72,16 +72,12 @@ def age_of(cloud: Points) -> Array:
 def mount_of(log: SensorLog) -> Array:
     """Return the pose of the clouds' frame in that of the robot, as a matrix."""
     assert log.odometry is not None
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = log.odometry.mount.rotation, log.odometry.mount.position
-    return pose
+    mount = log.odometry.mount
+    return matrix_from(mount.rotation, mount.position)
 
 
 def odometry_at(log: SensorLog, stamp_ns: int, limits: OdometryConfig = LIMITS) -> Array:
     """Return the pose of the clouds' frame in that of odometry at an instant, as a matrix."""
     assert log.odometry is not None
     found = log.odometry.at(np.array([stamp_ns]), limits)
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(found.orientation[0]).as_matrix()
-    pose[:3, 3] = found.position[0]
-    return pose
+    return matrix_from(Rotation.from_quat(found.orientation[0]).as_matrix(), found.position[0])

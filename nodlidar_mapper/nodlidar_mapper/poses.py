@@ -1,7 +1,7 @@
 """Poses in space as homogeneous matrices, shape (..., 4, 4)."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
@@ -51,6 +51,13 @@ def carried(covariance: Array, way: Array) -> Array:
     lever = np.eye(6)
     lever[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
     return np.asarray(lever @ covariance @ lever.T)
+
+
+def matrix_from(rotation: Array, position: ArrayLike) -> Array:
+    """Return a pose as a matrix (4, 4), from a rotation (3, 3) and a position (3,)."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation, position
+    return pose
 
 
 def planar(x: float, y: float, yaw: float) -> Array:

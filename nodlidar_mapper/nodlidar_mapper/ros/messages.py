@@ -7,7 +7,7 @@ from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Tran
 from nav_msgs.msg import OccupancyGrid, Path
 from nodlidar_common.ros.messages import time_message
 from nodlidar_mapper.grid import Grid
-from nodlidar_mapper.poses import Array
+from nodlidar_mapper.poses import Array, matrix_from
 from nodlidar_mapper.surface import Surface
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -23,10 +23,7 @@ FARTHEST = 1e6  # m; of a pose that a person sets
 def matrix_of(transform: TransformStamped) -> Array:
     """Return a transform as a matrix from the child frame to its parent."""
     p, q = transform.transform.translation, transform.transform.rotation
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
-    pose[:3, 3] = p.x, p.y, p.z
-    return pose
+    return matrix_from(Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(), (p.x, p.y, p.z))
 
 
 def matrix_of_pose(pose: Pose) -> Array:
@@ -38,9 +35,7 @@ def matrix_of_pose(pose: Pose) -> Array:
         If it is farther than FARTHEST, not finite, or its orientation is zero.
     """
     p, q = pose.position, pose.orientation
-    matrix = np.eye(4)
-    matrix[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
-    matrix[:3, 3] = p.x, p.y, p.z
+    matrix = matrix_from(Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(), (p.x, p.y, p.z))
     if not np.abs(matrix).max() <= FARTHEST:
         raise ValueError(f'a pose that is not within {FARTHEST:g} m')
     return matrix
