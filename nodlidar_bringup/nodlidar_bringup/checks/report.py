@@ -48,15 +48,15 @@ def print_sections(sections: Sequence[Section], console: Console) -> None:
             if finding.remedy:
                 table.add_row('', '', Text(f'-> {finding.remedy}', style='bold'))
         console.print(table)
-    remedies = [finding.remedy for section in sections for finding in section.findings]
-    if any(command in remedy for remedy in remedies for command in ('ros2 topic', 'tf2_ros')):
+    findings = [finding for section in sections for finding in section.findings]
+    if any(command in each.remedy for each in findings for command in ('ros2 topic', 'tf2_ros')):
         console.print(
             '`ros2 topic` and `tf2_echo` come with an installed ROS; without one, see rates and '
             'diagnostics by view:=web of the launch'
         )
-    found = [finding.level for section in sections for finding in section.findings]
-    count, warnings = found.count(Level.FAULT), found.count(Level.WARNING)
-    console.print(f'{count} faults, {warnings} warnings, {len(found)} findings')
+    levels = [finding.level for finding in findings]
+    count, warnings = levels.count(Level.FAULT), levels.count(Level.WARNING)
+    console.print(f'{count} faults, {warnings} warnings, {len(levels)} findings')
 
 
 def as_json(sections: Sequence[Section]) -> str:

@@ -1,5 +1,6 @@
 """The nodes of one sensor, for the launch files."""
 
+from functools import cached_property
 import os
 import tempfile
 from typing import Any
@@ -155,6 +156,7 @@ class Sensor:
         is_default = file == ARGUMENTS['servo_params']['default_value']
         return share('nodlidar_servo', 'config/trajectory.yaml') if is_default else file
 
+    @cached_property
     def servo_config(self) -> Any:
         """Return the parameters of the servo's node; None if there is no such node."""
         return arguments.servo_config(self.values['servo'], self.servo_file())
@@ -191,7 +193,7 @@ class Sensor:
         The files come later and take precedence, also those for all nodes, over which values in
         the place of a file would.
         """
-        found = arguments.servo_limits(self.servo_config())
+        found = arguments.servo_limits(self.servo_config)
         values = [word for name, value in found.items() for word in ('-p', f'{name}:={value}')]
         return ['--ros-args', *values] if values else []
 
@@ -203,7 +205,7 @@ class Sensor:
         """Return the node that publishes the robot model and its transforms."""
         places = ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy')
         given = {name: self.values[name] for name in places} | {'prefix': self.frame('')}
-        limits = arguments.joint_limits(self.servo_config())
+        limits = arguments.joint_limits(self.servo_config)
         model = str(self.values['description'])
         if model in DESCRIPTIONS:
             model = share('nodlidar_bringup', f'urdf/{model}.urdf.xacro')
