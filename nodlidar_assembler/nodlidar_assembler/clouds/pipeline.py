@@ -12,6 +12,7 @@ from nodlidar_assembler.clouds.points import DESKEWED_POINT, MOVED_POINT, POINT
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,12 @@ class Scan:
     geometry: ScanGeometry
     ranges: NDArray[np.float32]
     intensities: NDArray[np.float32] | None = None
+
+    @property
+    def end_ns(self) -> int:
+        """Instant of its last beam [ns]."""
+        duration = (self.geometry.beams - 1) * self.geometry.time_increment
+        return self.stamp_ns + round(duration * NS_PER_S)
 
 
 @dataclass(frozen=True, slots=True)

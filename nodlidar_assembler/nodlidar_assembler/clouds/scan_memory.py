@@ -48,14 +48,15 @@ class ScanMemory:
         self._deskew_to = deskew_to
         self._scans: deque[Points] = deque()
         self._points = 0
-        self._forgotten_ns = -1  # the newest instant of which points were forgotten
+        self.forgotten_ns = -1
+        """The newest instant of which points were forgotten [ns]; -1 if none were."""
         self.in_odometry = False
         """Whether the points are in the frame of odometry, else in nodlidar_base_link."""
 
     def restart(self) -> None:
         """Forget all, as after the clock was set: other instants count."""
         self._scans.clear()
-        self._points, self._forgotten_ns = 0, -1
+        self._points, self.forgotten_ns = 0, -1
 
     def add(self, points: Points, in_odometry: bool = False, jumped: bool = False) -> None:
         """Add the points of a scan.
@@ -86,11 +87,6 @@ class ScanMemory:
         ):
             self._forget()
 
-    @property
-    def forgotten_ns(self) -> int:
-        """The newest instant of which points were forgotten [ns]; -1 if none were."""
-        return self._forgotten_ns
-
     def between(self, begin_ns: int, end_ns: int) -> Points | None:
         """Return the points of an interval as one cloud, as if it were one sweep; None if none.
 
@@ -108,8 +104,8 @@ class ScanMemory:
             raise ParameterError(
                 'end', f'at least begin = {_seconds(begin_ns)} s', _seconds(end_ns)
             )
-        if 0 < begin_ns <= self._forgotten_ns:
-            limit = f'after {_seconds(self._forgotten_ns)} s: older points are not kept'
+        if 0 < begin_ns <= self.forgotten_ns:
+            limit = f'after {_seconds(self.forgotten_ns)} s: older points are not kept'
             raise ParameterError('begin', limit, _seconds(begin_ns))
         cuts = (_cut(scan, begin_ns, end_ns) for scan in self._scans)
         cloud = joined([cut for cut in cuts if len(cut.time_ns)])
@@ -126,7 +122,7 @@ class ScanMemory:
     def _forget(self) -> None:
         scan = self._scans.popleft()
         self._points -= len(scan.time_ns)
-        self._forgotten_ns = int(scan.time_ns[-1])
+        self.forgotten_ns = int(scan.time_ns[-1])
 
 
 def _cut(scan: Points, begin_ns: int, end_ns: int) -> Points:

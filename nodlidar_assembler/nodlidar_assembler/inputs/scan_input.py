@@ -100,14 +100,8 @@ class ScanInput:
         except ParameterError as error:
             raise RefusedScanError(f'{error.key} must be {error.limit}') from error
         if self._device_clock is not None:
-            scan = self._by_host(scan, self._device_clock, arrived_ns)
+            self._device_clock.add(scan.end_ns, arrived_ns)
+            scan = replace(scan, stamp_ns=scan.stamp_ns - self._device_clock.ahead_ns)
         if reason := self.watch.refuse(scan.stamp_ns, nominal):
             raise RefusedScanError(reason)
         return scan
-
-    @staticmethod
-    def _by_host(scan: Scan, clock: StampClock, arrived_ns: int) -> Scan:
-        """Return a scan that is stamped by another clock, with the stamp of the host's."""
-        duration = (len(scan.ranges) - 1) * scan.geometry.time_increment
-        clock.add(scan.stamp_ns + round(duration * NS_PER_S), arrived_ns)
-        return replace(scan, stamp_ns=scan.stamp_ns - clock.ahead_ns)

@@ -72,12 +72,9 @@ class NodCommander:
         self._last_scan_ns = steady_ns()
         since_ns = self._last_scan_ns - self._published_ns
         due = first or self._controller.approaching or since_ns >= _SOON * self._interval_ns
-        geometry = scan.geometry
-        duration = (geometry.beams - 1) * geometry.time_increment
-        last_beam_ns = scan.stamp_ns + round(duration * NS_PER_S)
-        self._stamp_clock.add(last_beam_ns, self._clock.patience_ns())
+        self._stamp_clock.add(scan.end_ns, self._clock.patience_ns())
         try:
-            self._controller.add_scan(geometry, scan.stamp_ns)
+            self._controller.add_scan(scan.geometry, scan.stamp_ns)
         except ParameterError as error:
             self._error(f'no nod commanded: {error}')
         else:
