@@ -120,7 +120,7 @@ class ServoLoop:
         self._heard()
 
     def cycle(self) -> list[Sample]:
-        """Wait for the next cycle, measure, again if that fails early, and steer.
+        """Wait for the next cycle, measure, again while that fails early, and steer.
 
         Returns
         -------
@@ -138,7 +138,7 @@ class ServoLoop:
         self._steer_at_reversal(deadline_ns)
         self._wait_until(deadline_ns)
         measured = self._attempt(self._measure)
-        if not measured and self._may_repeat(deadline_ns):
+        while not measured and self._may_repeat(deadline_ns):
             measured = self._attempt(self._measure)
         self._attempt(self._steer)
         if not measured or self._sample is None:
@@ -146,7 +146,7 @@ class ServoLoop:
         return self._held.add(self._sample, self._following.believed)
 
     def _may_repeat(self, deadline_ns: int) -> bool:
-        """Return whether there is time to repeat the first request that failed, or a late one."""
+        """Return whether there is time to repeat the first request that failed, or late ones."""
         return self._failures <= 1 and self._steady() - deadline_ns < self._schedule.period_ns
 
     def _steer_at_reversal(self, deadline_ns: int) -> None:

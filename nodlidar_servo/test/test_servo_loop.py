@@ -257,6 +257,25 @@ def test_a_lost_or_late_reply_is_asked_for_again_in_the_same_cycle(error):
     assert bench.figures.missed_cycles == 0
 
 
+def test_late_replies_are_asked_for_again_until_the_cycle_is_over():
+    bench = Bench(latency_timer=0.001, rate=16.0)
+    bench.run(1.0)
+    read, late = bench.servo.read, iter([True] * 5)
+
+    def is_late_at_first():
+        measured = read()
+        if next(late, False):
+            raise LateReplyError('late')
+        return measured
+
+    bench.servo.read = is_late_at_first
+    begin_ns = bench.clock()
+    (sample,) = bench.loop.cycle()
+    assert sample.stamp_ns - begin_ns < 2 * 62_500_000
+    assert bench.figures.failures == {'late reply': 5}
+    assert bench.figures.missed_cycles == 0
+
+
 @pytest.mark.parametrize(('of_reply', 'of_request'), [(0.005, 0.0), (0.0, 0.005)])
 def test_a_lost_byte_of_a_reply_a_request_or_a_goal_costs_one_sample(of_reply, of_request):
     """The motor takes what follows for the rest of its packet unless that is ended."""
