@@ -29,7 +29,7 @@ from bench.scans import latency, samples_for
 DURATION = 20.0
 ROUNDS = 7
 SCANS_PER_S = 10
-FEEDBACK_RATE = {'fast': 20.0, 'balanced': 100.0}  # nodlidar_bringup/config
+FEEDBACK_RATE = {'fast': 16.0, 'balanced': 100.0}  # nodlidar_bringup/config
 BALANCED = 'balanced'
 ERROR, COMPUTATION = 'distance to balanced', 'computation to balanced'
 DISTANCE, IDEAL = 'RMS distance, real devices [mm]', 'RMS distance, ideal devices [mm]'

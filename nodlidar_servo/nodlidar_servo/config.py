@@ -45,7 +45,7 @@ class ServoConfig(JointConfig):
     feedback_rate: float = parameter(
         100.0,
         'Joint states per second; an adapter with a latency timer of 16 ms gives some 62. The '
-        'launch argument profile:=fast sets 20',
+        'launch argument profile:=fast sets 16',
         unit='Hz',
         minimum=10.0,
         maximum=1000.0,

@@ -8,7 +8,7 @@ from nodlidar_bringup.checks.finding import fault, Finding, good, warning
 from nodlidar_bringup.checks.graph import LAUNCH, SOURCES
 import numpy as np
 
-LEAST_RATE = {'scan': 5.0, 'joint_states': 15.0, 'points': 0.5}
+LEAST_RATE = {'scan': 5.0, 'joint_states': 12.0, 'points': 0.5}
 """Slowest use of each topic [Hz]: a slow lidar, `profile:=fast`, clouds per sweep."""
 
 LARGEST_FUTURE = 0.02
