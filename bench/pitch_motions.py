@@ -6,6 +6,7 @@ no joint sample shows, stands beside.
 """
 
 from collections.abc import Callable
+import math
 import time
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
@@ -155,17 +156,21 @@ def _errors(
     estimate = PitchEstimator(EstimatorConfig(estimator=estimator))
     scans = round((DURATION - 1.0) / sensor.scan_time)
     beams_ns = sensor.beam_times_ns(START_NS, scans, 1.0)
-    errors, times = [], []
-    for index, times_ns in enumerate(beams_ns[5:]):
+    pitches, times = [], []
+    for times_ns in beams_ns[5:]:
         offset = (times_ns - times_ns[0]) / NS_PER_S
         first = np.searchsorted(sample_ns, times_ns[0] - estimate.margin_ns, side='right') - 1
         last = np.searchsorted(sample_ns, times_ns[-1] + estimate.margin_ns) + 1
         around = slice(first, last)
+        samples = sample_ns[around], sample_pitch[around]
         begin = time.perf_counter()
-        pitch = estimate.pitch(int(times_ns[0]), offset, sample_ns[around], sample_pitch[around])
+        pitches.append(estimate.pitch(int(times_ns[0]), offset, *samples))
         times.append(time.perf_counter() - begin)
-        if index * sensor.scan_time >= SETTLING:
-            errors.append(pitch - shaft(times_ns))
+    settled = slice(math.ceil(SETTLING / sensor.scan_time), None)
+    errors = [
+        pitch - shaft(times_ns)
+        for pitch, times_ns in zip(pitches[settled], beams_ns[5:][settled], strict=True)
+    ]
     return np.array(errors), float(np.median(times))
 
 
