@@ -19,7 +19,7 @@ from scipy.special import ndtr
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-BEFORE_NS = 70_000_000  # time before a scan from which samples are used
+BEFORE_NS = 60_000_000  # time before a scan from which samples are used
 PAUSE_NS = 200_000_000  # between samples, beyond which those of a scan do not reach,
 LONGEST_NS = 1_000_000_000  # ... looked for only if they last longer than that
 SAME = 1e-6  # difference of samples at the same step of the encoder, at most [rad]
@@ -73,10 +73,10 @@ class _Window:
         here, there = max(0, -shift), max(0, shift)
         known = last.intensity[:, there:][:, : max(0, self.intensity.shape[1] - here)]
         self.intensity[:, here : here + known.shape[1]] = known
-        same = last.time_ns.searchsorted(self.time_ns)
-        same[same == len(last.time_ns)] = 0
-        is_known = last.time_ns[same] == self.time_ns
-        self.weight[is_known] = last.weight[same[is_known]]
+        gone = int(last.time_ns.searchsorted(self.time_ns[0]))
+        both = min(len(last.time_ns) - gone, len(self.time_ns))
+        same = last.time_ns[gone : gone + both] == self.time_ns[:both]
+        self.weight[:both][same] = last.weight[gone : gone + both][same]
 
 
 class PitchSmoother:
@@ -134,8 +134,7 @@ class PitchSmoother:
         self._learn_step(window.pitch)
         splines = self._fit(window)
         new = self._learn(splines, window, start_ns)
-        share = np.exp(self._score - self._score.max())
-        share /= share.sum()
+        share = np.exp(self._score - np.logaddexp.reduce(self._score))
         left = window.pitch - share @ splines.pitch
         usual = clipped(left, self._rounding)
         if new.start < new.stop:
@@ -147,7 +146,7 @@ class PitchSmoother:
         noise = self._rounding + float(share @ self._noise[:, 0])
         unfitted = self._unfitted.motion(left, usual, noise)
         pitch = middle + (smooth + np.interp(place, window.place, unfitted))
-        largest = float(np.abs(window.pitch[1:] - window.pitch[:-1]).max(initial=0.0))
+        largest = np.maximum.reduce(np.abs(window.pitch[1:] - window.pitch[:-1]), initial=0.0)
         beyond = largest / 2.0 + 2.0 * self._cell
         return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond))
 
@@ -192,7 +191,7 @@ class PitchSmoother:
         half = self._cell / 2.0
         hit = ndtr((error + half) * scale) - ndtr((error - half) * scale)
         missed = MISSED * self._cell / MISSED_WITHIN
-        score = np.log((1.0 - MISSED) * hit + missed).sum(axis=1)
+        score = np.add.reduce(np.log((1.0 - MISSED) * hit + missed), axis=1)
         self._score = self._score * SCORE_MEMORY ** error.shape[1] + score
 
     def _learn_noise(
