@@ -87,7 +87,7 @@ def test_a_profile_is_the_assembler_s_and_sets_the_rates_of_joint_states_and_tf(
     profile, window = answer.result().values
     assert (profile.string_value, window.double_value) == ('fast', 0.0)
     stamps = [time_ns(state.header.stamp) for state in observer.messages['joint_states']]
-    assert np.median(np.diff(stamps)) == pytest.approx(NS_PER_S / 20.0, rel=0.1)
+    assert np.median(np.diff(stamps)) == pytest.approx(NS_PER_S / 16.0, rel=0.1)
     nods = [tf.transforms[0] for tf in observer.messages['/tf']]
     assert {nod.child_frame_id for nod in nods} == {'nodlidar_tilt_link'}
     # At most 10 Hz; robot_state_publisher takes the next joint state then.
