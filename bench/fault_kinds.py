@@ -8,7 +8,7 @@ import math
 import signal
 
 from nodlidar_sim.devices.faulty_line import FaultyLine
-from nodlidar_sim.devices.rx24f_table import TORQUE_LIMIT
+from nodlidar_sim.devices.rx_table import TORQUE_LIMIT
 import numpy as np
 
 from bench.fault_rig import Rig

@@ -14,8 +14,8 @@ from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedS
 from nodlidar_sim.devices.device import Device
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.faulty_line import FaultyLine
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
-from nodlidar_sim.devices.rx24f_table import TORQUE_ENABLE
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
+from nodlidar_sim.devices.rx_table import TORQUE_ENABLE
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.urg_requests import Stream
 from nodlidar_sim.devices.urg_scan import Revolution
@@ -100,7 +100,7 @@ class Rig:
         self.motion = FaultyServo(ServoMotion(), seed)
         self.truth = Truth(self.motion.shaft)
         self._world = World(self._scene, self.motion.shaft, start_ns=start_ns)
-        self.servo = Rx24fEmulator(self.motion, baud=1)
+        self.servo = RxServoEmulator(self.motion, baud=1)
         self.wires = {
             'servo': self._wire(self.servo, self._look_at_servo),
             'lidar': self._new_lidar(start_ns),

@@ -16,7 +16,7 @@ from typing import Any, Protocol, TypeVar
 from ament_index_python.packages import get_package_prefix
 from nodlidar_common.errors import NodlidarError
 from nodlidar_sim.devices.device import Device
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.effects import imperfect
@@ -85,7 +85,7 @@ class NetworkRig:
         world = World(room, motion, start_ns=start_ns)
         lidar = UrgEmulator(imperfect(world.ranges, effects, 1), start_ns=start_ns)
         lidar.on_scan = lambda turn: self.truth.add_scan(turn, True)
-        devices: dict[str, Device] = {'lidar': lidar, 'servo': Rx24fEmulator(motion, baud=1)}
+        devices: dict[str, Device] = {'lidar': lidar, 'servo': RxServoEmulator(motion, baud=1)}
         # A thread for each: a servo answers in time also while a scan is being simulated.
         self._ports = [
             PseudoTerminals({name: each}, {name: folder / name}) for name, each in devices.items()

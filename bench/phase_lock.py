@@ -20,8 +20,8 @@ from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
-from nodlidar_sim.devices.rx24f_motor import TICK
+from nodlidar_sim.devices.rx_motor import TICK
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.servo.motion import PhysicalServo
@@ -85,7 +85,7 @@ class Rig:
             else PhysicalServo(servo, 0.2, seed, history=1e6)
         )
         self.clock = VirtualClock(START_NS)
-        emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=latency_timer)
+        emulator = RxServoEmulator(self.motion, baud=1, latency_timer=latency_timer)
         port = VirtualPort(emulator, self.clock)
         self.commands = NodCommands(ServoConfig())
         self.servo = Servo(port, ServoConfig(), self.clock)

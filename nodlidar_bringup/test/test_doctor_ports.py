@@ -18,9 +18,9 @@ from nodlidar_bringup.checks.ports import (
     ServoSettings,
 )
 from nodlidar_common.serial_port import open_port
-from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices import x_table
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
@@ -36,7 +36,7 @@ def lidar(**options):
 
 
 def servo(wheel=False, **options):
-    emulated = Rx24fEmulator(ServoMotion(), **{'baud': 1, 'return_delay': 0, **options})
+    emulated = RxServoEmulator(ServoMotion(), **{'baud': 1, 'return_delay': 0, **options})
     if wheel:
         emulated.table[table.CW_LIMIT], emulated.table[table.CCW_LIMIT] = 0, 0
     return emulated

@@ -2,8 +2,8 @@
 
 from nodlidar_common.nod import NodTrajectory
 from nodlidar_servo.following import RETRY
-from nodlidar_sim.devices import rx24f_table as table
-from nodlidar_sim.devices.rx24f_motor import TICK
+from nodlidar_sim.devices import rx_table as table
+from nodlidar_sim.devices.rx_motor import TICK
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest

@@ -3,7 +3,7 @@ from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.positions import PositionCheck
 from nodlidar_servo.replies import PositionError
-from nodlidar_sim.devices.rx24f_motor import TICK
+from nodlidar_sim.devices.rx_motor import TICK
 import numpy as np
 import pytest
 from test_servo_loop import Bench

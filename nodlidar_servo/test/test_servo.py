@@ -5,10 +5,10 @@ from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.replies import LateReplyError, NoAnswerError, ReplyError
 from nodlidar_servo.servo import Servo
-from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.faults import FaultyDevice
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
-from nodlidar_sim.devices.rx24f_motor import SPEED_UNIT, TICK
+from nodlidar_sim.devices.rx_motor import SPEED_UNIT, TICK
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
@@ -24,7 +24,7 @@ class Bench:
 
     def __init__(self, pitch=0.2, **options):
         self.motion = ServoMotion(pitch)
-        self.emulator = Rx24fEmulator(self.motion, baud=ONE_MEGABIT, **options)
+        self.emulator = RxServoEmulator(self.motion, baud=ONE_MEGABIT, **options)
         self.faults = FaultyDevice(self.emulator)
         self.clock = VirtualClock(START_NS)
         self.port = VirtualPort(self.faults, self.clock)

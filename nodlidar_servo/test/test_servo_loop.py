@@ -13,10 +13,10 @@ from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.replies import CorruptReplyError, LateReplyError, NoAnswerError
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, LOST_AFTER, Schedule, ServoLoop
-from nodlidar_sim.devices import rx24f_table as table
+from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.faults import FaultyDevice
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
-from nodlidar_sim.devices.rx24f_motor import SPEED_UNIT, TICK
+from nodlidar_sim.devices.rx_motor import SPEED_UNIT, TICK
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.servo_motion import ServoMotion
@@ -35,7 +35,7 @@ class Bench:
     def __init__(self, latency_timer=0.0, rate=100.0, motion=None, config=CONFIG):
         self.motion = motion or ServoMotion(0.2, history=1e6)
         if MODELS[config.model].table is TABLE_1:
-            self.emulator = Rx24fEmulator(self.motion, baud=1, latency_timer=latency_timer)
+            self.emulator = RxServoEmulator(self.motion, baud=1, latency_timer=latency_timer)
         else:
             self.emulator = XServoEmulator(self.motion, baud=3, latency_timer=latency_timer)
         self.faults = FaultyDevice(self.emulator, seed=1)

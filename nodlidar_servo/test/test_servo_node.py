@@ -14,9 +14,9 @@ from nodlidar_common.nod import NodTrajectory
 from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_sim.devices import rx24f_table as table
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
-from nodlidar_sim.devices.rx24f_motor import TICK
+from nodlidar_sim.devices import rx_table as table
+from nodlidar_sim.devices.rx_motor import TICK
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
@@ -136,7 +136,7 @@ def motion():
 
 @pytest.fixture
 def emulator(motion):
-    return Rx24fEmulator(motion, baud=1)
+    return RxServoEmulator(motion, baud=1)
 
 
 @pytest.fixture

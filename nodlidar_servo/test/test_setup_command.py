@@ -27,9 +27,9 @@ from nodlidar_servo.setup.errors import (
 )
 from nodlidar_servo.setup.registers import rate_code, rate_of
 from nodlidar_servo.setup.search import answers, rare_rates, RATES_1
-from nodlidar_sim.devices import rx24f_table as rx
+from nodlidar_sim.devices import rx_table as rx
 from nodlidar_sim.devices import x_table as x
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.shared_bus import SharedBus
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
@@ -41,7 +41,7 @@ import pytest
 import yaml
 
 CLOCK = VirtualClock(1_800_000_000_000_000_000)
-KINDS = [(Rx24fEmulator, rx), (XServoEmulator, x)]
+KINDS = [(RxServoEmulator, rx), (XServoEmulator, x)]
 READY_RX = {rx.CW_LIMIT: 512 - 156, rx.CCW_LIMIT: 512 + 156}  # 0.8 rad of 0.00511 rad
 READY_X = {x.MIN_POSITION: 2048 - 522, x.MAX_POSITION: 2048 + 522}  # of 0.00153 rad
 
@@ -120,12 +120,12 @@ def device_rate(code):
 @pytest.mark.parametrize(
     ('kind', 'registers', 'words'),
     [
-        (Rx24fEmulator, {rx.CW_LIMIT: 0, rx.CCW_LIMIT: 0}, 'wheel mode'),
+        (RxServoEmulator, {rx.CW_LIMIT: 0, rx.CCW_LIMIT: 0}, 'wheel mode'),
         (XServoEmulator, {x.OPERATING_MODE: 1}, 'operating mode 1'),
         (XServoEmulator, {x.TORQUE_ENABLE: 1}, 'torque is on'),
-        (Rx24fEmulator, {rx.TORQUE_ENABLE: 1}, 'torque is on'),
+        (RxServoEmulator, {rx.TORQUE_ENABLE: 1}, 'torque is on'),
         (XServoEmulator, {x.RETURN_LEVEL: 1}, 'return level 1'),
-        (Rx24fEmulator, {rx.RETURN_LEVEL: 1, rx.TORQUE_ENABLE: 1}, 'return level 1'),
+        (RxServoEmulator, {rx.RETURN_LEVEL: 1, rx.TORQUE_ENABLE: 1}, 'return level 1'),
     ],
 )
 def test_a_fault_is_named_and_mended(kind, registers, words):
@@ -187,7 +187,7 @@ def test_the_present_position_becomes_the_zero(kind, table):
 
 
 def test_a_zero_too_near_to_the_end_is_refused():
-    line = Line(make(Rx24fEmulator, pitch=2.4))
+    line = Line(make(RxServoEmulator, pitch=2.4))
     with pytest.raises(ParameterError, match="'pitch_upper_limit' must be between"):
         line.set_up(level=True)
 
@@ -224,7 +224,7 @@ class Silent:
         (Silent(), {}, NoServoError, 'check its supply'),
         (make(XServoEmulator), {'model': 'RX-24F'}, WrongModelError, 'XL430-W250, not RX-24F'),
         (make(XServoEmulator, model=1030), {}, WrongModelError, 'model number 1030'),
-        (make(Rx24fEmulator, {rx.LOCK: 1}), {}, LockedError, 'power off and on'),
+        (make(RxServoEmulator, {rx.LOCK: 1}), {}, LockedError, 'power off and on'),
         (
             make(XServoEmulator),
             {'config': replace(ServoConfig(), baud_rate=250_000)},

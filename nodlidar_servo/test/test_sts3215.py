@@ -14,7 +14,7 @@ from nodlidar_servo.servo import Servo
 from nodlidar_servo.setup.dialogue import Dialogue, Wish
 from nodlidar_servo.sts_table import TABLE_STS
 from nodlidar_sim.devices import sts_table as table
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.sts_servo import BIT_RATES, StsEmulator, TICK
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.servo_motion import ServoMotion
@@ -172,6 +172,6 @@ def test_setup_finds_it_and_what_it_sets_outlasts_the_supply(servo_id, code):
 
 
 def test_a_dynamixel_whose_id_and_rate_look_like_the_model_number_is_none():
-    bench = Bench(Rx24fEmulator, servo_id=777 % 256, baud=777 // 256)
+    bench = Bench(RxServoEmulator, servo_id=777 % 256, baud=777 // 256)
     before = bench.set_up().before
     assert (before.model.name, before.found.packets) == ('RX-24F', PROTOCOL_1)

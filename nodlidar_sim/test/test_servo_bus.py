@@ -1,7 +1,7 @@
 """The emulated servos as the Dynamixel SDK sees them, alone and with others on a bus."""
 
 from dynamixel_sdk import GroupSyncRead, GroupSyncWrite, PacketHandler, PortHandler
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.shared_bus import SharedBus
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
@@ -11,7 +11,7 @@ import pytest
 
 IDS = (1, 2, 5)
 KINDS = {
-    1.0: (Rx24fEmulator, 1, 24, 30, 2, 24),  # 1 Mbit/s, torque, goal and its size, model
+    1.0: (RxServoEmulator, 1, 24, 30, 2, 24),  # 1 Mbit/s, torque, goal and its size, model
     2.0: (XServoEmulator, 3, 64, 116, 4, 1060),
 }
 

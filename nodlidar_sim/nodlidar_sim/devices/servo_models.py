@@ -6,8 +6,8 @@ import math
 from typing import Any, NamedTuple
 
 from nodlidar_sim.devices.bus_servo import BusServo
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
-from nodlidar_sim.devices.rx24f_table import MX28
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
+from nodlidar_sim.devices.rx_table import MX28
 from nodlidar_sim.devices.sts_servo import StsEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.world.motion import ServoShaft
@@ -35,9 +35,9 @@ class EmulatedServo(NamedTuple):
 
 
 EMULATED = {
-    'RX-24F': EmulatedServo(Rx24fEmulator, 1, 'rx24f'),
+    'RX-24F': EmulatedServo(RxServoEmulator, 1, 'rx24f'),
     'XL430-W250': EmulatedServo(XServoEmulator, 3, 'xl430'),
-    'MX-28': EmulatedServo(partial(Rx24fEmulator, kind=MX28), 1, 'mx28'),
+    'MX-28': EmulatedServo(partial(RxServoEmulator, kind=MX28), 1, 'mx28'),
     'MX-28-2': EmulatedServo(partial(XServoEmulator, model=30, fastest=_MX28_SPEED), 3, 'mx28'),
     'XL330-M288': EmulatedServo(_XL330, 3, 'xl330'),
     'STS3215': EmulatedServo(StsEmulator, 0, 'sts3215'),

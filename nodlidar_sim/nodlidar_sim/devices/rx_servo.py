@@ -1,4 +1,4 @@
-"""A Dynamixel RX-24F at byte level: Protocol 1.0, its control table and its motor."""
+"""A Dynamixel of the RX, AX or MX series at byte level: Protocol 1.0, control table and motor."""
 
 from nodlidar_sim.devices.bus_servo import BusServo
 from nodlidar_sim.devices.dynamixel_packets import (
@@ -7,8 +7,8 @@ from nodlidar_sim.devices.dynamixel_packets import (
     InstructionReader,
     status_packet,
 )
-from nodlidar_sim.devices.rx24f_motor import Rx24fMotor
-from nodlidar_sim.devices.rx24f_table import (
+from nodlidar_sim.devices.rx_motor import RxMotor
+from nodlidar_sim.devices.rx_table import (
     BAUD,
     ControlTable,
     Errors,
@@ -27,7 +27,7 @@ _DELAY_UNIT_NS = 2_000
 _FASTEST_BIT_RATE = 2_000_000
 
 
-class Rx24fEmulator(BusServo):
+class RxServoEmulator(BusServo):
     """The servo, its bus and its USB adapter as the host sees them; a `Device`.
 
     Parameters
@@ -66,7 +66,7 @@ class Rx24fEmulator(BusServo):
         self.table = ControlTable(kind)
         self.table[ID], self.table[BAUD] = servo_id, baud
         self.table[RETURN_DELAY] = return_delay
-        self.motor = Rx24fMotor(motion, self.table, invert)
+        self.motor = RxMotor(motion, self.table, invert)
         super().__init__(InstructionReader(), self.bit_rate, latency_timer)
         self._registered: bytes | None = None
 

@@ -7,7 +7,7 @@ from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.servo.motion import PhysicalServo
 from nodlidar_sim.world.servo_section import load_servo
 import pytest
-from test_rx24f import Bus
+from test_rx_servo import Bus
 
 RX24F = replace(load_servo('rx24f'), encoder_noise=0.0, encoder_nonlinearity=0.0)
 HEAVY = replace(RX24F, load_mass=1.0)  # 0.78 Nm, held level

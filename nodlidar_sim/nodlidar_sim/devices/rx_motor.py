@@ -1,8 +1,8 @@
-"""The motor of an RX-24F, controlled and reported by the registers."""
+"""The motor of an RX, AX or MX servo, controlled and reported by the registers."""
 
 import math
 
-from nodlidar_sim.devices.rx24f_table import (
+from nodlidar_sim.devices.rx_table import (
     CCW_MARGIN,
     CCW_SLOPE,
     ControlTable,
@@ -44,7 +44,7 @@ _WITHOUT_END = 1e6  # goal that is never reached in wheel mode [rad]
 _TURN = 2.0 * math.pi
 
 
-class Rx24fMotor:
+class RxMotor:
     """Drives the motion by the registers.
 
     Parameters

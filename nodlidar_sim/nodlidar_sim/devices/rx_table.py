@@ -1,4 +1,4 @@
-"""The control table of an RX-24F: registers, defaults, limits and the rules for writing them.
+"""The control table of an RX or AX servo: registers, defaults, limits, the rules for writing.
 
 An MX-28 with Protocol 1.0 has the same registers, but for its gains in place of the compliance,
 which are not emulated.

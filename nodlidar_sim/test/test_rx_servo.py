@@ -5,7 +5,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_sim.devices.dynamixel_packets import checksum
-from nodlidar_sim.devices.rx24f import Rx24fEmulator
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
@@ -24,7 +24,7 @@ class Bus:
         options = {'baud': 1, 'return_delay': 0, **options}
         self.clock = VirtualClock(start_ns)
         self.motion = motion or ServoMotion(jitter=jitter)
-        self.servo = Rx24fEmulator(self.motion, **options)
+        self.servo = RxServoEmulator(self.motion, **options)
         self.port = VirtualPort(self.servo, self.clock, timeout=0.1)
 
     def raw(self, data):
