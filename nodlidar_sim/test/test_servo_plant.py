@@ -207,7 +207,16 @@ def test_the_error_is_in_proportion_to_the_step(name, backlash):
 
 @pytest.mark.parametrize(
     ('name', 'rpm', 'torque'),
-    [('rx24f', 126.0, 2.6), ('mx28', 55.0, 2.5), ('xl430', 61.0, 1.5)],
+    [
+        ('rx24f', 126.0, 2.6),
+        ('rx28', 85.0, 3.7),
+        ('rx64', 64.0, 5.3),
+        ('ax12a', 59.0, 1.5),
+        ('ax18a', 97.0, 1.8),
+        ('mx28', 55.0, 2.5),
+        ('xl430', 61.0, 1.5),
+        ('xl330_m077', 383.0, 0.215),
+    ],
 )
 def test_a_set_has_the_speed_and_the_torque_of_its_data_sheet(name, rpm, torque):
     p = load_servo(name)
