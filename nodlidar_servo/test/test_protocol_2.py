@@ -67,10 +67,11 @@ def test_models_are_told_apart(name, number):
             bench.connect(other)
 
 
-def test_an_xl330_has_5_volts_and_reports_its_current():
-    emulator = make_emulator('XL330-M288', ServoMotion(0.2), 0.0)
+@pytest.mark.parametrize('model', ['XL330-M288', 'XL330-M077'])
+def test_an_xl330_has_5_volts_and_reports_its_current(model):
+    emulator = make_emulator(model, ServoMotion(0.2), 0.0)
     clock = VirtualClock(START_NS)
-    servo = Servo(VirtualPort(emulator, clock), ServoConfig(model='XL330-M288'), clock)
+    servo = Servo(VirtualPort(emulator, clock), ServoConfig(model=model), clock)
     servo.connect()
     assert (servo.limits.voltage_min, servo.limits.voltage_max) == (3.5, 7.0)
     emulator.load = 0.4  # of its torque, as 700 of 1750 mA

@@ -9,6 +9,7 @@ from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.rx_motor import SPEED_UNIT, TICK
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
+from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
@@ -55,17 +56,34 @@ def test_a_servo_from_the_factory_is_set_up():
     assert bench[table.TORQUE_ENABLE] == 0
 
 
-def test_an_mx28_of_protocol_1_is_measured_and_driven_in_its_own_steps():
-    bench, tick, unit = Bench(kind=table.MX28), 2.0 * math.pi / 4096, 0.114 * math.tau / 60.0
-    servo = bench.connect(ServoConfig(model='MX-28'))
-    assert (bench[table.MODEL], bench[table.CCW_LIMIT]) == (29, 4095)
+COARSE, FINE = (512, math.radians(300.0) / 1024, 0.111), (2048, math.tau / 4096, 0.114)
+
+
+@pytest.mark.parametrize(
+    ('model', 'number', 'steps', 'voltage'),
+    [
+        ('RX-24F', 24, COARSE, 12.0),
+        ('RX-28', 28, COARSE, 18.5),
+        ('RX-64', 64, COARSE, 18.5),
+        ('AX-12A', 12, COARSE, 12.0),
+        ('AX-18A', 18, COARSE, 12.0),
+        ('MX-28', 29, FINE, 12.0),
+    ],
+)
+def test_each_model_of_protocol_1_is_driven_in_its_own_steps(model, number, steps, voltage):
+    bench = Bench(kind=EMULATED[model].emulator.keywords['kind'])
+    middle, tick, rpm = steps
+    servo = bench.connect(ServoConfig(model=model))
+    assert (bench[table.MODEL], bench[table.CCW_LIMIT]) == (number, 2 * middle - 1)
+    assert bench[table.TORQUE_LIMIT] == bench[table.MAX_TORQUE]
     servo.drive(0.6, 2.0)
-    assert bench[table.GOAL] == 2048 + round(0.6 / tick)
-    assert bench[table.MOVING_SPEED] == round(2.0 / unit)
+    assert bench[table.GOAL] == middle + round(0.6 / tick)
+    assert bench[table.MOVING_SPEED] == round(2.0 / (rpm * math.tau / 60.0))
     for _ in range(50):
         sample = servo.read()
-    assert sample.velocity == pytest.approx(2.0, abs=unit)
+    assert sample.velocity == pytest.approx(2.0, abs=rpm * math.tau / 60.0)
     assert sample.pitch == pytest.approx(bench.pitch(sample.stamp_ns), abs=tick)
+    assert (sample.voltage, sample.status) == (voltage, 0)
     bench.pass_time(1.0)
     assert servo.read().pitch == pytest.approx(0.6, abs=tick)
 
@@ -118,13 +136,6 @@ def test_another_model_is_named():
     bench[table.MODEL] = 12
     with pytest.raises(DeviceError, match=r"'model' is RX-24F, but .* number 12 \(AX-12A\)"):
         bench.connect()
-
-
-def test_an_ax12a_has_the_same_table():
-    bench = Bench()
-    bench[table.MODEL] = 12
-    bench.connect(ServoConfig(model='AX-12A')).drive(0.2, 1.0)
-    assert bench[table.MOVING_SPEED] == round(1.0 / SPEED_UNIT)
 
 
 def test_wheel_mode_is_refused():

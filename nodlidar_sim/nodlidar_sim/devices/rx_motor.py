@@ -39,7 +39,6 @@ SPEED_UNIT = RX24F.speed_unit
 
 _VALUE_BITS = 0x3FF
 _CLOCKWISE = 0x400
-_SUPPLY = 12.0  # V
 _WITHOUT_END = 1e6  # goal that is never reached in wheel mode [rad]
 _TURN = 2.0 * math.pi
 
@@ -66,7 +65,7 @@ class RxMotor:
     """
 
     def __init__(self, motion: ServoShaft, table: ControlTable, invert: bool) -> None:
-        self.voltage = _SUPPLY
+        self.voltage = table.kind.supply
         self.temperature = 35.0
         self.load = 0.0
         self._motion = motion
@@ -144,7 +143,7 @@ class RxMotor:
         table = self._table
         if not table[TORQUE_ENABLE] or not self._torque_limit:
             return None
-        fastest = self._kind.fastest * self.voltage / _SUPPLY
+        fastest = self._kind.fastest * self.voltage / self._kind.supply
         speed = (table[MOVING_SPEED] & _VALUE_BITS) * self._kind.speed_unit
         if not table.wheel_mode:
             return self._pitch(table[GOAL]), min(speed or fastest, fastest)

@@ -35,10 +35,10 @@ class RxServoEmulator(BusServo):
     motion
         Motion of shaft and lidar, which follows the servo's goals.
     kind
-        An RX-24F, or an MX-28 with Protocol 1.0.
+        An RX-24F, or another servo with its table.
     servo_id, baud, return_delay
-        Initial values of these registers. The bit rate is 2 Mbit/s / (baud + 1), the unit of the
-        delay 2 us. The factory settings are 1, 34 and 250.
+        Initial values of these registers. The bit rate is 2 Mbit/s / (baud + 1), by default that
+        of the factory; the unit of the delay is 2 us. The other factory settings are 1 and 250.
     latency_timer
         Of the USB adapter, which delivers replies at multiples of it [s]; 0 for at once.
     invert
@@ -58,14 +58,15 @@ class RxServoEmulator(BusServo):
         *,
         kind: Kind = RX24F,
         servo_id: int = ID.default,
-        baud: int = BAUD.default,
+        baud: int | None = None,
         return_delay: int = RETURN_DELAY.default,
         latency_timer: float = 0.0,
         invert: bool = False,
     ) -> None:
         self.table = ControlTable(kind)
-        self.table[ID], self.table[BAUD] = servo_id, baud
-        self.table[RETURN_DELAY] = return_delay
+        self.table[ID], self.table[RETURN_DELAY] = servo_id, return_delay
+        if baud is not None:
+            self.table[BAUD] = baud
         self.motor = RxMotor(motion, self.table, invert)
         super().__init__(InstructionReader(), self.bit_rate, latency_timer)
         self._registered: bytes | None = None

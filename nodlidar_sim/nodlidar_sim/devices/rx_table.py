@@ -12,35 +12,8 @@ from nodlidar_sim.devices.registers import Register, Registers
 
 SIZE = 50
 EEPROM_END = 24
-RX24F_MODEL = 24
-
 
 _RPM = math.tau / 60.0  # rad/s
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """What differs between servos with this table.
-
-    Attributes
-    ----------
-    model
-        Model number.
-    ticks, tick
-        Number of positions, and the angle from one to the next [rad].
-    speed_unit, fastest
-        Step of the speed registers, and speed without load at 12 V [rad/s].
-    """
-
-    model: int
-    ticks: int
-    tick: float
-    speed_unit: float
-    fastest: float
-
-
-RX24F = Kind(RX24F_MODEL, 1024, math.radians(300.0) / 1024, 0.111 * _RPM, 126.0 * _RPM)
-MX28 = Kind(29, 4096, math.radians(360.0) / 4096, 0.114 * _RPM, 55.0 * _RPM)
 
 
 class Errors(IntFlag):
@@ -56,7 +29,7 @@ class Errors(IntFlag):
     INSTRUCTION = 0x40
 
 
-MODEL = Register(0, 2, RX24F_MODEL)
+MODEL = Register(0, 2, 24)
 FIRMWARE = Register(2, 1, 1)
 ID = Register(3, 1, 1, 0, 253)
 BAUD = Register(4, 1, 34, 0, 254)
@@ -90,6 +63,57 @@ LOCK = Register(47, 1, 0, 0, 1)
 PUNCH = Register(48, 2, 32, 0, 1023)
 
 REGISTERS = tuple(value for value in list(globals().values()) if isinstance(value, Register))
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What differs between servos with this table.
+
+    Attributes
+    ----------
+    model
+        Model number.
+    rpm, supply
+        Speed without load [rev/min] at a voltage of the supply [V].
+    factory
+        Defaults of registers where they are not those of the RX-24F.
+    ticks, tick
+        Number of positions, and the angle from one to the next [rad].
+    speed_unit
+        Step of the speed registers [rad/s].
+    """
+
+    model: int
+    rpm: float
+    supply: float = 12.0
+    factory: tuple[tuple[Register, int], ...] = ()
+    ticks: int = 1024
+    tick: float = math.radians(300.0) / 1024
+    speed_unit: float = 0.111 * _RPM
+
+    @property
+    def fastest(self) -> float:
+        """Speed without load at its supply [rad/s]."""
+        return self.rpm * _RPM
+
+
+# By the e-manual of each model.
+_AX = (BAUD, 1), (VOLTAGE_MAX, 140)
+RX24F = Kind(24, 126.0)
+RX28 = Kind(28, 85.0, 18.5)
+RX64 = Kind(64, 64.0, 18.5)
+AX12A = Kind(12, 59.0, factory=(*_AX, (TEMPERATURE_LIMIT, 70)))
+AX18A = Kind(
+    18, 97.0, factory=(*_AX, (TEMPERATURE_LIMIT, 75), (MAX_TORQUE, 983), (TORQUE_LIMIT, 983))
+)
+MX28 = Kind(
+    29,
+    55.0,
+    factory=((VOLTAGE_MAX, 160),),
+    ticks=4096,
+    tick=math.radians(360.0) / 4096,
+    speed_unit=0.114 * _RPM,
+)
 
 
 class ControlTable(Registers):
@@ -145,13 +169,9 @@ class ControlTable(Registers):
 def _of_kind(register: Register, kind: Kind) -> Register:
     """Return a register with the default and the limit that it has in a kind of servo."""
     last = kind.ticks - 1
-    own: dict[Register, dict[str, int]] = {
-        MODEL: {'default': kind.model},
-        CW_LIMIT: {'high': last},
-        CCW_LIMIT: {'high': last, 'default': last},
-        GOAL: {'high': last},
-    }
-    return replace(register, **own.get(register, {}))
+    defaults = {MODEL: kind.model, CCW_LIMIT: last, **dict(kind.factory)}
+    high = last if register in (CW_LIMIT, CCW_LIMIT, GOAL) else register.high
+    return replace(register, default=defaults.get(register, register.default), high=high)
 
 
 _WRITABLE = {

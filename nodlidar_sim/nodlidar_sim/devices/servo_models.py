@@ -7,23 +7,13 @@ from typing import Any, NamedTuple
 
 from nodlidar_sim.devices.bus_servo import BusServo
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
-from nodlidar_sim.devices.rx_table import MX28
+from nodlidar_sim.devices.rx_table import AX12A, AX18A, Kind, MX28, RX24F, RX28, RX64
 from nodlidar_sim.devices.sts_servo import StsEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
+from nodlidar_sim.devices.x_table import SHUTDOWN, TEMPERATURE_LIMIT, VOLTAGE_MAX, VOLTAGE_MIN
 from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.servo_section import load_servo
-
-# Speeds without load, of the MX-28 at 12 V and the XL330 at 5 V (e-manual) [rad/s].
-_MX28_SPEED, _XL330_SPEED = 55.0 * math.tau / 60.0, 103.0 * math.tau / 60.0
-_XL330 = partial(
-    XServoEmulator,
-    model=1200,
-    fastest=_XL330_SPEED,
-    supply=5.0,
-    voltages=(35, 70),
-    load_unit=1750,
-)
 
 
 class EmulatedServo(NamedTuple):
@@ -34,12 +24,36 @@ class EmulatedServo(NamedTuple):
     parameters: str
 
 
+def _rx(kind: Kind, parameters: str) -> EmulatedServo:
+    return EmulatedServo(partial(RxServoEmulator, kind=kind), 1, parameters)
+
+
+def _x(model: int, rpm: float, parameters: str, **options: Any) -> EmulatedServo:
+    """Return a servo of Protocol 2.0, with its speed without load at its supply [rev/min]."""
+    fastest = rpm * math.tau / 60.0
+    return EmulatedServo(
+        partial(XServoEmulator, model=model, fastest=fastest, **options), 3, parameters
+    )
+
+
+# By the e-manual of each model.
+_MX28_2 = (VOLTAGE_MIN, 95), (VOLTAGE_MAX, 160), (TEMPERATURE_LIMIT, 80)
+_XL330: dict[str, Any] = {
+    'supply': 5.0,
+    'factory': ((VOLTAGE_MIN, 35), (VOLTAGE_MAX, 70), (TEMPERATURE_LIMIT, 70), (SHUTDOWN, 53)),
+    'load_unit': 1750,
+}
 EMULATED = {
-    'RX-24F': EmulatedServo(RxServoEmulator, 1, 'rx24f'),
-    'XL430-W250': EmulatedServo(XServoEmulator, 3, 'xl430'),
-    'MX-28': EmulatedServo(partial(RxServoEmulator, kind=MX28), 1, 'mx28'),
-    'MX-28-2': EmulatedServo(partial(XServoEmulator, model=30, fastest=_MX28_SPEED), 3, 'mx28'),
-    'XL330-M288': EmulatedServo(_XL330, 3, 'xl330'),
+    'RX-24F': _rx(RX24F, 'rx24f'),
+    'RX-28': _rx(RX28, 'rx28'),
+    'RX-64': _rx(RX64, 'rx64'),
+    'AX-12A': _rx(AX12A, 'ax12a'),
+    'AX-18A': _rx(AX18A, 'ax18a'),
+    'MX-28': _rx(MX28, 'mx28'),
+    'MX-28-2': _x(30, 55.0, 'mx28', factory=_MX28_2),
+    'XL430-W250': _x(1060, 61.0, 'xl430'),
+    'XL330-M288': _x(1200, 103.0, 'xl330', **_XL330),
+    'XL330-M077': _x(1190, 383.0, 'xl330_m077', **_XL330),
     'STS3215': EmulatedServo(StsEmulator, 0, 'sts3215'),
 }
 

@@ -12,6 +12,7 @@ from nodlidar_sim.devices import x_table as table
 from nodlidar_sim.devices.dynamixel_packets import BROADCAST, Instruction
 from nodlidar_sim.devices.dynamixel_packets_2 import InstructionReader, status_packet
 from nodlidar_sim.devices.position_servo import PositionServo
+from nodlidar_sim.devices.registers import Register
 from nodlidar_sim.world.motion import ServoShaft
 import numpy as np
 
@@ -37,8 +38,10 @@ class XServoEmulator(PositionServo):
         Model number: 1060 is the XL430-W250.
     fastest
         Speed without load at its supply [rad/s]; by default, that of the XL430-W250.
-    supply, voltages
-        Voltage of the supply [V]; lowest and highest allowed voltage by its registers [0.1 V].
+    supply
+        Voltage of the supply [V].
+    factory
+        Defaults of registers of the EEPROM where they are not those of the XL430-W250.
     load_unit
         The register of the load at the greatest torque.
     servo_id, baud, return_delay
@@ -59,7 +62,7 @@ class XServoEmulator(PositionServo):
         model: int = table.MODEL.default,
         fastest: float = 61.0 * 2.0 * math.pi / 60.0,
         supply: float = 12.0,
-        voltages: tuple[int, int] = (table.VOLTAGE_MIN.default, table.VOLTAGE_MAX.default),
+        factory: tuple[tuple[Register, int], ...] = (),
         load_unit: int = 1000,
         servo_id: int = table.ID.default,
         baud: int = table.BAUD.default,
@@ -68,8 +71,7 @@ class XServoEmulator(PositionServo):
     ) -> None:
         self.table = table.XTable()
         values = {table.MODEL: model, table.ID: servo_id, table.BAUD: baud}
-        values |= {table.RETURN_DELAY: return_delay}
-        values |= dict(zip((table.VOLTAGE_MIN, table.VOLTAGE_MAX), voltages, strict=True))
+        values |= {table.RETURN_DELAY: return_delay, **dict(factory)}
         for register, value in values.items():
             self.table[register] = value
         self._fastest, self._supply, self._load_unit = fastest, supply, load_unit
