@@ -7,7 +7,6 @@ from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
 from nodlidar_servo.models import MODELS
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
-from nodlidar_sim.devices.servo_models import EMULATED
 
 
 def share(package: str, path: str) -> str:
@@ -45,10 +44,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'choices': ['', *MODELS, 'trajectory', 'none'],
         'description': 'model of the servo; trajectory: a joint that ros2_control moves by a '
         'joint_trajectory_controller; none: no servo node, another node moves the joint and '
-        'publishes joint_states (both hardware:=real); hardware:=sim has '
-        + ', '.join(EMULATED)
-        + '; '
-        'if empty, servo_params decides',
+        'publishes joint_states (both hardware:=real); if empty, servo_params decides',
     },
     'scene': {
         'default_value': 'room',

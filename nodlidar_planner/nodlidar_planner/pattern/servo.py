@@ -7,22 +7,22 @@ import math
 MAX_SPEED = 6.0
 MAX_ACCELERATION = 150.0
 TIMING_ERROR = 0.003
-# Mean speed of the nod [rad/s] that each servo is planned for, with a URG-04LX-UG01 on it. MX-28,
-# XL430, STS3215 and XL330-M288: what they hold in simulation over 1.2272 rad (`python -m bench
-# servos`): they reach the limits within 10 %, and their reversals scatter by less than 1 ms. The
-# others have the RX-24F's share of their speed without load, but for the XL330-M077, whose torque
-# is too low for this lidar: a guess.
+# Mean speed of the nod [rad/s] that each servo is planned for, with a URG-04LX-UG01 on it, but a
+# lidar of 50 g on the XL330-M077, which is too weak for it: what they hold in simulation over
+# 1.2272 rad (`python -m bench servos`). They reach the limits within 10 %, and their reversals
+# scatter by less than 1 ms, but those of the RX-24F by a little more. RX-28 and RX-64 also hold
+# theirs at 14.8 V, the recommended voltage.
 MAX_SPEEDS = {
     'RX-24F': MAX_SPEED,
-    'RX-28': 4.0,
-    'RX-64': 3.0,
+    'RX-28': 5.0,
+    'RX-64': 3.8,
     'AX-12A': 2.8,
     'AX-18A': 4.6,
     'MX-28': 4.2,
     'MX-28-2': 4.2,
     'XL430-W250': 3.2,
     'XL330-M288': 1.7,
-    'XL330-M077': 1.0,
+    'XL330-M077': 1.5,
     'STS3215': 2.9,
 }
 # The slowest nod that it follows evenly [rad/s]; a step of its register of speeds is 0.0116 rad/s.
