@@ -10,14 +10,14 @@ TIMING_ERROR = 0.003
 # Mean speed of the nod [rad/s] that each servo is planned for, with a URG-04LX-UG01 on it, but a
 # lidar of 50 g on the XL330-M077, which is too weak for it: what they hold in simulation over
 # 1.2272 rad (`python -m bench servos`). They reach the limits within 10 %, and their reversals
-# scatter by less than 1 ms, but those of the RX-24F by a little more. RX-28 and RX-64 also hold
-# theirs at 14.8 V, the recommended voltage.
+# scatter by less than 1 ms, but those of the RX-24F by a little more. So do AX-12A, AX-18A and
+# RX-28 with the armature and friction of the RX-64, since their own are guesses, too.
 MAX_SPEEDS = {
     'RX-24F': MAX_SPEED,
     'RX-28': 5.0,
     'RX-64': 3.8,
     'AX-12A': 2.8,
-    'AX-18A': 4.6,
+    'AX-18A': 3.6,
     'MX-28': 4.2,
     'MX-28-2': 4.2,
     'XL430-W250': 3.2,
