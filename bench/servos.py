@@ -3,7 +3,9 @@
 Also the fastest nod that each model is planned for. In the fast mode, commanded as by the servo
 node, joint states at 100 Hz, or at 62 Hz, as with a latency timer of 16 ms. Motion is that of the
 shaft. A reversal is where the shaft is farthest, the middle of a leg where it is level. The lidar
-is a URG-04LX-UG01, but on the XL330-M077 one of 50 g; the last row is this servo with the former.
+is a URG-04LX-UG01, but on the XL330-M077 one of 50 g. The last rows are of sets that differ: the
+XL330-M077 with the former lidar, and with the motor identified for the XL330-M288, referred to its
+gear; then others with the armature and friction that are guessed for the RX-64.
 """
 
 from dataclasses import replace
@@ -28,7 +30,11 @@ from bench.report import Row
 DURATION = 30.0
 EARLIEST = 0.1  # sweeps; a servo that is earlier counts as late on the leg before
 SLOW = 2.0  # times the duration of a sweep
-HEAVY = ServoParameters().load_mass  # kg
+HEAVY = {'load_mass': ServoParameters().load_mass}
+XL330 = load_servo('xl330')
+IDENTIFIED = {'kt': XL330.kt * 77.5 / 288.4, 'resistance': XL330.resistance}
+GUESSED = ['armature', *(f'friction_{each}' for each in ('viscous', 'coulomb', 'load'))]
+GUESSED += [f'stribeck_{each}' for each in ('coulomb', 'load', 'speed', 'exponent')]
 NODS = {'reference': 1.0, 'half as fast': SLOW}
 SENSOR = SensorModel(joint_rate=100.0, joint_latency=0.0015)
 SLOW_ADAPTER = SensorModel(joint_rate=62.0, joint_latency=0.015)
@@ -53,8 +59,14 @@ def results() -> list[Row]:
     for title, sensor in PLANNED.items():
         for name, speed in sorted(fastest.items()):
             rows.append(_row(name, title, nod_of(reference_nod().speed / speed), sensor))
-    title = f'half as fast, {HEAVY:g} kg'
-    return [*rows, _row('xl330_m077', title, nod_of(SLOW), SENSOR, load_mass=HEAVY)]
+    slow = nod_of(SLOW)
+    rows.append(_row('xl330_m077', 'half as fast, 0.16 kg', slow, SENSOR, **HEAVY))
+    rows.append(_row('xl330_m077', 'half as fast, identified motor', slow, SENSOR, **IDENTIFIED))
+    guesses = {key: getattr(load_servo('rx64'), key) for key in GUESSED}
+    for name in ('ax12a', 'ax18a', 'rx28'):
+        nod = nod_of(reference_nod().speed / fastest[name])
+        rows.append(_row(name, 'as planned, guesses of rx64', nod, SENSOR, **guesses))
+    return rows
 
 
 def nod_of(slower: float) -> NodTrajectory:
