@@ -42,6 +42,13 @@ class ServoConfig(JointConfig):
     torque_limit: float = parameter(
         1.0, 'Torque limit as a share of the maximum torque', minimum=0.05, maximum=1.0
     )
+    position_gain: int = parameter(
+        0,
+        'P gain of the position loop of a servo of Protocol 2.0, until its power goes; 0: 1200 for '
+        'an XL330, whose 400 are too weak for a lidar, others as they have it',
+        minimum=0,
+        maximum=16383,
+    )
     feedback_rate: float = parameter(
         100.0,
         'Joint states per second; an adapter with a latency timer of 16 ms gives some 62. The '
@@ -74,6 +81,9 @@ class ServoConfig(JointConfig):
             if not low <= getattr(self, key) <= high:
                 limit = f'between {low:.4f} and {high:.4f} rad, the range of the servo'
                 raise ParameterError(key, limit, getattr(self, key))
+        if self.position_gain and self.scale.model.table.position_gain is None:
+            limit = f'0 for a servo {self.model}, which has no such register'
+            raise ParameterError('position_gain', limit, self.position_gain)
 
     @property
     def scale(self) -> PitchScale:

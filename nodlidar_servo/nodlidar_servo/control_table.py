@@ -88,6 +88,8 @@ class ControlTable:
         Register of the alarms, None if the status byte has them.
     watchdog
         Register of the bus watchdog, None without one.
+    position_gain
+        Register of the P gain of the position loop, None where it is not in RAM.
     drive
         Of the block of goal and speed.
     present, present_size
@@ -108,6 +110,7 @@ class ControlTable:
     torque_limit: int
     hardware_error: int | None
     watchdog: int | None
+    position_gain: int | None
     drive: int
     present: int
     present_size: int
@@ -178,6 +181,7 @@ TABLE_1 = _Table1(
     torque_limit=34,
     hardware_error=None,
     watchdog=None,
+    position_gain=None,
     drive=30,
     present=36,
     present_size=PRESENT_1.size,
@@ -193,6 +197,7 @@ TABLE_2 = _Table2(
     torque_limit=100,
     hardware_error=70,
     watchdog=98,
+    position_gain=84,
     drive=112,
     present=126,
     present_size=_PRESENT_2.size,

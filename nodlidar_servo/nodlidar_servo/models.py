@@ -1,6 +1,6 @@
 """The supported servo models, and the units of their registers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 from nodlidar_servo.control_table import ControlTable, TABLE_1, TABLE_2
@@ -29,6 +29,8 @@ class ServoModel:
         Its registers.
     most_load
         Count of the load register at the maximum torque, or at the limit of the current.
+    position_gain
+        P gain that it needs to carry a lidar, 0 if that of the factory will do.
     """
 
     name: str
@@ -40,6 +42,7 @@ class ServoModel:
     max_torque: float
     table: ControlTable = TABLE_1
     most_load: int = 1023
+    position_gain: int = 0
 
     @property
     def fastest(self) -> float:
@@ -67,11 +70,18 @@ def _series_1(name: str, number: int, rpm: float, torque: float) -> ServoModel:
     return ServoModel(name, number, 1024, _STEP_300, _UNIT_1, _rpm(rpm), torque)
 
 
-def _series_2(name: str, number: int, rpm: float, torque: float, most_load: int) -> ServoModel:
+def _series_2(name: str, number: int, rpm: float, torque: float) -> ServoModel:
     """Return an X or MX servo with Protocol 2.0."""
-    return ServoModel(
-        name, number, 4096, _STEP_360, _UNIT_2, _rpm(rpm), torque, TABLE_2, most_load
-    )
+    return ServoModel(name, number, 4096, _STEP_360, _UNIT_2, _rpm(rpm), torque, TABLE_2, 1000)
+
+
+def _xl330(name: str, number: int, rpm: float, torque: float) -> ServoModel:
+    """Return an XL330, whose load is the current, in units of 1 mA of at most 1750.
+
+    With the 400 of the factory, its position loop gives way by 0.15 rad to a URG-04LX-UG01.
+    """
+    servo = _series_2(name, number, rpm, torque)
+    return replace(servo, most_load=1750, position_gain=1200)
 
 
 # Speeds without load and torques at standstill by the e-manual: AX-12A, AX-18A and RX-24F at 12 V,
@@ -86,11 +96,10 @@ MODELS = {
         _series_1('AX-12A', 12, 59.0, 1.5),
         _series_1('AX-18A', 18, 97.0, 1.8),
         ServoModel('MX-28', 29, 4096, _STEP_360, _UNIT_MX, _rpm(55.0), 2.5),
-        _series_2('MX-28-2', 30, 55.0, 2.5, 1000),
-        _series_2('XL430-W250', 1060, 61.0, 1.5, 1000),
-        # Their load is the current, in units of 1 mA of at most 1750.
-        _series_2('XL330-M288', 1200, 103.0, 0.52, 1750),
-        _series_2('XL330-M077', 1190, 383.0, 0.215, 1750),
+        _series_2('MX-28-2', 30, 55.0, 2.5),
+        _series_2('XL430-W250', 1060, 61.0, 1.5),
+        _xl330('XL330-M288', 1200, 103.0, 0.52),
+        _xl330('XL330-M077', 1190, 383.0, 0.215),
         ServoModel('STS3215', 777, 4096, _STEP_360, _STEP_360, _rpm(45.0), 2.94, TABLE_STS, 1000),
     )
 }

@@ -65,6 +65,9 @@ def prepare(bus: DynamixelBus, config: ServoConfig) -> Setting:
         )
     torque_limit = round(config.torque_limit * found.most_torque)
     write_torque_limit(bus, table, torque_limit)
+    gain = config.position_gain or config.scale.model.position_gain
+    if gain and table.position_gain is not None:
+        bus.write(table.position_gain, gain.to_bytes(2, 'little'))
     delay_ns = bus.read(table.return_delay, 1).data[0] * _RETURN_DELAY_UNIT_NS
     limits = Limits(found.temperature, found.voltage_min, found.voltage_max, found.shutdown)
     return Setting(limits, torque_limit, delay_ns)

@@ -51,6 +51,7 @@ TABLE_STS = _TableSts(
     torque_limit=48,
     hardware_error=None,
     watchdog=None,
+    position_gain=None,
     drive=41,
     present=56,
     present_size=PRESENT_1.size,

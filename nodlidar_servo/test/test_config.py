@@ -13,6 +13,7 @@ import pytest
         ('pitch_lower_limit', {'pitch_lower_limit': -3.0}),
         ('pitch_upper_limit', {'zero_tick': 1000}),
         ('feedback_rate', {'feedback_rate': 0.0}),
+        ('position_gain', {'model': 'MX-28', 'position_gain': 900}),
     ],
 )
 def test_wrong_values_are_named(key, values):

@@ -1,5 +1,6 @@
 """Servos of Protocol 2.0: set up, measured and driven as those of 1.0."""
 
+from dataclasses import replace
 import math
 import re
 
@@ -16,7 +17,9 @@ from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.servo_models import make_emulator
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.servo.motion import PhysicalServo
 from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
 
@@ -47,6 +50,13 @@ class Bench:
         self.emulator.table[register] = value
 
 
+def connected(emulator, config):
+    clock = VirtualClock(START_NS)
+    servo = Servo(VirtualPort(emulator, clock), config, clock)
+    servo.connect()
+    return servo
+
+
 def test_a_servo_from_the_factory_is_set_up():
     bench = Bench()
     bench[table.TORQUE_ENABLE] = 1  # left on by a crash
@@ -70,15 +80,44 @@ def test_models_are_told_apart(name, number):
 @pytest.mark.parametrize('model', ['XL330-M288', 'XL330-M077'])
 def test_an_xl330_has_5_volts_and_reports_its_current(model):
     emulator = make_emulator(model, ServoMotion(0.2), 0.0)
-    clock = VirtualClock(START_NS)
-    servo = Servo(VirtualPort(emulator, clock), ServoConfig(model=model), clock)
-    servo.connect()
+    servo = connected(emulator, ServoConfig(model=model))
     assert (servo.limits.voltage_min, servo.limits.voltage_max) == (3.5, 7.0)
     emulator.load = 0.4  # of its torque, as 700 of 1750 mA
     sample = servo.read()
     assert sample.load == pytest.approx(0.4)
     assert sample.voltage == pytest.approx(5.0)
     assert emulator.table[table.LOAD] == 700
+
+
+@pytest.mark.parametrize(
+    ('model', 'asked', 'gain'),
+    [
+        ('XL330-M288', 0, 1200),
+        ('XL330-M077', 0, 1200),
+        ('XL330-M288', 700, 700),
+        ('XL430-W250', 0, 640),
+        ('XL430-W250', 900, 900),
+        ('MX-28-2', 0, 850),
+    ],
+)
+def test_the_position_gain_is_as_asked_or_as_the_model_needs(model, asked, gain):
+    emulator = make_emulator(model, ServoMotion(0.2), 0.0)
+    connected(emulator, ServoConfig(model=model, position_gain=asked))
+    assert emulator.table[table.P_GAIN] == gain
+
+
+def test_an_xl330_gives_way_to_a_lidar_by_the_inverse_of_its_gain():
+    beyond = {}  # as the lidar is above the axis
+    for gain in (400, 1200):
+        motion = PhysicalServo(replace(load_servo('xl330'), encoder_nonlinearity=0.0), 0.6)
+        emulator = make_emulator('XL330-M288', motion, 0.0)
+        servo = connected(emulator, ServoConfig(model='XL330-M288', position_gain=gain))
+        servo.drive(0.6, 1.0)
+        for _ in range(1000):
+            sample = servo.read()
+        beyond[gain] = sample.pitch - 0.6
+    assert beyond[400] > 0.05
+    assert beyond[400] / beyond[1200] == pytest.approx(3.0, rel=0.2)
 
 
 def test_a_sample_is_what_the_shaft_does():

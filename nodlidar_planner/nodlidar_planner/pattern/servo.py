@@ -21,8 +21,8 @@ MAX_SPEEDS = {
     'MX-28': 4.2,
     'MX-28-2': 4.2,
     'XL430-W250': 3.2,
-    'XL330-M288': 1.7,
-    'XL330-M077': 1.5,
+    'XL330-M288': 2.3,
+    'XL330-M077': 2.0,
     'STS3215': 2.9,
 }
 # The slowest nod that it follows evenly [rad/s]; a step of its register of speeds is 0.0116 rad/s.

@@ -36,9 +36,11 @@ class PositionServo(BusServo):
         self.voltage, self.temperature, self.load = supply, 35.0, 0.0
         self._motion = motion
         self._target: tuple[float, float] | None = None
-        self._limit: float | None = None
+        self._loop: tuple[float, float] | None = None
 
-    def _apply(self, now_ns: int, limit: float, target: tuple[float, float] | None) -> None:
+    def _apply(
+        self, now_ns: int, limit: float, target: tuple[float, float] | None, gain: float = 1.0
+    ) -> None:
         """Pass on what has changed at a time [ns].
 
         Parameters
@@ -49,10 +51,12 @@ class PositionServo(BusServo):
             Of the torque, as a share of the greatest.
         target
             Goal [rad] and speed [rad/s]; None without torque.
+        gain
+            P gain over that of the motion's parameters.
         """
-        if limit != self._limit:
-            self._limit = limit
-            self._motion.set_compliance(now_ns, Compliance(0.0, 1.0, 0.0, 1.0, 0.0, limit))
+        if (limit, gain) != self._loop:
+            self._loop = limit, gain
+            self._motion.set_compliance(now_ns, Compliance(0.0, 1.0, 0.0, 1.0, 0.0, limit, gain))
         if target != self._target:
             self._target = target
             if target is None:

@@ -10,7 +10,13 @@ from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.rx_table import AX12A, AX18A, Kind, MX28, RX24F, RX28, RX64
 from nodlidar_sim.devices.sts_servo import StsEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
-from nodlidar_sim.devices.x_table import SHUTDOWN, TEMPERATURE_LIMIT, VOLTAGE_MAX, VOLTAGE_MIN
+from nodlidar_sim.devices.x_table import (
+    P_GAIN,
+    SHUTDOWN,
+    TEMPERATURE_LIMIT,
+    VOLTAGE_MAX,
+    VOLTAGE_MIN,
+)
 from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.servo_section import load_servo
@@ -37,10 +43,17 @@ def _x(model: int, rpm: float, parameters: str, **options: Any) -> EmulatedServo
 
 
 # By the e-manual of each model.
-_MX28_2 = (VOLTAGE_MIN, 95), (VOLTAGE_MAX, 160), (TEMPERATURE_LIMIT, 80)
+_MX28_2 = (VOLTAGE_MIN, 95), (VOLTAGE_MAX, 160), (TEMPERATURE_LIMIT, 80), (P_GAIN, 850)
 _XL330: dict[str, Any] = {
     'supply': 5.0,
-    'factory': ((VOLTAGE_MIN, 35), (VOLTAGE_MAX, 70), (TEMPERATURE_LIMIT, 70), (SHUTDOWN, 53)),
+    'factory': (
+        (VOLTAGE_MIN, 35),
+        (VOLTAGE_MAX, 70),
+        (TEMPERATURE_LIMIT, 70),
+        (SHUTDOWN, 53),
+        (P_GAIN, 400),
+    ),
+    'gain': 1200,
     'load_unit': 1750,
 }
 EMULATED = {

@@ -41,7 +41,9 @@ class XServoEmulator(PositionServo):
     supply
         Voltage of the supply [V].
     factory
-        Defaults of registers of the EEPROM where they are not those of the XL430-W250.
+        Defaults of registers where they are not those of the XL430-W250.
+    gain
+        P gain to which the motion's parameters belong; by default that of the factory.
     load_unit
         The register of the load at the greatest torque.
     servo_id, baud, return_delay
@@ -63,6 +65,7 @@ class XServoEmulator(PositionServo):
         fastest: float = 61.0 * 2.0 * math.pi / 60.0,
         supply: float = 12.0,
         factory: tuple[tuple[Register, int], ...] = (),
+        gain: int = 0,
         load_unit: int = 1000,
         servo_id: int = table.ID.default,
         baud: int = table.BAUD.default,
@@ -70,10 +73,12 @@ class XServoEmulator(PositionServo):
         latency_timer: float = 0.0,
     ) -> None:
         self.table = table.XTable()
+        self._factory = dict(factory)
         values = {table.MODEL: model, table.ID: servo_id, table.BAUD: baud}
-        values |= {table.RETURN_DELAY: return_delay, **dict(factory)}
+        values |= {table.RETURN_DELAY: return_delay, **self._factory}
         for register, value in values.items():
             self.table[register] = value
+        self._gain = gain or self.table[table.P_GAIN]
         self._fastest, self._supply, self._load_unit = fastest, supply, load_unit
         self._heard_ns = 0
         super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, supply)
@@ -192,7 +197,7 @@ class XServoEmulator(PositionServo):
         """Set the registers of RAM to their defaults."""
         for register in table.REGISTERS:
             if register.address >= table.EEPROM_END:
-                self.table[register] = register.default
+                self.table[register] = self._factory.get(register, register.default)
 
     @property
     def _is_shut_down(self) -> bool:
@@ -205,7 +210,7 @@ class XServoEmulator(PositionServo):
         if self._is_shut_down:
             registers[table.TORQUE_ENABLE] = 0
         limit = registers[table.GOAL_PWM] / table.PWM_LIMIT.default
-        self._apply(now_ns, limit, self._wanted())
+        self._apply(now_ns, limit, self._wanted(), registers[table.P_GAIN] / self._gain)
 
     def _alarms(self) -> int:
         registers, alarms = self.table, 0

@@ -23,6 +23,8 @@ class Compliance:
         Least duty beyond the margin.
     torque_limit
         Highest duty.
+    gain
+        P gain over that of the parameters, of servos without compliance.
     """
 
     margin_up: float
@@ -31,6 +33,7 @@ class Compliance:
     slope_down: float
     punch: float
     torque_limit: float
+    gain: float = 1.0
 
 
 Loop = tuple[float, float, float]
@@ -55,6 +58,7 @@ class Firmware:
     def set_compliance(self, registers: Compliance) -> None:
         """Apply registers; those of the position loop only if the servo has them."""
         tick = self._p.tick
+        self._up = self._down = self._p.margin * tick, self._p.p_gain * registers.gain
         self._limit = min(registers.torque_limit, self._p.torque_limit)
         if self._p.compliance:
             self._punch = registers.punch
