@@ -8,7 +8,7 @@ MAX_SPEED = 6.0
 MAX_ACCELERATION = 150.0
 TIMING_ERROR = 0.003
 # Mean speed of the nod [rad/s] that each servo is planned for, with a URG-04LX-UG01 on it, but a
-# lidar of 50 g on the XL330-M077, which is too weak for it: what they hold in simulation over
+# lidar of 50 g on the XL330-M077, which is weak: what they hold in simulation over
 # 1.2272 rad (`python -m bench servos`). They reach the limits within 10 %, and their reversals
 # scatter by less than 1 ms, but those of the RX-24F by a little more. So do AX-12A, AX-18A and
 # RX-28 with the armature and friction of the RX-64, since their own are guesses, too.
