@@ -86,8 +86,21 @@ def is_one_piece(task):
     return bool((np.rint(steps) == 1).all())
 
 
+ALMOST_A_CIRCLE = Task(
+    pitch_min=0.0,
+    pitch_max=1.0,
+    azimuth=math.nextafter(math.pi, 0.0),
+    steps_per_revolution=4,
+    window_min=0.0,
+    window_max=4.0,
+    azimuth_of_step_0=0.0,
+)
+
+
 @settings(max_examples=400)
 @given(cases())
+@example((ALMOST_A_CIRCLE, Pattern(4, 1, 0.0), 0))
+@example((ALMOST_A_CIRCLE, Pattern(4, 3, 0.0), 9))
 def test_equals_the_largest_empty_square_grown_from_all_corners(case):
     task, pattern, samples = case
     hole = largest_hole(task, pattern, samples * task.sample_time)
