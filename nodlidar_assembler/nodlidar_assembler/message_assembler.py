@@ -73,7 +73,7 @@ class MessageAssembler(ScanAssembler):
         try:
             scan = self._scan_input.scan(message, arrived_ns)
         except RefusedScanError as error:
-            self.drops[str(error)] += 1
+            self.drops[error.reason] += 1
             raise
         self._scan_ns = scan.stamp_ns
         return scan

@@ -210,7 +210,7 @@ class ScanAssembler:
         try:
             assembled = self._pipeline.add_scan(scan, *samples, odometry, jumped)
         except PitchError as error:
-            return self._drop(scan, str(error))
+            return self._drop(scan, error.reason)
         except OdometryError as error:
             return self._without_odometry(scan, samples, error.reason)
         if scan.geometry.time_increment == 0.0:

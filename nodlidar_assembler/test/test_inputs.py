@@ -36,7 +36,7 @@ def joint_state(sec=1_700_000_000, **fields):
 def refusal_of(message, **parameters):
     with pytest.raises(RefusedScanError) as refusal:
         ScanInput(AssemblerConfig(**parameters)).scan(message, 0)
-    return str(refusal.value)
+    return refusal.value
 
 
 def taken(message, **parameters):
@@ -89,13 +89,13 @@ def test_scans_that_can_be_used_are_passed_on(fields):
     ],
 )
 def test_a_malformed_scan_is_dropped_and_what_is_wrong_is_named(key, value):
-    assert refusal_of(scan(**{key: value})).startswith(f'{key} must be ')
+    assert refusal_of(scan(**{key: value})).reason.startswith(f'{key} must be ')
 
 
 def test_a_scan_before_1970_is_dropped():
     message = scan()
     message.header.stamp.sec = -1
-    assert refusal_of(message) == OF_NO_TIME
+    assert refusal_of(message).reason == OF_NO_TIME
 
 
 def test_a_scan_stamped_at_its_end_is_taken_from_its_first_beam_on():
@@ -105,7 +105,7 @@ def test_a_scan_stamped_at_its_end_is_taken_from_its_first_beam_on():
 
 
 def test_a_scan_that_a_delay_leads_before_1970_is_dropped():
-    assert refusal_of(scan(), scan_delay=0.1) == OF_NO_TIME
+    assert refusal_of(scan(), scan_delay=0.1).reason == OF_NO_TIME
 
 
 def test_the_time_between_beams_is_as_given_only_where_scans_tell_none():
@@ -120,8 +120,14 @@ def test_what_is_too_far_is_what_the_scan_or_the_parameter_says(max_range, farth
 
 
 def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():
-    reasons = {refusal_of(scan(time_increment=-t)) for t in (1e-4, 2e-4)}
+    reasons = {refusal_of(scan(time_increment=-t)).reason for t in (1e-4, 2e-4)}
     assert len(reasons) == 1
+
+
+@pytest.mark.parametrize(('key', 'value'), [('angle_min', 1e30), ('time_increment', NAN)])
+def test_a_refusal_says_the_value_that_is_wrong(key, value):
+    refusal = refusal_of(scan(**{key: value}))
+    assert str(refusal) == f'{refusal.reason}: {getattr(scan(**{key: value}), key)!r}'
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,20 @@ class ParameterError(NodlidarError, ValueError):
         self.value = value
 
 
+class ScanError(NodlidarError):
+    """A scan that cannot be used, or not be placed.
+
+    Attributes
+    ----------
+    reason
+        The message without the value; drops are counted by it.
+    """
+
+    def __init__(self, reason: str, value: object = None) -> None:
+        super().__init__(reason if value is None else f'{reason}: {value}')
+        self.reason = reason
+
+
 class DeviceError(NodlidarError):
     """A device that cannot be used: it does not answer, refuses, or is faulty."""
 

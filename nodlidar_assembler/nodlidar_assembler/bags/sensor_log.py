@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryError
+from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
-from nodlidar_assembler.clouds.pitch import PitchError
+from nodlidar_common.errors import ScanError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,8 +54,6 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
             clouds += pipeline.add_scan(
                 scan, log.sample_ns[around], log.sample_pitch[around], log.odometry
             ).clouds
-        except PitchError as error:
-            drops[str(error)] += 1
-        except OdometryError as error:
+        except ScanError as error:
             drops[error.reason] += 1
     return clouds, drops

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.odometry_steps import dots, lengths, Steps
-from nodlidar_common.errors import NodlidarError
+from nodlidar_common.errors import ScanError
 from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 import numpy as np
@@ -27,18 +27,8 @@ LENGTH_TOLERANCE = 1e-3 + 1e-12
 _UNMOUNTED = Pose.from_xyzrpy((0.0,) * 6)
 
 
-class OdometryError(NodlidarError):
-    """Odometry does not determine the poses of a scan's beams.
-
-    Attributes
-    ----------
-    reason
-        The message without the value; drops are counted by it.
-    """
-
-    def __init__(self, reason: str, value: object = None) -> None:
-        super().__init__(reason if value is None else f'{reason}: {value}')
-        self.reason = reason
+class OdometryError(ScanError):
+    """Odometry does not determine the poses of a scan's beams."""
 
 
 @dataclass(frozen=True)

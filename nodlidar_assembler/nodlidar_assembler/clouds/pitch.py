@@ -5,7 +5,7 @@ by the linearly interpolated angle (Shoemake 1985: ``q(u) = q0 (q0^-1 q1)^u``, a
 rotation scales its angle), so interpolating the angle is SLERP exactly, without trigonometry.
 """
 
-from nodlidar_common.errors import NodlidarError
+from nodlidar_common.errors import ScanError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 LARGEST = 1e6
 
 
-class PitchError(NodlidarError):
+class PitchError(ScanError):
     """The joint samples do not determine the pitch of a scan's beams."""
 
 

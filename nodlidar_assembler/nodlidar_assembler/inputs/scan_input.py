@@ -9,7 +9,7 @@ from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.control.scan_watch import ScanWatch
 from nodlidar_assembler.inputs.scan_message import scan_from_message
 from nodlidar_assembler.inputs.stamp_clock import StampClock
-from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.errors import ParameterError, ScanError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 
@@ -54,8 +54,8 @@ class ScanInputConfig:
     )
 
 
-class RefusedScanError(NodlidarError):
-    """A malformed or mistimed scan; drops are counted by the message, so it has no value."""
+class RefusedScanError(ScanError):
+    """A malformed or mistimed scan."""
 
 
 class ScanInput:
@@ -98,7 +98,7 @@ class ScanInput:
             )
             nominal = revolution_time(scan.geometry)
         except ParameterError as error:
-            raise RefusedScanError(f'{error.key} must be {error.limit}') from error
+            raise RefusedScanError(f'{error.key} must be {error.limit}', error.value) from error
         if self._device_clock is not None:
             self._device_clock.add(scan.end_ns, arrived_ns)
             scan = replace(scan, stamp_ns=scan.stamp_ns - self._device_clock.ahead_ns)
