@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.clouds.geometry import Beams, MountConfig
+from nodlidar_assembler.clouds.geometry import Beams, MountConfig, REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
@@ -137,9 +137,9 @@ class Beam:
         track, parts = JointTrack.of(log), []
         step = max(1, sum(len(scan.ranges) for scan in log.scans) // _PREPARED)
         for number, scan in enumerate(log.scans):
-            beams = Beams(scan.geometry, MountConfig().mount)
+            beams = Beams(scan.geometry, REFERENCE_MOUNT)
             g = scan.geometry
-            good = (scan.ranges >= g.range_min) & (scan.ranges <= min(g.range_max, max_range))
+            good = g.measured(scan.ranges) & (scan.ranges <= max_range)
             edge = veiled(scan.ranges, g, VeilConfig())
             near = np.convolve(edge, np.ones(2 * _AT_EDGE + 1), 'same') > 0.5
             which = np.flatnonzero(good & ~near)[number % step :: step]

@@ -9,9 +9,6 @@ from nodlidar_assembler.clouds.points import MOVED_POINT, POINT, WITH_SIGMA
 import numpy as np
 from numpy.typing import NDArray
 
-# Largest range [m]: range_max may be infinite, but points are finite.
-_LARGEST = float(np.finfo(np.float32).max)
-
 
 @dataclass(frozen=True, slots=True)
 class Points:
@@ -57,13 +54,6 @@ class Points:
         return Points(self.time_ns, data, origin)
 
 
-def valid_beams(beams: Beams, ranges: NDArray[np.float32]) -> NDArray[np.intp]:
-    """Return the indices of the beams with a measurement (REP 117: neither inf nor NaN)."""
-    geometry = beams.geometry
-    farthest = min(geometry.range_max, _LARGEST)
-    return np.flatnonzero((ranges >= geometry.range_min) & (ranges <= farthest))
-
-
 @dataclass(frozen=True, slots=True)
 class Placed:
     """The beams of a scan with a measurement, and their end points.
@@ -100,7 +90,7 @@ def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64])
     pitch
         Pitch of each beam [rad], shape (n,).
     """
-    valid = valid_beams(beams, ranges)
+    valid = np.flatnonzero(beams.geometry.measured(ranges))
     xyz = beams.direction.take(valid, axis=1)
     xyz *= ranges.take(valid)
     xyz += beams.mount.position[:, None]

@@ -16,6 +16,8 @@ _LEAST_STEP = 1e-6
 _MOST_REVOLUTIONS = 2.0
 # Shortest and longest revolution of any lidar [s].
 _SHORTEST, _LONGEST = 5e-4, 20.0
+# Largest range [m]: range_max may be infinite, but points are finite.
+_LARGEST = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,10 @@ class ScanGeometry:
             raise ParameterError('range_min', 'at least 0 m and finite', self.range_min)
         if not self.range_min <= self.range_max:
             raise ParameterError('range_max', 'at least range_min', self.range_max)
+
+    def measured(self, ranges: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Return which ranges [m] are measurements, by REP 117, shape (n,)."""
+        return (ranges >= self.range_min) & (ranges <= min(self.range_max, _LARGEST))
 
     def _check_rate(self) -> None:
         if not 0.0 <= self.time_increment <= 1.0:

@@ -54,9 +54,7 @@ def veiled(
     """
     apart = abs(geometry.angle_increment)
     ratio = math.cos(apart) + math.sin(apart) / math.tan(config.veil_angle)
-    measured = (ranges >= geometry.range_min) & (ranges <= geometry.range_max)
-    measured &= ranges < math.inf
-    known = np.where(measured, ranges, np.nan)
+    known = np.where(geometry.measured(ranges), ranges, np.nan)
     limit = np.maximum(known * ratio, known + config.veil_step)
     found = np.zeros(len(ranges), dtype=np.bool_)
     found[1:] = known[1:] > limit[:-1]
