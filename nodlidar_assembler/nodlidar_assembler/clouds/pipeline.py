@@ -186,7 +186,9 @@ class Pipeline:
         poses = None
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
-        placed = self._judged(place(beams, self._unveiled(scan), pitch), scan, beams, pitch)
+        placed = self._with_sigma(
+            place(beams, self._without_mixed_pixels(scan), pitch), scan, beams, pitch
+        )
         points = self._points(scan, placed, beams, poses)
         in_odometry = poses is not None and not self._deskews
         if jumped and self._sweeps is not None:
@@ -203,7 +205,7 @@ class Pipeline:
             return points_of(*given, poses, self._moved_point)
         return replace(points_of(*given, point=DESKEWED_POINT), poses=poses.take(placed.beams))
 
-    def _judged(
+    def _with_sigma(
         self, placed: Placed, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
     ) -> Placed:
         """Return end points with their expected errors, if these are wanted."""
@@ -212,7 +214,7 @@ class Pipeline:
         ranges, speed = scan.ranges[placed.beams], nod_speed(beams, pitch)[placed.beams]
         return replace(placed, sigma=point_sigma(self._sigma, ranges, placed.xyz, speed))
 
-    def _unveiled(self, scan: Scan) -> NDArray[np.float32]:
+    def _without_mixed_pixels(self, scan: Scan) -> NDArray[np.float32]:
         """Return the ranges of a scan, NaN for mixed pixels."""
         if not self._veils.veil_angle:
             return scan.ranges

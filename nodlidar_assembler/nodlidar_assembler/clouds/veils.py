@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class VeilConfig:
-    """Veils."""
+    """Mixed pixels."""
 
     veil_angle: float = parameter(
         0.2,
