@@ -20,10 +20,10 @@ class VirtualHostClock:
     def __init__(self):
         self.at_ns = START_NS
 
-    def patience_ns(self):
+    def deadline_clock_ns(self):
         return self.at_ns
 
-    now_ns = patience_ns
+    now_ns = deadline_clock_ns
 
     def check(self, kind, stamp_ns, arrived_ns=0):
         return True

@@ -1,4 +1,4 @@
-"""Rates over the last seconds."""
+"""What was counted in the last seconds."""
 
 from collections import Counter, deque
 

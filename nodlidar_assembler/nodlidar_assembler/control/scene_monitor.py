@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Least span of adapted limits [rad], unless the configured limits are closer.
-LEAST_SPAN = 0.2
+LEAST_ADAPTED_SPAN = 0.2
 AHEAD = np.array([[1.0, 0.0, 0.0]])
 
 
@@ -103,7 +103,7 @@ class SceneMonitor:
                 z_sensor=config.sensor_height,
                 pitch_min=config.pitch_min,
                 pitch_max=config.pitch_max,
-                least_span=min(LEAST_SPAN, span),
+                least_span=min(LEAST_ADAPTED_SPAN, span),
                 rate=config.limits_rate,
             )
         )

@@ -72,7 +72,7 @@ class AssemblyFilter(SimpleFilter):
             return
         self.scans.signalMessage(scan)
         self._states.take()  # before the scan, as they came: time may have gone back with them
-        self.assembler.add_scan(scan, self._clock.patience_ns())
+        self.assembler.add_scan(scan, self._clock.deadline_clock_ns())
         self.release()
 
     def add_state(self, message: JointState) -> None:
@@ -105,7 +105,7 @@ class AssemblyFilter(SimpleFilter):
 
     def release(self) -> None:
         """Pass on the outcomes that are ready; call it regularly where no message may arrive."""
-        for outcome in self.assembler.ready(self._clock.patience_ns()):
+        for outcome in self.assembler.ready(self._clock.deadline_clock_ns()):
             self._warn_of(outcome)
             self.signalMessage(outcome)
 

@@ -35,7 +35,7 @@ class HostClock:
         """Return the time by which messages are stamped [ns]."""
         return int(self._clock.now().nanoseconds)
 
-    def patience_ns(self) -> int:
+    def deadline_clock_ns(self) -> int:
         """Return the time for deadlines [ns]: steady, or simulated like the stamps."""
         return self.now_ns() if self._clock.ros_time_is_active else steady_ns()
 

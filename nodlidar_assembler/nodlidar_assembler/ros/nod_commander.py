@@ -72,7 +72,7 @@ class NodCommander:
         self._last_scan_ns = steady_ns()
         since_ns = self._last_scan_ns - self._published_ns
         due = first or self._controller.approaching or since_ns >= _SOON * self._interval_ns
-        self._stamp_clock.add(scan.end_ns, self._clock.patience_ns())
+        self._stamp_clock.add(scan.end_ns, self._clock.deadline_clock_ns())
         try:
             self._controller.add_scan(scan.geometry, scan.stamp_ns)
         except ParameterError as error:
@@ -160,4 +160,4 @@ class NodCommander:
     def now_ns(self) -> int:
         """Return the present time by the clock of the stamps [ns]."""
         host = self._clock
-        return self._stamp_clock.now_ns(host.patience_ns(), host.now_ns())
+        return self._stamp_clock.now_ns(host.deadline_clock_ns(), host.now_ns())
