@@ -148,6 +148,9 @@ class Diagnosis:
         return [*texts, *filter(None, [self._assembly.assembler.missing_input])]
 
     def _warnings(self) -> list[str]:
-        texts = [f'{count} publishers of {what}' for what, count in self._shared_inputs().items()]
+        texts = [
+            f'{count} publishers of {what}: stop all but one'
+            for what, count in self._shared_inputs().items()
+        ]
         texts += [f'{count} {what}' for what, count in self._recent.counts.most_common(1)]
         return [*texts, *filter(None, [self.agreement.warning])]

@@ -141,7 +141,7 @@ class NodCommander:
         if math.gcd(n_s, n_l) > 1:
             self._node.get_logger().warning(
                 f'samples_per_sweep = {n_s} and steps_per_revolution = {n_l} share the divisor '
-                f'{math.gcd(n_s, n_l)}: samples repeat'
+                f'{math.gcd(n_s, n_l)}, so samples repeat: choose a coprime samples_per_sweep'
             )
 
     def _warn_of_other_steps(self) -> None:
