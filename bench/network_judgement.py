@@ -99,11 +99,25 @@ def account(here: Iterable[Arrival], there: Iterable[Arrival], truth: Truth) -> 
         lost=lost,
         gaps=gaps,
         unaccounted=max(span.size - in_clouds - _scans_of(counted) - max(lost, gaps), 0),
-        undecided=after['scans'] - after['clouds'] - _scans_of(after),
+        undecided=_undecided(after),
         strangers=len(clouds) - in_clouds,
         error=found.cloud,
         late=_late(clouds, found, truth),
     )
+
+
+def are_decided(there: Iterable[Arrival]) -> bool:
+    """Return whether the assembler reports that no scan comes, and what became of each."""
+    counts: dict[str, int] = {}
+    said = ''
+    for status in map(_report_of, there):
+        if status is not None:
+            counts, said = _counts(status), status.message
+    return 'no scan ' in said and _undecided(counts) == 0
+
+
+def _undecided(counts: dict[str, int]) -> int:
+    return counts['scans'] - counts['clouds'] - _scans_of(counts)
 
 
 def _scans_of(counts: dict[str, int]) -> int:
@@ -134,13 +148,20 @@ def _counts_around(arrived: list[Arrival], first_ns: int) -> tuple[dict[str, int
     before: dict[str, int] = {}
     after: dict[str, int] = {}
     for each in arrived:
-        if each.topic != '/diagnostics':
-            continue
-        for status in each.message().status:
-            if status.name == 'assembler: clouds':
-                after = {v.key: int(v.value) for v in status.values if v.value.isdigit()}
-                before = after if each.arrived_ns < first_ns else before
+        if (status := _report_of(each)) is not None:
+            after = _counts(status)
+            before = after if each.arrived_ns < first_ns else before
     return before, after
+
+
+def _report_of(arrived: Arrival) -> Any:
+    """Return the assembler's status in a message of diagnostics; None if it has none."""
+    listed = arrived.message().status if arrived.topic == '/diagnostics' else []
+    return next((status for status in listed if status.name == 'assembler: clouds'), None)
+
+
+def _counts(status: Any) -> dict[str, int]:
+    return {v.key: int(v.value) for v in status.values if v.value.isdigit()}
 
 
 def _cloud(message: Any) -> Cloud:

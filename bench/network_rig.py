@@ -25,10 +25,11 @@ from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 
 from bench.fault_truth import Truth
+from bench.network_judgement import are_decided
 from bench.network_listener import Arrival, arrivals
 
 RANGE_NOISE = 0.002  # [m]; makes every scan different
-START_TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # s
+TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # s
 _SWITCH_INTERVAL = 2e-4  # of Python's threads [s]: no device waits for the other
 HERE = ['scan=sensor_msgs/msg/LaserScan', 'joint_states=sensor_msgs/msg/JointState']
 THERE = ['points=sensor_msgs/msg/PointCloud2', '/diagnostics=diagnostic_msgs/msg/DiagnosticArray']
@@ -51,8 +52,8 @@ class Site:
     environment: dict[str, str]
 
 
-class NoCloudsError(NodlidarError):
-    """No clouds came in time."""
+class TooLateError(NodlidarError):
+    """What is waited for did not come in time."""
 
 
 class NetworkRig:
@@ -111,16 +112,27 @@ class NetworkRig:
         return [f'port:={self.folder / name}', 'autostart:=true']
 
     def until_clouds(self, count: int) -> None:
-        """Wait until so many clouds have come; raises NoCloudsError if they do not."""
-        deadline = time.monotonic() + START_TIMEOUT
-        while sum(each.topic == 'points' for each in self.there()) < count:
-            if time.monotonic() > deadline:
-                raise NoCloudsError(f'fewer than {count} clouds within {START_TIMEOUT:g} s')
-            time.sleep(0.1)
+        """Wait until so many clouds have come; raises TooLateError if they do not."""
+        self._until(
+            lambda: sum(each.topic == 'points' for each in self.there()) >= count,
+            f'{count} clouds have not come',
+        )
 
     def end_scans(self) -> None:
-        """End the driver; the servo goes on, so that the last scans are still bracketed."""
+        """End the driver, and wait until the assembler has reported what became of each scan.
+
+        The servo goes on, so that the last scans are still bracketed. Raises TooLateError.
+        """
         _end(self._driver)
+        self._until(lambda: are_decided(self.there()), 'scans are undecided')
+
+    @staticmethod
+    def _until(is_so: Callable[[], bool], otherwise: str) -> None:
+        deadline = time.monotonic() + TIMEOUT
+        while not is_so():
+            if time.monotonic() > deadline:
+                raise TooLateError(f'{otherwise} after {TIMEOUT:g} s')
+            time.sleep(0.1)
 
     def here(self) -> Iterator[Arrival]:
         """Yield what arrived on the robot."""

@@ -4,8 +4,6 @@ Where network namespaces cannot be made, a relay between two domains is the line
 says so.
 """
 
-import time
-
 import pytest
 
 from bench.machines import Line
@@ -15,7 +13,6 @@ from bench.network_rig import NetworkRig
 from bench.relay import joined
 
 LINE = Line(loss=0.1, delay=0.02, jitter=0.005)
-SETTLED = 1.5  # s
 
 
 @pytest.fixture(scope='module')
@@ -27,7 +24,6 @@ def found(tmp_path_factory):
         with rig.running():
             rig.until_clouds(15)
             rig.end_scans()
-            time.sleep(SETTLED)
         return account(rig.here(), rig.there(), rig.truth)
 
 
