@@ -1,4 +1,4 @@
-"""The nod as a trajectory: the commanded pitch at any instant."""
+"""The nod: the commanded pitch at any instant."""
 
 from dataclasses import dataclass, replace
 import math
@@ -65,9 +65,10 @@ class NodTrajectory:
         return self.span / self.sweep_duration
 
     def sweeps(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
-        """Return the sweeps since the reference time; even whole numbers are at pitch_min.
+        """Return the sweeps from the reference time to times [ns], of any shape.
 
-        Times are subtracted as integers, so that absolute stamps lose no precision.
+        Even whole numbers are at pitch_min. Times are subtracted as integers, so that absolute
+        stamps lose no precision.
         """
         elapsed = np.asarray(time_ns, dtype=np.int64) - np.int64(self.reference_time_ns)
         return np.asarray(elapsed / (self.sweep_duration * NS_PER_S), dtype=np.float64)
@@ -77,13 +78,13 @@ class NodTrajectory:
         return (time_ns - self.reference_time_ns) / (self.sweep_duration * NS_PER_S)
 
     def pitch(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
-        """Return the commanded pitch [rad] at each time [ns]."""
+        """Return the commanded pitch [rad] at times [ns], of any shape."""
         leg = np.mod(self.sweeps(time_ns), 2.0)
         height: NDArray[np.float64] = 1.0 - np.abs(leg - 1.0)
         return self.pitch_min + self.span * height
 
     def velocity(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
-        """Return the commanded velocity [rad/s] at each time [ns]; at a reversal the new one."""
+        """Return the commanded velocity [rad/s] at times [ns]; at a reversal the new one."""
         return np.where(np.mod(self.sweeps(time_ns), 2.0) < 1.0, self.speed, -self.speed)
 
     def reversal_time_ns(self, sweep: int) -> int:

@@ -45,7 +45,7 @@ def nodding_servo(
     parameters
         Of the servo.
     nod
-        The commanded trajectory.
+        The commanded nod.
     sensor
         Its joint rate, the adapter's latency, and the acceleration that the node counts on.
     start_ns, end_ns

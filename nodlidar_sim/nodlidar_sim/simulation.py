@@ -87,7 +87,7 @@ def simulate(
     scene
         From nodlidar_sim.world.scene.load_scene.
     nod
-        The commanded trajectory; an ideal servo follows it as in `triangle_motion`, a servo by
+        The commanded nod; an ideal servo follows it as in `triangle_motion`, a servo by
         physics as in `nodding_servo`.
     duration
         Of the recording [s]; it contains the scans that end within it.

@@ -20,12 +20,12 @@ def rotate(vectors: Array, yaw: Array) -> Array:
 
 
 def to_parent(points: Array, poses: Array) -> Array:
-    """Return points (n, 3) in the parent frame of poses."""
+    """Return points (n, 3) [m], one in the frame of each pose, in the parent frame."""
     return rotate(points, poses[:, 2]) + _offset(poses)
 
 
 def to_child(points: Array, poses: Array) -> Array:
-    """Return points (n, 3) of the parent frame in the frames of poses."""
+    """Return points (n, 3) [m] of the parent frame, one in the frame of each pose."""
     return rotate(points - _offset(poses), -poses[:, 2])
 
 
@@ -36,12 +36,12 @@ def to_space(pose: Array) -> Pose:
 
 
 def compose(poses: Array, children: Array) -> Array:
-    """Return child poses in the parent frame of `poses`, in whose frames they are given."""
+    """Return child poses (n, 3), given in the frames of `poses`, in the parent frame of those."""
     return rotate(children, poses[:, 2]) + poses
 
 
 def relative(poses: Array, others: Array) -> Array:
-    """Return other poses in the frames of poses: compose(poses, relative(poses, b)) is b."""
+    """Return other poses (n, 3) in the frames of poses: compose(poses, the result) is them."""
     return rotate(others - poses, -poses[:, 2])
 
 

@@ -71,17 +71,17 @@ class LidarParameters:
         return not (noisy or self.senses_echoes)
 
     def sigma(self, ranges: Array) -> Array:
-        """Return the standard deviation of the noise [m] at ranges [m]."""
+        """Return the standard deviation of the noise [m] at ranges [m], shape (n,) as theirs."""
         return np.asarray(np.hypot(self.noise, self.noise_growth * ranges))
 
     def bias(self, brightness: Array, cosine: Array) -> Array:
-        """Return the excess range [m] of surfaces with a brightness and cosine of incidence."""
+        """Return the excess range [m] by brightness and cosine of incidence, shape (n,) each."""
         return np.asarray(
             self.brightness_bias * (1.0 - brightness / PLAIN)
             + self.incidence_bias * (1.0 - cosine)
         )
 
     def drift(self, elapsed: Array) -> Array:
-        """Return the excess range [m] at times [s] after the start."""
+        """Return the excess range [m] at times [s] after the start, shape (n,) as theirs."""
         decay = np.exp(-(self.on_for + elapsed) / self.warm_up_time)
         return np.asarray(self.warm_up_drift * decay)

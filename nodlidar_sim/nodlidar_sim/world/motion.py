@@ -20,7 +20,7 @@ SINCE_EVER_NS = -(2**62)  # earlier than any stamp; differences do not overflow
 
 
 class Motion(Protocol):
-    """The motion of a joint, at instants covered by its history."""
+    """The motion of a joint, at instants covered by its history: shape of the times in and out."""
 
     def position(self, times_ns: Times) -> Array:
         """Return the angle [rad] at each time [ns]."""
@@ -96,7 +96,7 @@ class PiecewiseMotion:
 
 
 def blended_motion(knots_ns: Times, knots: Array, acceleration: float) -> PiecewiseMotion:
-    """Join straight lines through knots (time [ns], angle [rad]) by parabolas.
+    """Join straight lines through knots (time [ns], angle [rad]), shape (k,) each, by parabolas.
 
     At a knot, the speed changes with constant acceleration over an interval centred on the knot's
     time. The parabola begins on one line and ends on the other, so outside it the motion is on the
@@ -136,7 +136,7 @@ def triangle_motion(
 ) -> PiecewiseMotion:
     """Return the motion of an ideal servo on a nod, from start_ns to end_ns at least.
 
-    The legs coincide with the commanded trajectory, including its phase. The reversals are
+    The legs coincide with those of the commanded nod, phase included. The reversals are
     parabolas centred on the commanded instants. So each leg keeps the rows of the scan pattern,
     and the limits are never exceeded; the pitch falls short of them by speed**2 / (2 acceleration)
     (0.025 rad at pi rad/s and 200 rad/s2).
@@ -144,7 +144,7 @@ def triangle_motion(
     Parameters
     ----------
     nod
-        The commanded trajectory.
+        The commanded nod.
     start_ns, end_ns
         First and last instant at which the motion is required [ns].
     acceleration

@@ -64,12 +64,12 @@ class MovingSurfaces:
         return nearest.ravel()[: len(origins)]
 
     def echoes(self, origins: Array, directions: Array, times_ns: Times) -> Echoes:
-        """Return what each ray hits at its time [ns]; see Surfaces."""
+        """Return what each ray (n, 3) hits at its time [ns], shape (n,); see Surfaces."""
         poses = self.route.poses(times_ns)
         return self.surfaces.echoes(to_child(origins, poses), rotate(directions, -poses[:, 2]))
 
     def surface_distance(self, points: Array, times_ns: Times) -> Array:
-        """Return the distance from points (m, 3) [m] at times [ns] of shape (m,) or (1,)."""
+        """Return the distance [m] from points (m, 3) at times [ns], (m,) or (1,); shape (m,)."""
         return self.surfaces.surface_distance(to_child(points, self.route.poses(times_ns)))
 
     def _ball(self, times: Times) -> tuple[Array, Array]:

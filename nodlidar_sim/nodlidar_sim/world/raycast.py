@@ -80,7 +80,7 @@ class Surfaces:
         return nearest
 
     def echoes(self, origins: Array, directions: Array) -> Echoes:
-        """Return what each ray hits, for the rays of `distances`."""
+        """Return what each ray (n, 3) hits first; parameters as of `distances`."""
         starts, ways = _rows(origins), _rows(directions)
         nearest, first = np.full(len(origins), np.inf), np.zeros(len(origins), dtype=np.intp)
         for number, which, hits in self._hits(starts, ways):
@@ -96,9 +96,9 @@ class Surfaces:
         return Echoes(nearest, brightness, cosine)
 
     def surface_distance(self, points: Array) -> Array:
-        """Return the exact distance [m] from points (m, 3) to the nearest surface, inf if none.
+        """Return the exact distance [m] of points (m, 3) from the nearest surface, shape (m,).
 
-        The distance is unsigned, also for a point inside a box.
+        The distance is unsigned, also for a point inside a box; inf without a surface.
         """
         rows = _rows(points)
         nearest = np.full(len(points), np.inf)

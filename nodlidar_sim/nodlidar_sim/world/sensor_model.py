@@ -72,7 +72,7 @@ class SensorModel:
         return instants(start_ns, samples * (self.time_increment / clock_rate))
 
     def rounded_ranges(self, ranges: Array) -> Array:
-        """Return ranges [m] as the lidar reports them; -inf too near, inf too far (REP 117)."""
+        """Return ranges [m] of any shape as reported; -inf too near, inf too far (REP 117)."""
         per_metre = 1.0 / self.resolution  # 5600 / 1000 is exactly 5.6, 5600 * 1e-3 is not
         rounded = np.asarray(np.rint(ranges * per_metre) / per_metre)
         rounded[rounded < self.range_min] = -np.inf
@@ -85,5 +85,5 @@ class SensorModel:
 
 
 def instants(start_ns: int, elapsed: NDArray[np.floating[Any]]) -> Times:
-    """Return the instants [ns] at times [s] after a start."""
+    """Return the instants [ns] at times [s] after a start, of any shape."""
     return np.asarray(start_ns + np.rint(elapsed * NS_PER_S).astype(np.int64))

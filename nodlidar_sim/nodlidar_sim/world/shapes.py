@@ -219,7 +219,7 @@ def _hull_distance(beyond: Array) -> Array:
 
 
 def dot(a: Sequence[Array] | Array, b: Sequence[Array] | Array) -> Array:
-    """Return the scalar products of vectors given as rows."""
+    """Return the scalar products (n,) of vectors (k, n)."""
     total = a[0] * b[0]
     for one, other in zip(a[1:], b[1:], strict=True):
         total = total + one * other

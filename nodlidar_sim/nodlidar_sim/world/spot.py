@@ -20,9 +20,11 @@ class Spots(NamedTuple):
     Attributes
     ----------
     ranges
-        Mean range of what each spot covers, weighted by the echo [m]; inf without a surface.
+        Mean range of what each spot covers, weighted by the echo [m], shape (n,); inf without a
+        surface.
     echo
-        Brightness times cosine of incidence by range squared, averaged over the spot [1/m2].
+        Brightness times cosine of incidence by range squared, averaged over the spot [1/m2],
+        shape (n,).
     """
 
     ranges: Array
@@ -111,7 +113,7 @@ def merged(echoes: Echoes, excess: Array) -> Spots:
     echoes
         Of the rays.
     excess
-        By how much longer each is measured [m].
+        By how much longer each is measured [m], shape (n, k).
     """
     weight = echo_of(echoes)
     total = weight.sum(axis=1)
@@ -122,5 +124,8 @@ def merged(echoes: Echoes, excess: Array) -> Spots:
 
 
 def echo_of(echoes: Echoes) -> Array:
-    """Return brightness times cosine of incidence by range squared [1/m2]; 0 without a surface."""
+    """Return the echo [1/m2] of each ray, of the shape of the ranges; 0 without a surface.
+
+    It is the brightness times the cosine of incidence by the square of the range.
+    """
     return np.asarray(echoes.brightness * echoes.cosine / echoes.ranges**2)

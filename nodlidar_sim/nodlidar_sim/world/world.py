@@ -57,7 +57,7 @@ class World:
         return nearest
 
     def echoes(self, origins: Array, directions: Array, times_ns: Times) -> Echoes:
-        """Return what these rays hit."""
+        """Return what rays in the world (n, 3) hit first at times [ns], shape (n,)."""
         found = self.scene.surfaces.echoes(origins, directions)
         for moving in self._moving:
             other = moving.echoes(origins, directions, times_ns)
@@ -89,12 +89,12 @@ class World:
         )
 
     def surface_distance(self, points: Array, times_ns: Times) -> Array:
-        """Return the distance of points in nodlidar_base_link from the nearest surface [m].
+        """Return the distance [m] of points from the nearest surface, shape (m,).
 
         Parameters
         ----------
         points
-            Shape (m, 3), each in the frame at its time.
+            In nodlidar_base_link at the time of each [m], shape (m, 3).
         times_ns
             Time of each point [ns], shape (m,) or (1,).
         """
@@ -103,7 +103,7 @@ class World:
         return self.surface_distance_in_world(in_world, times_ns)
 
     def surface_distance_in_world(self, points: Array, times_ns: Times) -> Array:
-        """Return the same for points in the world, from the surfaces at the points' times."""
+        """Return the same for points (m, 3) [m] in the world."""
         nearest = self.scene.surfaces.surface_distance(points)
         for moving in self._moving:
             np.minimum(nearest, moving.surface_distance(points, times_ns), out=nearest)
