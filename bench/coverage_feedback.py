@@ -75,8 +75,8 @@ class _Run:
             under_way = (true, next_commanded - true)
             following = feedback.next_duration(next_commanded, not going_up, under_way)
             took.append(time.perf_counter() - start)
-            end = next_commanded + noise.normal(0.0, REVERSAL_ERROR / task.sample_time)
+            end = next_commanded + noise.normal(0.0, REVERSAL_ERROR / task.beam_period)
             new = feedback.saw(true, end, going_up)
             last = int(new[-1]) if len(new) else last
             commanded, true, duration, going_up = next_commanded, end, following, not going_up
-        self.completion, self.seconds = last * task.sample_time, float(np.median(took))
+        self.completion, self.seconds = last * task.beam_period, float(np.median(took))

@@ -95,12 +95,12 @@ def _best(task: Task, fewest: int) -> int:
 
 
 def _steady(task: Task, n_s: float, name: str = '') -> Nod:
-    sweeps = np.arange(math.ceil(HORIZON / task.sample_time / n_s) + 2, dtype=np.float64)
+    sweeps = np.arange(math.ceil(HORIZON / task.beam_period / n_s) + 2, dtype=np.float64)
     return Nod(name or f'steady {n_s}', task, sweeps * n_s - HALF_SAMPLE)
 
 
 def _nod(name: str, task: Task, schedule: Schedule) -> Nod:
-    return Nod(name, task, schedule.reversals(int(HORIZON / task.sample_time)))
+    return Nod(name, task, schedule.reversals(int(HORIZON / task.beam_period)))
 
 
 def _interlaced_nod(task: Task, schedule: Schedule, overlap: float) -> Nod:
@@ -113,7 +113,7 @@ def _planned(base: int) -> Nod:
     """Return a nod whose sweeps are each chosen in advance for the most unseen cells."""
     feedback = Feedback(FULL_CIRCLE, base, timing_error=0.0)
     reversals = [-HALF_SAMPLE]
-    while reversals[-1] * FULL_CIRCLE.sample_time < HORIZON:
+    while reversals[-1] * FULL_CIRCLE.beam_period < HORIZON:
         going_up = len(reversals) % 2 == 1
         reversals.append(reversals[-1] + feedback.next_duration(reversals[-1], going_up))
         feedback.saw(reversals[-2], reversals[-1], going_up)
@@ -124,7 +124,7 @@ def _planned(base: int) -> Nod:
 
 def _figures(nod: Nod) -> Row:
     return {
-        'complete [s]': first_hits(nod.task, nod.reversals).max() * nod.task.sample_time,
+        'complete [s]': first_hits(nod.task, nod.reversals).max() * nod.task.beam_period,
         'wherever it lies [s]': _wherever(nod) if nod.task.full_circle else None,
         **{
             f'{error * 1e3:g} ms [s]': float(
@@ -139,14 +139,14 @@ def _figures(nod: Nod) -> Row:
 def _with_error(nod: Nod, error: float, seed: int) -> float:
     """Return the completion time when the reversals are off by white noise [s]."""
     noise = np.random.default_rng([5, seed]).normal(0.0, error, len(nod.reversals))
-    reversals = np.maximum.accumulate(nod.reversals + noise / nod.task.sample_time)
+    reversals = np.maximum.accumulate(nod.reversals + noise / nod.task.beam_period)
     reversals[0] = min(reversals[0], 0.0)
     reversals += np.arange(len(reversals)) * 1e-6  # np.interp allows no sweep without length
-    return float(first_hits(nod.task, reversals).max()) * nod.task.sample_time
+    return float(first_hits(nod.task, reversals).max()) * nod.task.beam_period
 
 
 def _samples(nod: Nod) -> NDArray[np.int64]:
-    return np.arange(int(HORIZON / nod.task.sample_time))
+    return np.arange(int(HORIZON / nod.task.beam_period))
 
 
 def _wherever(nod: Nod) -> float:
@@ -161,7 +161,7 @@ def _wherever(nod: Nod) -> float:
         for r in SHIFTS
         for c in SHIFTS
     )
-    return max(shifted) * task.sample_time
+    return max(shifted) * task.beam_period
 
 
 def _grid(row: NDArray[np.float64], column: NDArray[np.float64], rows: int, columns: int) -> float:
@@ -182,4 +182,4 @@ def _longest_revisit(nod: Nod) -> float:
     begins = np.flatnonzero((cell != np.roll(cell, 1)) & (cell >= 0))
     begins = begins[np.argsort(cell[begins], kind='stable')]
     gap = np.diff(begins)[np.diff(cell[begins]) == 0]
-    return float(gap.max()) * task.sample_time
+    return float(gap.max()) * task.beam_period

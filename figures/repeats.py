@@ -147,7 +147,7 @@ def _locked(samples_per_sweep: int, error: float, seed: int) -> Floats:
 def _by_speed(samples_per_sweep: int, error: float, seed: int) -> Floats:
     """Return reversals at the speed of the register; each counts from the one before it."""
     speed = round(TASK.speed(samples_per_sweep) / SPEED_STEP) * SPEED_STEP
-    sweep = TASK.span / speed / TASK.sample_time
+    sweep = TASK.span / speed / TASK.beam_period
     count = math.ceil(samples_per_sweep * N_L / sweep * 1.1) + 4
     noise = np.random.default_rng(seed).normal(0.0, error, count)
     return np.maximum.accumulate(np.arange(count) * sweep - HALF_SAMPLE + np.cumsum(noise))
@@ -159,7 +159,7 @@ def _ratios(shares: dict[int, Floats]) -> dict[tuple[int, int], Floats]:
 
 
 def _milliseconds(error: float | Floats) -> Floats:
-    return np.asarray(error * TASK.sample_time * 1e3)
+    return np.asarray(error * TASK.beam_period * 1e3)
 
 
 def _draw_shares(axes: Axes, shares: Shares) -> None:

@@ -74,21 +74,21 @@ def counts_by_height(
     acceleration
         Of the reversals [rad/s2].
     """
-    duration = samples_per_sweep * TASK.sample_time
+    duration = samples_per_sweep * TASK.beam_period
     nod = NodTrajectory(
         TASK.pitch_min,
         TASK.pitch_max,
         duration,
         samples_per_sweep,
-        -round(0.5 * TASK.sample_time * NS_PER_S),
+        -round(0.5 * TASK.beam_period * NS_PER_S),
     )
-    end_ns = round(samples_per_sweep * N_L * TASK.sample_time * NS_PER_S)
+    end_ns = round(samples_per_sweep * N_L * TASK.beam_period * NS_PER_S)
     motion = triangle_motion(nod, 0, end_ns, acceleration, reversal_error, SEED)
     seen = np.zeros(samples_per_sweep * N_L, dtype=bool)
     beams, repeats = np.zeros((2, BINS), dtype=np.int64)
     for begin in range(0, len(seen), BLOCK * N_L):
         n = np.arange(begin, min(begin + BLOCK * N_L, len(seen)))
-        pitch = motion.position(np.rint(n * (TASK.sample_time * NS_PER_S)).astype(np.int64))
+        pitch = motion.position(np.rint(n * (TASK.beam_period * NS_PER_S)).astype(np.int64))
         height = np.clip((pitch - TASK.pitch_min) / TASK.span, 0.0, 1.0 - 1e-12)
         cell = (height * samples_per_sweep).astype(np.int64) * N_L + n % N_L
         part = (height * BINS).astype(np.int64)

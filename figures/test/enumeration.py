@@ -84,7 +84,7 @@ def longest_gaps(n_s, rows, cell, span, phase):
     return np.maximum.reduceat(after - order, begin)
 
 
-def repeats_by_height(n_s, speed, acceleration, sample_time):
+def repeats_by_height(n_s, speed, acceleration, beam_period):
     """Return the share of beams that repeat in each hundredth of the span, and the beams there.
 
     The nod reverses in parabolas and is sampled for n_s revolutions, from half a sample past its
@@ -92,10 +92,10 @@ def repeats_by_height(n_s, speed, acceleration, sample_time):
     """
     beam = np.arange(n_s * N_L)
     place = (beam + 0.5) % (2 * n_s)
-    since = np.abs((place + n_s / 2) % n_s - n_s / 2) * sample_time  # of the nearest reversal
+    since = np.abs((place + n_s / 2) % n_s - n_s / 2) * beam_period  # of the nearest reversal
     half = speed / acceleration
     rise = np.where(since < half, speed * (half / 2.0 + since**2 / (2.0 * half)), speed * since)
-    span = speed * n_s * sample_time
+    span = speed * n_s * beam_period
     down = (place > n_s / 2) & (place < 3 * n_s / 2)  # nearer to the upper limit
     height = np.where(down, span - rise, rise) / span
     cell = np.floor(height * n_s).astype(np.int64) * N_L + beam % N_L

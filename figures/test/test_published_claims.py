@@ -173,8 +173,8 @@ def test_fig_6c_the_hit_frequency_falls_as_the_number_of_cells_grows(distance, f
 
 @pytest.mark.parametrize(('n_s', 'near'), [(3009, 0.35), (5009, 0.13), (7009, 0.06)])
 def test_fig_10a_beams_repeat_near_the_reversals_only(n_s, near):
-    sample_time = 0.1 / N_L
-    share, beams = repeats_by_height(n_s, SPAN / (n_s * sample_time), 200.0, sample_time)
+    beam_period = 0.1 / N_L
+    share, beams = repeats_by_height(n_s, SPAN / (n_s * beam_period), 200.0, beam_period)
     outer = np.r_[:10, 90:100]
     assert np.average(share[outer], weights=beams[outer]) == pytest.approx(near, abs=0.006)
     assert share[10:90].max() == 0.0

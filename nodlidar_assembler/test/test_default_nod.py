@@ -20,8 +20,8 @@ def test_plan_scan_plans_for_the_servo_of_the_assembler():
     assert request.error == config.timing_error
     assert request.fastest(Task()) == config.max_nod_speed
     narrow = Task(pitch_min=-0.1, pitch_max=0.1)
-    beams = 1.0 / narrow.sample_time
-    fewest = config.fewest_samples(0.2, narrow.sample_time)
+    beams = 1.0 / narrow.beam_period
+    fewest = config.fewest_samples(0.2, narrow.beam_period)
     assert request.fastest(narrow) == pytest.approx(0.2 / (fewest / beams), rel=2e-3)
     assert Request(objective='hole').error == Request(time_budget=5.0).error == 0.0
 

@@ -79,7 +79,7 @@ def test_any_window_is_that_of_counting_anew(seed, task, window, n_s):
 
 def nod_beams(task, pattern, first, count):
     n = np.arange(first, first + count)
-    times_ns = START_NS + np.rint(n * task.sample_time * S).astype(np.int64)
+    times_ns = START_NS + np.rint(n * task.beam_period * S).astype(np.int64)
     azimuth = task.step_azimuth()[pattern.step(n)]
     return times_ns, azimuth, pattern.pitch(n, task.pitch_min, task.pitch_max)
 

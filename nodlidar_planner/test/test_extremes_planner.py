@@ -66,11 +66,11 @@ def test_at_every_limit_of_a_task_the_figures_are_those_of_enumeration(key, edge
     pattern = Pattern(task.steps_per_revolution, n_s)
     figures, expected = Coverage(task, pattern).figures(), enumerate_cells(task, pattern)
     last = expected.first.max()
-    completion = math.inf if last == NEVER else last * task.sample_time
+    completion = math.inf if last == NEVER else last * task.beam_period
     assert figures.completion_time == pytest.approx(completion)
     assert figures.cells == expected.first.size
     assert figures.never_hit_share == pytest.approx(np.mean(expected.first == NEVER))
-    period = np.lcm(task.steps_per_revolution, 2 * n_s) * task.sample_time
+    period = np.lcm(task.steps_per_revolution, 2 * n_s) * task.beam_period
     assert figures.hit_frequency == pytest.approx(np.mean(expected.crossings) / period)
 
 
@@ -110,7 +110,7 @@ def test_a_nod_of_hardly_any_span_sees_its_one_row_of_cells_in_every_revolution(
     plan = evaluate(task, n_s)
     # The 84th of the columns, 0.05 rad wide, from azimuth -119.53 degrees on.
     last_column = math.ceil((83 * task.cell - task.azimuth + 0.75 * math.pi) / (math.tau / 1024))
-    assert plan.figures.completion_time == pytest.approx(last_column * task.sample_time)
+    assert plan.figures.completion_time == pytest.approx(last_column * task.beam_period)
     assert plan.figures.cells == 84
     assert plan.figures.revisit_max == pytest.approx(0.1)
     assert plan.figures.hit_frequency == pytest.approx(10.0)

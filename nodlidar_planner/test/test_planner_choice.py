@@ -162,6 +162,6 @@ def test_a_lidar_with_a_wider_window_is_planned_for_all_of_it():
     (plan,) = plans(task, samples_in_band(task, 3.0, 6.0)[::400], Objective(), count=1)
     enumerated = enumerate_cells(task, Pattern(1440, plan.samples_per_sweep))
     assert plan.figures.cells == math.ceil(1.5 * math.pi / task.cell) * 25
-    assert plan.figures.completion_time == enumerated.first.max() * task.sample_time
+    assert plan.figures.completion_time == enumerated.first.max() * task.beam_period
     with pytest.raises(ParameterError, match="'azimuth' must be such that each of the 95 columns"):
         plans(replace(task, window_max=2.0), samples_in_band(task), Objective(), count=1)

@@ -35,7 +35,7 @@ def check_equal(task, pattern):
     figures = coverage.figures()
     hit = expected.first != NEVER
     assert_same_hits(task, coverage.first_hits(), expected.first)
-    time = task.sample_time
+    time = task.beam_period
     assert figures.cells == task.cells
     assert figures.never_hit_share == pytest.approx(np.mean(~hit), abs=1e-12)
     period = pattern.period

@@ -22,18 +22,18 @@ def fed_back(task, n_s, error, seed):
         going_up = len(reversals) % 2 == 1
         duration = feedback.next_duration(reversals[-1], going_up)
         assert (1 - SPREAD) * n_s <= duration <= (1 + SPREAD) * n_s
-        reversal = reversals[-1] + duration + noise.normal(0.0, error / task.sample_time)
+        reversal = reversals[-1] + duration + noise.normal(0.0, error / task.beam_period)
         new = feedback.saw(reversals[-1], reversal, going_up)
         last = new[-1] if len(new) else last
         reversals.append(reversal)
-    return np.array(reversals), last * task.sample_time
+    return np.array(reversals), last * task.beam_period
 
 
 @pytest.mark.parametrize(('task', 'n_s'), [(TASK, 4001), (WINDOW, 2500), (WINDOW, 1001)])
 def test_what_was_seen_is_what_enumeration_sees(task, n_s):
     reversals, completion = fed_back(task, n_s, 0.003, seed=3)
     first = first_hits(task, reversals)
-    assert first.max() * task.sample_time == pytest.approx(completion, abs=1e-9)
+    assert first.max() * task.beam_period == pytest.approx(completion, abs=1e-9)
 
 
 def test_a_sweep_marks_just_its_own_cells():

@@ -57,7 +57,7 @@ def test_a_time_gives_the_smallest_hole_and_when_it_first_is_there(band, part):
     holes = holes_after_every_sample(*band)
     smallest = holes.min(axis=0)
     elapsed = max(part * (len(smallest) - 1), 0.5)  # samples, also between two of them
-    taken, time = math.ceil(elapsed), elapsed * task.sample_time
+    taken, time = math.ceil(elapsed), elapsed * task.beam_period
     front = Front(*band)
     if smallest[taken] > largest_side(task) - SMALL:
         with pytest.raises(ParameterError, match='time_budget'):
@@ -66,7 +66,7 @@ def test_a_time_gives_the_smallest_hole_and_when_it_first_is_there(band, part):
     corner = front.within(time)
     first = int(np.argmax(smallest <= smallest[taken] + SMALL))
     assert corner.hole == pytest.approx(smallest[taken], abs=SMALL)
-    assert corner.time == pytest.approx(first * task.sample_time)
+    assert corner.time == pytest.approx(first * task.beam_period)
     nod = samples.tolist().index(corner.samples_per_sweep)
     assert holes[nod, first] == pytest.approx(smallest[taken], abs=SMALL)
 
@@ -86,7 +86,7 @@ def test_a_hole_is_reached_by_the_soonest_nod(band, part):
         return
     corner = front.reaching(side)
     first = int(np.argmax(smallest <= side))
-    assert corner.time == pytest.approx(first * task.sample_time)
+    assert corner.time == pytest.approx(first * task.beam_period)
     assert corner.hole == pytest.approx(smallest[first], abs=SMALL)
     nod = samples.tolist().index(corner.samples_per_sweep)
     assert holes[nod, first] == pytest.approx(smallest[first], abs=SMALL)

@@ -103,7 +103,7 @@ ALMOST_A_CIRCLE = Task(
 @example((ALMOST_A_CIRCLE, Pattern(4, 3, 0.0), 9))
 def test_equals_the_largest_empty_square_grown_from_all_corners(case):
     task, pattern, samples = case
-    hole = largest_hole(task, pattern, samples * task.sample_time)
+    hole = largest_hole(task, pattern, samples * task.beam_period)
     assert hole.side == pytest.approx(widest_by_corners(task, pattern, samples), abs=1e-8)
     assert_empty(task, pattern, samples, hole)
 
@@ -112,7 +112,7 @@ def test_equals_the_largest_empty_square_grown_from_all_corners(case):
 @given(cases(most=40))
 def test_equals_the_largest_of_all_windows(case):
     task, pattern, samples = case
-    hole = largest_hole(task, pattern, samples * task.sample_time)
+    hole = largest_hole(task, pattern, samples * task.beam_period)
     assert hole.side == pytest.approx(widest_by_windows(task, pattern, samples), abs=1e-8)
 
 
@@ -125,7 +125,7 @@ def test_equals_the_largest_of_all_windows_of_the_reference_sensor(
     full_circle, samples_per_sweep, phase, duration
 ):
     task, pattern = Task(full_circle=full_circle), Pattern(1024, samples_per_sweep, phase)
-    samples = math.ceil(round(duration / task.sample_time, 6))
+    samples = math.ceil(round(duration / task.beam_period, 6))
     hole = largest_hole(task, pattern, duration)
     assert hole.side == pytest.approx(widest_by_windows(task, pattern, samples), abs=1e-8)
     assert_empty(task, pattern, samples, hole)
@@ -158,7 +158,7 @@ def test_late_turns_leave_the_holes_of_their_beams(case, part, seed):
     reversals = reversal_instants(pattern.samples_per_sweep, pattern.phase, error, samples, seed)
     azimuth, pitch = unrolled(task, *late_beams(task, samples, reversals))
     expected = widest_at(task, azimuth, pitch)
-    duration = samples * task.sample_time
+    duration = samples * task.beam_period
     hole = largest_hole(task, pattern, duration, reversals)
     assert hole.side == pytest.approx(expected, abs=1e-8)
     assert exceeds(task, pattern, duration, hole.side - 1e-9, reversals)
@@ -185,7 +185,7 @@ def test_turns_on_time_leave_the_holes_of_the_pattern():
 )
 def test_exceeding_a_side_is_having_a_larger_hole(case, part):
     task, pattern, samples = case
-    duration = samples * task.sample_time
+    duration = samples * task.beam_period
     hole = largest_hole(task, pattern, duration).side
     for side in (part * hole, hole - 1e-9, hole + 1e-11, hole + 1e-9):
         assert exceeds(task, pattern, duration, side) == (hole > side)
@@ -212,7 +212,7 @@ def test_never_grows_and_never_falls_below_a_step(n_l, n_s, part, durations, ful
 
 def test_stays_as_it_is_after_a_period():
     task, pattern = Task(), Pattern(1024, 63)
-    end = largest_hole(task, pattern, pattern.period * task.sample_time)
+    end = largest_hole(task, pattern, pattern.period * task.beam_period)
     assert largest_hole(task, pattern, math.inf) == largest_hole(task, pattern, 1e12) == end
     assert largest_hole(task, pattern, 0.1).side > end.side
 

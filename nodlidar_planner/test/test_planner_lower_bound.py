@@ -26,7 +26,7 @@ def test_nothing_completes_before_the_lower_bound(n_l, n_s, cell, circle, quarte
     )
     pattern = Pattern(n_l, n_s, (quarters % (8 * n_s)) / 4)
     last = enumerate_cells(task, pattern).first.max()
-    completion = last * task.sample_time if last != NEVER else math.inf
+    completion = last * task.beam_period if last != NEVER else math.inf
     assert lower_bound(task, n_s) <= completion + 1e-12
 
 

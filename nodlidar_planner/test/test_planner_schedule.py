@@ -28,12 +28,12 @@ FAST = 1001
 
 
 def completion(task, schedule, errors=0.0, horizon=60.0):
-    reversals = schedule.reversals(int(horizon / task.sample_time))
+    reversals = schedule.reversals(int(horizon / task.beam_period))
     if errors > 0.0:
-        noise = np.random.default_rng(7).normal(0.0, errors / task.sample_time, len(reversals))
+        noise = np.random.default_rng(7).normal(0.0, errors / task.beam_period, len(reversals))
         reversals = np.maximum.accumulate(reversals + noise) + np.arange(len(reversals)) * 1e-6
         reversals[0] = min(reversals[0], 0.0)
-    return first_hits(task, reversals).max() * task.sample_time
+    return first_hits(task, reversals).max() * task.beam_period
 
 
 def walked(task, reversals):

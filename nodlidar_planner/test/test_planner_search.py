@@ -74,4 +74,4 @@ def test_no_column_completes_before_its_bound(n_l, n_s, cell, guard, which):
     first = Coverage(task, Pattern(n_l, n_s), guard).first_hits()[column]
     horizon = 4 * n_l * n_l
     if task.rows <= 2 * n_s and first.max(initial=0) < horizon:
-        assert bound[0] <= first.max(initial=0) * task.sample_time + 1e-9
+        assert bound[0] <= first.max(initial=0) * task.beam_period + 1e-9

@@ -14,19 +14,19 @@ def test_a_run_without_error_completes_as_in_coverage():
         for n_s in (1001, 2747, 4001, 7999):
             exact = Coverage(task, Pattern(task.steps_per_revolution, n_s)).completion_time()
             run = completion_run(task, n_s, 0.5, 0.0, seed=1)
-            assert exact - 10 * task.sample_time <= run <= exact + 1e-12
+            assert exact - 10 * task.beam_period <= run <= exact + 1e-12
 
 
 @pytest.mark.parametrize('n_s', [1057, 4001, 7987])
 @pytest.mark.parametrize('error', [0.001, 0.008])
 def test_a_run_takes_as_long_as_its_samples_enumerated(n_s, error):
-    task, samples = PUBLISHED, int(60.0 / PUBLISHED.sample_time)
-    reversals = reversal_instants(n_s, 0.5, error / task.sample_time, samples, seed=7)
+    task, samples = PUBLISHED, int(60.0 / PUBLISHED.beam_period)
+    reversals = reversal_instants(n_s, 0.5, error / task.beam_period, samples, seed=7)
     n = np.arange(samples)
     sweep = np.interp(n, reversals, np.arange(len(reversals)))
     row = task.row_of_height(1.0 - np.abs(sweep % 2.0 - 1.0), 1)
     cell = task.column_of_step()[n % 1024] * task.rows + row
     first = np.full(task.cells, samples)
     first[cell[::-1]] = n[::-1]
-    expected = first.max() * task.sample_time
+    expected = first.max() * task.beam_period
     assert completion_run(task, n_s, 0.5, error, seed=7) == pytest.approx(expected, abs=0.001)

@@ -20,7 +20,7 @@ def samples_for(config: NodConfig) -> int:
         If no N_s ever does.
     """
     task = config.task
-    fewest = config.fewest_samples(task.span, task.sample_time)
+    fewest = config.fewest_samples(task.span, task.beam_period)
     spread = np.linspace(fewest, SLOWEST * fewest, CANDIDATES).astype(np.int64)
     coprime = [n_s for n_s in spread.tolist() if math.gcd(n_s, task.steps_per_revolution) == 1]
     return quick_choice(even_rows(task), np.array(coprime), config.timing_error)

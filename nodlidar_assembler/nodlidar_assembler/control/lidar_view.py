@@ -96,7 +96,7 @@ def nod_for(config: NodConfig, geometry: ScanGeometry) -> NodConfig:
         return config
     beam_period = 1.0 / (_rate(config.task, geometry) * steps)
     fewest = config.fewest_samples(config.pitch_max - config.pitch_min, beam_period)
-    samples = max(round(config.samples_per_sweep * config.task.sample_time / beam_period), fewest)
+    samples = max(round(config.samples_per_sweep * config.task.beam_period / beam_period), fewest)
     while math.gcd(samples, steps) > 1 or samples < 1:
         samples += 1
     return replace(config, steps_per_revolution=steps, samples_per_sweep=samples)

@@ -87,7 +87,7 @@ class RegionPlan:
     @property
     def sweep(self) -> float:
         """Duration of a sweep of the nod [s]."""
-        return self.shape.samples_per_sweep * self.task.sample_time
+        return self.shape.samples_per_sweep * self.task.beam_period
 
 
 def region_plan(
@@ -119,11 +119,11 @@ def region_plan(
     beyond = max(BEYOND * task.cell, LEAST_BEYOND)
     low, high = max(task.pitch_min - beyond, mount[0]), min(task.pitch_max + beyond, mount[1])
     wider = (high - low) / task.span
-    fewest = config.fewest_samples(high - low, task.sample_time)
+    fewest = config.fewest_samples(high - low, task.beam_period)
     within = single_sweep(task, math.ceil(fewest / wider))
     samples = coprime_from(math.ceil(within * wider), task.steps_per_revolution)
     longest_way = max(task.pitch_min - low, high - task.pitch_max)
-    before = longest_way / (high - low) * samples * task.sample_time
+    before = longest_way / (high - low) * samples * task.beam_period
     error, seeds = config.timing_error, RUNS[: max(1, CELLS_OF_RUNS // task.cells)]
     runs = [completion_run(task, within, HALF_SAMPLE, error, seed) for seed in seeds]
     return RegionPlan(

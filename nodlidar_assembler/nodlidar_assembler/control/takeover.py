@@ -49,7 +49,7 @@ class Takeover:
         self.begin_ns = now_ns + round((min(below, above) / fastest + SETTLING) * NS_PER_S)
         sweep = EASE * shortest_by_mean_speed(high - low, fastest, config.max_nod_acceleration)
         upper = 0 if self.place == 0 else round(sweep * NS_PER_S)
-        samples = max(1, round(sweep / config.task.sample_time))
+        samples = max(1, round(sweep / config.task.beam_period))
         self.approach = NodTrajectory(low, high, sweep, samples, self.begin_ns - upper)
         self.approaching = True
 

@@ -44,7 +44,7 @@ def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> in
     ParameterError
         If no N_s ever completes.
     """
-    guard = QUICK_GUARD * timing_error / task.sample_time
+    guard = QUICK_GUARD * timing_error / task.beam_period
     return int(_soonest(task, samples, guard, None, 1)[0])
 
 
@@ -148,7 +148,7 @@ def _robust(
     progress: Progress,
 ) -> list[int]:
     """Return a shortlist, ordered by mean plus 90th percentile under the timing error."""
-    error = timing_error / task.sample_time
+    error = timing_error / task.beam_period
     shortlists = [
         _soonest(task, samples, g * error, start_pitch, SHORTLIST)[:SHORTLIST] for g in GUARDS
     ]

@@ -109,7 +109,7 @@ class Front:
         if max_hole is None:
             return self.within(math.nan if time_budget is None else time_budget)
         soonest = self.reaching(max_hole)
-        if time_budget is None or soonest.time <= time_budget + self._task.sample_time:
+        if time_budget is None or soonest.time <= time_budget + self._task.beam_period:
             return soonest
         smallest = self.within(time_budget)
         allowed = (
@@ -188,7 +188,7 @@ class Front:
         return self._corner(*(self._soonest(hole + _ROUNDING, taken) or (taken, pattern)))
 
     def _corner(self, taken: int, pattern: Pattern) -> Corner:
-        time = taken * self._task.sample_time
+        time = taken * self._task.beam_period
         return Corner(pattern.samples_per_sweep, time, self._hole(pattern, taken))
 
     def _smallest(self, below: float, taken: int) -> tuple[float, Pattern] | None:
@@ -219,14 +219,14 @@ class Front:
         return min(enough, most)
 
     def _hole(self, pattern: Pattern, taken: int) -> float:
-        time = taken * self._task.sample_time
+        time = taken * self._task.beam_period
         if self._error > 0.0:
             return hole_under_error(self._task, pattern, time, self._error, RUNS).median
         return largest_hole(self._task, pattern, time).side
 
     def _is_at(self, pattern: Pattern, side: float, taken: int) -> bool:
         """Return whether the hole (with a timing error, of most runs) is at most a side wide."""
-        task, time = self._task, taken * self._task.sample_time
+        task, time = self._task, taken * self._task.beam_period
         if self._error == 0.0:
             return not exceeds(task, pattern, time, side)
         most, wider = len(RUNS) // 2 + 1, 0

@@ -80,7 +80,7 @@ def evaluate(
         samples_per_sweep=samples_per_sweep,
         phase=pattern.phase,
         speed=task.speed(samples_per_sweep),
-        sweep_duration=samples_per_sweep * task.sample_time,
+        sweep_duration=samples_per_sweep * task.beam_period,
         figures=figures,
         hole=largest_hole(task, pattern, hole_after).side,
         lower_bound=lower_bound(task, fewest_samples or samples_per_sweep),

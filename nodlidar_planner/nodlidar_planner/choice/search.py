@@ -191,7 +191,7 @@ def _column_completion(
     hit = (np.int64(2) << last_row) - (np.int64(1) << np.minimum(first_row, last))
     seen = np.bitwise_or.accumulate(np.where(inside, hit, 0), axis=1)
     complete = seen == (1 << (last + 1)) - 1
-    when = entry[np.argmax(complete, axis=1)] * task.sample_time
+    when = entry[np.argmax(complete, axis=1)] * task.beam_period
     return np.where(complete[:, -1], when, np.inf)
 
 

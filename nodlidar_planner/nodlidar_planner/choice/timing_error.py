@@ -64,7 +64,7 @@ def late_reversals(
     """
     last = samples_taken(task, duration)
     samples_per_sweep, phase = pattern.samples_per_sweep, pattern.phase
-    return reversal_instants(samples_per_sweep, phase, error / task.sample_time, last, seed)
+    return reversal_instants(samples_per_sweep, phase, error / task.beam_period, last, seed)
 
 
 def _summary(error: float, values: Sequence[float]) -> UnderError:
@@ -100,7 +100,7 @@ def completion_run(
     starts, widths = starts[order], widths[order]
     revolutions = REVOLUTIONS_PER_ROW * task.rows
     last = revolutions * task.steps_per_revolution
-    reversals = reversal_instants(samples_per_sweep, phase, error / task.sample_time, last, seed)
+    reversals = reversal_instants(samples_per_sweep, phase, error / task.beam_period, last, seed)
     seen = np.zeros((len(starts), task.rows), dtype=bool)
     for begin in range(0, revolutions, BLOCK):
         revolution = np.arange(begin, begin + BLOCK)[:, None]
@@ -111,7 +111,7 @@ def completion_run(
         if unseen.max() < BLOCK:
             final = unseen.max()
             column = np.max(np.nonzero((unseen == final).any(axis=1))[0])
-            return float(entry[final, column] * task.sample_time)
+            return float(entry[final, column] * task.beam_period)
         seen |= hits < BLOCK
     return math.inf
 

@@ -104,7 +104,7 @@ class Coverage:
         """Return the time from a sample until every cell has been hit [s], infinite if never."""
         if self.never_hit_share() > 0.0:
             return np.inf
-        return float(self.first_hits(start).max()) * self._task.sample_time
+        return float(self.first_hits(start).max()) * self._task.beam_period
 
     def never_hit_share(self) -> float:
         """Return the share of all cells that are never hit."""
@@ -125,7 +125,7 @@ class Coverage:
             crossings += len(c.key) * len(c.columns)
         if self._never_left:
             crossings = 1
-        time = self._task.sample_time
+        time = self._task.beam_period
         return Figures(
             completion_time=self.completion_time(),
             revisit_max=longest * time if share == 0.0 else np.inf,

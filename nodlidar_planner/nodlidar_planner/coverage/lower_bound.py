@@ -37,4 +37,4 @@ def lower_bound(task: Task, fewest_samples: int) -> float:
         return int(columns + measuring / height) + 2 * (revolutions + 1)
 
     most = task.rows * task.steps_per_revolution
-    return bisect_left(range(most), task.cells, key=cells_hit) * task.sample_time
+    return bisect_left(range(most), task.cells, key=cells_hit) * task.beam_period

@@ -154,7 +154,7 @@ def _widest_square(
 
 def samples_taken(task: Task, duration: float) -> int:
     """Return how many samples are taken in a time [s]."""
-    return math.ceil(duration / task.sample_time * (1.0 - 1e-12))  # n T_s has rounding
+    return math.ceil(duration / task.beam_period * (1.0 - 1e-12))  # n T_s has rounding
 
 
 def _samples(task: Task, pattern: Pattern, duration: float) -> int:
@@ -162,7 +162,7 @@ def _samples(task: Task, pattern: Pattern, duration: float) -> int:
     if not duration >= 0.0:
         raise ParameterError('duration', 'at least 0 s', duration)
     period = pattern.period
-    return period if duration >= period * task.sample_time else samples_taken(task, duration)
+    return period if duration >= period * task.beam_period else samples_taken(task, duration)
 
 
 def _widest_without_lines(edges: Edges, limit: float) -> _Square:

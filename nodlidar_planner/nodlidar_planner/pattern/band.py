@@ -29,7 +29,7 @@ def samples_in_band(
         if speed is not None and not 0.0 < speed < math.inf:
             raise ParameterError(key, 'above 0 rad/s and finite', speed)
     one_sample = task.speed(1)
-    fewest, most = (duration / task.sample_time for duration in USEFUL_SWEEP)
+    fewest, most = (duration / task.beam_period for duration in USEFUL_SWEEP)
     if speed_max is not None:
         fewest = one_sample / speed_max
     if speed_min is not None:

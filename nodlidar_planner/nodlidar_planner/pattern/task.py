@@ -98,8 +98,8 @@ class Task:
         return self.pitch_max - self.pitch_min
 
     @property
-    def sample_time(self) -> float:
-        """T_s, the time between two samples [s]."""
+    def beam_period(self) -> float:
+        """T_s, the time from one step of the lidar to the next [s]."""
         return 1.0 / (self.scan_rate * self.steps_per_revolution)
 
     @property
@@ -175,7 +175,7 @@ class Task:
 
     def speed(self, samples_per_sweep: int) -> float:
         """Return the nod's speed [rad/s]: span / (N_s T_s)."""
-        return self.span / (samples_per_sweep * self.sample_time)
+        return self.span / (samples_per_sweep * self.beam_period)
 
 
 def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

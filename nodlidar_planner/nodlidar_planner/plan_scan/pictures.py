@@ -68,7 +68,7 @@ def draw_pattern(axes: Axes, task: Task, pattern: Pattern, instant: float) -> No
 
     No cells are filled if there are more than MAX_CELLS.
     """
-    count = max(1, round(instant / task.sample_time))
+    count = max(1, round(instant / task.beam_period))
     column = task.column_of_step()[pattern.step(np.arange(count))]
     n = np.flatnonzero(column >= 0)
     column = column[n]
@@ -175,8 +175,8 @@ def _draw_bands(axes: Axes, plans: Sequence[Plan], colour: str, label: str) -> N
 
 def _shown(task: Task, pattern: Pattern, instant: float) -> float:
     """Return an instant [s], limited to MAX_SAMPLES and to one period of the pattern."""
-    samples = min(instant / task.sample_time, MAX_SAMPLES, pattern.period)
-    return max(1, math.ceil(samples)) * task.sample_time
+    samples = min(instant / task.beam_period, MAX_SAMPLES, pattern.period)
+    return max(1, math.ceil(samples)) * task.beam_period
 
 
 def _region(task: Task) -> tuple[float, float]:
@@ -208,6 +208,6 @@ def _fill_uncovered(
 
 
 def _pattern_title(task: Task, pattern: Pattern, count: int, covered: int) -> str:
-    after = f'N_s = {pattern.samples_per_sweep} after {count * task.sample_time:.3g} s'
+    after = f'N_s = {pattern.samples_per_sweep} after {count * task.beam_period:.3g} s'
     left = task.cells - covered
     return f'{after}: {left} of {task.cells} cells not hit yet'

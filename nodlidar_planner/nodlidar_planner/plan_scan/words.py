@@ -72,7 +72,7 @@ def _hard_for_the_servo(task: Task, plan: Plan) -> Iterator[str]:
             f'set --speed-max to the limit of your servo'
         )
     yield from _hard_to_reverse(task, plan)
-    row_time = task.row_height(plan.samples_per_sweep) * task.sample_time
+    row_time = task.row_height(plan.samples_per_sweep) * task.beam_period
     if plan.under_error is not None and row_time < plan.under_error.error:
         yield (
             f'the nod passes a row in {row_time * 1e3:.2g} ms, less than the timing error: which '

@@ -62,7 +62,7 @@ class Feedback:
         spread = np.linspace(1.0 - SPREAD, 1.0 + SPREAD, CANDIDATES, dtype=np.float64)
         self._candidates = np.maximum(samples_per_sweep * spread, fewest_samples)
         # The effect of errors in both reversals on a beam in mid-sweep, where it is least.
-        late = math.sqrt(0.5) * timing_error / task.sample_time
+        late = math.sqrt(0.5) * timing_error / task.beam_period
         self.lateness = Lateness(float(self._candidates[-1]), late)
         self._row_height = task.row_height(samples_per_sweep)
         self._fine = min(FINE, math.ceil(self._row_height / CLOSEST))
