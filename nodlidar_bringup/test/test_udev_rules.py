@@ -8,7 +8,6 @@ import subprocess
 from nodlidar_bringup.checks.ports import LIDAR_IDS, SERVO_IDS
 from nodlidar_bringup.install_udev_rules import commands, install, main, TARGET
 from nodlidar_common.errors import NodlidarError
-from nodlidar_servo.latency import UDEV_RULE
 import pytest
 
 RULES = Path(__file__).parents[1] / 'config' / 'udev' / '60-nodlidar.rules'
@@ -46,8 +45,9 @@ def test_names_are_those_of_the_devices_that_doctor_knows():
     assert named('nodlidar_servo') == set(SERVO_IDS)
 
 
-def test_the_latency_timer_is_set_as_the_servo_node_advises():
-    assert UDEV_RULE in rules()
+def test_the_latency_timer_of_every_ftdi_adapter_is_set():
+    rule = 'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1"'
+    assert rule in rules()
 
 
 def test_the_installed_package_has_the_rules(capsys):

@@ -6,7 +6,6 @@ from nodlidar_common.serial_port import OpenPort, port_errors
 from nodlidar_common.tcp_port import TcpPort
 
 TTY_CLASS = Path('/sys/class/tty')
-UDEV_RULE = 'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1"'
 
 
 def reduce_latency(port: OpenPort, tty_class: Path = TTY_CLASS) -> str:
@@ -39,7 +38,8 @@ def reduce_latency(port: OpenPort, tty_class: Path = TTY_CLASS) -> str:
             return ''
     return (
         f"the adapter of '{port.port}' holds replies back for up to {_read(timer)} ms, and this"
-        f' could not be changed; for the full rate of joint states add this udev rule: {UDEV_RULE}'
+        ' could not be changed; for the full rate of joint states run'
+        ' `ros2 run nodlidar_bringup install_udev_rules`'
     )
 
 

@@ -16,6 +16,7 @@ from nodlidar_servo.replies import (
 )
 
 _RETURN_DELAY_UNIT_NS = 2000
+_SETUP = 'the command `ros2 run nodlidar_servo setup` sets it right'
 _WATCHDOG = 25  # of 20 ms; the node is never silent for so long while it drives
 
 
@@ -139,15 +140,16 @@ def _check_model(number: int, config: ServoConfig) -> None:
 
 def _check_positions(found: SetUp, config: ServoConfig) -> None:
     if found.wrong_mode:
-        raise DeviceError(f'the servo is {found.wrong_mode}')
+        raise DeviceError(f'the servo is {found.wrong_mode}; {_SETUP}')
     low, high, scale = found.low, found.high, config.scale
     if low > high:
         raise DeviceError(
-            f'the lower limit of the position in the servo, {low}, is above the upper one, {high}'
+            f'the lower limit of the position in the servo, {low}, is above the upper one, {high};'
+            f' {_SETUP}'
         )
     for key in ('pitch_lower_limit', 'pitch_upper_limit'):
         pitch = getattr(config, key)
         if not low <= scale.tick(pitch) <= high:
             least, most = sorted((scale.pitch(low), scale.pitch(high)))
             limit = f'between {least:.4f} and {most:.4f} rad, the limits set in the servo'
-            raise DeviceError(str(ParameterError(key, limit, pitch)))
+            raise DeviceError(f'{ParameterError(key, limit, pitch)}; {_SETUP}')

@@ -51,7 +51,7 @@ def test_a_timer_that_stays_slow_gives_a_warning_with_the_remedy(adapter):
 
     warning = reduce_latency(port, Stubborn(tty_class))
     assert '16 ms' in warning
-    assert 'ATTR{latency_timer}="1"' in warning
+    assert 'ros2 run nodlidar_bringup install_udev_rules' in warning
 
 
 def test_an_adapter_that_goes_away_meanwhile_is_a_port_error(adapter):
