@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.lidar_parameters import LidarParameters
@@ -47,7 +47,7 @@ class SetUp:
 
     scene: Scene
     sensor: SensorModel
-    nod: NodTrajectory
+    nod: Nod
     share: float
     lidar: str
     given: ErrorParameters
@@ -143,11 +143,9 @@ def _velocity(rng: np.random.Generator) -> tuple[float, float]:
     return float(rng.uniform(0.05, 0.4)), float(rng.uniform(0.0, 0.6))
 
 
-def _nod(rng: np.random.Generator) -> NodTrajectory:
+def _nod(rng: np.random.Generator) -> Nod:
     span = float(rng.uniform(0.8, 1.4))
     speed = float(np.exp(rng.uniform(*np.log(SPEEDS))))
     samples = round(span / speed / BEAM_PERIOD)
     middle = float(rng.uniform(-0.1, 0.1))
-    return NodTrajectory(
-        middle - span / 2.0, middle + span / 2.0, samples * BEAM_PERIOD, samples, START_NS
-    )
+    return Nod(middle - span / 2.0, middle + span / 2.0, samples * BEAM_PERIOD, samples, START_NS)

@@ -12,7 +12,7 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import Beam, Values
 from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
 from nodlidar_assembler.clouds.geometry import MountConfig
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import simulate
@@ -83,7 +83,7 @@ def run(case: Case, seed: int) -> tuple[Calibration, Values]:
     scene = _scene(case, true, rng)
     middle = float(rng.uniform(-0.05, 0.05))
     limits = middle - case.span / 2.0, middle + case.span / 2.0
-    nod = NodTrajectory(*limits, SAMPLES * BEAM_PERIOD, SAMPLES, START_NS)
+    nod = Nod(*limits, SAMPLES * BEAM_PERIOD, SAMPLES, START_NS)
     sensor = joints_at(JOINT_RATE)
     seen = simulate(scene, nod, DURATION, seed, start_ns=START_NS, sensor=sensor)
     # What the encoder does not show, play and slope, belongs to the zero as far as it is constant.

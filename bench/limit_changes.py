@@ -8,7 +8,7 @@ has its own sweep.
 from dataclasses import dataclass
 
 from nodlidar_assembler.control.nod_clock import NodShape
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 import numpy as np
 
 from bench.phase_lock import LATENCY_TIMER, LOADED, Rig, Tied, TRUE_BEAM_NS
@@ -83,7 +83,7 @@ def change(seed: int, kind: str) -> Change:
     return Change(taken, taken - left - _present(tied).sweep_duration)
 
 
-def _settled(rig: Rig, nod: NodTrajectory, begin_ns: int) -> float:
+def _settled(rig: Rig, nod: Nod, begin_ns: int) -> float:
     """Return the time [s] after which the servo is always on the nod."""
     times = np.arange(begin_ns, begin_ns + AFTER_NS, NS_PER_S // 1000)
     error = np.abs(rig.motion.position(times) - nod.pitch(times))
@@ -106,6 +106,6 @@ def _change(rig: Rig, tied: Tied, rng: np.random.Generator, kind: str) -> None:
     tied.command()
 
 
-def _present(tied: Tied) -> NodTrajectory:
+def _present(tied: Tied) -> Nod:
     assert tied.nod.nod is not None
     return tied.nod.nod

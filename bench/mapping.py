@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import time
 
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.lasting import lasting_surface
@@ -79,7 +79,7 @@ def scene_of(name: str, route: str | None, faster: float, ideal: bool) -> Scene:
 def recorded(scene: Scene, duration: float, seed: int) -> Recording:
     """Return a recording of a drive with the default nod."""
     n_s = CONFIG.samples_per_sweep
-    nod = NodTrajectory(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, START_NS)
+    nod = Nod(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, START_NS)
     return simulate(scene, nod, duration, seed, start_ns=START_NS)
 
 

@@ -14,7 +14,7 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import largest_square
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_demo.evaluation import (
     FAR,
     near_beams,
@@ -91,7 +91,7 @@ def chosen(about: int) -> int:
     return quick_choice(NOD, samples_in_band(NOD, slowest, fastest), REVERSAL_ERROR)
 
 
-def nod_of(samples_per_sweep: int) -> NodTrajectory:
+def nod_of(samples_per_sweep: int) -> Nod:
     """Return the nod of an N_s between the limits of the reference nod."""
     return replace(
         reference_nod(),
@@ -196,7 +196,7 @@ def _scene_rows(name: str, nods: Sequence[Row]) -> Iterator[Row]:
         yield row
 
 
-def _recording(scene: Scene, nod: NodTrajectory) -> Recording:
+def _recording(scene: Scene, nod: Nod) -> Recording:
     return simulate(scene, nod, DURATION, start_ns=START_NS, sensor=SENSOR)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import pi
 from typing import Any
 
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_planner.pattern.task import Task
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.scene import load_scene
@@ -25,9 +25,9 @@ REVERSAL_ERROR = 0.003  # of a typical servo, standard deviation [s]
 FAST_ADAPTER = 0.0015  # latency of an adapter whose timer is set to 1 ms [s]
 
 
-def reference_nod(samples_per_sweep: int = SAMPLES_PER_SWEEP) -> NodTrajectory:
+def reference_nod(samples_per_sweep: int = SAMPLES_PER_SWEEP) -> Nod:
     """Return the nod of the publication's experiments, with half a sample of phase."""
-    return NodTrajectory(
+    return Nod(
         pitch_min=-SPAN / 2,
         pitch_max=SPAN / 2,
         sweep_duration=samples_per_sweep * BEAM_PERIOD,

@@ -13,7 +13,7 @@ from itertools import pairwise
 import time
 from typing import Any
 
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.nodding import nodding_servo, SETTLING
@@ -69,10 +69,10 @@ def results() -> list[Row]:
     return rows
 
 
-def nod_of(slower: float) -> NodTrajectory:
+def nod_of(slower: float) -> Nod:
     """Return the reference nod, slower by a factor."""
     nod = reference_nod()
-    return NodTrajectory(
+    return Nod(
         nod.pitch_min,
         nod.pitch_max,
         nod.sweep_duration * slower,
@@ -81,7 +81,7 @@ def nod_of(slower: float) -> NodTrajectory:
     )
 
 
-def _row(name: str, nod_name: str, nod: NodTrajectory, sensor: SensorModel, **changes: Any) -> Row:
+def _row(name: str, nod_name: str, nod: Nod, sensor: SensorModel, **changes: Any) -> Row:
     parameters = replace(load_servo(name), **changes)
     end_ns = START_NS + round(DURATION * NS_PER_S)
     begin = time.process_time()
@@ -104,7 +104,7 @@ def _row(name: str, nod_name: str, nod: NodTrajectory, sensor: SensorModel, **ch
     }
 
 
-def motion_figures(servo: PhysicalServo, nod: NodTrajectory, times_ns: Times) -> Row:
+def motion_figures(servo: PhysicalServo, nod: Nod, times_ns: Times) -> Row:
     """Return how the shaft's motion differs from the commanded nod at times 1 ms apart."""
     pitch = servo.shaft_position(times_ns)
     extremes, reversals, middles = _legs(pitch, nod.sweeps(times_ns))

@@ -12,7 +12,7 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.lidar_section import load_lidar
@@ -34,7 +34,7 @@ ROUNDS = 300
 DEFAULT = NodConfig()
 SLOW, FAST = 'default', 'pi rad/s'
 NODS = {
-    SLOW: NodTrajectory(
+    SLOW: Nod(
         DEFAULT.pitch_min,
         DEFAULT.pitch_max,
         DEFAULT.samples_per_sweep * BEAM_PERIOD,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
@@ -112,12 +112,12 @@ def counted(scene: Scene, lidar: LidarParameters, kind: str) -> Count:
     return sum((_counted(scene, lidar, nod, duration) for nod in nods), NOTHING)
 
 
-def still(pitch: float) -> NodTrajectory:
+def still(pitch: float) -> Nod:
     """Return a nod that is at a pitch [rad] within a microradian."""
-    return NodTrajectory(pitch - 1e-6, pitch + 1e-6, 1.0, 10_240, START_NS)
+    return Nod(pitch - 1e-6, pitch + 1e-6, 1.0, 10_240, START_NS)
 
 
-def _counted(scene: Scene, lidar: LidarParameters, nod: NodTrajectory, duration: float) -> Count:
+def _counted(scene: Scene, lidar: LidarParameters, nod: Nod, duration: float) -> Count:
     seen, spot_only = (
         simulate(replace(scene, lidar=each), nod, duration, seed=1, start_ns=START_NS)
         for each in (lidar, LidarParameters(divergence=lidar.divergence))

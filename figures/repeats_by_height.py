@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.world.motion import REVERSAL_ACCELERATION, triangle_motion
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +75,7 @@ def counts_by_height(
         Of the reversals [rad/s2].
     """
     duration = samples_per_sweep * TASK.beam_period
-    nod = NodTrajectory(
+    nod = Nod(
         TASK.pitch_min,
         TASK.pitch_max,
         duration,

@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.bag import messages, STORE, TOPICS, write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 START_NS = 1_700_000_000_000_000_000
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
 
 
 def recording(duration, scene='room', velocity=(0.0, 0.0)):

@@ -9,7 +9,7 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.ros.node import Assembler
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_msgs.msg import Coverage, NodCommand
 from nodlidar_sim.simulation import simulate
 import numpy as np
@@ -25,7 +25,7 @@ SCAN_NS = 66_600_000  # a scan comes after its last beam
 
 def simulated(scene, duration):
     """Return what the fast mode makes of a scene."""
-    nod = NodTrajectory(-0.6136, 0.6136, 4001 * BEAM_PERIOD, 4001, START_NS)
+    nod = Nod(-0.6136, 0.6136, 4001 * BEAM_PERIOD, 4001, START_NS)
     return simulate(scene, nod, duration, start_ns=START_NS)
 
 

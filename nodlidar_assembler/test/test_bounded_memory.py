@@ -14,7 +14,7 @@ from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps, MOST_COMMANDE
 from nodlidar_assembler.control.revolutions import Revolutions, WINDOW
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.waiting import MOST_WAITING, WaitingLine
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
@@ -88,7 +88,7 @@ def test_names_of_other_joints_are_not_kept_for_ever():
 
 def test_sweeps_that_no_scan_reaches_are_not_kept_for_ever():
     config, beam_period = AssemblerConfig(), 0.1 / 1024
-    planned = NodTrajectory(-0.6, 0.6, 4001 * beam_period, 4001, BEGIN_NS)
+    planned = Nod(-0.6, 0.6, 4001 * beam_period, 4001, BEGIN_NS)
     sweeps = ChosenSweeps(config.task, planned, 0.003, 2000)
     for k in range(2 * MOST_COMMANDED):
         sweeps._commanded.append((BEGIN_NS + k, planned))

@@ -7,7 +7,7 @@ from pathlib import Path
 from nodlidar_assembler.calibrate import main
 from nodlidar_assembler.calibration.recorded import parameters, start_values, upward
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.parameter_file import file_values
 from nodlidar_common.pose import Pose
 from nodlidar_sim.bag import write_bag
@@ -16,7 +16,7 @@ from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
-NOD = NodTrajectory(-0.61, 0.61, 4001 * 0.1 / 1024, 4001, 10**18)
+NOD = Nod(-0.61, 0.61, 4001 * 0.1 / 1024, 4001, 10**18)
 
 
 def test_a_bag_gives_a_file_and_a_table(tmp_path, monkeypatch, capsys):

@@ -11,7 +11,7 @@ from nodlidar_assembler.calibration.plane_search import find_planes, Plane
 from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
 from nodlidar_assembler.clouds.geometry import MountConfig, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.scene import load_scene
@@ -22,7 +22,7 @@ import pytest
 UP = np.array([0.0, 0.0, 1.0])
 DEGREE = math.radians(1.0)
 SWEEP = 7547
-NOD = NodTrajectory(-0.61, 0.61, SWEEP * 0.1 / 1024, SWEEP, 0)
+NOD = Nod(-0.61, 0.61, SWEEP * 0.1 / 1024, SWEEP, 0)
 TRUE = Values(8e-3, 1.5 * DEGREE, DEGREE, 0.0, DEGREE, 0.005, 0.0, 0.085)
 
 

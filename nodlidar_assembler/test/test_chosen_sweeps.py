@@ -6,7 +6,7 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_planner.coverage.lower_bound import lower_bound
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.feedback import SPREAD
@@ -19,7 +19,7 @@ AZIMUTH = URG.angle_min + STEP * np.arange(682)
 T_S = 0.1 / 1024
 TASK = Task()
 BEGIN_NS = 1_700_000_000 * NS_PER_S
-PLANNED = NodTrajectory(TASK.pitch_min, TASK.pitch_max, 2501 * T_S, 2501, BEGIN_NS)
+PLANNED = Nod(TASK.pitch_min, TASK.pitch_max, 2501 * T_S, 2501, BEGIN_NS)
 
 
 class Servo:

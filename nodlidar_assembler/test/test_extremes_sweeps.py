@@ -7,7 +7,7 @@ import pickle
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP, Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.reversals import ReversalFinder
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 import numpy as np
 import pytest
 
@@ -80,7 +80,7 @@ def test_scans_of_one_beam_make_clouds_of_one_point():
 
 def test_a_sweep_of_one_beam_is_a_cloud_of_one_point():
     """One beam every 0.3 s, on a nod that reverses at 0.15 s and every 0.3 s from then on."""
-    nod = NodTrajectory(-0.5, 0.5, 0.3, 1, TODAY_NS - 150_000_000)
+    nod = Nod(-0.5, 0.5, 0.3, 1, TODAY_NS - 150_000_000)
     scans = [(TODAY_NS + k * 300_000_000, geometry(1)) for k in range(20)]
     pipeline = Pipeline(PipelineConfig(cloud_mode='sweep'))
     stamps = np.arange(TODAY_NS - 200_000_000, TODAY_NS + 7 * S, 10_000_000)
@@ -97,7 +97,7 @@ def test_a_sweep_of_one_beam_is_a_cloud_of_one_point():
 
 
 def test_a_sweep_of_an_hour_comes_in_clouds_of_half_a_minute_and_loses_nothing():
-    nod = NodTrajectory(-0.6, 0.6, 3600.0, 36_864_000, TODAY_NS)
+    nod = Nod(-0.6, 0.6, 3600.0, 36_864_000, TODAY_NS)
     scans = [(TODAY_NS + k * S // 2, geometry(11, steps_apart=30)) for k in range(7200)]
     clouds = assembled(scans, nod.pitch, sample_ns=50_000_000)
     durations = np.array([cloud.time_ns[-1] - cloud.time_ns[0] for cloud in clouds]) / S

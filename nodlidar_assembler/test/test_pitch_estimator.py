@@ -8,7 +8,7 @@ from nodlidar_assembler.clouds.pitch import beam_pitch, PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_assembler.clouds.spline_fit import SplineError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.world.motion import triangle_motion
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ START_NS = 1_700_000_000_000_000_000
 OFFSET = np.arange(682) * 97.65625e-6
 STEP = 0.00511
 MAX_GAP = 0.1
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
 SAMPLE_NS = START_NS + np.rint(np.arange(620) / 62.0 * 1e9).astype(np.int64)
 SCANS_NS = START_NS + np.arange(5, 90) * 100_000_000
 
@@ -180,7 +180,7 @@ def test_a_slow_nod_with_late_coarse_samples_is_not_refused():
     At 0.2 rad/s a gap of 0.1 s cuts off 10 mrad of a reversal at most.
     """
     rng = np.random.default_rng(1)
-    nod = NodTrajectory(-0.5, 0.5, 5.0, 51_200, START_NS)
+    nod = Nod(-0.5, 0.5, 5.0, 51_200, START_NS)
     motion = triangle_motion(nod, START_NS, START_NS + 60_000_000_000)
     taken_ns = START_NS + np.arange(1200) * 50_000_000
     samples = np.radians(np.rint(np.degrees(motion.position(taken_ns))))

@@ -14,7 +14,7 @@ from nodlidar_assembler.control.pitch_limits import (
     ranges_that_count,
 )
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene, parse_scene
 import numpy as np
@@ -215,7 +215,7 @@ def drive(scenes, *, speed=0.0, start_x=0.0):
     for k, scene in enumerate(scenes):
         now_ns = START_NS + k * SCAN_NS
         low, high = limits.limits(now_ns)
-        nod = NodTrajectory(low, high, SWEEP, 4001, START_NS)
+        nod = Nod(low, high, SWEEP, 4001, START_NS)
         there = dataclasses.replace(
             scene, base_start=(start_x + speed * k * 0.1, 0.0, 0.0), base_velocity=(speed, 0.0)
         )
@@ -301,5 +301,5 @@ def test_a_person_who_walks_by_does_not_matter():
 
 
 def one_scan(scene):
-    nod = NodTrajectory(-0.4, 0.4, SWEEP, 4001, START_NS - round(SWEEP / 2 * S))
+    nod = Nod(-0.4, 0.4, SWEEP, 4001, START_NS - round(SWEEP / 2 * S))
     return simulate(scene, nod, 0.1, start_ns=START_NS)

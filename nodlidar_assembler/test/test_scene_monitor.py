@@ -12,7 +12,7 @@ from nodlidar_assembler.control.nod_adaptation import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
@@ -27,7 +27,7 @@ BEAMS = Beams(GEOMETRY, REFERENCE_MOUNT)
 
 
 def scans_of_a_wall(duration, start_ns=START_NS, **changes):
-    nod = NodTrajectory(-0.4, 0.4, 4001 * BEAM, 4001, START_NS)
+    nod = Nod(-0.4, 0.4, 4001 * BEAM, 4001, START_NS)
     recording = simulate(
         replace(load_scene('wall', ideal=True), **changes), nod, duration, start_ns=start_ns
     )

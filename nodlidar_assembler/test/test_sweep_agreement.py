@@ -7,7 +7,7 @@ from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
 import nodlidar_assembler.clouds.sweep_agreement as module
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.scene import load_scene
@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 SWEEP = 7547
-NOD = NodTrajectory(-0.61, 0.61, SWEEP * 0.1 / 1024, SWEEP, 0)
+NOD = Nod(-0.61, 0.61, SWEEP * 0.1 / 1024, SWEEP, 0)
 
 
 def watched(scene, delay, velocity=(0.0, 0.0)):

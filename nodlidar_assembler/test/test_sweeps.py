@@ -6,7 +6,7 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import POINT
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 import numpy as np
 
 TICK = np.radians(300.0) / 1024
@@ -14,9 +14,7 @@ START_NS = 1_700_000_000_000_000_000
 
 
 def nod(samples_per_sweep=4001):
-    return NodTrajectory(
-        -0.6136, 0.6136, samples_per_sweep * 0.1 / 1024, samples_per_sweep, START_NS
-    )
+    return Nod(-0.6136, 0.6136, samples_per_sweep * 0.1 / 1024, samples_per_sweep, START_NS)
 
 
 def reversals_of(times_ns, pitch):

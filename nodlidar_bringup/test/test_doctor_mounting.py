@@ -5,14 +5,14 @@ from hypothesis import strategies as st
 from nodlidar_bringup.checks.finding import Level
 from nodlidar_bringup.checks.mounting import check_mounting
 from nodlidar_bringup.checks.orientation import beams_of, Mounting, points_of, seen_in
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
 HEIGHT = 1.0  # of the nod axis in all scenes
-NOD = NodTrajectory(-0.6136, 0.6136, 7547 * 0.1 / 1024, 7547, 10**18)
+NOD = Nod(-0.6136, 0.6136, 7547 * 0.1 / 1024, 7547, 10**18)
 LEVER = (0.0, 0.0, 0.08)
 
 

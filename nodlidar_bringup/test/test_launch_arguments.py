@@ -15,7 +15,7 @@ from nodlidar_bringup.arguments import (
 )
 from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import NodlidarError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_planner.pattern.servo import MAX_SPEEDS, shortest_by_mean_speed
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.models import MODELS
@@ -198,7 +198,7 @@ def test_a_servo_accepts_every_nod_that_is_planned_for_it(values, model):
     limits = servo_limits(servo_config(model, values['servo_params']))
     for span in np.geomspace(0.05, 1.6, 100):
         sweep = shortest_by_mean_speed(float(span), *limits.values())
-        check_nod(NodTrajectory(-span / 2, span / 2, sweep, 1, 0), -0.8, 0.8, config.dynamics)
+        check_nod(Nod(-span / 2, span / 2, sweep, 1, 0), -0.8, 0.8, config.dynamics)
 
 
 def test_what_is_wrong_with_the_servo_s_parameters_is_named(tmp_path):

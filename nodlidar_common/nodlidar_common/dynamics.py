@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ def arrival_speed(
     return (reach - math.sqrt(root)) / 2.0 if root >= 0.0 and reach > 0.0 else math.inf
 
 
-def check_nod(nod: NodTrajectory, lower: float, upper: float, dynamics: Dynamics) -> None:
+def check_nod(nod: Nod, lower: float, upper: float, dynamics: Dynamics) -> None:
     """Check that a mount (pitch limits [rad]) and a servo can follow a nod.
 
     Raises
@@ -78,7 +78,7 @@ def check_nod(nod: NodTrajectory, lower: float, upper: float, dynamics: Dynamics
         raise ParameterError('sweep_duration', limit, nod.sweep_duration)
 
 
-def cruising_speed(nod: NodTrajectory, acceleration: float) -> float:
+def cruising_speed(nod: Nod, acceleration: float) -> float:
     """Return the speed [rad/s] of a leg from rest to rest; infinite if none is high enough."""
     return arrival_speed(nod.span, nod.sweep_duration, 0.0, acceleration)
 

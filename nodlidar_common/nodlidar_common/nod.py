@@ -11,7 +11,7 @@ NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class NodTrajectory:
+class Nod:
     """A triangle wave between two pitch limits, for all times.
 
     Attributes
@@ -50,7 +50,7 @@ class NodTrajectory:
         if self.samples_per_sweep < 1:
             raise ParameterError('samples_per_sweep', 'at least 1', self.samples_per_sweep)
 
-    def shifted(self, step_ns: int) -> 'NodTrajectory':
+    def shifted(self, step_ns: int) -> 'Nod':
         """Return the same nod in the time of a clock that was set by a step [ns]."""
         return replace(self, reference_time_ns=self.reference_time_ns + step_ns)
 

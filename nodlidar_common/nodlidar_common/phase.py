@@ -9,7 +9,7 @@ from collections import deque
 import math
 from typing import Protocol
 
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 import numpy as np
 
 MIDDLE = 0.25
@@ -38,7 +38,7 @@ class Pitched(Protocol):
     def pitch(self) -> float: ...  # noqa: D102
 
 
-def lateness(nod: NodTrajectory, sample: Pitched, cruise: float) -> float | None:
+def lateness(nod: Nod, sample: Pitched, cruise: float) -> float | None:
     """Return how late the servo is [s]; None outside of the middle of the leg.
 
     Parameters
@@ -113,7 +113,7 @@ class PhaseLead:
         self._lead = 0.0
         self._in_phase = 0
 
-    def add(self, nod: NodTrajectory, sample: Pitched, cruise: float) -> None:
+    def add(self, nod: Nod, sample: Pitched, cruise: float) -> None:
         """Add a measurement; parameters as in :func:`lateness`."""
         late = lateness(nod, sample, cruise)
         if late is None:

@@ -1,4 +1,4 @@
-"""The goal and the speed that keep a servo on a nod trajectory.
+"""The goal and the speed that keep a servo on the nod.
 
 The servo drives to a goal at a commanded speed, with a limited acceleration at both ends. Each leg
 of the nod is one such drive from limit to limit. Every cycle computes the speed again from the
@@ -11,7 +11,7 @@ import math
 from typing import Protocol
 
 from nodlidar_common.dynamics import arrival_speed, cruising_speed, Dynamics
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.phase import PhaseLead
 
 HOLD = 0.02
@@ -20,7 +20,7 @@ and time is then mostly the encoder's quantisation."""
 
 CATCH_UP = 2.0
 """Highest speed as a multiple of the nod's: enough for any leg that is possible from rest to rest,
-and no wild moves on the way to the trajectory. From outside of the limits it is a multiple of the
+and no wild moves on the way to the nod. From outside of the limits it is a multiple of the
 speed that returns within a sweep, if that is higher."""
 
 RETUNING = 0.005
@@ -42,7 +42,7 @@ class Drive:
 class Progress:
     """How a nod is followed, for other threads; see NodTracker and PhaseLead."""
 
-    nod: NodTrajectory
+    nod: Nod
     drive: Drive
     phase_error: float  # s
     lead_ns: int
@@ -60,7 +60,7 @@ class Measured(Protocol):
     def velocity(self) -> float: ...  # noqa: D102
 
 
-def predicted_pitch(sample: Measured, nod: NodTrajectory, now_ns: int) -> float:
+def predicted_pitch(sample: Measured, nod: Nod, now_ns: int) -> float:
     """Return the pitch [rad] at a time [ns], by constant velocity within the limits."""
     pitch = sample.pitch + sample.velocity * (now_ns - sample.stamp_ns) / NS_PER_S
     lower, upper = min(sample.pitch, nod.pitch_min), max(sample.pitch, nod.pitch_max)
@@ -68,7 +68,7 @@ def predicted_pitch(sample: Measured, nod: NodTrajectory, now_ns: int) -> float:
 
 
 class NodTracker:
-    """Follows a nod trajectory, cycle by cycle.
+    """Follows a nod, cycle by cycle.
 
     The nod may be replaced at any time, by another one or by the same one tuned to the lidar's
     clock. Each step starts from a measurement: it drives the servo from its position to a limit of
@@ -85,7 +85,7 @@ class NodTracker:
         Last command to the servo.
     """
 
-    def __init__(self, nod: NodTrajectory, dynamics: Dynamics) -> None:
+    def __init__(self, nod: Nod, dynamics: Dynamics) -> None:
         self.nod = nod
         self.phase = PhaseLead()
         self._dynamics = dynamics
@@ -99,7 +99,7 @@ class NodTracker:
         return self.nod.reversal_time_ns(self._leg(now_ns + lead_ns) + 1) - lead_ns
 
     @property
-    def led(self) -> NodTrajectory:
+    def led(self) -> Nod:
         """The nod, earlier by the lead."""
         return replace(self.nod, reference_time_ns=self.nod.reference_time_ns - self.phase.lead_ns)
 
@@ -137,7 +137,7 @@ class NodTracker:
         return self._go(goal, speed, CATCH_UP * nod.speed)
 
     def _come_back(
-        self, nod: NodTrajectory, direction: float, distance: float, remaining: float, speed: float
+        self, nod: Nod, direction: float, distance: float, remaining: float, speed: float
     ) -> Drive:
         """Return from outside: pass the limit at the reversal, with the nod's speed."""
         self._direction = direction
@@ -170,5 +170,5 @@ def _direction(leg: int) -> float:
     return 1.0 if leg % 2 == 0 else -1.0
 
 
-def _end(nod: NodTrajectory, direction: float) -> float:
+def _end(nod: Nod, direction: float) -> float:
     return nod.pitch_max if direction > 0.0 else nod.pitch_min

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 from builtin_interfaces.msg import Time
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.ros.messages import nod_from_message, nod_to_message, time_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
@@ -42,7 +42,7 @@ def test_a_time_that_a_message_cannot_hold_is_refused(nanoseconds):
 @pytest.mark.parametrize('reference_ns', [0, -1, TODAY_NS - 1, 2**31 * S - 1])
 @pytest.mark.parametrize('samples', [1, 2**32 - 1])
 def test_a_nod_command_carries_any_reference_time_and_number_of_samples(reference_ns, samples):
-    nod = NodTrajectory(-0.5, 0.5, 0.4, samples, reference_ns)
+    nod = Nod(-0.5, 0.5, 0.4, samples, reference_ns)
     assert nod_from_message(nod_to_message(nod, 0, 'base')) == nod
 
 
@@ -50,7 +50,7 @@ def test_a_nod_command_carries_any_reference_time_and_number_of_samples(referenc
 @pytest.mark.parametrize('reference_ns', [0, TODAY_NS - 1, 2**31 * S - 1])
 def test_an_hour_of_turns_is_on_the_nanosecond(samples, reference_ns):
     beam_ns = Fraction(S, 10 * 1024)
-    nod = NodTrajectory(-0.5, 0.5, float(samples * beam_ns / S), samples, reference_ns)
+    nod = Nod(-0.5, 0.5, float(samples * beam_ns / S), samples, reference_ns)
     last = int(3600 * S / (samples * beam_ns))
     for sweep in (last, last - 1, last // 2, 1):
         exact = reference_ns + sweep * samples * beam_ns
@@ -60,7 +60,7 @@ def test_an_hour_of_turns_is_on_the_nanosecond(samples, reference_ns):
 
 @pytest.mark.parametrize('duration', [1e-9, 1e-4, 0.4, 3600.0, 1e6])
 def test_sweeps_of_any_duration_stay_within_the_limits(duration):
-    nod = NodTrajectory(-0.5, 0.5, duration, 4001, TODAY_NS)
+    nod = Nod(-0.5, 0.5, duration, 4001, TODAY_NS)
     times_ns = TODAY_NS + np.rint(np.linspace(0.0, 4.0, 4001) * duration * S).astype(np.int64)
     pitch = nod.pitch(times_ns)
     leg = [Fraction(int(t - TODAY_NS)) / (Fraction(duration) * S) % 2 for t in times_ns]

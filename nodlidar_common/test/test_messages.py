@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.ros.messages import nod_from_message, nod_to_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
@@ -31,17 +31,17 @@ def test_a_time():
     stamps_ns,
     stamps_ns,
 )
-def test_trajectories_come_back(
+def test_nods_come_back(
     pitch_min, pitch_max, duration, samples, reference_ns, issued_ns, start_ns
 ):
-    trajectory = NodTrajectory(pitch_min, pitch_max, duration, samples, reference_ns)
-    message = nod_to_message(trajectory, issued_ns, 'nodlidar_base_link', start_ns)
-    assert nod_from_message(message) == trajectory
+    nod = Nod(pitch_min, pitch_max, duration, samples, reference_ns)
+    message = nod_to_message(nod, issued_ns, 'nodlidar_base_link', start_ns)
+    assert nod_from_message(message) == nod
     assert time_ns(message.header.stamp) == issued_ns
     assert time_ns(message.start_time) == start_ns
     assert message.header.frame_id == 'nodlidar_base_link'
 
 
-def test_a_message_without_a_trajectory_is_refused():
+def test_a_message_without_a_nod_is_refused():
     with pytest.raises(ParameterError, match="'pitch_max' must be above pitch_min"):
         nod_from_message(NodCommand())

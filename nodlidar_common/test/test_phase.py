@@ -2,12 +2,12 @@ from dataclasses import dataclass
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.phase import lateness, LOCKED, PhaseDrift, PhaseLead
 import numpy as np
 import pytest
 
-NOD = NodTrajectory(-0.6, 0.4, 0.4, 4001, 1_800_000_000_000_000_000)
+NOD = Nod(-0.6, 0.4, 0.4, 4001, 1_800_000_000_000_000_000)
 
 
 @dataclass

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.command_line import LineParser
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.whole_file import whole_file
 from nodlidar_mapper.command import map_drive
 from nodlidar_mapper.poses import planar
@@ -47,7 +47,7 @@ def map_simulated_drive(argv: Sequence[str] | None, description: str | None) -> 
     scene = load_scene(options.scene, options.route)
     profile = PROFILES['slam']
     n_s = profile.samples_per_sweep
-    nod = NodTrajectory(profile.pitch_min, profile.pitch_max, n_s / SIMULATED_RATE, n_s, START_NS)
+    nod = Nod(profile.pitch_min, profile.pitch_max, n_s / SIMULATED_RATE, n_s, START_NS)
     output: Path = options.output
     bag = output / 'bag'
     with console.status(f'driving {options.duration:.0f} s through {options.scene}'):

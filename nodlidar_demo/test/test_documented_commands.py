@@ -19,7 +19,7 @@ from nodlidar_assembler.assemble_bag import main as assemble_bag
 from nodlidar_assembler.calibrate import main as calibrate
 from nodlidar_bringup.doctor import main as doctor
 from nodlidar_bringup.install_udev_rules import main as install_udev_rules
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_demo.ros.demonstration import parse
 from nodlidar_driver.probe import main as probe
 from nodlidar_mapper.map_bag import main as map_bag
@@ -103,7 +103,7 @@ def test_plan_scan(command):
 
 @starting('ros2', 'run', 'nodlidar_assembler', 'assemble_bag')
 def test_assemble_bag(command, tmp_path, monkeypatch):
-    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
     write_bag(
         simulate(load_scene('room', ideal=True), nod, 2.0, start_ns=10**18), tmp_path / 'bag'
     )
@@ -115,7 +115,7 @@ def test_assemble_bag(command, tmp_path, monkeypatch):
 
 @starting('ros2', 'run', 'nodlidar_assembler', 'calibrate')
 def test_calibrate(command, tmp_path, monkeypatch):
-    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
     (tmp_path / 'demo_output').mkdir()
     still = simulate(load_scene('room', ideal=True), nod, 1.5, start_ns=10**18)
     write_bag(still, tmp_path / 'demo_output' / 'bag')
@@ -125,7 +125,7 @@ def test_calibrate(command, tmp_path, monkeypatch):
 
 @starting('ros2', 'run', 'nodlidar_mapper', 'map_bag')
 def test_map_bag(command, tmp_path, monkeypatch):
-    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
     (tmp_path / 'demo_output').mkdir()
     drive = simulate(load_scene('corridor', ideal=True), nod, 3.0, start_ns=10**18)
     write_bag(drive, tmp_path / 'demo_output' / 'bag')
@@ -140,7 +140,7 @@ def test_mapper(command):
 
 @starting('ros2', 'run', 'nodlidar_viewer', 'view_bag')
 def test_view_bag(command, tmp_path, monkeypatch):
-    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
     (tmp_path / 'demo_output').mkdir()
     drive = simulate(load_scene('corridor', ideal=True), nod, 2.0, start_ns=10**18)
     write_bag(drive, tmp_path / 'demo_output' / 'bag')

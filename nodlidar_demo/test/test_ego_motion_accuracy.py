@@ -5,7 +5,7 @@ from dataclasses import replace
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import (
     moved_surface_rms,
     near_beams,
@@ -26,7 +26,7 @@ def drive(speed, turn_rate, start=(0.0, 0.0, 0.0), duration=12.0, scene='room'):
     scene = replace(
         load_scene(scene, ideal=True), base_velocity=(speed, turn_rate), base_start=start
     )
-    nod = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
+    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
     return simulate(scene, nod, duration, start_ns=START_NS)
 
 

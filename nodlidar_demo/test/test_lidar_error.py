@@ -3,7 +3,7 @@
 from dataclasses import replace
 import math
 
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import lidar_rms, points_of, simulated_log, surface_rms
 from nodlidar_demo.report import Distances, rms_table
 from nodlidar_sim.simulation import simulate
@@ -11,7 +11,7 @@ from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.scene import load_scene, parse_scene
 import pytest
 
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
 # Beams from the centre of a ball are normal to it, so that noise is the distance from it.
 BALL = parse_scene(
     'sensor: {mount: [0, 0, 0, 0, 0, 0], optical_offset: 0.0}\n'

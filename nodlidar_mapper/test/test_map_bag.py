@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from matplotlib.image import imread
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_mapper.map_bag import main
 from nodlidar_mapper.poses import inverse, planar
 from nodlidar_sim.bag import write_bag
@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 START_NS = 10**18
-NOD = NodTrajectory(-0.6136, 0.6136, 7547 / 10240, 7547, START_NS)
+NOD = Nod(-0.6136, 0.6136, 7547 / 10240, 7547, START_NS)
 
 
 @pytest.fixture(scope='module')

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import FREE, grid_of, GridConfig, OCCUPIED
@@ -35,7 +35,7 @@ def recorded(faster=1.0, mount=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)):
     )
     scene = replace(scene, effects=effects, base_legs=legs, mount=Pose.from_xyzrpy(mount))
     n_s = CONFIG.samples_per_sweep
-    nod = NodTrajectory(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, START_NS)
+    nod = Nod(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, START_NS)
     return simulate(scene, nod, DURATION / faster, 3, start_ns=START_NS)
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.lasting import lasting_surface
@@ -40,7 +40,7 @@ def recorded(name):
     n_s = CONFIG.samples_per_sweep
     # The nods of the two are not in phase, so their clouds come in turn.
     begin_ns = START_NS - (0 if name == 'front' else 300_000_000)
-    nod = NodTrajectory(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, begin_ns)
+    nod = Nod(CONFIG.pitch_min, CONFIG.pitch_max, n_s / 10240, n_s, begin_ns)
     return simulate(mounted, nod, DURATION, 3, start_ns=START_NS)
 
 

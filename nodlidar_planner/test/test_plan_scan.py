@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from nodlidar_common import command_line
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate
 from nodlidar_planner.holes.hole import Hole
@@ -410,7 +410,7 @@ def test_notes_on_plans():
 def test_it_is_noted_if_the_simulated_servo_misses_the_outermost_row(samples_per_sweep):
     task, sweep = Task(), samples_per_sweep / 10240
     said = '\n'.join(notes(task, evaluate(task, samples_per_sweep)))
-    nod = NodTrajectory(task.pitch_min, task.pitch_max, sweep, samples_per_sweep, 0)
+    nod = Nod(task.pitch_min, task.pitch_max, sweep, samples_per_sweep, 0)
     end_ns = round(3e9 * sweep)
     try:
         motion = triangle_motion(nod, 0, end_ns)

@@ -2,7 +2,7 @@
 
 import math
 
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.tracking import Drive, Measured
 from nodlidar_servo.config import ServoConfig
 
@@ -88,7 +88,7 @@ class Following:
         self.believed = True
         self._config = config
         self._model: ModelMotor | None = None
-        self._nod: NodTrajectory | None = None
+        self._nod: Nod | None = None
         self._fastest = 0.0
         self._allowed = math.inf
         self._off_since_ns: int | None = None
@@ -107,7 +107,7 @@ class Following:
         """Note that the servo has no command: no position is a fault."""
         self._model = self._off_since_ns = None
 
-    def drive(self, now_ns: int, drive: Drive, nod: NodTrajectory, sample: Measured) -> None:
+    def drive(self, now_ns: int, drive: Drive, nod: Nod, sample: Measured) -> None:
         """Note the command to the servo at a steady time [ns], and the nod that it follows."""
         if self._model is None:
             self._last_off_ns, self._range = now_ns, (sample.pitch, sample.pitch)
@@ -166,6 +166,6 @@ class Following:
             self.rest()
 
 
-def _is_another(nod: NodTrajectory, former: NodTrajectory) -> bool:
+def _is_another(nod: Nod, former: Nod) -> bool:
     limits = max(abs(nod.pitch_min - former.pitch_min), abs(nod.pitch_max - former.pitch_max))
     return limits > _LEAST or abs(nod.speed - former.speed) > _OTHER_SPEED * former.speed

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from nodlidar_common.dynamics import check_nod, Dynamics
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.phase import LONGEST_LEAD
 from nodlidar_common.tracking import NodTracker
 
@@ -43,7 +43,7 @@ class Command:
         The command in effect until then; None if there is none.
     """
 
-    nod: NodTrajectory
+    nod: Nod
     start_ns: int
     received_ns: int
     former: 'Command | None' = None
@@ -52,7 +52,7 @@ class Command:
         """Return the time since it was received [s], at a time [ns]."""
         return (now_ns - self.received_ns) / NS_PER_S
 
-    def in_effect(self, now_ns: int) -> NodTrajectory | None:
+    def in_effect(self, now_ns: int) -> Nod | None:
         """Return the nod in effect at a time [ns]; None if it is older than `former`."""
         if now_ns >= self.start_ns:
             return self.nod
@@ -83,7 +83,7 @@ class NodCommands:
         self.refused = 0
         self.refusal = ''
 
-    def accept(self, nod: NodTrajectory, now_ns: int, start_ns: int = 0) -> None:
+    def accept(self, nod: Nod, now_ns: int, start_ns: int = 0) -> None:
         """Accept a command, which is a sign of life.
 
         Parameters

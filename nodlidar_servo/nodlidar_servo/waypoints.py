@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_common.dynamics import cruising_speed, Dynamics
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.phase import LOCKED
 from nodlidar_common.tracking import CATCH_UP, Measured
 from scipy.interpolate import CubicHermiteSpline
@@ -37,7 +37,7 @@ class Waypoint:
     velocity: float
 
 
-def leg(nod: NodTrajectory, number: int, acceleration: float) -> list[Waypoint]:
+def leg(nod: Nod, number: int, acceleration: float) -> list[Waypoint]:
     """Return the four waypoints of a leg (even ones go up), from rest to rest.
 
     Parameters
@@ -105,7 +105,7 @@ class Planner:
         self._plan: list[Waypoint] = []
         self._joins_ns = 0  # reversal at which the approach in the plan ends
 
-    def plan(self, nod: NodTrajectory, sample: Measured, now_ns: int) -> list[Waypoint]:
+    def plan(self, nod: Nod, sample: Measured, now_ns: int) -> list[Waypoint]:
         """Return the waypoints from the present leg or approach on.
 
         Parameters
@@ -130,49 +130,49 @@ class Planner:
         self._plan = [*before, *self._legs(nod, first, now_ns)]
         return self._plan
 
-    def follows(self, nod: NodTrajectory, sample: Measured) -> bool:
+    def follows(self, nod: Nod, sample: Measured) -> bool:
         """Return whether a joint is on the nod, up to LOCKED late or early."""
         pitch, _ = self._state(nod, sample.stamp_ns)
         allowed = LOCKED * cruising_speed(nod, self._dynamics.acceleration) + _STEADY
         return abs(pitch - sample.pitch) <= allowed
 
-    def _state(self, nod: NodTrajectory, time_ns: int) -> tuple[float, float]:
+    def _state(self, nod: Nod, time_ns: int) -> tuple[float, float]:
         """Return pitch [rad] and velocity [rad/s] of the nod with its turns."""
         return _at(
             leg(nod, math.floor(nod.sweep_at(time_ns)), self._dynamics.acceleration), time_ns
         )
 
-    def _continues(self, nod: NodTrajectory, now_ns: int) -> bool:
+    def _continues(self, nod: Nod, now_ns: int) -> bool:
         """Return whether a nod continues the plan, but for what tuning changes."""
         if not self._plan or not self._plan[0].time_ns <= now_ns <= self._plan[-1].time_ns:
             return False
         (pitch, velocity), (was, went) = self._state(nod, now_ns), _at(self._plan, now_ns)
         return abs(pitch - was) <= _STEADY and abs(velocity - went) <= _SMOOTH * nod.speed
 
-    def _leads_to(self, nod: NodTrajectory) -> bool:
+    def _leads_to(self, nod: Nod) -> bool:
         """Return whether the approach in the plan ends at a reversal of a nod."""
         number = round(nod.sweep_at(self._joins_ns))
         late = abs(self._joins_ns - nod.reversal_time_ns(number)) / NS_PER_S
         goal = self._plan[1]
         return goal.pitch == _limit(nod, number) and late <= _RETIMED * nod.sweep_duration
 
-    def _first_reached(self, rest: Waypoint, nod: NodTrajectory) -> int:
+    def _first_reached(self, rest: Waypoint, nod: Nod) -> int:
         """Return the number of the first reversal that a joint at rest reaches in time."""
         return min(self._first_at(parity, rest, nod) for parity in (0, 1))
 
-    def _first_at(self, parity: int, rest: Waypoint, nod: NodTrajectory) -> int:
+    def _first_at(self, parity: int, rest: Waypoint, nod: Nod) -> int:
         """Return the first reversal that is reached at the lower (0) or the upper (1) limit."""
         duration = self._shortest(abs(_limit(nod, parity) - rest.pitch), nod)
         reached_ns = rest.time_ns + round(duration * NS_PER_S) + _ROUNDING_NS
         number = math.ceil(nod.sweep_at(reached_ns))
         return number + (number - parity) % 2
 
-    def _shortest(self, way: float, nod: NodTrajectory) -> float:
+    def _shortest(self, way: float, nod: Nod) -> float:
         """Return the time [s] of a cubic from rest to rest within the limits of the joint."""
         fastest = min(CATCH_UP * nod.speed, self._dynamics.max_speed)
         return max(1.5 * way / fastest, math.sqrt(6.0 * way / self._dynamics.acceleration))
 
-    def _legs(self, nod: NodTrajectory, first: int, now_ns: int) -> list[Waypoint]:
+    def _legs(self, nod: Nod, first: int, now_ns: int) -> list[Waypoint]:
         """Return the legs from the first one to the end of the horizon."""
         last = max(math.ceil(nod.sweep_at(now_ns + round(HORIZON * NS_PER_S))), first + 1)
         points = [leg(nod, number, self._dynamics.acceleration) for number in range(first, last)]
@@ -187,5 +187,5 @@ def _at(waypoints: Sequence[Waypoint], time_ns: int) -> tuple[float, float]:
     return float(spline(0.0)), float(spline(0.0, 1))
 
 
-def _limit(nod: NodTrajectory, reversal: int) -> float:
+def _limit(nod: Nod, reversal: int) -> float:
     return nod.pitch_min if reversal % 2 == 0 else nod.pitch_max

@@ -1,7 +1,7 @@
 from types import SimpleNamespace
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
 from nodlidar_servo.nod_commands import NodCommands
@@ -12,7 +12,7 @@ import pytest
 
 TOO_FAR = ParameterError('pitch_max', 'at most 0.8 rad', 1.2)
 SECOND = 1_000_000_000
-NOD = NodTrajectory(-0.6, 0.6, 0.4, 4001, 0)
+NOD = Nod(-0.6, 0.6, 0.4, 4001, 0)
 
 
 def sample(voltage=12.0, temperature=40, status=0):

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.dynamics import arrival_speed, check_nod, Dynamics, shortest_sweep
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.models import MODELS
@@ -25,7 +25,7 @@ LOW, HIGH = -0.8, 0.8
 
 def nod_of(span, duration, low=None):
     low = -span / 2 if low is None else low
-    return NodTrajectory(low, low + span, duration, 4001, START_NS)
+    return Nod(low, low + span, duration, 4001, START_NS)
 
 
 def longest_sweep(span):
@@ -35,14 +35,14 @@ def longest_sweep(span):
 
 @pytest.mark.parametrize('key', ['pitch_min', 'pitch_max'])
 def test_a_nod_to_the_very_limits_of_the_mount_is_accepted_and_beyond_refused_by_name(key):
-    check_nod(NodTrajectory(LOW, HIGH, 0.5, 4001, 0), LOW, HIGH, DYNAMICS)
+    check_nod(Nod(LOW, HIGH, 0.5, 4001, 0), LOW, HIGH, DYNAMICS)
     limits = {'pitch_min': LOW, 'pitch_max': HIGH}
     limits[key] = math.nextafter(limits[key], 2.0 * limits[key])
     with pytest.raises(
         ParameterError, match=f"'{key}' must be between -0.8 and 0.8 rad, the limits"
     ):
         check_nod(
-            NodTrajectory(**limits, sweep_duration=0.5, samples_per_sweep=1, reference_time_ns=0),
+            Nod(**limits, sweep_duration=0.5, samples_per_sweep=1, reference_time_ns=0),
             LOW,
             HIGH,
             DYNAMICS,
@@ -61,7 +61,7 @@ def test_the_slowest_and_the_fastest_sweep_are_just_accepted(span):
 @pytest.mark.parametrize('duration', [1e-9, 1e-3, 0.4, 3600.0])
 @pytest.mark.parametrize('span', [5e-324, 1e-300, 1e-12, 1e-6])
 def test_a_nod_of_hardly_any_span_is_refused(span, duration):
-    nod = NodTrajectory(0.0, span, duration, 4001, 0)
+    nod = Nod(0.0, span, duration, 4001, 0)
     with pytest.raises(ParameterError, match=r"'sweep_duration' must be at (most|least)"):
         check_nod(nod, LOW, HIGH, DYNAMICS)
 

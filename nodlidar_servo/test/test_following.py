@@ -1,6 +1,6 @@
 """A servo that does not do as it is told, in virtual time: what the loop makes of it."""
 
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_servo.following import RETRY
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.rx_motor import TICK
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from test_servo_loop import Bench, NOD, START_NS, SWEEP
 
-SLOW = NodTrajectory(-0.6136, 0.6136, 3.0, 30721, START_NS)
-SMALL = NodTrajectory(-0.15, 0.15, SWEEP, 4001, START_NS)
-FAST = NodTrajectory(-0.6136, 0.6136, 0.2, 2001, START_NS)
+SLOW = Nod(-0.6136, 0.6136, 3.0, 30721, START_NS)
+SMALL = Nod(-0.15, 0.15, SWEEP, 4001, START_NS)
+FAST = Nod(-0.6136, 0.6136, 0.2, 2001, START_NS)
 
 
 class FaultyMotion(ServoMotion):

@@ -1,17 +1,17 @@
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.trajectory_config import TrajectoryConfig
 import pytest
 
 SECOND = 1_000_000_000
-NOD = NodTrajectory(-0.6, 0.6, 0.4, 4001, 0)
-OTHER = NodTrajectory(-0.5, 0.5, 0.4, 4001, 0)
-THIRD = NodTrajectory(-0.4, 0.4, 0.4, 4001, 0)
-TOO_FAR = NodTrajectory(-0.6, 0.9, 0.4, 4001, 0)
+NOD = Nod(-0.6, 0.6, 0.4, 4001, 0)
+OTHER = Nod(-0.5, 0.5, 0.4, 4001, 0)
+THIRD = Nod(-0.4, 0.4, 0.4, 4001, 0)
+TOO_FAR = Nod(-0.6, 0.9, 0.4, 4001, 0)
 FAR = ParameterError('pitch_max', 'at most 0.8 rad', 1.2)
 FAST = ParameterError('sweep_duration', 'at least 0.2 s', 0.1)
 
@@ -33,7 +33,7 @@ def test_the_same_command_again_changes_nothing_but_its_age():
     commands = NodCommands(ServoConfig(command_timeout=1.0))
     commands.accept(NOD, 0)
     tracker = commands.follow(0)
-    commands.accept(NodTrajectory(-0.6, 0.6, 0.4, 4001, 0), SECOND)
+    commands.accept(Nod(-0.6, 0.6, 0.4, 4001, 0), SECOND)
     assert commands.follow(2 * SECOND) is tracker
     assert commands.age(2 * SECOND) == 1.0
 
@@ -149,5 +149,5 @@ def test_only_refused_commands_give_nothing_to_follow():
 def test_a_nod_over_next_to_nothing_is_refused_by_a_joint_of_any_speed():
     commands = NodCommands(TrajectoryConfig())
     with pytest.raises(ParameterError, match="'sweep_duration' must be at most 1e-07 s"):
-        commands.accept(NodTrajectory(0.0, 1e-9, 0.4, 4001, 0), 0)
-    commands.accept(NodTrajectory(0.0, 0.01, 0.4, 4001, 0), 0)
+        commands.accept(Nod(0.0, 1e-9, 0.4, 4001, 0), 0)
+    commands.accept(Nod(0.0, 0.01, 0.4, 4001, 0), 0)

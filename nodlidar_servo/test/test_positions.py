@@ -1,4 +1,4 @@
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.positions import PositionCheck
@@ -70,7 +70,7 @@ def test_a_clock_that_is_set_back_makes_no_position_impossible():
 def test_a_servo_that_is_stronger_than_configured_is_believed(acceleration, sweep_duration):
     """The emulated motor has 200 rad/s^2, whatever is configured."""
     bench = Bench(config=ServoConfig(acceleration=acceleration))
-    nod = NodTrajectory(-0.4, 0.4, sweep_duration, 4001, START_NS)
+    nod = Nod(-0.4, 0.4, sweep_duration, 4001, START_NS)
     assert len(bench.run(10.0, nod)) > 990
     assert not bench.figures.failures
 

@@ -4,7 +4,7 @@ import itertools
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError, PortError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.control_table import TABLE_1
 from nodlidar_servo.following import Following
@@ -25,7 +25,7 @@ import pytest
 
 START_NS = 1_800_000_000_000_000_000
 SWEEP = 4001 * 0.1 / 1024
-NOD = NodTrajectory(-0.6136, 0.6136, SWEEP, 4001, START_NS)
+NOD = Nod(-0.6136, 0.6136, SWEEP, 4001, START_NS)
 CONFIG = ServoConfig()
 
 
@@ -149,7 +149,7 @@ def test_torque_goes_off_when_commands_stop_and_on_when_they_resume():
 def test_the_mount_is_never_left_on_the_way_from_one_nod_to_another():
     bench = Bench()
     bench.run(1.1)
-    other = NodTrajectory(-0.1, 0.4, SWEEP, 4001, START_NS + 123_456_789)
+    other = Nod(-0.1, 0.4, SWEEP, 4001, START_NS + 123_456_789)
     begin_ns = bench.clock()
     bench.run(2.0, nod=other)
     times = np.arange(begin_ns, bench.clock(), 1_000_000)
@@ -161,7 +161,7 @@ def test_the_mount_is_never_left_on_the_way_from_one_nod_to_another():
 
 commands = st.tuples(
     st.builds(
-        NodTrajectory,
+        Nod,
         pitch_min=st.floats(-1.0, 0.05),
         pitch_max=st.floats(0.1, 1.0),
         sweep_duration=st.floats(0.05, 0.8),

@@ -10,7 +10,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
@@ -172,7 +172,7 @@ def active(commander, ports, *parameters):
 
 
 def nod_from_now():
-    return NodTrajectory(-0.6136, 0.6136, SWEEP, 4001, time.time_ns())
+    return Nod(-0.6136, 0.6136, SWEEP, 4001, time.time_ns())
 
 
 def torque(emulator):

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.dynamics import arrival_speed, check_nod, Dynamics, shortest_sweep
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.models import MODELS, PitchScale
 from nodlidar_sim.world.servo_motion import ServoMotion
@@ -29,7 +29,7 @@ class Measured:
 
 
 def nod_of(samples=4001, span=1.2272):
-    return NodTrajectory(-span / 2, span / 2, samples * BEAM_PERIOD, samples, START_NS)
+    return Nod(-span / 2, span / 2, samples * BEAM_PERIOD, samples, START_NS)
 
 
 def measure(motion, time_ns):
@@ -253,10 +253,10 @@ def test_the_instant_of_a_turn_belongs_to_the_new_leg():
 @pytest.mark.parametrize(
     ('key', 'nod'),
     [
-        ('pitch_min', NodTrajectory(-0.9, 0.5, 0.4, 4001, 0)),
-        ('pitch_max', NodTrajectory(-0.5, 0.9, 0.4, 4001, 0)),
-        ('sweep_duration', NodTrajectory(-0.5, 0.5, 0.1, 1001, 0)),  # acceleration
-        ('sweep_duration', NodTrajectory(-0.5, 0.5, 1e3, 10**7, 0)),  # lowest speed
+        ('pitch_min', Nod(-0.9, 0.5, 0.4, 4001, 0)),
+        ('pitch_max', Nod(-0.5, 0.9, 0.4, 4001, 0)),
+        ('sweep_duration', Nod(-0.5, 0.5, 0.1, 1001, 0)),  # acceleration
+        ('sweep_duration', Nod(-0.5, 0.5, 1e3, 10**7, 0)),  # lowest speed
     ],
 )
 def test_a_nod_that_cannot_be_done_names_what_is_wrong(key, nod):
@@ -278,7 +278,7 @@ def test_the_shortest_sweep_is_just_accepted(span, max_speed):
     shortest = shortest_sweep(span, dynamics)
 
     def check(duration):
-        check_nod(NodTrajectory(-span / 2, span / 2, duration, 1, 0), -0.8, 0.8, dynamics)
+        check_nod(Nod(-span / 2, span / 2, duration, 1, 0), -0.8, 0.8, dynamics)
 
     check(shortest * 1.0001)
     with pytest.raises(ParameterError):

@@ -8,7 +8,7 @@ import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.ros.messages import nod_to_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
@@ -130,7 +130,7 @@ def running(*parameters):
 
 
 def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot):
-    nod = NodTrajectory(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     with running('autostart:=true', 'reconnect_delay:=0.1') as process:
         robot.until(lambda: 'no controller listens' in robot.message, 'not diagnosed')
         robot.start_controller()
@@ -159,7 +159,7 @@ def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot)
 
 
 def test_a_controller_of_more_joints_takes_the_nod_if_partial_goals_are_allowed(robot):
-    robot.nod = NodTrajectory(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.controller = SplineController(0.1, ('pan_joint', 'nod_joint'))
     robot.start_controller()
     with running('autostart:=true', 'reconnect_delay:=0.1'):
@@ -173,7 +173,7 @@ def test_a_controller_of_more_joints_takes_the_nod_if_partial_goals_are_allowed(
 
 
 def test_a_joint_whose_states_stop_rests_at_a_reversal(robot):
-    robot.nod = NodTrajectory(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.start_controller()
     with running('autostart:=true', 'reconnect_delay:=0.1'):
         robot.until(
@@ -190,7 +190,7 @@ def test_a_joint_whose_states_stop_rests_at_a_reversal(robot):
 
 @pytest.mark.parametrize('late_s', [-3600, 2])
 def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
-    robot.nod = NodTrajectory(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.states_late_ns = late_s * 10**9
     robot.start_controller()
     with running('autostart:=true', 'reconnect_delay:=0.1'):

@@ -4,7 +4,7 @@ import time
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from nodlidar_common.dynamics import cruising_speed, Dynamics
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.waypoints import held, leg, Planner, stop
 import numpy as np
@@ -15,7 +15,7 @@ S = 1_000_000_000
 T0 = 1_763_900_000 * S
 DYNAMICS = Dynamics(50.0, 0.0, 6.0)
 LIMITS = (-2.0, 2.0)
-NOD = NodTrajectory(-0.4, 0.5, 0.74, 7547, T0)
+NOD = Nod(-0.4, 0.5, 0.74, 7547, T0)
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def test_the_first_reversal_that_a_cubic_reaches_within_the_limits_is_chosen(
 
 
 def test_a_nod_with_countless_reversals_is_planned_at_once():
-    nod = NodTrajectory(0.0, 1e-9, 1e-6, 1, T0)
+    nod = Nod(0.0, 1e-9, 1e-6, 1, T0)
     began = time.process_time()
     rest, goal, *_ = Planner(Dynamics(1e6, 0.0, 6.0), LIMITS).plan(nod, Sample(T0, 1.0, 0.0), T0)
     assert goal.time_ns - rest.time_ns == pytest.approx(1.5 / 0.002 * S, rel=1e-6)
@@ -134,7 +134,7 @@ def test_a_nod_with_countless_reversals_is_planned_at_once():
 def test_any_joint_comes_to_the_nod_within_its_speed_and_acceleration(
     pitch, velocity, phase, span, speed
 ):
-    nod = NodTrajectory(-span / 2, span / 2, span / speed, 4001, T0 - round(phase * S))
+    nod = Nod(-span / 2, span / 2, span / speed, 4001, T0 - round(phase * S))
     assume(cruising_speed(nod, DYNAMICS.acceleration) <= DYNAMICS.max_speed)
     planner, controller = Planner(DYNAMICS, LIMITS), SplineController(pitch)
     controller.before = (T0 - 1, pitch, velocity)

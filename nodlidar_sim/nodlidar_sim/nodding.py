@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.dynamics import Dynamics
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.tracking import Drive, NodTracker
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.servo.motion import PhysicalServo
@@ -28,7 +28,7 @@ class Reading:
 
 def nodding_servo(
     parameters: ServoParameters,
-    nod: NodTrajectory,
+    nod: Nod,
     sensor: SensorModel,
     start_ns: int,
     end_ns: int,
@@ -68,7 +68,7 @@ def nodding_servo(
 class _Node:
     """The cycle of the servo node, without its bus: see ServoLoop of nodlidar_servo."""
 
-    def __init__(self, servo: PhysicalServo, nod: NodTrajectory, sensor: SensorModel) -> None:
+    def __init__(self, servo: PhysicalServo, nod: Nod, sensor: SensorModel) -> None:
         p = servo.parameters
         fastest = min(p.no_load_speed, p.speed_counts * p.speed_unit)
         self._servo, self._tick, self._unit = servo, p.tick, p.speed_unit

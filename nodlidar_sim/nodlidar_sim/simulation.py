@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.world.effects import Effects, Measure, range_faults
 from nodlidar_sim.world.lidar import Lidar
@@ -73,7 +73,7 @@ class Recording:
 
 def simulate(
     scene: Scene,
-    nod: NodTrajectory,
+    nod: Nod,
     duration: float,
     seed: int = 0,
     *,
@@ -153,7 +153,7 @@ class _Nodding:
 
 
 def _nodding(
-    scene: Scene, nod: NodTrajectory, sensor: SensorModel, interval_ns: tuple[int, int], seed: int
+    scene: Scene, nod: Nod, sensor: SensorModel, interval_ns: tuple[int, int], seed: int
 ) -> _Nodding:
     """Return the nod in an interval [ns], of an ideal servo or of the scene's."""
     if scene.servo is not None:

@@ -5,7 +5,7 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
 from nodlidar_sim.world import raycast
 from nodlidar_sim.world.base import rotate, to_child
@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 S = 1_000_000_000
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
 SENSOR = SensorModel()
 seeds = st.integers(0, 2**32 - 1)
 

@@ -3,7 +3,7 @@ import math
 
 from hypothesis import given, settings, strategies
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.emulate import make_devices
 from nodlidar_sim.simulation import simulate
@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 S = 1_000_000_000
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
 AT = 'sensor: {mount: [0, 0, 0, 0, 0, 0], optical_offset: 0.0}\n'
 BALL = AT + 'objects: {ball: {shapes: [{sphere: {center: [0, 0, 0], radius: 3}}]}}'
 WALL = AT + 'objects: {wall: {shapes: [{plane: {point: [2, 0, 0], normal: [1, 0, 0]}}]}}'

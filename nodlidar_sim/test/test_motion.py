@@ -3,14 +3,14 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.world.motion import PiecewiseMotion, triangle_motion
 import numpy as np
 import pytest
 
 MS = 1_000_000
 S = 1_000_000_000
-NOD = NodTrajectory(-0.6136, 0.6136, 0.3907, 4001, reference_time_ns=1_700_000_000 * S)
+NOD = Nod(-0.6136, 0.6136, 0.3907, 4001, reference_time_ns=1_700_000_000 * S)
 START_NS = NOD.reference_time_ns - 3 * S
 TIMES_NS = START_NS + np.arange(0, 6000) * MS
 
@@ -68,7 +68,7 @@ def test_it_turns_at_the_commanded_instants_short_of_the_limits():
 def test_a_triangle_keeps_its_limits(share, duration, jitter_share, acceleration):
     span = share * acceleration * duration**2  # at 0.5 it would only turn around
     jitter = jitter_share * duration
-    nod = NodTrajectory(-0.3, -0.3 + span, duration, 4001, 0)
+    nod = Nod(-0.3, -0.3 + span, duration, 4001, 0)
     end_ns = 8 * S
     motion = triangle_motion(nod, 0, end_ns, acceleration, jitter, seed=3)
     times = np.arange(0, end_ns, MS // 2)
@@ -107,6 +107,6 @@ def test_jitter_is_drawn_by_seed():
 
 
 def test_a_sweep_too_short_to_turn_around_in_is_refused():
-    nod = NodTrajectory(-0.6, 0.6, 0.1, 1024, 0)
+    nod = Nod(-0.6, 0.6, 0.1, 1024, 0)
     with pytest.raises(ParameterError, match=r'sweep_duration.*200\.0 rad/s2.*0\.1'):
         triangle_motion(nod, 0, S)

@@ -4,7 +4,7 @@ from dataclasses import replace
 import math
 import time
 
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
@@ -15,7 +15,7 @@ import pytest
 
 S = 1_000_000_000
 START_NS = 1_800_000_000 * S
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS - 48_828)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS - 48_828)
 RX24F = load_servo('rx24f')
 WALL = replace(load_scene('wall', ideal=True), servo=RX24F)
 

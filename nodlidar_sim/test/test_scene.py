@@ -8,7 +8,7 @@ from pathlib import Path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import NodlidarError, ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world import objects as objects_module
@@ -25,7 +25,7 @@ import pytest
 import yaml
 
 S = 1_000_000_000
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
 WALL = 'objects: {wall: {shapes: [{plane: {point: [2, 0, 0], normal: [1, 0, 0]}}]}}\n'
 
 

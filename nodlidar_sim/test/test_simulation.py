@@ -2,7 +2,7 @@ import dataclasses
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.effects import Effects, imperfect, range_faults
 from nodlidar_sim.world.motion import triangle_motion
@@ -13,7 +13,7 @@ import pytest
 
 S = 1_000_000_000
 START_NS = 1_700_000_000 * S
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
 TICK = math.radians(300.0) / 1024.0
 ALL = Effects(0.01, 0.02, 0.001, 50.0, 0.01)
 
@@ -232,7 +232,7 @@ def test_a_sensor_that_cannot_be_is_refused(options, key):
 
 
 def test_a_nod_that_is_too_quick_is_refused():
-    nod = NodTrajectory(-0.6, 0.6, 0.1, 1024, 0)
+    nod = Nod(-0.6, 0.6, 0.1, 1024, 0)
     with pytest.raises(ParameterError, match='sweep_duration'):
         simulate(load_scene('wall', ideal=True), nod, 1.0)
 

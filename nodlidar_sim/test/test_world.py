@@ -1,6 +1,6 @@
 import math
 
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_sim.world.motion import PiecewiseMotion, triangle_motion
 from nodlidar_sim.world.route import Plan
 from nodlidar_sim.world.scene import load_scene, parse_scene
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 S = 1_000_000_000
-NOD = NodTrajectory(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
+NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 0)
 WALL = 'objects: {wall: {shapes: [{plane: {point: [2, 0, 0], normal: [1, 0, 0]}}]}}\n'
 MOUNTED = WALL + 'sensor: {mount: [0.1, -0.2, 0.9, 0.02, 0.1, 0.3]}\n'
 BASE_START, BASE_VELOCITY = (0.3, 0.2, -0.4), (0.5, 0.7)

@@ -11,7 +11,7 @@ import math
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.feedback import Feedback
 from nodlidar_planner.sweeps.schedule import even_rows, Schedule
@@ -53,7 +53,7 @@ class ChosenSweeps:
     def __init__(
         self,
         task: Task,
-        planned: NodTrajectory,
+        planned: Nod,
         timing_error: float,
         fewest_samples: int,
         schedule: Schedule | None = None,
@@ -68,7 +68,7 @@ class ChosenSweeps:
         self._round_ns: int | None = None
 
     @property
-    def nod(self) -> NodTrajectory:
+    def nod(self) -> Nod:
         """The sweep that was chosen last."""
         return self._commanded[-1][1]
 
@@ -77,7 +77,7 @@ class ChosenSweeps:
         """When it begins [ns]."""
         return self._commanded[-1][0]
 
-    def nod_at(self, time_ns: int) -> NodTrajectory:
+    def nod_at(self, time_ns: int) -> Nod:
         """Return the nod at an instant [ns]: the one chosen last may begin later."""
         begun = (nod for start_ns, nod in reversed(self._commanded) if start_ns <= time_ns)
         return next(begun, self.nod)

@@ -12,7 +12,7 @@ import math
 from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
 from nodlidar_assembler.control.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class NodShape:
     samples_per_sweep: int
 
     def __post_init__(self) -> None:
-        NodTrajectory(self.pitch_min, self.pitch_max, 1.0, self.samples_per_sweep, 0)
+        Nod(self.pitch_min, self.pitch_max, 1.0, self.samples_per_sweep, 0)
 
 
 class NodClock:
@@ -52,7 +52,7 @@ class NodClock:
     def __init__(self, shape: NodShape, steps_per_revolution: int) -> None:
         self.shape = shape
         self.revolutions = Revolutions()
-        self.nod: NodTrajectory | None = None
+        self.nod: Nod | None = None
         """The present command; None before the first scan."""
         self.steps = steps_per_revolution
         self._first_revolution = 0  # the one that sample 0 is in
@@ -82,7 +82,7 @@ class NodClock:
         self.revolutions.add(stamp_ns, nominal)
         if self.nod is not None and self.revolutions.restarts > restarts:
             self._continue(self.nod, self.revolutions.begin_ns)
-        self.nod = self._trajectory()
+        self.nod = self._present()
 
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock was set by a step [ns]."""
@@ -90,7 +90,7 @@ class NodClock:
         if self.nod is not None:
             self.nod = self.nod.shifted(step_ns)
 
-    def change(self, shape: NodShape, now_ns: int, present: NodTrajectory | None = None) -> None:
+    def change(self, shape: NodShape, now_ns: int, present: Nod | None = None) -> None:
         """Change limits or N_s; the nod continues from its present pitch and direction.
 
         The present nod is the one commanded last, unless `present` is given. A nod outside its
@@ -100,7 +100,7 @@ class NodClock:
         self.shape = shape
         if self.nod is not None:
             self._continue(present or self.nod, now_ns)
-            self.nod = self._trajectory()
+            self.nod = self._present()
 
     def begin(self, shape: NodShape, place: int, begin_ns: int) -> None:
         """Begin a nod of a shape at one of its limits, as nearly as the revolutions allow.
@@ -116,15 +116,15 @@ class NodClock:
         """
         self.shape = shape
         self._count_from(place, begin_ns)
-        self.nod = self._trajectory()
+        self.nod = self._present()
 
-    def _trajectory(self) -> NodTrajectory:
+    def _present(self) -> Nod:
         """Return the nod; its reference is the last start of an upward sweep before this scan."""
         lidar, n_s = self.revolutions, self.shape.samples_per_sweep
         beam_period = lidar.period / self.steps
         sample = (lidar.count - self._first_revolution) * self.steps
         since = (sample % (2 * n_s) + 0.5) * beam_period
-        return NodTrajectory(
+        return Nod(
             pitch_min=self.shape.pitch_min,
             pitch_max=self.shape.pitch_max,
             sweep_duration=n_s * beam_period,
@@ -132,7 +132,7 @@ class NodClock:
             reference_time_ns=lidar.begin_ns - round(since * NS_PER_S),
         )
 
-    def _continue(self, nod: NodTrajectory, time_ns: int) -> None:
+    def _continue(self, nod: Nod, time_ns: int) -> None:
         """Count samples so that the nod keeps its pitch at an instant, as nearly as possible."""
         self._count_from(_place(nod, time_ns, self.shape), time_ns)
 
@@ -164,7 +164,7 @@ def revolutions_to(place: int, samples_per_sweep: int, steps_per_revolution: int
     return round(place / divisor) * inverse % classes
 
 
-def _place(nod: NodTrajectory, time_ns: int, shape: NodShape) -> float:
+def _place(nod: Nod, time_ns: int, shape: NodShape) -> float:
     """Return how many samples past a shape's lower limit a nod is, by pitch and direction.
 
     A nod outside a limit moves toward it, from at most one sweep away.

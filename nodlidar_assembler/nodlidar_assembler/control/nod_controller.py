@@ -10,7 +10,7 @@ from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.takeover import Takeover
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory
+from nodlidar_common.nod import Nod
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.schedule import even_rows, shortest_interlaced
 import numpy as np
@@ -62,7 +62,7 @@ class NodController:
         return self._clock.shape
 
     @property
-    def command(self) -> tuple[NodTrajectory, int] | None:
+    def command(self) -> tuple[Nod, int] | None:
         """The nod and the instant from which it counts [ns]; None before the first scan."""
         if self._sweeps is not None:
             return self._sweeps.nod, self._sweeps.start_ns
@@ -160,7 +160,7 @@ class NodController:
         self._clock.change(shape, now_ns, self._nod_at(now_ns))
         self._sweeps = self._takeover = None
 
-    def _nod_at(self, time_ns: int) -> NodTrajectory | None:
+    def _nod_at(self, time_ns: int) -> Nod | None:
         """Return the nod at an instant [ns]; the one commanded last may begin later."""
         if self._sweeps is not None:
             return self._sweeps.nod_at(time_ns)
@@ -200,7 +200,7 @@ class NodController:
             self._sweeps = None
             raise
 
-    def _begin(self, planned: NodTrajectory) -> ChosenSweeps:
+    def _begin(self, planned: Nod) -> ChosenSweeps:
         config = self.config
         task = replace(self._view.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
         beam_period = planned.sweep_duration / planned.samples_per_sweep

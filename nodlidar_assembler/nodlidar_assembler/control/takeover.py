@@ -2,7 +2,7 @@
 
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_planner.pattern.servo import shortest_by_mean_speed
 
 # Speed of the way [rad/s], and time to settle [s]: what an RX-24F needs from any nod.
@@ -38,9 +38,7 @@ class Takeover:
         Whether the servo is still to be given the fast nod.
     """
 
-    def __init__(
-        self, present: NodTrajectory, shape: NodShape, now_ns: int, config: NodConfig
-    ) -> None:
+    def __init__(self, present: Nod, shape: NodShape, now_ns: int, config: NodConfig) -> None:
         pitch = float(present.pitch(now_ns))
         low, high = shape.pitch_min, shape.pitch_max
         below, above = abs(pitch - low), abs(pitch - high)
@@ -50,10 +48,10 @@ class Takeover:
         sweep = EASE * shortest_by_mean_speed(high - low, fastest, config.max_nod_acceleration)
         upper = 0 if self.place == 0 else round(sweep * NS_PER_S)
         samples = max(1, round(sweep / config.task.beam_period))
-        self.approach = NodTrajectory(low, high, sweep, samples, self.begin_ns - upper)
+        self.approach = Nod(low, high, sweep, samples, self.begin_ns - upper)
         self.approaching = True
 
-    def command(self, nod: NodTrajectory) -> tuple[NodTrajectory, int]:
+    def command(self, nod: Nod) -> tuple[Nod, int]:
         """Return what to command, and from when on [ns], for the nod that takes over."""
         return (self.approach, 0) if self.approaching else (nod, self.begin_ns)
 

@@ -1,8 +1,8 @@
-"""Conversion of times and nod trajectories to and from messages."""
+"""Conversion of times and nods to and from messages."""
 
 from builtin_interfaces.msg import Time
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 
@@ -21,9 +21,9 @@ def time_message(nanoseconds: int) -> Time:
     return Time(sec=seconds, nanosec=rest)
 
 
-def nod_from_message(message: NodCommand) -> NodTrajectory:
-    """Return the trajectory of a nod command; raises ParameterError if it is invalid."""
-    return NodTrajectory(
+def nod_from_message(message: NodCommand) -> Nod:
+    """Return the nod of a command; raises ParameterError if it is invalid."""
+    return Nod(
         pitch_min=message.pitch_min,
         pitch_max=message.pitch_max,
         sweep_duration=message.sweep_duration,
@@ -32,10 +32,8 @@ def nod_from_message(message: NodCommand) -> NodTrajectory:
     )
 
 
-def nod_to_message(
-    nod: NodTrajectory, issued_ns: int, frame_id: str, start_ns: int = 0
-) -> NodCommand:
-    """Return the nod command of a trajectory that takes effect at `start_ns` [ns]."""
+def nod_to_message(nod: Nod, issued_ns: int, frame_id: str, start_ns: int = 0) -> NodCommand:
+    """Return the command of a nod that takes effect at `start_ns` [ns]."""
     message = NodCommand(
         pitch_min=nod.pitch_min,
         pitch_max=nod.pitch_max,

@@ -7,7 +7,7 @@ import math
 from typing import Any, Protocol
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NodTrajectory, NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 from numpy.typing import NDArray
@@ -127,7 +127,7 @@ def blended_motion(knots_ns: Times, knots: Array, acceleration: float) -> Piecew
 
 
 def triangle_motion(
-    nod: NodTrajectory,
+    nod: Nod,
     start_ns: int,
     end_ns: int,
     acceleration: float = REVERSAL_ACCELERATION,
