@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.assembly import place, points_of
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.points import xyz_in
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,8 +73,7 @@ def cloud_error(cloud: Cloud, scan: Scan, sent: TrueScan | None) -> float:
     sound = (codes_of(scan) == sent.codes)[beams.geometry.measured(scan.ranges)]
     placed = place(beams, scan.ranges, sent.pitch)
     true = points_of(placed, beams, int(sent.times_ns[0])).data
-    xyz = np.stack([true[axis] for axis in 'xyz'], axis=1)
-    squares = ((cloud.xyz - xyz) ** 2).sum(axis=1)[sound]
+    squares = ((cloud.xyz - xyz_in(true)) ** 2).sum(axis=1)[sound]
     return float(np.sqrt(squares.mean())) if squares.size else float('nan')
 
 

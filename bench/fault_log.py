@@ -6,7 +6,7 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.clouds.points import POINT, xyz_in
 from nodlidar_assembler.inputs.scan_message import scan_from_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
@@ -73,9 +73,7 @@ def _taken(message: Any, topic: str, at_ns: int) -> Any:
     if topic == 'scan':
         return scan_from_message(message)
     if topic == 'points':
-        data = message.data.view(POINT)
-        xyz = np.stack([data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
-        return Cloud(time_ns(message.header.stamp), xyz)
+        return Cloud(time_ns(message.header.stamp), xyz_in(message.data.view(POINT)))
     return [
         Status(at_ns, s.name, int(s.level), s.message, {v.key: v.value for v in s.values})
         for s in message.status

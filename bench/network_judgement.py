@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.clouds.points import POINT, xyz_in
 from nodlidar_assembler.inputs.scan_message import scan_from_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
@@ -166,8 +166,7 @@ def _counts(status: Any) -> dict[str, int]:
 
 def _cloud(message: Any) -> Cloud:
     data = np.frombuffer(bytes(message.data), dtype=POINT)
-    xyz = np.stack([data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
-    return Cloud(time_ns(message.header.stamp), xyz)
+    return Cloud(time_ns(message.header.stamp), xyz_in(data))
 
 
 def _time(entry: tuple[int, Any]) -> int:

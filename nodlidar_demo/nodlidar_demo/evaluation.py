@@ -8,6 +8,7 @@ from nodlidar_assembler.clouds.assembly import place, Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.points import xyz_in
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
@@ -148,5 +149,4 @@ def moved_surface_rms(
 
 def xyz_of(points: Points) -> NDArray[np.float64]:
     """Return the coordinates of points [m], shape (n, 3)."""
-    counted = np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(np.float64)
-    return np.asarray(counted + points.origin)
+    return np.asarray(xyz_in(points.data) + points.origin)

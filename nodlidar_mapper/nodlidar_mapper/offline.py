@@ -9,6 +9,7 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.points import xyz_in
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.keyframe import Estimate
@@ -61,7 +62,7 @@ def estimates(
 
 def coordinates(cloud: Points) -> Array:
     """Return the coordinates of a cloud [m], shape (n, 3)."""
-    return np.stack([cloud.data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
+    return xyz_in(cloud.data)
 
 
 def age_of(cloud: Points) -> Array:

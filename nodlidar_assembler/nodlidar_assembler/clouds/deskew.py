@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Poses, rotated
+from nodlidar_assembler.clouds.points import xyz_in
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +28,7 @@ def deskewed(points: Points, instant: str = 'last') -> Points:
         return points
     k = DESKEW_INSTANTS[instant]
     data = points.data.copy()
-    xyz = np.stack([data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
-    data['x'], data['y'], data['z'] = as_of(xyz, points.poses, k).T
+    data['x'], data['y'], data['z'] = as_of(xyz_in(data), points.poses, k).T
     stamp_ns = int(points.time_ns[k])
     data['age'] = (stamp_ns - points.time_ns) / NS_PER_S
     return replace(points, data=data, poses=None, stamp_ns=stamp_ns)

@@ -47,6 +47,11 @@ def fields(point: np.dtype[np.void]) -> list[tuple[str, int, int, int]]:
     ]
 
 
+def xyz_in(data: NDArray[np.void]) -> NDArray[np.float64]:
+    """Return the coordinates of points of any type [m], shape (n, 3)."""
+    return np.stack([data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
+
+
 def layout(data: NDArray[np.void]) -> dict[str, Any]:
     """Return the layout of an unorganised, dense PointCloud2 of points, without its fields."""
     return {
