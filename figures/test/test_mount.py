@@ -3,6 +3,7 @@
 from itertools import pairwise
 import math
 from pathlib import Path
+import re
 from xml.etree import ElementTree
 
 from nodlidar_assembler.config import AssemblerConfig
@@ -75,11 +76,13 @@ def test_the_servo_fits_between_the_arms():
 
 
 def test_slots_lie_within_the_sheet():
-    corners = outline()
-    left, right = corners[:, 0].min(), corners[:, 0].max()
-    for slot in shapes('path'):
-        words = [float(w) for w in slot['d'].replace('M', '').replace('L', '').split()[:4:1]]
-        assert left + 1.0 < words[0] < right - 1.0
+    corners, slots = outline(), shapes('path')
+    assert len(slots) == 12  # four in each arm and in the plate
+    for slot in slots:
+        ends = np.array(re.findall(r'[ML] ([\d.]+) ([\d.]+)', slot['d']), dtype=float)
+        assert len(ends) == 3
+        assert (ends > corners.min(axis=0) + 1.0).all()
+        assert (ends < corners.max(axis=0) - 1.0).all()
 
 
 def test_it_prints_at_full_size():

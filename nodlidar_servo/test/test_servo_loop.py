@@ -398,6 +398,5 @@ def test_replies_that_all_come_late_are_never_those_of_later_requests(delay_ms):
         while bench.clock() < end_ns:
             bench.commands.accept(NOD, bench.clock())
             samples += bench.loop.cycle()
-    truth = bench.motion.position(np.array([sample.stamp_ns for sample in samples]))
-    for sample, true in zip(samples, truth, strict=True):
-        assert sample.pitch == pytest.approx(true, abs=0.01)
+    assert bench.figures.failures.total() > 0
+    assert samples == []
