@@ -10,7 +10,7 @@ from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.revolutions import SAME_RATE
 from nodlidar_common.parameters import limits_of
-from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.pattern.task import Task, wrapped
 
 # Shares by which steps may differ from scan to scan, and steps by which an end of the window may:
 # they are those of the first scan then. Small lidars of the full circle measure at a fixed rate
@@ -109,14 +109,14 @@ def task_for(config: NodConfig, geometry: ScanGeometry) -> Task:
     # Whole steps: angles of messages are rounded.
     width = round((beams - 1) * increment / step) * step
     last = geometry.angle_min + (beams - 1) * geometry.angle_increment
-    first = _wrapped(min(geometry.angle_min, last))
+    first = wrapped(min(geometry.angle_min, last))
     full_circle = is_full_circle(geometry)
     if full_circle:
         width = math.tau - step
     return replace(
         config.task,
         azimuth=max(width / 2.0, _LIMITS['azimuth'].minimum or 0.0),
-        centre=_wrapped(first + width / 2.0),
+        centre=wrapped(first + width / 2.0),
         window_min=first,
         window_max=first + width,
         azimuth_of_step_0=first,
@@ -131,10 +131,6 @@ def _rate(task: Task, geometry: ScanGeometry) -> float:
     return 1.0 / period if period > 0.0 else task.scan_rate
 
 
-def _wrapped(azimuth: float) -> float:
-    return (azimuth + math.pi) % math.tau - math.pi
-
-
 def _is_alike(task: Task, other: Task) -> bool:
     """Return whether tasks are for the same lidar, but for what differs from scan to scan."""
     step = math.tau / task.steps_per_revolution
@@ -143,5 +139,5 @@ def _is_alike(task: Task, other: Task) -> bool:
         task.steps_per_revolution == other.steps_per_revolution
         and task.full_circle == other.full_circle
         and abs(task.scan_rate / other.scan_rate - 1.0) <= SAME_RATE
-        and all(abs(_wrapped(end)) <= SAME_STEPS * step for end in ends)
+        and all(abs(wrapped(end)) <= SAME_STEPS * step for end in ends)
     )

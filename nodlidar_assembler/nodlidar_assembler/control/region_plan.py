@@ -8,7 +8,7 @@ from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_planner.choice.timing_error import completion_run
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
-from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.pattern.task import Task, wrapped
 from nodlidar_planner.sweeps.schedule import coprime_from, even_rows
 from nodlidar_planner.sweeps.single_sweep import single_sweep
 import numpy as np
@@ -159,7 +159,7 @@ def _in_view(view: Task, region: Region) -> Task:
         key, azimuth = ('azimuth_min', low) if begin > seen else ('azimuth_max', high)
         window = f'{view.window_min:.4f} to {view.window_max:.4f} rad'
         raise ParameterError(key, f'in the view of the lidar, {window}', azimuth)
-    centre = ((low + high) / 2.0 + math.pi) % math.tau - math.pi
+    centre = wrapped((low + high) / 2.0)
     return replace(view, azimuth=(high - low) / 2.0, centre=centre, full_circle=False)
 
 

@@ -16,7 +16,7 @@ from nodlidar_planner.holes.beam_gaps import BeamGaps, Floats, Integers, WholeBe
 from nodlidar_planner.holes.edges import Edges, edges_of
 from nodlidar_planner.holes.late_gaps import LateBeamGaps
 from nodlidar_planner.pattern.pattern import Pattern
-from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.pattern.task import Task, wrapped
 import numpy as np
 
 Gaps = Callable[[Integers, Integers], tuple[Floats, Floats]]
@@ -91,7 +91,7 @@ def largest_hole(
     bottom = square.bottom * task.span / pattern.samples_per_sweep
     return Hole(
         side=square.side,
-        azimuth=(azimuth + math.pi) % math.tau - math.pi,
+        azimuth=wrapped(azimuth),
         pitch=task.pitch_min + bottom + square.side / 2.0,
     )
 

@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 import math
+from typing import TypeVar
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, parameter
 import numpy as np
 from numpy.typing import NDArray
+
+Angle = TypeVar('Angle', float, NDArray[np.float64])
 
 # Azimuth of step 0 unless stated, for every N_L: 3/8 of a revolution to the right of straight
 # ahead, as on the URG-04LX. The seam of a full circle is at step 0: there among its dark steps.
@@ -157,8 +160,7 @@ class Task:
 
     def from_centre(self) -> NDArray[np.float64]:
         """Return the azimuth of every step from the centre of the region [rad], [-pi, pi)."""
-        azimuth = self.step_azimuth() - self.centre
-        return np.asarray((azimuth + math.pi) % math.tau - math.pi)
+        return wrapped(self.step_azimuth() - self.centre)
 
     def row_of_height(
         self, height: NDArray[np.float64], samples_per_sweep: int
@@ -176,6 +178,11 @@ class Task:
     def speed(self, samples_per_sweep: int) -> float:
         """Return the nod's speed [rad/s]: span / (N_s T_s)."""
         return self.span / (samples_per_sweep * self.beam_period)
+
+
+def wrapped(azimuth: Angle) -> Angle:
+    """Return azimuths [rad], of any shape, in [-pi, pi)."""
+    return (azimuth + math.pi) % math.tau - math.pi
 
 
 def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
