@@ -352,7 +352,8 @@ def test_what_a_bag_lacks_is_told_with_what_is_wrong_with_it(bag, tmp_path):
 
 
 def test_a_joint_that_is_not_there_is_told_with_those_that_are(bag, tmp_path):
-    message = r"40 no joint state .* \(no joint state contains 'tilt', only 'nod_joint'\)"
+    missing = r"no joint state contains 'tilt', only 'nod_joint': set joint_name"
+    message = rf'40 no joint state .* \({missing}\)'
     with pytest.raises(BagError, match=message):
         write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(joint_name='tilt'), TOPICS)
 

@@ -155,7 +155,8 @@ def test_it_is_told_which_joints_there_are_until_the_own_one_is_heard():
     joint = JointInput(AssemblerConfig(joint_name='nod'), Counter())
     assert joint.missing_input == 'no joint state was heard'
     joint.samples(joint_state(name=['leg', 'arm']))
-    assert joint.missing_input == "no joint state contains 'nod', only 'arm', 'leg'"
+    missing = "no joint state contains 'nod', only 'arm', 'leg': set joint_name"
+    assert joint.missing_input == missing
     joint.samples(joint_state())
     assert joint.missing_input == ''
 

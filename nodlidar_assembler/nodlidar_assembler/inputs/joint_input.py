@@ -80,7 +80,7 @@ class JointInput:
         if not self._others:
             return 'no joint state was heard'
         others = ', '.join(f"'{name}'" for name in sorted(self._others))
-        return f"no joint state contains '{self._joint_name}', only {others}"
+        return f"no joint state contains '{self._joint_name}', only {others}: set joint_name"
 
     def restart(self) -> None:
         """Restart after the clock was set: the next sample may be of any time."""
