@@ -37,7 +37,7 @@ class Outcome:
     dropped
         Reason for the drop; empty if it was assembled.
     uncompensated
-        Reason why the configured compensation of the base's motion failed; else empty.
+        Reason why the configured compensation of the robot's motion failed; else empty.
     odometry
         Odometry from the first beam on, up to the newest sample, even if it did not compensate
         the clouds; None if there is none, or if it ends before that beam.
@@ -53,8 +53,9 @@ class Outcome:
 class ScanAssembler:
     """Takes scans, joint samples and odometry as they arrive; yields an outcome per scan.
 
-    A scan waits until joint samples bracket it and then, if the motion of the base is compensated,
-    until odometry does, each time up to the deadline. Else it does not wait for odometry.
+    A scan waits until joint samples bracket it and then, if the motion of the robot is
+    compensated, until odometry does, each time up to the deadline. Else it does not wait for
+    odometry.
 
     Parameters
     ----------

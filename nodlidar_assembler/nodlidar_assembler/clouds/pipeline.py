@@ -88,7 +88,7 @@ class Assembled:
     placed
         End points of the beams in nodlidar_base_link.
     odometry
-        Odometry that compensated the motion of the base; None without compensation.
+        Odometry that compensated the motion of the robot; None without compensation.
     clouds
         Clouds that this scan completed.
     in_odometry

@@ -75,7 +75,7 @@ class Assembler(Node):
             )
 
     def _subscribe(self) -> None:
-        """Subscribe to scans and joint states, and to TF where the base moves."""
+        """Subscribe to scans and joint states, and to TF where the robot moves."""
         self.scans = Input(self, LaserScan, 'scan', SCANS_WAITING, self.survival)
         self.states = PolledInput(
             self,
@@ -108,7 +108,7 @@ class Assembler(Node):
         self.scans.registerCallback(lambda scan: self.diagnosis.updater.check())
 
     def _hear_odometry(self) -> None:
-        """Listen to TF as long as clouds or limits depend on the motion of the base."""
+        """Listen to TF as long as clouds or limits depend on the motion of the robot."""
         needed = self._compensates or self.config.adapt_limits
         if needed and self.odometry is None:
             self.odometry = self._tf_odometry()
