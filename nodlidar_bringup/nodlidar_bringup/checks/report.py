@@ -56,7 +56,7 @@ def print_sections(sections: Sequence[Section], console: Console) -> None:
         )
     levels = [finding.level for finding in findings]
     count, warnings = levels.count(Level.FAULT), levels.count(Level.WARNING)
-    console.print(f'{count} faults, {warnings} warnings, {len(levels)} findings')
+    console.print(f'faults: {count}, warnings: {warnings}, findings: {len(levels)}')
 
 
 def as_json(sections: Sequence[Section]) -> str:
