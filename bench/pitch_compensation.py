@@ -58,7 +58,7 @@ ODOMETRY_NS = 20_000_000  # from one sample to the next [ns]
 SENSOR = SensorModel()
 CUBES = (0.0025, 0.005, 0.01)  # m
 SEED = 1  # of the servo's faults
-BINS = np.linspace(CONFIG.z_bottom, CONFIG.z_top, 20)
+BINS = np.linspace(CONFIG.band_bottom, CONFIG.band_top, 20)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +115,7 @@ def drive(scene: Scene, start: float, end: float, arm: str, frames: int = N_S) -
             if shape is not None:
                 sensor.change(shape)
         ahead = np.abs(np.arctan2(seen[:, 1], seen[:, 0])) <= SECTOR
-        in_band = (seen[:, 2] > CONFIG.z_bottom) & (seen[:, 2] < CONFIG.z_top)
+        in_band = (seen[:, 2] > CONFIG.band_bottom) & (seen[:, 2] < CONFIG.band_top)
         x = sensor.place(assembled.scan.stamp_ns)
         points.append(seen[ahead & in_band] + (x, 0.0, 0.0))
         pitch.append(assembled.pitch)

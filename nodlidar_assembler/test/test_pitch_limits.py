@@ -34,13 +34,13 @@ def configs(draw):
     low, bottom = draw(st.floats(-1.5, 1.0)), draw(ends)
     span = draw(st.floats(0.05, 1.5 - low))
     return PitchLimitsConfig(
-        z_bottom=bottom,
-        z_top=bottom + draw(st.floats(0.01, 4.0)),
-        z_sensor=draw(ends),
+        band_bottom=bottom,
+        band_top=bottom + draw(st.floats(0.01, 4.0)),
+        sensor_height=draw(ends),
         pitch_min=low,
         pitch_max=low + span,
         least_span=min(draw(st.floats(0.01, span)), low + span - low),  # as it is checked
-        rate=draw(st.floats(0.05, 10.0)),
+        limits_rate=draw(st.floats(0.05, 10.0)),
     )
 
 
@@ -63,8 +63,8 @@ def test_a_band_is_seen_whole_where_mount_and_least_span_allow(distance, further
 
 @given(configs(), st.floats(0.0, 50.0), st.floats(0.0, 50.0))
 def test_around_the_sensor_a_further_wall_never_needs_more_span(config, distance, further):
-    middle = (config.z_bottom + config.z_top) / 2.0
-    config = dataclasses.replace(config, z_sensor=middle)
+    middle = (config.band_bottom + config.band_top) / 2.0
+    config = dataclasses.replace(config, sensor_height=middle)
     near, far = limits_at(config, distance), limits_at(config, distance + further)
     assert far[1] - far[0] <= near[1] - near[0] + 1e-12
 
@@ -85,7 +85,7 @@ def test_mount_span_and_rate_are_kept_whatever_happens(config, steps):
         after = limits.limits(now_ns)
         assert config.pitch_min <= after[0] < after[1] <= config.pitch_max
         assert after[1] - after[0] >= config.least_span - 1e-9
-        most = config.rate * pause_ns / S + 1e-12
+        most = config.limits_rate * pause_ns / S + 1e-12
         assert max(abs(b - a) for a, b in zip(before, after, strict=True)) <= most
         before = after
 
@@ -182,11 +182,11 @@ def test_floor_ceiling_what_is_beside_and_what_is_nowhere_do_not_count():
 @pytest.mark.parametrize(
     ('key', 'changes'),
     [
-        ('z_top', {'z_top': 0.1}),
+        ('band_top', {'band_top': 0.1}),
         ('pitch_max', {'pitch_max': -0.7}),
         ('least_span', {'least_span': 1.3}),
-        ('rate', {'rate': 0.0}),
-        ('rate', {'rate': math.nan}),
+        ('limits_rate', {'limits_rate': 0.0}),
+        ('limits_rate', {'limits_rate': math.nan}),
     ],
 )
 def test_what_does_not_go_together_is_named(key, changes):
@@ -246,8 +246,8 @@ def test_on_the_way_to_a_wall_the_band_stays_covered():
     np.testing.assert_allclose(rows[:, 1:], expected, rtol=HYSTERESIS, atol=0.02)
     free = expected[:, 1] < CONFIG.pitch_max
     assert free.sum() > 30
-    top = distance * np.tan(rows[:, 2]) + CONFIG.z_sensor
-    np.testing.assert_allclose(top[free], CONFIG.z_top, atol=0.08)
+    top = distance * np.tan(rows[:, 2]) + CONFIG.sensor_height
+    np.testing.assert_allclose(top[free], CONFIG.band_top, atol=0.08)
 
 
 HALL = """

@@ -3,7 +3,8 @@
 With fixed limits the height that the beams reach, r tan(phi), shrinks as the robot nears a wall.
 Here the limits follow the recent median range r:
 
-    phi_max = atan((z_top - z_sensor) / r),    phi_min = atan((z_bottom - z_sensor) / r).
+    pitch_max = atan((band_top - sensor_height) / r),
+    pitch_min = atan((band_bottom - sensor_height) / r).
 
 Each scan has one vote, its median, in the median of a time window: an object that covers less than
 half of the view, or stays for less than half of the window, changes nothing. The motion of the
@@ -14,6 +15,7 @@ from collections import deque
 from dataclasses import dataclass
 import math
 
+from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import check, parameter
@@ -28,8 +30,8 @@ SECTOR = 0.5236  # rad; points up to this azimuth to either side count
 LEAST_POINTS = 10  # a scan with fewer points that count has no vote
 
 
-@dataclass(frozen=True, slots=True)
-class PitchLimitsConfig:
+@dataclass(frozen=True)
+class PitchLimitsConfig(BandConfig):
     """The band of heights, the widest limits, and how the limits follow the range.
 
     Raises
@@ -38,18 +40,6 @@ class PitchLimitsConfig:
         For a value out of its range, or values that contradict each other.
     """
 
-    z_top: float = parameter(
-        2.0, 'Upper end of the band of heights to cover, above the floor', unit='m',
-        minimum=-100.0, maximum=100.0,
-    )  # fmt: skip
-    z_bottom: float = parameter(
-        0.1, 'Lower end of the band; above 0, or the floor counts as an obstacle',
-        unit='m', minimum=-100.0, maximum=100.0,
-    )  # fmt: skip
-    z_sensor: float = parameter(
-        1.08, 'Height of the optical centre above the floor at pitch 0', unit='m',
-        minimum=-100.0, maximum=100.0,
-    )  # fmt: skip
     pitch_min: float = parameter(
         -0.6136, 'Lowest limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
     )
@@ -60,7 +50,7 @@ class PitchLimitsConfig:
         0.2, 'Least distance between the limits, at any range', unit='rad',
         minimum=1e-6, maximum=3.2,
     )  # fmt: skip
-    rate: float = parameter(
+    limits_rate: float = parameter(
         1.0, 'Fastest change of a limit', unit='rad/s', minimum=0.01, maximum=100.0
     )
 
@@ -69,8 +59,6 @@ class PitchLimitsConfig:
 
     def check_together(self) -> None:
         """Raise ParameterError for values that contradict each other."""
-        if self.z_top <= self.z_bottom:
-            raise ParameterError('z_top', f'above z_bottom = {self.z_bottom} m', self.z_top)
         if self.pitch_max <= self.pitch_min:
             limit = f'above pitch_min = {self.pitch_min} rad'
             raise ParameterError('pitch_max', limit, self.pitch_max)
@@ -84,7 +72,7 @@ def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]
 
     They are within the widest ones, and at least the least span apart.
     """
-    ends = config.z_bottom - config.z_sensor, config.z_top - config.z_sensor
+    ends = config.band_bottom - config.sensor_height, config.band_top - config.sensor_height
     low, high = (
         min(max(math.atan2(end, max(distance, 0.0)), config.pitch_min), config.pitch_max)
         for end in ends
@@ -112,7 +100,7 @@ def ranges_that_count(config: PitchLimitsConfig, points: Floats) -> Floats:
     """
     x, y, height = points[np.isfinite(points).all(axis=1)].T
     ahead = np.abs(np.arctan2(y, x)) <= SECTOR
-    counts = ahead & (height > config.z_bottom) & (height < config.z_top)
+    counts = ahead & (height > config.band_bottom) & (height < config.band_top)
     return np.asarray(np.hypot(x[counts], y[counts]))
 
 
@@ -191,7 +179,7 @@ class PitchLimits:
         self._time_ns = time_ns
         self._follow_median(time_ns)
         if self._followed is not None:
-            step = self.config.rate * (time_ns - last_ns) / NS_PER_S
+            step = self.config.limits_rate * (time_ns - last_ns) / NS_PER_S
             low, high = limits_at(self.config, self._followed)
             # Both limits at one rate: the span is never below that of start and target.
             self._limits = (

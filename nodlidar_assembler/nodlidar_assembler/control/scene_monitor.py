@@ -23,8 +23,6 @@ from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
 
-# Least span of adapted limits [rad], unless the configured limits are closer.
-LEAST_ADAPTED_SPAN = 0.2
 AHEAD = np.array([[1.0, 0.0, 0.0]])
 
 
@@ -98,13 +96,13 @@ class SceneMonitor:
         span = config.pitch_max - config.pitch_min
         self._limits = PitchLimits(
             PitchLimitsConfig(
-                z_top=config.band_top,
-                z_bottom=config.band_bottom,
-                z_sensor=config.sensor_height,
+                band_top=config.band_top,
+                band_bottom=config.band_bottom,
+                sensor_height=config.sensor_height,
                 pitch_min=config.pitch_min,
                 pitch_max=config.pitch_max,
-                least_span=min(LEAST_ADAPTED_SPAN, span),
-                rate=config.limits_rate,
+                least_span=min(PitchLimitsConfig.least_span, span),
+                limits_rate=config.limits_rate,
             )
         )
         self._adaptation = NodAdaptation(self._limits, self._view.config, self._view.task)
