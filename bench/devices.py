@@ -9,6 +9,7 @@ import tempfile
 
 from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.read_bag import read_bag
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
 from nodlidar_demo.delivery import read_delivery
 from nodlidar_demo.evaluation import near_beams, points_of, surface_rms
@@ -58,7 +59,7 @@ def _measured(argument: str, is_ideal: bool) -> dict[str, float]:
             record(folder / 'settling', SETTLING, sensor, quiet)
             record(folder / 'bag', DURATION, sensor, quiet)
         bag = folder / 'bag'
-        log = read_bag(bag, 'nod_joint')
+        log = read_bag(bag, AssemblerConfig())
         phase, latency = phase_errors(bag), read_delivery(bag).latency
     world = World(load_scene(SCENE, ideal=is_ideal), ServoMotion(), start_ns=log.scans[0].stamp_ns)
     points = points_of(near_beams(log), 'slerp', VEIL_ANGLE)

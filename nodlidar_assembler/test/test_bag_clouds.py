@@ -91,7 +91,7 @@ def xyz_of(points):
 
 def of_pipeline(bag, config):
     """Return what the pipeline makes of the bag read as a whole."""
-    log = read_bag(bag, 'nod_joint')
+    log = read_bag(bag, AssemblerConfig())
     if config.ego_motion != 'off':
         odometry = read_odometry(bag, 'odom', 'nodlidar_base_link')
         log = SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)

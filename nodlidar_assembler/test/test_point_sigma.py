@@ -12,6 +12,7 @@ from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.pose import Pose
 from nodlidar_planner.error_budget import budget as planned
@@ -130,7 +131,7 @@ def driving(tmp_path_factory):
     bag = tmp_path_factory.mktemp('driving') / 'bag'
     write_bag(recording(1.5, velocity=(0.4, 0.5)), bag)
     return replace(
-        read_bag(bag, 'nod_joint'), odometry=read_odometry(bag, 'odom', 'nodlidar_base_link')
+        read_bag(bag, AssemblerConfig()), odometry=read_odometry(bag, 'odom', 'nodlidar_base_link')
     )
 
 

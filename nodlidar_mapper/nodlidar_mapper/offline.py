@@ -29,7 +29,7 @@ def drive_in(bag: Path, config: AssemblerConfig) -> SensorLog:
     BagError
         If the bag cannot be read, or has no scans, joint states or odometry.
     """
-    log = read_bag(bag, config.joint_name)
+    log = read_bag(bag, config)
     odometry = read_odometry(bag, config.odom_frame, config.frame_id)
     return SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
 

@@ -85,6 +85,17 @@ def test_parameters_come_from_a_file(output, tmp_path):
     assert yaml.safe_load((tmp_path / 'out' / 'map.yaml').read_text())['resolution'] == 0.1
 
 
+def test_the_file_says_how_the_joint_turns(output, recording, tmp_path):
+    turned = replace(recording, joint_position=0.1 - recording.joint_position)
+    write_bag(turned, tmp_path / 'bag')
+    given = {'assembler': {'ros__parameters': {'joint_positive': 'down', 'joint_zero': 0.1}}}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
+    arguments = [str(tmp_path / name) for name in ('bag', 'out')]
+    assert main([*arguments, '--params', str(tmp_path / 'map.yaml')]) == 0
+    found, expected = (np.loadtxt(each / 'trajectory.txt') for each in (tmp_path / 'out', output))
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
 @pytest.mark.parametrize(
     ('name', 'value'), [('resolution', 0.0), ('freedom', 'flat'), ('extend_map', False)]
 )

@@ -66,7 +66,7 @@ def play(page: Page, player: Player, replay: Replay) -> None:
 def _clouds_of(bag: Path, params: Path | None) -> tuple[str, list[Points]]:
     """Return the clouds of a bag and their frame: with odometry, that of odometry."""
     config = configuration(params, {})
-    log = read_bag(bag, config.joint_name)
+    log = read_bag(bag, config)
     try:
         odometry = read_odometry(bag, config.odom_frame, config.frame_id)
     except BagError:

@@ -1,6 +1,8 @@
 """Reads a whole bag into arrays, without ROS."""
 
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.bag_tf import BagTf
@@ -9,35 +11,78 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import ordered_samples
-from nodlidar_assembler.inputs.scan_message import scan_from_message
-from nodlidar_common.stamps import time_ns
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.inputs.joint_input import JointInput
+from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 import numpy as np
 
 
-def read_bag(path: Path, joint_name: str) -> SensorLog:
-    """Return the scans and the samples of one joint in a ROS 2 bag.
+class LogGatherer:
+    """Gathers the scans and joint states of messages into a log; leaves out malformed ones.
+
+    Parameters
+    ----------
+    config
+        Conventions of the messages, such as the joint, its sign and the delays of stamps.
+
+    Attributes
+    ----------
+    scans
+        The scans, in the order in which they came.
+    joint
+        Selects the samples of the nod joint.
+    drops
+        Malformed and misordered messages, counted by reason.
+    """
+
+    def __init__(self, config: AssemblerConfig) -> None:
+        self.scans: list[Scan] = []
+        self.drops: Counter[str] = Counter()
+        self.joint = JointInput(config, self.drops)
+        self._scan_input = ScanInput(config)
+        self._samples: list[tuple[int, float]] = []
+
+    def add_scan(self, message: Any, arrived_ns: int) -> None:
+        """Add a LaserScan that arrived at an instant [ns]."""
+        try:
+            self.scans.append(self._scan_input.scan(message, arrived_ns))
+        except RefusedScanError as error:
+            self.drops[error.reason] += 1
+
+    def add_joint_state(self, message: Any) -> None:
+        """Add a JointState."""
+        self._samples += self.joint.samples(message)
+
+    def log(self) -> SensorLog:
+        """Return what was gathered, in the order of time."""
+        stamps_ns = np.array([time_ns for time_ns, _ in self._samples], dtype=np.int64)
+        pitch = np.array([pitch for _, pitch in self._samples], dtype=np.float64)
+        scans = sorted(self.scans, key=lambda scan: scan.stamp_ns)
+        return SensorLog(scans, *ordered_samples(stamps_ns, pitch))
+
+
+def read_bag(path: Path, config: AssemblerConfig) -> SensorLog:
+    """Return the scans and the samples of the nod joint in a ROS 2 bag.
 
     Raises
     ------
     BagError
-        If the bag has no scans or no positions of that joint, or cannot be read to its end.
+        If the bag has no valid scans or positions of that joint, or cannot be read to its end.
     """
-    scans: list[Scan] = []
-    samples: list[tuple[int, float]] = []
+    gatherer = LogGatherer(config)
     for recorded in messages_of(path, lambda topic, kind: kind in (SCAN, JOINT_STATE)):
-        message = recorded.message
         if recorded.msgtype == SCAN:
-            scans.append(scan_from_message(message))
-        elif joint_name in message.name:
-            position = message.position[message.name.index(joint_name)]
-            samples.append((time_ns(message.header.stamp), float(position)))
-    if not scans:
-        raise BagError(f"'{path}' has no scans")
-    if not samples:
-        raise BagError(f"'{path}' has no positions of the joint '{joint_name}'")
-    stamps, positions = zip(*samples, strict=True)
-    ordered = ordered_samples(np.array(stamps, dtype=np.int64), np.array(positions))
-    return SensorLog(sorted(scans, key=lambda scan: scan.stamp_ns), *ordered)
+            gatherer.add_scan(recorded.message, recorded.time_ns)
+        else:
+            gatherer.add_joint_state(recorded.message)
+    log = gatherer.log()
+    drops = ', '.join(f'{count} {reason}' for reason, count in gatherer.drops.items())
+    if not log.scans:
+        raise BagError(f"'{path}' has no scans" + (f': {drops}' if drops else ''))
+    if not len(log.sample_ns):
+        why = gatherer.joint.missing_input or drops
+        raise BagError(f"'{path}' has no positions of the joint '{config.joint_name}': {why}")
+    return log
 
 
 def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:

@@ -1,7 +1,5 @@
 """Recorded messages as the input of a calibration."""
 
-from collections import Counter
-from contextlib import suppress
 from dataclasses import replace
 import math
 from pathlib import Path
@@ -9,17 +7,14 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN
+from nodlidar_assembler.bags.read_bag import LogGatherer
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import CalibrationError, Values
-from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.clouds.pitch import ordered_samples
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.inputs.joint_input import JointInput
-from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 import numpy as np
 
 
-class Recorder:
+class Recorder(LogGatherer):
     """Gathers scans and joint states, whose delay and zero are left as they are.
 
     Parameters
@@ -29,30 +24,16 @@ class Recorder:
     """
 
     def __init__(self, config: AssemblerConfig) -> None:
-        self._scan_input = ScanInput(config)
-        raw = replace(config, joint_delay=0.0, joint_zero=0.0)
-        self._joint = JointInput(raw, Counter())
-        self._scans: list[Scan] = []
-        self._samples: list[tuple[int, float]] = []
-
-    def add_scan(self, message: Any, arrived_ns: int) -> None:
-        """Add a LaserScan that arrived at an instant [ns]; a malformed one is left out."""
-        with suppress(RefusedScanError):
-            self._scans.append(self._scan_input.scan(message, arrived_ns))
-
-    def add_joint_state(self, message: Any) -> None:
-        """Add a JointState."""
-        self._samples += self._joint.samples(message)
+        super().__init__(replace(config, joint_delay=0.0, joint_zero=0.0))
 
     def log(self) -> SensorLog:
         """Return what was gathered; raises CalibrationError if either is missing."""
-        if not self._scans:
+        if not self.scans:
             raise CalibrationError('no scan was received')
-        if len(self._samples) < 2:
-            raise CalibrationError(self._joint.missing_input or 'too few joint states')
-        stamps, pitch = zip(*self._samples, strict=True)
-        samples = ordered_samples(np.array(stamps, dtype=np.int64), np.array(pitch))
-        return SensorLog(sorted(self._scans, key=lambda scan: scan.stamp_ns), *samples)
+        log = super().log()
+        if len(log.sample_ns) < 2:
+            raise CalibrationError(self.joint.missing_input or 'too few joint states')
+        return log
 
 
 def log_of_bag(path: Path, config: AssemblerConfig, scan: str, joint_states: str) -> SensorLog:

@@ -97,7 +97,7 @@ def _demo(options: argparse.Namespace, console: Console) -> None:
     with launched_sensor(output / 'launch.log', *arguments) as sensor:
         record(bag, options.duration, sensor, console)
     with console.status('Measuring'):
-        log = read_bag(bag, 'nod_joint')
+        log = read_bag(bag, AssemblerConfig())
         start_ns = read_start_ns(bag) if scene.moves else log.scans[0].stamp_ns
         world = World(scene, ServoMotion(), start_ns=start_ns)
         lidar = 0.0
