@@ -82,7 +82,7 @@ class Replies:
         return least(self.delays())
 
     def times(self, revolutions: RevolutionTimes | None = None) -> NDArray[np.float64]:
-        """Return the times of the answers on the device's clock, finer than whole ms.
+        """Return the times of the answers on the device's clock [ms], finer than whole ms, (n,).
 
         Parameters
         ----------
@@ -95,7 +95,7 @@ class Replies:
         return times
 
     def delays(self) -> NDArray[np.float64]:
-        """Return the differences of arrivals and times [ms]."""
+        """Return the differences of arrivals and times [ms], shape (n,)."""
         return self.arrivals_ms - self.times()
 
     def scatter_ms(self) -> float:

@@ -98,7 +98,7 @@ class JointTrack:
         return cls(begin_ns, position, np.gradient(position) * (NS_PER_S / GRID_NS))
 
     def at(self, time: Array) -> tuple[Array, Array]:
-        """Return position [rad] and speed [rad/s] at times [s] after begin_ns, NaN outside."""
+        """Return position [rad], speed [rad/s] at times [s] from begin_ns, (n,); NaN outside."""
         place = time * (NS_PER_S / GRID_NS)
         grid = np.arange(len(self.position))
         nothing = {'left': np.nan, 'right': np.nan}

@@ -85,7 +85,7 @@ class Poses:
         )
 
     def take(self, indices: NDArray[np.intp]) -> Poses:
-        """Return the poses at indices, with each coordinate contiguous for `to_parent`."""
+        """Return the poses at indices (m,), with each coordinate contiguous for `to_parent`."""
         return Poses(
             self.position.T.take(indices, axis=1).T, self.orientation.T.take(indices, axis=1).T
         )

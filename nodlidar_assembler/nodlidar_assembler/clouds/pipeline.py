@@ -174,6 +174,17 @@ class Pipeline:
         in the frame of odometry, or, deskewed, in nodlidar_base_link as of one instant. If it has
         jumped since the scan before, a cloud that is being gathered ends there.
 
+        Parameters
+        ----------
+        scan
+            The scan.
+        sample_ns, sample_pitch
+            Joint samples that bracket it [ns], [rad], shape (m,).
+        odometry
+            Odometry that brackets it; None to leave the points in nodlidar_base_link.
+        jumped
+            Whether odometry has jumped since the scan before.
+
         Raises
         ------
         PitchError

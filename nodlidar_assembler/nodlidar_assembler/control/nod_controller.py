@@ -178,7 +178,7 @@ class NodController:
         stamp_ns
             Instant of the scan's first beam [ns].
         beams, pitch
-            The scan's beams and their pitch [rad].
+            The scan's beams and their pitch [rad], shape (n,).
         now_ns
             The present time [ns].
 

@@ -30,7 +30,7 @@ def fill_scan(
     revolution: float,
     ranges: NDArray[np.float32],
 ) -> None:
-    """Fill in the time of the first beam [ns], the time of a revolution [s], the ranges [m]."""
+    """Fill in the time of the first beam [ns], that of a revolution [s], the ranges [m], (n,)."""
     message.header.stamp = time_message(stamp_ns)
     message.time_increment = revolution / window.steps_per_revolution * window.cluster
     message.scan_time = revolution * (window.skip + 1)

@@ -58,7 +58,7 @@ def hole_under_error(
 def late_reversals(
     task: Task, pattern: Pattern, duration: float, error: float, seed: int
 ) -> Floats:
-    """Return the reversal instants of a run [samples], as `largest_hole` requires them.
+    """Return the reversal instants of a run [samples], shape (k,), as `largest_hole` needs them.
 
     Duration and error (a standard deviation) are in seconds; see `reversal_instants`.
     """
@@ -119,7 +119,7 @@ def completion_run(
 def reversal_instants(
     samples_per_sweep: int, phase: float, error: float, last: int, seed: int
 ) -> Floats:
-    """Return the reversal instants [samples], the first at the lower limit before sample 0.
+    """Return the reversal instants [samples], shape (k,), from the lower limit before sample 0 on.
 
     Parameters
     ----------

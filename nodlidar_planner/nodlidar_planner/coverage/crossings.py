@@ -67,7 +67,7 @@ class ColumnClass:
         return first
 
     def longest_gaps(self) -> Integers:
-        """Return the longest gap between crossings in each row that has any [samples]."""
+        """Return the longest gap between crossings [samples] of each row that has any, (rows,)."""
         begins, ends = self.bounds[:-1], self.bounds[1:]
         begins, ends = begins[begins < ends], ends[begins < ends]
         if len(begins) == 0:

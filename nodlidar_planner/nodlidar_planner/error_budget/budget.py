@@ -30,18 +30,18 @@ REFERENCE_LEVER = 0.080
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beams:
-    """Ranges [m], azimuths in the scan plane [rad] and pitches [rad] of beams, of one shape."""
+    """Ranges [m], azimuths in the scan plane [rad] and pitches [rad] of beams, shape (n,) each."""
 
     ranges: Array
     azimuth: Array
     pitch: Array
 
     def from_axis(self, lever: float) -> Array:
-        """Return the squared distance [m2] of the end points from the nod axis."""
+        """Return the squared distance [m2] of the end points from the nod axis, shape (n,)."""
         return np.asarray((self.ranges * np.cos(self.azimuth)) ** 2 + lever**2)
 
     def from_base(self) -> Array:
-        """Return the squared horizontal distance [m2] of the end points from the nod axis."""
+        """Return the squared horizontal distance [m2] of the end points from there, shape (n,)."""
         ahead = np.cos(self.azimuth) * np.cos(self.pitch)
         return np.asarray(self.ranges**2 * (ahead**2 + np.sin(self.azimuth) ** 2))
 
@@ -75,7 +75,7 @@ class ErrorBudget:
         self.pitch_variance = pitch_variance(parameters, swing)
 
     def squares(self, beams: Beams) -> Mapping[str, Array]:
-        """Return the mean square displacement [m2] of each beam's point, by source."""
+        """Return the mean square displacement [m2] of each point by source, shape (n,) each."""
         p, shape = self._parameters, np.ones_like(beams.ranges)
         rho2 = beams.from_axis(self._lever)
         turned = rho2 * self._swing.mean_square_speed
@@ -98,7 +98,7 @@ class ErrorBudget:
         return {name: math.sqrt(each) for name, each in squares.items()}
 
     def sigma(self, beams: Beams) -> Array:
-        """Return the RMS displacement [m] of each beam's point, of all sources together."""
+        """Return the RMS displacement [m] of each point by all sources together, shape (n,)."""
         return np.asarray(np.sqrt(np.sum(list(self.squares(beams).values()), axis=0)))
 
     def _of_driving(self, beams: Beams) -> Array:

@@ -46,7 +46,7 @@ class Swing:
         return self.speed**2 * (1.0 - 2.0 / 3.0 * reversing)
 
     def pitch(self, times: Array) -> Array:
-        """Return the pitch [rad] from the middle of the span, at times from a lower limit [s]."""
+        """Return the pitch [rad] from mid-span, shape (n,), at times [s] from a lower limit."""
         since_limit = np.mod(times, self.sweep_duration)
         to_reversal = np.minimum(since_limit, self.sweep_duration - since_limit)
         rounded = np.maximum(self.reversal_time / 2.0 - to_reversal, 0.0)

@@ -171,7 +171,7 @@ def _covered(begin: Integers, end: Integers, places: int) -> NDArray[np.bool_]:
 
 
 def highest(gap: Floats, bottom: Floats) -> tuple[Floats, Floats]:
-    """Return the highest gap of each row, and its lower end."""
+    """Return the highest gap of each row (w, n), and its lower end, shape (w,) each."""
     at = np.argmax(gap, axis=1)[:, None]
     return (
         np.take_along_axis(gap, at, axis=1)[:, 0],
@@ -180,10 +180,10 @@ def highest(gap: Floats, bottom: Floats) -> tuple[Floats, Floats]:
 
 
 def append(values: Floats, last: float) -> Floats:
-    """Return rows with a value appended."""
+    """Return rows (w, n) with a value appended to each, shape (w, n + 1)."""
     return np.concatenate([values, np.full((*values.shape[:-1], 1), last)], axis=-1)
 
 
 def prepend(values: Floats, first: float) -> Floats:
-    """Return rows with a value prepended."""
+    """Return rows (w, n) with a value prepended to each, shape (w, n + 1)."""
     return np.concatenate([np.full((*values.shape[:-1], 1), first), values], axis=-1)

@@ -29,7 +29,7 @@ class Edges:
     starts: int
 
     def next_wider(self, left: Integers, width: float) -> Integers:
-        """Return the first edge further than a width from each left edge; may be past the last."""
+        """Return the first edge, maybe past the last, beyond a width from each left edge, (n,)."""
         return np.searchsorted(self.azimuth, self.azimuth[left] + width, side='right')
 
 

@@ -16,7 +16,7 @@ MAX_CHOICES = 200_000
 def samples_in_band(
     task: Task, speed_min: float | None = None, speed_max: float | None = None
 ) -> NDArray[np.int64]:
-    """Return the N_s that are coprime with N_L and have a nod speed [rad/s] within a band.
+    """Return the N_s, shape (n,), coprime with N_L, whose nod speed [rad/s] is within a band.
 
     A limit defaults to the one of USEFUL_SWEEP.
 

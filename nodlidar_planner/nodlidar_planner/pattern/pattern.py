@@ -73,7 +73,7 @@ class Pattern:
         return self.period - self.steps_per_revolution // self.stride * pairs
 
     def step(self, n: NDArray[np.int64] | int) -> NDArray[np.int64]:
-        """Return the azimuth step of each sample, 0 .. N_L - 1."""
+        """Return the azimuth step of each sample n, of any shape, 0 .. N_L - 1."""
         return np.asarray(n, dtype=np.int64) % self.steps_per_revolution
 
     def height(self, n: NDArray[np.int64] | int) -> NDArray[np.float64]:
@@ -88,11 +88,11 @@ class Pattern:
     def pitch(
         self, n: NDArray[np.int64] | int, pitch_min: float, pitch_max: float
     ) -> NDArray[np.float64]:
-        """Return the pitch of each sample [rad] for a nod between the limits [rad]."""
+        """Return the pitch [rad] of each sample n, of any shape, of a nod between limits [rad]."""
         return pitch_min + (pitch_max - pitch_min) / self.samples_per_sweep * self.height(n)
 
     def going_up(self, n: NDArray[np.int64] | int) -> NDArray[np.bool_]:
-        """Return whether each sample is on an upward leg; a reversal belongs to the next leg."""
+        """Return whether each sample n, of any shape, is on an upward leg or begins it."""
         return self._place(n) < self.samples_per_sweep
 
     def whole_revolutions(self, distance: NDArray[np.int64] | int) -> NDArray[np.int64]:

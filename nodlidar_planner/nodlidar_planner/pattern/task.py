@@ -159,13 +159,13 @@ class Task:
         return np.where(inside, column, -1)
 
     def from_centre(self) -> NDArray[np.float64]:
-        """Return the azimuth of every step from the centre of the region [rad], [-pi, pi)."""
+        """Return the azimuth of every step from the centre of the region, shape (N_L,) [rad]."""
         return wrapped(self.step_azimuth() - self.centre)
 
     def row_of_height(
         self, height: NDArray[np.float64], samples_per_sweep: int
     ) -> NDArray[np.int64]:
-        """Return the row at each height above the lower limit [samples].
+        """Return the row at each height above the lower limit [samples], shape (n,).
 
         Heights below the first row or above the last are assigned to that row.
         """
@@ -186,7 +186,7 @@ def wrapped(azimuth: Angle) -> Angle:
 
 
 def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first step and the number of steps of each measured column, in order."""
+    """Return first step and number of steps of each measured column, in order, (columns,)."""
     begins = np.flatnonzero(column_of_step != np.roll(column_of_step, 1))
     if len(begins) == 0:
         begins = np.zeros(1, dtype=np.int64)

@@ -76,7 +76,7 @@ class Feedback:
         self.unseen[self._columns] = True
 
     def saw(self, reversal: float, next_reversal: float, going_up: bool) -> Integers:
-        """Mark the cells hit between two reversals; return the first sample in each new cell.
+        """Mark the cells hit between two reversals; return the first sample of each new one, (n,).
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class Feedback:
         return np.sort(n[new][firsts])
 
     def saw_beams(self, azimuth: Floats, pitch: Floats) -> None:
-        """Mark the cells that beams hit, with or without a range; azimuth, pitch [rad]."""
+        """Mark the cells that beams hit, by azimuth and pitch [rad], shape (n,) each."""
         task = self._task
         column = self._column_of_step[task.step_at(azimuth)]
         height = (pitch - task.pitch_min) / task.span

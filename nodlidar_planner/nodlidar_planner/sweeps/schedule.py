@@ -50,7 +50,7 @@ class Schedule:
         return sum(self.sweeps)
 
     def reversals(self, samples: int) -> Floats:
-        """Return the reversal instants [samples], from -phase to the first one past a sample."""
+        """Return the reversal instants [samples], (k,), from -phase to the first past a sample."""
         periods = math.ceil((samples + self.phase) / self.period) + 1
         ends = np.concatenate([[0.0], np.cumsum(np.tile(self.sweeps, periods))])
         instants: Floats = ends - self.phase
