@@ -14,7 +14,7 @@ FARTHEST_START = 60.0
 """A command may precede its start by up to this time [s]; a later start is a mistake."""
 
 
-class Limits(Protocol):
+class MountLimits(Protocol):
     """The limits of a mount and its actuator; those of a parameter class."""
 
     @property
@@ -74,7 +74,7 @@ class NodCommands:
         Why the last of them was refused; empty if there was none.
     """
 
-    def __init__(self, config: Limits) -> None:
+    def __init__(self, config: MountLimits) -> None:
         self._config = config
         self._dynamics = config.dynamics
         self._tracker: NodTracker | None = None

@@ -21,7 +21,7 @@ _WATCHDOG = 25  # of 20 ms; the node is never silent for so long while it drives
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class MotorLimits:
     """The motor's own limits: temperature [deg C], voltages [V], status bits that shut it down."""
 
     temperature: int
@@ -34,7 +34,7 @@ class Limits:
 class Setting:
     """What was set: limits, the torque limit's register, and the return delay [ns]."""
 
-    limits: Limits
+    limits: MotorLimits
     torque_limit: int
     return_delay_ns: int
 
@@ -70,7 +70,7 @@ def prepare(bus: DynamixelBus, config: ServoConfig) -> Setting:
     if gain and table.position_gain is not None:
         bus.write(table.position_gain, gain.to_bytes(2, 'little'))
     delay_ns = bus.read(table.return_delay, 1).data[0] * _RETURN_DELAY_UNIT_NS
-    limits = Limits(found.temperature, found.voltage_min, found.voltage_max, found.shutdown)
+    limits = MotorLimits(found.temperature, found.voltage_min, found.voltage_max, found.shutdown)
     return Setting(limits, torque_limit, delay_ns)
 
 

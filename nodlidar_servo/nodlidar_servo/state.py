@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_common.tracking import Progress
-from nodlidar_servo.preparation import Limits
+from nodlidar_servo.preparation import MotorLimits
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures
@@ -13,7 +13,7 @@ from nodlidar_servo.servo_loop import LoopFigures
 class Link:
     """A connected servo."""
 
-    limits: Limits
+    limits: MotorLimits
     torque: bool  # on, or not confirmed to be off
     shut_down: int  # status bits for which the motor has cut its torque
 

@@ -16,7 +16,7 @@ _LONGEST_WAY = 5.0  # s to the nod, and more if a sweep is longer
 
 
 @dataclass(frozen=True, slots=True)
-class JointState:
+class NodJointState:
     """What the thread that sends trajectories passes on: replaced as a whole."""
 
     samples: int = 0  # so far
@@ -35,7 +35,7 @@ class TrajectoryDiagnosis:
     """
 
     def __init__(self, commands: NodCommands) -> None:
-        self.state = JointState()
+        self.state = NodJointState()
         self._commands = CommandReport(commands)
         self._recent = Recent(_WINDOW)
 

@@ -5,7 +5,7 @@ from nodlidar_common.nod import Nod
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.diagnosis import Diagnosis
 from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.preparation import Limits
+from nodlidar_servo.preparation import MotorLimits
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.servo_loop import LoopFigures
 import pytest
@@ -20,7 +20,9 @@ def sample(voltage=12.0, temperature=40, status=0):
 
 
 def servo(torque=True, shut_down=0):
-    return SimpleNamespace(torque=torque, shut_down=shut_down, limits=Limits(80, 6.0, 19.0, 36))
+    return SimpleNamespace(
+        torque=torque, shut_down=shut_down, limits=MotorLimits(80, 6.0, 19.0, 36)
+    )
 
 
 @pytest.fixture
