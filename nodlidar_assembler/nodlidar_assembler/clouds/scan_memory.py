@@ -41,6 +41,13 @@ class ScanMemory:
         How long points are kept [s]; also bounded by MOST_POINTS and MOST_SCANS.
     deskew_to
         To which point's instant deskewed points are moved; see `deskewed`.
+
+    Attributes
+    ----------
+    forgotten_ns
+        The newest instant of which points were forgotten [ns]; -1 if none were.
+    in_odometry
+        Whether the points are in the frame of odometry, else in nodlidar_base_link.
     """
 
     def __init__(self, duration: float, deskew_to: str = 'last') -> None:
@@ -49,9 +56,7 @@ class ScanMemory:
         self._scans: deque[Points] = deque()
         self._points = 0
         self.forgotten_ns = -1
-        """The newest instant of which points were forgotten [ns]; -1 if none were."""
         self.in_odometry = False
-        """Whether the points are in the frame of odometry, else in nodlidar_base_link."""
 
     def restart(self) -> None:
         """Forget all, as after the clock was set: other instants count."""

@@ -45,15 +45,20 @@ class NodClock:
 
     Attributes
     ----------
+    shape
+        The present shape.
     steps
-        The same; with another one, call `change`.
+        N_L; after setting another one, call `change`.
+    revolutions
+        The lidar's revolutions, by all scans so far.
+    nod
+        The present command; None before the first scan.
     """
 
     def __init__(self, shape: NodShape, steps_per_revolution: int) -> None:
         self.shape = shape
         self.revolutions = Revolutions()
         self.nod: Nod | None = None
-        """The present command; None before the first scan."""
         self.steps = steps_per_revolution
         self._first_revolution = 0  # the one that sample 0 is in
 
