@@ -8,7 +8,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.timing_error import reversal_instants
 from nodlidar_planner.holes.hole import exceeds, largest_hole, largest_side, least_side
 from nodlidar_planner.pattern.pattern import Pattern
-from nodlidar_planner.pattern.task import MEASURED_FROM, Task
+from nodlidar_planner.pattern.task import MEASURED_FROM, Task, wrapped
 import numpy as np
 from planner_enumeration import azimuths, beams, region, unrolled, widest_at, widest_by_corners
 import pytest
@@ -47,6 +47,14 @@ def assert_empty(task, pattern, samples, hole):
     assert -math.pi <= hole.azimuth < math.pi
     from_centre = (hole.azimuth - task.centre + math.pi) % math.tau - math.pi
     assert task.full_circle or abs(from_centre) + half <= task.azimuth
+
+
+@given(st.floats(-20.0, 20.0))
+@example(float(np.nextafter(-math.pi, -4.0)))
+def test_an_azimuth_is_wrapped_to_the_same_direction_below_pi(azimuth):
+    found = wrapped(azimuth)
+    assert -math.pi <= found < math.pi
+    assert math.cos(found - azimuth) == pytest.approx(1.0)
 
 
 @st.composite

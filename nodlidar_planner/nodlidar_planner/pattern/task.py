@@ -182,7 +182,8 @@ class Task:
 
 def wrapped(azimuth: Angle) -> Angle:
     """Return azimuths [rad], of any shape, in [-pi, pi)."""
-    return (azimuth + math.pi) % math.tau - math.pi
+    # Twice: the remainder of a number just below 0 is rounded to tau.
+    return (azimuth + math.pi) % math.tau % math.tau - math.pi
 
 
 def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
