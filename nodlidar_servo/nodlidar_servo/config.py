@@ -44,8 +44,8 @@ class ServoConfig(JointConfig):
     )
     position_gain: int = parameter(
         0,
-        'P gain of the position loop of a servo of Protocol 2.0, until its power goes; 0: 1200 for '
-        'an XL330, whose 400 are too weak for a lidar; else as it is',
+        'P gain of the position loop of a servo of Protocol 2.0, until its power goes; 0: 1200 '
+        'for an XL330, whose own 400 are too weak for a lidar, else as it is',
         minimum=0,
         maximum=16383,
     )
