@@ -78,17 +78,16 @@ def surface_of(seen: Seen, around: Seen) -> Surface:
     if len(around.points) < LEAST_NEIGHBOURS or not len(points):
         return Surface(np.empty((0, 3)), np.empty((0, 3)))
     tree = cKDTree(around.points, balanced_tree=False, compact_nodes=False)
-    distance, nearest = tree.query(points, k=2 * NEIGHBOURS, distance_upper_bound=RADIUS)
-    near = np.isfinite(distance)
-    nearest[~near] = 0
-    neighbours = around.points[nearest] - points[:, None, :]
+    neighbours, towards, near = _neighbours(points, around, tree, NEIGHBOURS)
+    plane = middle, spread, axes, count = _plane(neighbours, near)
     # The sides of a thin wall are parallel: both of them show which way it faces.
-    _, _, normals = _plane(neighbours[:, :NEIGHBOURS], near[:, :NEIGHBOURS])
-    facing = _facing(normals, seen)
-    near &= np.einsum('nki,ni->nk', around.towards[nearest], facing) > 0.0
+    facing = _facing(axes, seen)
+    both = (near & ~_faces(facing, towards)).any(axis=1)
+    neighbours, towards, near = _neighbours(points[both], around, tree, 2 * NEIGHBOURS)
+    near &= _faces(facing[both], towards)
     near &= np.cumsum(near, axis=1) <= NEIGHBOURS
-    middle, spread, axes = _plane(neighbours, near)
-    count = near.sum(axis=1)
+    for of_both, of_one in zip(plane, _plane(neighbours, near), strict=True):
+        of_both[both] = of_one
     flat = (spread[:, 0] < THICKNESS) & (spread[:, 1] > LEAST_WIDTH) & (count >= LEAST_NEIGHBOURS)
     # The plane goes through the middle of the neighbours, which is less noisy than the point.
     off = np.einsum('ni,ni->n', middle, axes)
@@ -97,17 +96,32 @@ def surface_of(seen: Seen, around: Seen) -> Surface:
     return Surface(on_plane[flat], _facing(axes, seen)[flat])
 
 
+def _neighbours(
+    points: Array, around: Seen, tree: cKDTree, most: int
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return the ways to the points around, from these to the lidar, and which are near."""
+    distance, nearest = tree.query(points, k=most, distance_upper_bound=RADIUS)
+    near = np.isfinite(distance)
+    nearest[~near] = 0
+    return around.points[nearest] - points[:, None, :], around.towards[nearest], near
+
+
+def _faces(normals: Array, towards: Array) -> NDArray[np.bool_]:
+    """Return which of the places (n, k, 3) are on the side of normals (n, 3)."""
+    return np.asarray(np.einsum('nki,ni->nk', towards, normals) > 0.0)
+
+
 def _facing(normals: Array, seen: Seen) -> Array:
     """Return normals (n, 3) towards the places that points were seen from."""
     away = np.einsum('ni,ni->n', normals, seen.towards) <= 0.0
     return np.asarray(np.where(away[:, None], -normals, normals))
 
 
-def _plane(neighbours: Array, near: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-    """Return middle, RMS width along three axes, ascending, and normal of points (n, k, 3)."""
+def _plane(neighbours: Array, near: NDArray[np.bool_]) -> tuple[Array, Array, Array, Array]:
+    """Return middle, RMS width along three axes, ascending, normal and count of (n, k, 3)."""
     chosen = neighbours * near[:, :, None]
     count = np.maximum(near.sum(axis=1), 1)
     middle = chosen.sum(axis=1) / count[:, None]
     products = (np.swapaxes(chosen, 1, 2) @ chosen) / count[:, None, None]
     spread, axes = np.linalg.eigh(products - middle[:, :, None] * middle[:, None, :])
-    return middle, np.sqrt(np.maximum(spread, 0.0)), axes[:, :, 0]
+    return middle, np.sqrt(np.maximum(spread, 0.0)), axes[:, :, 0], near.sum(axis=1)
