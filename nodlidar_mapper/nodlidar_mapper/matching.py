@@ -16,7 +16,7 @@ import numpy as np
 
 FREEDOMS = {'planar': [0, 1, 5], 'spatial': [0, 1, 2, 3, 4, 5]}
 ITERATIONS = 20
-CONVERGED = 2e-5  # m, rad
+CONVERGED = 1e-4  # m, rad
 LEAST_MATCHED = 20
 CORRELATION = 30.0  # points of a cloud err alike: so many count as one
 
