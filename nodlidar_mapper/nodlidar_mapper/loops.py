@@ -14,9 +14,10 @@ import numpy as np
 # near that part, and that share of these must match.
 MAPPED, SHARE = 0.4, 0.6
 REACH = 1.0  # m
+THINNER = 2.0  # points of a loop are so many times farther apart than those of a cloud
 DRIFT = 0.01  # error of the map, as a share of the way
 # Points of a loop err alike: so many times less certain than the matching says.
-UNCERTAINTY = 10.0
+UNCERTAINTY = 4.0
 
 
 def around(
@@ -56,6 +57,7 @@ def loop_at(
     nearest = int(np.argmin(distance))
     if distance[nearest] > config.map_radius / 2.0:
         return None
+    seen = seen.thinned(THINNER * config.point_spacing)
     old = surface_in_map(
         [keyframes[i] for i in around(nearest, here.pose, keyframes, edges, config)]
     )

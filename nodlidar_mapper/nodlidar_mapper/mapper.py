@@ -322,9 +322,7 @@ class Mapper:
         here = self.keyframes[-1]
         back = inverse(here.pose)
         seen = Seen.joined([each.moved(back @ at) for at, each in self._recent])
-        edge = loop_at(
-            seen.thinned(self._config.point_spacing), self.keyframes, self.edges, self._config
-        )
+        edge = loop_at(seen, self.keyframes, self.edges, self._config)
         if edge is None:
             return False
         self.edges.append(edge)
