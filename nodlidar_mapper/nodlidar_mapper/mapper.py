@@ -21,7 +21,7 @@ from nodlidar_mapper.surface import Surface, surface_of
 from nodlidar_mapper.track import Track
 import numpy as np
 
-FIRST = 6  # clouds that are mapped again with what they have shown of odometry
+FIRST = 5  # clouds that are mapped again with what they have shown of odometry
 RECENT = 6  # clouds from which new surfaces are taken
 LEAST_SURFACE = 100  # points of a map that clouds are matched to
 FOUND = np.diag([1e2] * 6)  # information of a place that was searched, at least

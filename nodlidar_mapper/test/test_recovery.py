@@ -2,7 +2,7 @@
 
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.mapper import FIRST, Mapper
+from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.place_search import Area, best_place, clear_share
 from nodlidar_mapper.poses import between, inverse, planar
 from nodlidar_mapper.surface import Surface
@@ -14,7 +14,7 @@ NS = 10**9
 JUMPS = [(0.6, 0.0, 0.0), (0.0, 0.5, 0.3), (5.0, -3.0, 2.0), (0.0, 0.0, 3.1)]
 
 
-def mapped(corners, clouds=FIRST):
+def mapped(corners, clouds=6):
     """Return a mapper that has seen a room from its middle on, and the last pose."""
     mapper = Mapper(MapperConfig())
     for k in range(clouds):
