@@ -238,19 +238,22 @@ def test_a_cycle_without_replies_costs_one_sample(lost):
     assert bench.figures.missed_cycles == 0
 
 
+def failing_at_first(read, error, times):
+    def read_or_fail():
+        nonlocal times
+        measured, times = read(), times - 1
+        if times >= 0:
+            raise error('at first')
+        return measured
+
+    return read_or_fail
+
+
 @pytest.mark.parametrize('error', [NoAnswerError, CorruptReplyError, LateReplyError])
 def test_a_lost_or_late_reply_is_asked_for_again_in_the_same_cycle(error):
     bench = Bench(latency_timer=0.001)
     before = bench.run(1.0)[-1]
-    read, failing = bench.servo.read, iter([True])
-
-    def fails_once():
-        measured = read()
-        if next(failing, False):
-            raise error('once')
-        return measured
-
-    bench.servo.read = fails_once
+    bench.servo.read = failing_at_first(bench.servo.read, error, times=1)
     (after,) = bench.loop.cycle()
     assert 0 < after.stamp_ns - before.stamp_ns < 14_000_000
     assert bench.figures.failures == {error.reason: 1}
@@ -260,15 +263,7 @@ def test_a_lost_or_late_reply_is_asked_for_again_in_the_same_cycle(error):
 def test_late_replies_are_asked_for_again_until_the_cycle_is_over():
     bench = Bench(latency_timer=0.001, rate=16.0)
     bench.run(1.0)
-    read, late = bench.servo.read, iter([True] * 5)
-
-    def is_late_at_first():
-        measured = read()
-        if next(late, False):
-            raise LateReplyError('late')
-        return measured
-
-    bench.servo.read = is_late_at_first
+    bench.servo.read = failing_at_first(bench.servo.read, LateReplyError, times=5)
     begin_ns = bench.clock()
     (sample,) = bench.loop.cycle()
     assert sample.stamp_ns - begin_ns < 2 * 62_500_000
