@@ -33,7 +33,7 @@ MISSED = 0.3  # share of the samples that a method may miss, as at a reversal,
 MISSED_WITHIN = 0.1  # ... by an angle within this range [rad]
 SCORE_MEMORY = 0.997  # weight of a sample in the score, over that of the next one
 NOISE_MEMORY = 0.96  # the same in the learned noise
-NOISE_EVERY = 4  # scans, as noise changes slowly
+LEARN_EVERY = 4  # scans, as the encoder's step and noise change slowly
 LEAST_VARIANCE = 1e-10  # of a prediction [rad2]
 
 
@@ -131,7 +131,8 @@ class PitchSmoother:
         window = _Window.of(sample_ns, sample_pitch - middle)
         if self._last is not None:
             window.take_over(self._last)
-        self._learn_step(window.pitch)
+        if self._scans % LEARN_EVERY == 0:
+            self._learn_step(window.pitch)
         splines = self._fit(window)
         new = self._learn(splines, window, start_ns)
         share = np.exp(self._score - np.logaddexp.reduce(self._score))
@@ -139,7 +140,7 @@ class PitchSmoother:
         usual = clipped(left, self._rounding)
         if new.start < new.stop:
             self._scans += 1
-            if self._scans % NOISE_EVERY == 0:
+            if self._scans % LEARN_EVERY == 0:
                 self._learn_noise(splines, window, new, share, usual)
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
         smooth = value(share @ splines.coefficients, place)

@@ -7,8 +7,8 @@ maximisation for a Student's t distribution of the jerk with NU degrees of freed
 legs become smooth and reversals sharp, without any assumption about the shape of either.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
@@ -36,8 +36,7 @@ class SplineError(NodlidarError):
     """The joint samples do not determine a spline."""
 
 
-@dataclass(frozen=True, slots=True)
-class Splines:
+class Splines(NamedTuple):
     """Splines of m roughnesses with c coefficients each, fitted to n samples.
 
     Attributes
