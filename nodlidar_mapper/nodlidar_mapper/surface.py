@@ -120,8 +120,9 @@ def _facing(normals: Array, seen: Seen) -> Array:
 def _plane(neighbours: Array, near: NDArray[np.bool_]) -> tuple[Array, Array, Array, Array]:
     """Return middle, RMS width along three axes, ascending, normal and count of (n, k, 3)."""
     chosen = neighbours * near[:, :, None]
-    count = np.maximum(near.sum(axis=1), 1)
+    found = near.sum(axis=1)
+    count = np.maximum(found, 1)
     middle = chosen.sum(axis=1) / count[:, None]
     products = (np.swapaxes(chosen, 1, 2) @ chosen) / count[:, None, None]
     spread, axes = np.linalg.eigh(products - middle[:, :, None] * middle[:, None, :])
-    return middle, np.sqrt(np.maximum(spread, 0.0)), axes[:, :, 0], near.sum(axis=1)
+    return middle, np.sqrt(np.maximum(spread, 0.0)), axes[:, :, 0], found

@@ -58,12 +58,13 @@ class Firmware:
     def set_compliance(self, registers: Compliance) -> None:
         """Apply registers; those of the position loop only if the servo has them."""
         tick = self._p.tick
-        self._up = self._down = self._p.margin * tick, self._p.p_gain * registers.gain
         self._limit = min(registers.torque_limit, self._p.torque_limit)
         if self._p.compliance:
             self._punch = registers.punch
             self._up = registers.margin_up * tick, 1.0 / (registers.slope_up * tick)
             self._down = registers.margin_down * tick, 1.0 / (registers.slope_down * tick)
+        else:
+            self._up = self._down = self._p.margin * tick, self._p.p_gain * registers.gain
 
     def step(self, loop: Loop, reading: float, goal: float, speed: float) -> tuple[float, Loop]:
         """Return the duty and the loop after a period.
