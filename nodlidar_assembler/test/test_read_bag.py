@@ -6,6 +6,8 @@ import math
 from bags import entries_of, recording, write_bag, write_messages
 from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.bags.read_bag import read_bag
+from nodlidar_assembler.bags.sensor_log import assemble_log
+from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
 import pytest
@@ -44,6 +46,10 @@ def test_a_malformed_scan_is_left_out(simulated, tmp_path):
     log = read_bag(bag, AssemblerConfig())
     expected = np.delete(simulated.scan_stamp_ns, 3)
     np.testing.assert_array_equal([scan.stamp_ns for scan in log.scans], expected)
+    (reason,) = log.drops
+    assert reason.startswith('angle_increment must be')
+    _, drops = assemble_log(log, Pipeline(AssemblerConfig()))
+    assert drops[reason] == log.drops[reason] == 1
 
 
 def test_if_all_are_malformed_the_error_says_what_is_wrong(simulated, tmp_path):

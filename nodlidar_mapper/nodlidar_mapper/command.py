@@ -9,6 +9,8 @@ import time
 from typing import TypeVar
 
 from nodlidar_assembler.bags.command import configuration
+from nodlidar_assembler.bags.sensor_log import clouds_in
+from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
@@ -17,7 +19,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.map_files import write_map
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, drive_in, estimates
+from nodlidar_mapper.offline import drive_in, estimates
 import numpy as np
 from rich.console import Console
 from rich.progress import track
@@ -46,7 +48,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     mapper = Mapper(_given(arguments.params, MapperConfig()))
     cells = _given(arguments.params, GridConfig())
     log = drive_in(arguments.bag, config)
-    clouds = clouds_of(log, config)
+    clouds, drops = clouds_in(log, Pipeline(config))
     console = Console(stderr=True)
     hidden = not console.is_terminal or console.is_dumb_terminal
     bar = track(clouds, 'mapping', console=console, transient=True, disable=hidden)
@@ -65,6 +67,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     for name, value in {
         'written': arguments.output,
         'clouds': len(clouds),
+        **{f'dropped: {reason}': count for reason, count in drops.items()},
         'clouds that do not fit the map': sum(bool(each.lost) for each in found[1:]),
         'way': f'{way:.1f} m',
         'keyframes': len(mapper.keyframes),

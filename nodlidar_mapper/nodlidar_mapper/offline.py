@@ -1,11 +1,11 @@
 """Maps a recorded drive."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
-from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
-from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline
@@ -31,16 +31,12 @@ def drive_in(bag: Path, config: AssemblerConfig) -> SensorLog:
     """
     log = read_bag(bag, config)
     odometry = read_odometry(bag, config.odom_frame, config.frame_id)
-    return SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
+    return replace(log, odometry=odometry)
 
 
 def clouds_of(log: SensorLog, config: AssemblerConfig) -> list[Points]:
     """Return the deskewed clouds of a drive that have odometry; raises BagError without any."""
-    clouds, drops = assemble_log(log, Pipeline(config))
-    if not clouds:
-        reasons = ', '.join(f'{n} {reason}' for reason, n in drops.items()) or 'no whole sweep'
-        raise BagError(f'no cloud from {len(log.scans)} scans: {reasons}')
-    return clouds
+    return clouds_in(log, Pipeline(config))[0]
 
 
 def estimates(

@@ -96,6 +96,19 @@ def test_the_file_says_how_the_joint_turns(output, recording, tmp_path):
     np.testing.assert_allclose(found, expected, atol=1e-4)
 
 
+def test_dropped_scans_are_named(recording, tmp_path, capsys):
+    seconds = (recording.joint_stamp_ns - START_NS) / 1e9
+    kept = (seconds < 5.0) | (seconds > 5.3)
+    gap = replace(
+        recording,
+        joint_stamp_ns=recording.joint_stamp_ns[kept],
+        joint_position=recording.joint_position[kept],
+    )
+    write_bag(gap, tmp_path / 'bag')
+    assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
+    assert 'dropped: joint samples more than 0.1 s apart' in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ('name', 'value'), [('resolution', 0.0), ('freedom', 'flat'), ('extend_map', False)]
 )

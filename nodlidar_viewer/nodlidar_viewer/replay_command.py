@@ -2,13 +2,15 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+import sys
 import time
 
 from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.bags.command import configuration
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
-from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_common.command_line import LineParser
@@ -75,11 +77,10 @@ def _clouds_of(bag: Path, params: Path | None) -> tuple[str, list[Points]]:
     else:
         frame = config.odom_frame
         config = configuration(params, {'ego_motion': 'beam'})
-        log = SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
-    clouds, drops = assemble_log(log, Pipeline(config))
-    if not clouds:
-        why = ', '.join(f'{count} {reason}' for reason, count in drops.items())
-        raise BagError(f"no cloud of '{bag}' could be assembled: {why}")
+        log = replace(log, odometry=odometry)
+    clouds, drops = clouds_in(log, Pipeline(config))
+    for reason, count in drops.items():
+        print(f'dropped: {count} {reason}', file=sys.stderr)
     return frame, clouds
 
 

@@ -58,7 +58,7 @@ class LogGatherer:
         stamps_ns = np.array([time_ns for time_ns, _ in self._samples], dtype=np.int64)
         pitch = np.array([pitch for _, pitch in self._samples], dtype=np.float64)
         scans = sorted(self.scans, key=lambda scan: scan.stamp_ns)
-        return SensorLog(scans, *ordered_samples(stamps_ns, pitch))
+        return SensorLog(scans, *ordered_samples(stamps_ns, pitch), drops=self.drops)
 
 
 def read_bag(path: Path, config: AssemblerConfig) -> SensorLog:
@@ -76,7 +76,7 @@ def read_bag(path: Path, config: AssemblerConfig) -> SensorLog:
         else:
             gatherer.add_joint_state(recorded.message)
     log = gatherer.log()
-    drops = ', '.join(f'{count} {reason}' for reason, count in gatherer.drops.items())
+    drops = ', '.join(f'{count} {reason}' for reason, count in log.drops.items())
     if not log.scans:
         raise BagError(f"'{path}' has no scans" + (f': {drops}' if drops else ''))
     if not len(log.sample_ns):

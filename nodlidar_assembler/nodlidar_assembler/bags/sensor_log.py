@@ -2,8 +2,9 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
@@ -24,12 +25,15 @@ class SensorLog:
         Stamps [ns] and positions [rad] of the nod's joint, ascending, shape (n,).
     odometry
         Of nodlidar_base_link.
+    drops
+        Messages that could not be used, counted by reason.
     """
 
     scans: Sequence[Scan]
     sample_ns: NDArray[np.int64]
     sample_pitch: NDArray[np.float64]
     odometry: Odometry | None = None
+    drops: Counter[str] = field(default_factory=Counter)
 
     def samples_around(self, begin_ns: int, end_ns: int) -> slice:
         """Return the joint samples that closely bracket an interval [ns], as far as recorded."""
@@ -39,9 +43,9 @@ class SensorLog:
 
 
 def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Counter[str]]:
-    """Return a log's clouds, and the scans that were dropped, counted by reason."""
+    """Return a log's clouds, and what was dropped, counted by reason."""
     clouds: list[Points] = []
-    drops: Counter[str] = Counter()
+    drops = log.drops.copy()
     samples_added = 0
     for scan in log.scans:
         end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
@@ -56,4 +60,13 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
             ).clouds
         except ScanError as error:
             drops[error.reason] += 1
+    return clouds, drops
+
+
+def clouds_in(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Counter[str]]:
+    """Return the same for a log that was read; raises BagError if there is no cloud."""
+    clouds, drops = assemble_log(log, pipeline)
+    if not clouds:
+        reasons = ', '.join(f'{count} {reason}' for reason, count in drops.items())
+        raise BagError(f'no cloud from {len(log.scans)} scans: {reasons or "no whole sweep"}')
     return clouds, drops
