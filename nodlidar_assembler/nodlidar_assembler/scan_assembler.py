@@ -230,7 +230,7 @@ class ScanAssembler:
             between = self._odometry.around(min(before_ns, begin_ns), begin_ns)
         except OdometryError:
             return True
-        return between.jumps(self._motion_limits)
+        return bool(len(between.jumps_ns(self._motion_limits)))
 
     def _without_odometry(self, scan: Scan, samples: JointSamples, reason: str) -> Outcome:
         if self._drops_uncompensated:

@@ -4,7 +4,8 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.ego_motion import OdometryConfig
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
@@ -435,23 +436,55 @@ def test_an_instant_at_a_sample_has_another_one_beside_it(ms, around):
     assert kept.at(np.array([at_ns]), limits).position[0, 0] == ms
 
 
-@pytest.mark.parametrize('jump_ms', [1030, 1080])
-@pytest.mark.parametrize('ego_motion', ['beam', 'deskew'])
-def test_no_cloud_has_points_from_before_and_after_a_jump_of_odometry(ego_motion, jump_ms):
-    """All points are 1 m away from a robot at rest; odometry jumps under a scan or beside it."""
-    config = AssemblerConfig(ego_motion=ego_motion, cloud_mode='sweep', max_joint_gap=0.2)
+def pitch_at(ms):
+    return 0.5 * abs(ms % 1400 - 700) / 700
+
+
+def scan_at(ms):
+    return Scan(START + int(ms) * MS, GEOMETRY, RANGES)
+
+
+def live_clouds(config, stamps_ms, places):
+    """Assemble ten scans a second as they arrive, with joint and odometry samples."""
     assembler = ScanAssembler(config)
     clouds = []
-    for ms in range(0, 4000, 10):
-        place = 2.0 * (ms > jump_ms)
-        assembler.add_joint_sample(START + ms * MS, 0.5 * abs(ms % 1400 - 700) / 700)
+    for ms, place in zip(stamps_ms.tolist(), places, strict=True):
+        assembler.add_joint_sample(START + ms * MS, pitch_at(ms))
         assembler.add_odometry(START + ms * MS, (place, 0.0, 0.0), UNTURNED)
         if ms % 100 == 0 and ms:
-            assembler.add_scan(Scan(START + ms * MS, GEOMETRY, RANGES), START + ms * MS)
+            assembler.add_scan(scan_at(ms), START + ms * MS)
         outcomes = assembler.ready(START + ms * MS)
         clouds += [cloud for each in outcomes if each.assembled for cloud in each.assembled.clouds]
+    return clouds, assembler.drops
+
+
+def clouds_of_log(config, stamps_ms, places):
+    """Assemble the same from a log."""
+    position = np.zeros((len(places), 3))
+    position[:, 0] = places
+    poses = Poses(position, np.tile(UNTURNED, (len(places), 1)))
+    stamps_ns = START + stamps_ms * MS
+    log = SensorLog(
+        [scan_at(ms) for ms in stamps_ms[:-10] if ms % 100 == 0 and ms],
+        stamps_ns,
+        pitch_at(stamps_ms),
+        Odometry(stamps_ns, poses),
+    )
+    return assemble_log(log, Pipeline(config))
+
+
+@pytest.mark.parametrize('jump_ms', [1030, 1080])
+@pytest.mark.parametrize('ego_motion', ['beam', 'deskew'])
+@pytest.mark.parametrize('assembled', [live_clouds, clouds_of_log])
+def test_no_cloud_has_points_from_before_and_after_a_jump_of_odometry(
+    assembled, ego_motion, jump_ms
+):
+    """All points are 1 m away from a robot at rest; odometry jumps under a scan or beside it."""
+    config = AssemblerConfig(ego_motion=ego_motion, cloud_mode='sweep', max_joint_gap=0.2)
+    stamps_ms = np.arange(0, 4000, 10)
+    clouds, drops = assembled(config, stamps_ms, 2.0 * (stamps_ms > jump_ms))
     assert len(clouds) >= 4
-    assert bool(assembler.drops) == (jump_ms == 1030)
+    assert bool(drops) == (jump_ms == 1030)
     for cloud in clouds:
         where = 2.0 * (cloud.time_ns[0] > START + jump_ms * MS) if ego_motion == 'beam' else 0.0
         xyz = np.stack([cloud.data[axis] for axis in 'xyz'], axis=1) + cloud.origin

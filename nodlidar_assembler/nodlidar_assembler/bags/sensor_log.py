@@ -46,7 +46,11 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
     """Return a log's clouds, and what was dropped, counted by reason."""
     clouds: list[Points] = []
     drops = log.drops.copy()
+    jumps_ns = np.empty(0, dtype=np.int64)
+    if log.odometry is not None:
+        jumps_ns = log.odometry.jumps_ns(pipeline.motion_limits)
     samples_added = 0
+    jumps_before = 0  # until the last scan that was assembled
     for scan in log.scans:
         end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
         margin_ns = pipeline.estimator.margin_ns
@@ -54,10 +58,13 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
         for k in range(samples_added, around.stop):
             pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
         samples_added = max(samples_added, around.stop)
+        jumps = int(np.searchsorted(jumps_ns, scan.stamp_ns, side='right'))
+        samples = log.sample_ns[around], log.sample_pitch[around]
         try:
             clouds += pipeline.add_scan(
-                scan, log.sample_ns[around], log.sample_pitch[around], log.odometry
+                scan, *samples, log.odometry, jumped=jumps > jumps_before
             ).clouds
+            jumps_before = jumps
         except ScanError as error:
             drops[error.reason] += 1
     return clouds, drops

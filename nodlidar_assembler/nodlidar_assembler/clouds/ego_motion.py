@@ -173,10 +173,11 @@ class Odometry:
         _check(self._steps.motion[:, step[0] : step[-1] + 1], limits)
         return Poses(*self._steps.at(times_ns, step))
 
-    def jumps(self, limits: OdometryConfig) -> bool:
-        """Return whether a motion between two samples is faster than a robot moves."""
-        _, speed, turn_rate = self._steps.motion.max(axis=1, initial=0.0)
-        return bool(speed > limits.max_robot_speed or turn_rate > limits.max_robot_turn_rate)
+    def jumps_ns(self, limits: OdometryConfig) -> Times:
+        """Return when motions faster than a robot moves had ended [ns], ascending, shape (k,)."""
+        _, speed, turn_rate = self._steps.motion
+        jumps = (speed > limits.max_robot_speed) | (turn_rate > limits.max_robot_turn_rate)
+        return np.compress(jumps, self.time_ns[1:])
 
 
 def _check(motion: Array, limits: OdometryConfig) -> None:
