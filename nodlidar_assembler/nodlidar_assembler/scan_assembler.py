@@ -85,6 +85,7 @@ class ScanAssembler:
         self._joints = JointHistory()
         self._odometry = OdometryHistory(mount)
         self._motion_limits: OdometryConfig = config
+        self._odometry_delay_ns = round(config.odometry_delay * NS_PER_S)
         self._compensated_until_ns: int | None = None  # last beam since odometry began [ns]
         self._for_joints: WaitingLine[Scan, JointSamples | str] = WaitingLine(deadline_ns)
         self._for_odometry: WaitingLine[_Bracketed, Odometry | str] = WaitingLine(deadline_ns)
@@ -120,7 +121,8 @@ class ScanAssembler:
     def add_odometry(
         self, time_ns: int, position: Sequence[float], orientation: Sequence[float]
     ) -> None:
-        """Add a pose [ns], x y z [m], x y z w; if over a second older, time went back."""
+        """Add a pose stamped [ns], x y z [m], x y z w; if over a second older, time went back."""
+        time_ns -= self._odometry_delay_ns
         if (self._odometry.newest_ns or 0) - time_ns > TIME_JUMP_NS:
             self.odometry_went_back()
         self._odometry.add(time_ns, position, orientation)

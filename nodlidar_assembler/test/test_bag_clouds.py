@@ -93,7 +93,7 @@ def of_pipeline(bag, config):
     """Return what the pipeline makes of the bag read as a whole."""
     log = read_bag(bag, AssemblerConfig())
     if config.ego_motion != 'off':
-        odometry = read_odometry(bag, 'odom', 'nodlidar_base_link')
+        odometry = read_odometry(bag, config)
         log = SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
     return assemble_log(log, Pipeline(config))
 

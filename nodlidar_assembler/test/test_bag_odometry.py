@@ -1,9 +1,11 @@
 """Odometry from a bag that rosbags wrote, without ROS."""
 
+from dataclasses import replace
 import math
 
 from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.bags.read_bag import read_odometry
+from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -60,6 +62,7 @@ def bag(tmp_path):
     return write
 
 
+OF_PIVOT = AssemblerConfig(odom_frame='odom', frame_id='pivot')
 UNTURNED, LEFT = (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, HALF, HALF)
 FIXED = [
     [(0, 'base_link', 'mast', (0.2, 0.0, 1.0), UNTURNED)],
@@ -77,7 +80,7 @@ def test_moving_transforms_and_the_fixed_ones_up_to_the_frame(bag):
         ],
         [(0.5, 'odom', 'base_link', (1.0, 2.5, 0.0), UNTURNED)],
     ]
-    odometry = read_odometry(bag(moving, FIXED), 'odom', 'pivot')
+    odometry = read_odometry(bag(moving, FIXED), OF_PIVOT)
     assert list(odometry.time_ns - START * S) == [S // 4, S // 2, 3 * S // 4]
     expected = [(0.2, 0.0, 1.1), (1.2, 2.5, 1.1), (3.0, 4.2, 1.1)]
     np.testing.assert_allclose(odometry.poses.position, expected, atol=1e-12)
@@ -87,17 +90,24 @@ def test_moving_transforms_and_the_fixed_ones_up_to_the_frame(bag):
 
 def test_a_frame_that_moves_itself(bag):
     moving = [[(t, 'odom', 'pivot', (t, 0.0, 0.0), UNTURNED)] for t in (0.0, 0.5)]
-    odometry = read_odometry(bag(moving, []), 'odom', 'pivot')
+    odometry = read_odometry(bag(moving, []), OF_PIVOT)
     np.testing.assert_allclose(odometry.poses.position[:, 0], [0.0, 0.5])
+
+
+def test_the_delay_of_its_stamps_is_taken_out(bag):
+    moving = [[(t, 'odom', 'pivot', (t, 0.0, 0.0), UNTURNED)] for t in (0.5, 1.0)]
+    odometry = read_odometry(bag(moving, []), replace(OF_PIVOT, odometry_delay=0.25))
+    assert list(odometry.time_ns - START * S) == [S // 4, 3 * S // 4]
+    np.testing.assert_allclose(odometry.poses.position[:, 0], [0.5, 1.0])
 
 
 @pytest.mark.parametrize('moving', [[], [[(0, 'world', 'base_link', (0.0, 0.0, 0.0), UNTURNED)]]])
 def test_a_bag_without_odometry_is_refused(bag, moving):
     with pytest.raises(BagError, match=r"no transform from 'odom' to '(base_link|world)'"):
-        read_odometry(bag(moving, FIXED), 'odom', 'pivot')
+        read_odometry(bag(moving, FIXED), OF_PIVOT)
 
 
 def test_a_fixed_transform_that_is_no_rotation_is_refused(bag):
     fixed = [[(0, 'base_link', 'pivot', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))]]
     with pytest.raises(BagError, match='quaternion of the length 0'):
-        read_odometry(bag([], fixed), 'odom', 'pivot')
+        read_odometry(bag([], fixed), OF_PIVOT)

@@ -130,9 +130,8 @@ def test_beams_of_one_instant_have_no_speed():
 def driving(tmp_path_factory):
     bag = tmp_path_factory.mktemp('driving') / 'bag'
     write_bag(recording(1.5, velocity=(0.4, 0.5)), bag)
-    return replace(
-        read_bag(bag, AssemblerConfig()), odometry=read_odometry(bag, 'odom', 'nodlidar_base_link')
-    )
+    config = AssemblerConfig()
+    return replace(read_bag(bag, config), odometry=read_odometry(bag, config))
 
 
 @pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])

@@ -320,6 +320,14 @@ def test_the_odometry_is_that_of_the_mounted_frame():
     assert bench.pipeline.given[0][2].poses.position.tolist() == [[2.0, 0.0, 1.0]] * 2
 
 
+def test_odometry_that_is_stamped_late_counts_from_its_measurement():
+    bench = MovingBench(odometry_delay=0.05)
+    for ms in (0, 40, 60, 120, 160):
+        bench.odometry(ms)
+        bench.scan(5) if ms == 40 else None
+        assert bench.released == ([] if ms < 121 else [(5, [-10, 10, 70, 110])])
+
+
 def test_without_odometry_before_it_a_scan_is_given_up_at_once():
     bench = MovingBench()
     bench.scan(10)

@@ -19,6 +19,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.map_files import write_map
 from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.odometry_delay import odometry_delay
 from nodlidar_mapper.offline import drive_in, estimates
 import numpy as np
 from rich.console import Console
@@ -28,6 +29,8 @@ from rich.table import Table
 Config = TypeVar('Config', MapperConfig, GridConfig)
 
 WIDTH = 100  # of a table that does not go to a terminal
+DELAY_ERROR = 0.02  # standard error with which the delay of odometry is known [s]
+LEAST_DELAY = 0.03  # that is worth a parameter: less does no harm [s]
 
 
 def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
@@ -55,11 +58,14 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     found = estimates(mapper, bar, log, config)
     poses = np.stack([mapper.pose_of(each) for each in found])
     stamps_ns = [each.stamp_ns for each in found]
+    matched = np.array([not each.lost for each in found])
     surface, _ = write_map(
         arguments.output, mapper.keyframes, mapper.edges, stamps_ns, poses, cells
     )
     seconds = time.perf_counter() - begin
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
+    assert log.odometry is not None
+    delay = odometry_delay(clouds, poses, matched, log.odometry)
     way = float(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1).sum())
     table = Table(show_header=False)
     table.add_column()
@@ -68,7 +74,8 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
         'written': arguments.output,
         'clouds': len(clouds),
         **{f'dropped: {reason}': count for reason, count in drops.items()},
-        'clouds that do not fit the map': sum(bool(each.lost) for each in found[1:]),
+        'clouds that do not fit the map': np.count_nonzero(~matched[1:]),
+        'odometry is late by': _late(*delay, config.odometry_delay),
         'way': f'{way:.1f} m',
         'keyframes': len(mapper.keyframes),
         'loops closed': mapper.loops,
@@ -78,6 +85,16 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     }.items():
         table.add_row(name, str(value))
     Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False).print(table)
+
+
+def _late(delay: float, error: float, known: float) -> str:
+    """Return in words by how much odometry is late, beside what is known already [s]."""
+    if error > DELAY_ERROR:
+        return 'unknown: the robot turned too little or too steadily'
+    text = f'{1e3 * delay:.0f} ms, +- {1e3 * error:.0f}'
+    if abs(delay) < LEAST_DELAY:
+        return text
+    return f'{text}: set odometry_delay to {known + delay:.3f} in assembler and mapper'
 
 
 def _given(params: Path | None, default: Config) -> Config:

@@ -41,6 +41,13 @@ class NodeConfig:
         minimum=0.01,
         maximum=10.0,
     )
+    odometry_delay: float = parameter(
+        0.0,
+        'Delay of odometry stamps after the measurement; set it in the assembler, too',
+        unit='s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
     transform_tolerance: float = parameter(
         0.2,
         'The transform from map_frame to odom_frame is stamped so far ahead, so that it is never '

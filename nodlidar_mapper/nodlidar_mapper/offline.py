@@ -30,7 +30,7 @@ def drive_in(bag: Path, config: AssemblerConfig) -> SensorLog:
         If the bag cannot be read, or has no scans, joint states or odometry.
     """
     log = read_bag(bag, config)
-    odometry = read_odometry(bag, config.odom_frame, config.frame_id)
+    odometry = read_odometry(bag, config)
     return replace(log, odometry=odometry)
 
 

@@ -1,6 +1,7 @@
 """The command map_bag: its files, read by other programs' formats, and its errors."""
 
 from dataclasses import replace
+import re
 
 from matplotlib.image import imread
 from nodlidar_common.nod import Nod
@@ -8,6 +9,7 @@ from nodlidar_mapper.map_bag import main
 from nodlidar_mapper.poses import inverse, planar
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from plyfile import PlyData
@@ -107,6 +109,26 @@ def test_dropped_scans_are_named(recording, tmp_path, capsys):
     write_bag(gap, tmp_path / 'bag')
     assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
     assert 'dropped: joint samples more than 0.1 s apart' in capsys.readouterr().out
+
+
+def test_late_odometry_is_named_until_its_delay_is_given(tmp_path, capsys):
+    legs = tuple(Leg(1.5, (0.0, rate)) for rate in (0.0, 0.8, 0.0, 0.8, 0.0, -1.0, 0.0, -0.8) * 2)
+    turning = simulate(
+        replace(load_scene('room'), base_legs=legs), NOD, 24.0, 1, start_ns=START_NS
+    )
+    late = replace(turning, odometry_stamp_ns=turning.odometry_stamp_ns + 100_000_000)
+    write_bag(late, tmp_path / 'bag')
+    arguments = [str(tmp_path / name) for name in ('bag', 'out')]
+    assert main(arguments) == 0
+    said = re.search(r'set odometry_delay to (0\.\d+)', capsys.readouterr().out)
+    assert said is not None
+    assert 0.06 < float(said[1]) < 0.15
+    given = {'assembler': {'ros__parameters': {'odometry_delay': 0.1}}}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
+    assert main([*arguments, '--params', str(tmp_path / 'map.yaml')]) == 0
+    told = capsys.readouterr().out
+    assert 'odometry is late by' in told
+    assert 'set odometry_delay' not in told
 
 
 @pytest.mark.parametrize(

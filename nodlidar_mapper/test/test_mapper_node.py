@@ -50,13 +50,14 @@ class Robot(Node):
             for name in ('save_map', 'load_map')
         }
         self.seed = 0
+        self.late_ns = 0  # odometry
 
     def send(self, seconds, pose, odometry, frame='base_link'):
         """Send a cloud that was taken at a pose."""
         self.seed += 1
         stamp_ns = START_NS + round(seconds * 1e9)
         for k in range(LEAST_TO_JUMP):  # so that time may jump with any cloud
-            sent_ns = stamp_ns + (k + 1 - LEAST_TO_JUMP) * 10**7
+            sent_ns = stamp_ns + self.late_ns + (k + 1 - LEAST_TO_JUMP) * 10**7
             transform = messages.transform_message(odometry, sent_ns, 'odom', 'base_link')
             self._tf.sendTransform(transform)
         points = cloud(CROOKED, pose, seed=self.seed)
@@ -278,6 +279,23 @@ def test_clouds_in_the_frame_of_odometry_are_dropped_and_the_remedy_is_named(run
     until(lambda: sum(mapper.clouds.drops.values()) == 1)
     until(lambda: any('ego_motion: deskew' in words for words in robot.words()))
     assert mapper.clouds.next() is None
+
+
+@pytest.mark.parametrize('running', [['-p', 'odometry_delay:=0.5']], indirect=True)
+def test_odometry_that_is_stamped_late_counts_from_its_measurement(running):
+    """Otherwise it would be that of half a second before, half a step of this drive."""
+    robot, mapper, until = running
+    robot.late_ns = 500_000_000
+    poses = [planar(0.3 * k, 0.0, 0.1 * k) for k in range(5)]
+    drive(running, 0, poses, poses)
+    np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), poses[-1], atol=0.03)
+    until(lambda: robot.transforms.can_transform('map', 'odom', Time()))
+    found = messages.matrix_of(robot.transforms.lookup_transform('map', 'odom', Time()))
+    np.testing.assert_allclose(found, np.eye(4), atol=0.03)
+    given = planar(1.0, 0.5, 0.2)
+    robot.given.publish(messages.estimate_message(given, np.eye(6), START_NS, 'map'))
+    until(lambda: mapper._given is not None)
+    np.testing.assert_allclose(mapper._given[0] @ poses[-1], given, atol=1e-9)
 
 
 def test_the_robot_is_where_a_person_sets_it(running):

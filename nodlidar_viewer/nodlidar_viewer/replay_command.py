@@ -70,7 +70,7 @@ def _clouds_of(bag: Path, params: Path | None) -> tuple[str, list[Points]]:
     config = configuration(params, {})
     log = read_bag(bag, config)
     try:
-        odometry = read_odometry(bag, config.odom_frame, config.frame_id)
+        odometry = read_odometry(bag, config)
     except BagError:
         frame = config.frame_id
         config = configuration(params, {'ego_motion': 'off'})

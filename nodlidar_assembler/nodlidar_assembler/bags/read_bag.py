@@ -14,6 +14,7 @@ from nodlidar_assembler.clouds.pitch import ordered_samples
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
+from nodlidar_common.nod import NS_PER_S
 import numpy as np
 
 
@@ -85,8 +86,8 @@ def read_bag(path: Path, config: AssemblerConfig) -> SensorLog:
     return log
 
 
-def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
-    """Return a frame's odometry: the transforms from odom_frame to the frame's carrier.
+def read_odometry(path: Path, config: AssemblerConfig) -> Odometry:
+    """Return the odometry of frame_id: the transforms from odom_frame to its carrier.
 
     Of equal stamps the last one counts.
 
@@ -102,13 +103,14 @@ def read_odometry(path: Path, odom_frame: str, frame: str) -> Odometry:
         (recorded.message for recorded in messages_of(path, is_wanted))
         for is_wanted in (_is_static, _is_moving, _is_moving)
     )
-    tf = BagTf(odom_frame, frame, static, moving)
+    tf = BagTf(config.odom_frame, config.frame_id, static, moving)
     samples = {pose[0]: (*pose[1], *pose[2]) for message in again for pose in tf.samples(message)}
     if not samples:
         raise BagError(f"'{path}' has {tf.missing_input}")
     stamps = sorted(samples)
     poses = np.array([samples[stamp] for stamp in stamps])
-    odometry = Odometry(np.array(stamps, dtype=np.int64), Poses(poses[:, :3], poses[:, 3:]))
+    times_ns = np.array(stamps, dtype=np.int64) - round(config.odometry_delay * NS_PER_S)
+    odometry = Odometry(times_ns, Poses(poses[:, :3], poses[:, 3:]))
     return odometry.mounted(tf.mount)
 
 

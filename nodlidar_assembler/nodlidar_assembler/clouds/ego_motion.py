@@ -56,6 +56,13 @@ class OdometryConfig:
         minimum=0.01,
         maximum=100.0,
     )
+    odometry_delay: float = parameter(
+        0.0,
+        'Delay of odometry stamps after the measurement; map_bag estimates it',
+        unit='s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

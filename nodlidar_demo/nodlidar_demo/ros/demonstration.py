@@ -97,7 +97,8 @@ def _demo(options: argparse.Namespace, console: Console) -> None:
     with launched_sensor(output / 'launch.log', *arguments) as sensor:
         record(bag, options.duration, sensor, console)
     with console.status('Measuring'):
-        log = read_bag(bag, AssemblerConfig())
+        config = AssemblerConfig()
+        log = read_bag(bag, config)
         start_ns = read_start_ns(bag) if scene.moves else log.scans[0].stamp_ns
         world = World(scene, ServoMotion(), start_ns=start_ns)
         lidar = 0.0
@@ -109,7 +110,7 @@ def _demo(options: argparse.Namespace, console: Console) -> None:
         )
         rms_by_odometry = {}
         if scene.drives:
-            log = replace(log, odometry=read_odometry(bag, 'odom', 'nodlidar_base_link'))
+            log = replace(log, odometry=read_odometry(bag, config))
             rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
         _draw(log, scene, output, f"'{scene.name}', {options.duration:g} s")
     distances = Distances(rms, filtered, rms_by_odometry, lidar)

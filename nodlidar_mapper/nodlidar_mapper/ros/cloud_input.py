@@ -87,6 +87,7 @@ class CloudInput:
         on_time_back: Callable[[], None],
     ) -> None:
         self._node, self._config = node, config
+        self._delay_ns = round(config.odometry_delay * NS_PER_S)
         self._on_news, self._on_time_back = on_news, on_time_back
         self.received = 0
         self.drops: Counter[str] = Counter()
@@ -120,8 +121,8 @@ class CloudInput:
         ):
             stamp_ns = time_ns(message.header.stamp)
             frame = message.header.frame_id
-            odometry = self.pose_in(self._config.odom_frame, frame, stamp_ns)
-            mount = self.pose_in(self._config.base_frame, frame, stamp_ns)
+            odometry = self.odometry_of(frame, stamp_ns)
+            mount = self._pose_in(self._config.base_frame, frame, stamp_ns)
             if odometry is None or mount is None:
                 if steady_ns() - since_ns > self._config.odometry_deadline * NS_PER_S:
                     del self._waiting[topic]
@@ -135,8 +136,17 @@ class CloudInput:
                 self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
         return None
 
-    def pose_in(self, parent: str, frame: str, stamp_ns: int) -> Array | None:
-        """Return the pose of a frame in another one at an instant [ns]; None if TF lacks it."""
+    @property
+    def newest_ns(self) -> int | None:
+        """Instant of the newest odometry [ns]; None if there is none."""
+        stamp_ns = self.odometry.newest_ns
+        return None if stamp_ns is None else stamp_ns - self._delay_ns
+
+    def odometry_of(self, frame: str, instant_ns: int) -> Array | None:
+        """Return a frame's pose in that of odometry at an instant [ns]; None if TF lacks it."""
+        return self._pose_in(self._config.odom_frame, frame, instant_ns + self._delay_ns)
+
+    def _pose_in(self, parent: str, frame: str, stamp_ns: int) -> Array | None:
         at = Time(nanoseconds=stamp_ns, clock_type=ClockType.ROS_TIME)
         try:
             found = self.odometry.buffer.lookup_transform(parent, frame, at)

@@ -107,7 +107,7 @@ class MapperNode(Node):
             self._map_from_odometry = estimate.map_from_odometry
         if estimate.lost:
             return  # the pose is that of odometry alone, which a filter would count twice
-        base = self.clouds.pose_in(config.odom_frame, config.base_frame, estimate.stamp_ns)
+        base = self.clouds.odometry_of(config.base_frame, estimate.stamp_ns)
         if base is not None and self._map_from_odometry is not None:
             pose, covariance = self._map_from_odometry @ base, estimate.covariance
             at = estimate.stamp_ns, config.map_frame
@@ -148,13 +148,13 @@ class MapperNode(Node):
 
     def _place(self, message: PoseWithCovarianceStamped) -> str:
         """Let the map continue at a pose; return why not."""
-        config, odometry = self.config, self.clouds.odometry
+        config, clouds = self.config, self.clouds
         if message.header.frame_id != config.map_frame:
             return f"its frame is '{message.header.frame_id}', not '{config.map_frame}'"
-        if odometry.newest_ns is None:
-            return f'there is no odometry: {odometry.missing_input}'
+        if clouds.newest_ns is None:
+            return f'there is no odometry: {clouds.odometry.missing_input}'
         covariance = np.reshape(message.pose.covariance, (6, 6))
-        base = self.clouds.pose_in(config.odom_frame, config.base_frame, odometry.newest_ns)
+        base = clouds.odometry_of(config.base_frame, clouds.newest_ns)
         try:
             pose = messages.matrix_of_pose(message.pose.pose)
         except ValueError as error:
