@@ -1,11 +1,14 @@
 """Detects when a periodic input stops."""
 
+from collections import deque
+from statistics import median
+
 from nodlidar_common.nod import NS_PER_S
 
 LEAST_SILENCE = 0.5  # [s]; shorter pauses come from the host, not the sensor
+_FIRST_SILENCE = 10.0  # [s]; the same until the second message shows what is usual
 _INTERVALS = 4.0  # a pause of so many usual intervals is a silence
-_SHARE = 0.1  # weight of a new interval in the usual one
-_LONGEST = NS_PER_S  # longest interval that counts as usual [ns]
+_REMEMBERED = 5  # intervals, whose median is usual: a single pause does not change it
 
 
 class Silence:
@@ -16,12 +19,12 @@ class Silence:
 
     def __init__(self) -> None:
         self._last_ns: int | None = None
-        self._interval_ns = 0.0
+        self._intervals_ns: deque[int] = deque(maxlen=_REMEMBERED)
 
     def heard(self, now_ns: int) -> None:
         """Note a message."""
-        if self._last_ns is not None and now_ns - self._last_ns <= _LONGEST:
-            self._interval_ns += _SHARE * (now_ns - self._last_ns - self._interval_ns)
+        if self._last_ns is not None:
+            self._intervals_ns.append(now_ns - self._last_ns)
         self._last_ns = now_ns
 
     def seconds(self, now_ns: int) -> float:
@@ -29,5 +32,11 @@ class Silence:
         if self._last_ns is None:
             return 0.0
         silence = (now_ns - self._last_ns) / NS_PER_S
-        limit = max(LEAST_SILENCE, _INTERVALS * self._interval_ns / NS_PER_S)
-        return silence if silence > limit else 0.0
+        return silence if silence > self._limit else 0.0
+
+    @property
+    def _limit(self) -> float:
+        """Longest usual pause [s]."""
+        if not self._intervals_ns:
+            return _FIRST_SILENCE
+        return max(LEAST_SILENCE, _INTERVALS * median(self._intervals_ns) / NS_PER_S)
