@@ -14,7 +14,7 @@ from nodlidar_mapper.loops import around, loop_at
 from nodlidar_mapper.matching import FREEDOMS, Match, match
 from nodlidar_mapper.place_search import clear_share
 from nodlidar_mapper.pose_graph import Edge, MATCHED, optimized, step
-from nodlidar_mapper.poses import Array, inverse, moved
+from nodlidar_mapper.poses import Array, carried, inverse, lever, moved
 from nodlidar_mapper.recovery import Guess, Recovery
 from nodlidar_mapper.seen import Seen
 from nodlidar_mapper.surface import Surface, surface_of
@@ -79,6 +79,8 @@ class Mapper:
             raise ParameterError('extend_map', 'true without a map (map_folder)', False)
         self._config = config
         self._free = FREEDOMS[config.freedom]
+        self._estimated = np.zeros((6, 6))  # 1 where the covariance is, 0 elsewhere
+        self._estimated[np.ix_(self._free, self._free)] = 1.0
         self.keyframes, self.edges = list(keyframes), list(edges)
         self.loops = 0
         self._track = Track(config)
@@ -162,20 +164,23 @@ class Mapper:
         stamp_ns, odometry, mount = cloud.stamp_ns, cloud.odometry, cloud.mount
         robot = inverse(mount)  # in the cloud's frame
         begins = len(self._local.points) < LEAST_SURFACE
-        guess = self._track.predicted(stamp_ns, odometry @ robot) @ mount
+        predicted = self._track.predicted(stamp_ns, odometry @ robot)
+        guess = predicted @ mount
+        way = guess[:3, 3] - predicted[:3, 3]  # from the robot to the cloud's frame
         age = np.zeros(len(cloud.points)) if cloud.age is None else cloud.age
         seen = self._track.seen(moved(mount, cloud.points), age, mount[:3, 3]).moved(robot)
         seen = seen[(np.abs(seen.points) < FARTHEST).all(axis=1)]  # NaN is not
         seen = seen.thinned(self._config.point_spacing)
-        found = self._matched(seen, guess)
+        found = self._matched(seen, guess, carried(self._track.covariance, way))
         lost = NO_MAP if begins else self._lost(found, seen)
         if lost and not begins and self._first is not None:
             self._begin_anew()
             begins, lost = True, NO_MAP
         elif lost and not begins:
-            found, lost = self._searched(seen, guess, odometry, found, lost)
+            found, lost = self._searched(seen, guess, odometry, found, lost, way)
         elif not lost:
-            self._track.learn(found.pose @ robot, found)
+            of_robot = lever(way).T @ found.information @ lever(way)
+            self._track.learn(found.pose @ robot, of_robot)
         pose = guess if lost else found.pose
         if not lost or begins:
             self._recent.append((pose, seen))
@@ -187,7 +192,7 @@ class Mapper:
             stamp_ns,
             pose,
             self._map_from_odometry,
-            self._track.covariance,
+            self._estimated * self._track.covariance,
             found.share,
             found.residual,
             lost,
@@ -230,11 +235,10 @@ class Mapper:
         self._local = empty
         self._recent.clear()
 
-    def _matched(self, seen: Seen, guess: Array) -> Match:
+    def _matched(self, seen: Seen, guess: Array, covariance: Array) -> Match:
         if not len(self._local.points):
             return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
-        prior = inverted(self._track.covariance)
-        return match(seen, self._local, guess, prior, self._config)
+        return match(seen, self._local, guess, inverted(covariance), self._config)
 
     def _lost(self, found: Match, seen: Seen) -> str:
         """Return why a match is not believed; empty if it is."""
@@ -246,7 +250,7 @@ class Mapper:
         return self._recovery.doubt(found, clear)
 
     def _searched(
-        self, seen: Seen, guess: Array, odometry: Array, failed: Match, lost: str
+        self, seen: Seen, guess: Array, odometry: Array, failed: Match, lost: str, way: Array
     ) -> tuple[Match, str]:
         """Search for the robot; return the match and why it is still lost."""
         here = Guess(guess, self._track.covariance, bool(self._track.jump), self._track.paused)
@@ -255,7 +259,8 @@ class Mapper:
         found = self._recovery.search(seen, here, odometry, self.keyframes)
         if isinstance(found, str):
             return failed, '; '.join(filter(None, [self._track.jump, lost, found]))
-        self.place(found.pose, 0, odometry, inverted(found.information + FOUND))
+        covariance = carried(inverted(found.information + FOUND), -way)
+        self.place(found.pose, 0, odometry, covariance)
         return found, ''
 
     def _is_new(self, pose: Array) -> bool:

@@ -42,15 +42,21 @@ def change_between(start: Array, end: Array) -> Array:
     return np.concatenate([end[..., :3, 3] - start[..., :3, 3], turns], axis=-1)
 
 
-def carried(covariance: Array, way: Array) -> Array:
-    """Return the covariance (6, 6) of a pose's change after a way (3,) in the parent frame [m].
+def lever(way: Array) -> Array:
+    """Return the matrix (6, 6) by which a way (3,) in the parent frame carries a pose's change.
 
     An error of the heading becomes one of the place.
     """
     x, y, z = way
-    lever = np.eye(6)
-    lever[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
-    return np.asarray(lever @ covariance @ lever.T)
+    matrix = np.eye(6)
+    matrix[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    return matrix
+
+
+def carried(covariance: Array, way: Array) -> Array:
+    """Return the covariance (6, 6) of a pose's change after a way (3,) in the parent frame [m]."""
+    arm = lever(way)
+    return np.asarray(arm @ covariance @ arm.T)
 
 
 def matrix_from(rotation: Array, position: ArrayLike) -> Array:

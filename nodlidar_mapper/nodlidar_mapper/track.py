@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.linear import inverted
-from nodlidar_mapper.matching import Match
 from nodlidar_mapper.odometer import Odometer
 from nodlidar_mapper.poses import Array, between, carried, change_between, inverse
 from nodlidar_mapper.seen import Seen
 import numpy as np
 
-PAUSE = 3.0  # times as long as between two clouds
+PAUSE = 3.0  # times as long as the longest of the last times between clouds
+TIMES = 4  # that are remembered; the clouds of several sensors may come in quick succession
+SPEED_OVER = 0.1  # time over which the speed is measured, at least [s]
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m2], [rad2]
 
@@ -36,8 +39,11 @@ class Track:
         self._odometer = Odometer()
         self._stamp_ns = 0
         self._odometry = np.eye(4)
-        self._seconds = np.inf  # between the last two clouds
-        self._counted, self._last_motion = np.eye(4), np.eye(4)  # then: by odometry, and true
+        self._seconds: deque[float] = deque(maxlen=TIMES)  # between clouds
+        self._counted, self._last_motion = np.eye(4), np.eye(4)  # between the last two clouds
+        self._speed_since: tuple[int, Array] | None = None
+        # Rates (6,) [m/s], [rad/s]: of the robot backwards, and of the errors of odometry.
+        self._back = self._miscounted = np.zeros(6)
         self.pose: Array | None = None
         self.covariance = self._known = np.diag([1e-6] * 6)  # now, and after the last match
         self.jump = ''
@@ -50,6 +56,7 @@ class Track:
         """
         self.jump, self.paused = '', False
         if self.pose is None:
+            self._speed_since = stamp_ns, odometry
             return odometry
         self._known = self.covariance
         added = self._count(stamp_ns, odometry)
@@ -67,30 +74,27 @@ class Track:
         lidar
             Place of the lidar on the robot [m], shape (3,).
         """
-        before = inverse(self._last_motion) @ self._counted
-        change = change_between(np.eye(4), before) / self._seconds
-        back = change_between(np.eye(4), inverse(self._last_motion)) / self._seconds
-        return Seen(_carried(points, change, age), _carried(lidar, back, age))
+        return Seen(_carried(points, self._miscounted, age), _carried(lidar, self._back, age))
 
-    def learn(self, pose: Array, found: Match) -> None:
+    def learn(self, pose: Array, information: Array) -> None:
         """Learn the errors of odometry, and how certain the pose is, from a match.
 
         Parameters
         ----------
         pose
             Of the robot, by the match.
-        found
-            The match of the cloud.
+        information
+            Inverse covariance of its change by the match alone, shape (6, 6).
         """
         if self.pose is not None and not self.jump:
             turned = np.kron(np.eye(2), self.pose[:3, :3])  # from the frame of the robot
             self._odometer.add(
                 self._counted,
                 inverse(self.pose) @ pose,
-                turned.T @ found.information @ turned,
+                turned.T @ information @ turned,
                 turned.T @ self._known @ turned,
             )
-        self.covariance = inverted(inverted(self.covariance) + found.information)
+        self.covariance = inverted(inverted(self.covariance) + information)
 
     def before(self, first: tuple[int, Array], second: tuple[int, Array]) -> Track:
         """Return a track that begins again, with the learned errors of odometry.
@@ -102,7 +106,7 @@ class Track:
         """
         track = Track(self._config)
         track._odometer = self._odometer
-        track._stamp_ns, track._odometry = first
+        track._stamp_ns, track._odometry = track._speed_since = first
         track._count(*second)  # the first cloud was taken in about the same motion
         return track
 
@@ -114,20 +118,36 @@ class Track:
         """Take the motion since the last cloud; return the covariance that it adds."""
         motion = inverse(self._odometry) @ odometry
         distance, turn = between(np.eye(4), motion)
-        seconds = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, 0.1)
+        seconds = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, SPEED_OVER)
         config = self._config
         if distance > config.max_speed * seconds or turn > config.max_turn_rate * seconds:
             self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
             self._counted = self._last_motion
+            self._speed_since = stamp_ns, odometry
             return JUMP
-        self.paused = seconds > PAUSE * self._seconds
-        self._seconds, self._counted = seconds, motion
-        self._last_motion = self._odometer.corrected(motion)
+        known = len(self._seconds) == TIMES
+        self.paused = known and seconds > PAUSE * max(self._seconds)
+        self._seconds.append(seconds)
+        self._counted, self._last_motion = motion, self._odometer.corrected(motion)
+        self._measure_speed(stamp_ns, odometry)
         shift, rotation = FLOOR
         slip = config.odometry_slip
         return np.diag(
             [(shift + slip * distance) ** 2] * 3 + [(rotation + slip * (turn + distance)) ** 2] * 3
         )
+
+    def _measure_speed(self, stamp_ns: int, odometry: Array) -> None:
+        """Measure the speed, unless the last one is too recent; clouds may be out of order."""
+        if self._speed_since is not None:
+            since_ns, before = self._speed_since
+            seconds = (stamp_ns - since_ns) / NS_PER_S
+            if abs(seconds) < SPEED_OVER:
+                return
+            counted = inverse(before) @ odometry
+            back = inverse(self._odometer.corrected(counted))
+            self._back = change_between(np.eye(4), back) / seconds
+            self._miscounted = change_between(np.eye(4), back @ counted) / seconds
+        self._speed_since = stamp_ns, odometry
 
 
 def _carried(points: Array, motion: Array, seconds: Array) -> Array:

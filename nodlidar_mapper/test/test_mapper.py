@@ -20,7 +20,7 @@ import pytest
 from rooms import cloud as room_cloud
 from rooms import CROOKED
 
-START_NS = 10**18
+START_NS, NS = 10**18, 10**9
 CONFIG = PROFILES['slam']
 DURATION = 26.0  # both circles of the figure of eight
 
@@ -227,3 +227,31 @@ def test_first_clouds_with_nothing_to_match_do_not_matter(log, first):
     assert found[0].lost == 'no map yet'
     assert not any(each.lost for each in found[1:])
     assert not np.isnan(found[-1].pose).any()
+
+
+@pytest.mark.parametrize('freedom', ['planar', 'spatial'])
+def test_where_the_sensor_is_mounted_does_not_change_how_certain_the_robot_is(freedom):
+    """The same points in the frame of the robot, and in one 0.5 m ahead that is turned."""
+    mount = planar(0.5, -0.1, 0.4)
+    config = MapperConfig(freedom=freedom)
+    mounted, plain = Mapper(config), Mapper(config)
+    for k in range(8):
+        pose = planar(0.15 * k, 0.0, 0.05 * k)
+        points = room_cloud(CROOKED, pose, seed=k)
+        there = mounted.add(k * NS, moved(inverse(mount), points), pose @ mount, mount)
+        here = plain.add(k * NS, points, pose)
+        np.testing.assert_allclose(there.pose @ inverse(mount), here.pose, atol=0.01)
+        deviation = np.sqrt(np.diag(here.covariance)) + 1e-9
+        off = (there.covariance - here.covariance) / np.outer(deviation, deviation)
+        assert np.abs(off).max() < 0.1
+
+
+def test_a_planar_pose_says_nothing_of_what_is_not_estimated():
+    mapper = Mapper(MapperConfig())
+    for k in range(3):
+        found = mapper.add(k * NS, room_cloud(CROOKED, np.eye(4), seed=k), np.eye(4))
+    free = np.zeros(6, dtype=bool)
+    free[[0, 1, 5]] = True
+    assert (np.diag(found.covariance) > 0.0).tolist() == free.tolist()
+    assert not found.covariance[~free].any()
+    assert not found.covariance[:, ~free].any()

@@ -1,7 +1,6 @@
 """The errors of odometry that matches show, and clouds without them."""
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.matching import Match
 from nodlidar_mapper.odometer import Odometer
 from nodlidar_mapper.poses import inverse, moved, planar, yaw_of
 from nodlidar_mapper.track import Track
@@ -70,12 +69,11 @@ def test_deskewed_points_lose_the_learned_errors_of_odometry():
     track = Track(MapperConfig())
     pose = odometry = np.eye(4)
     track.move_to(pose, 0, odometry)
-    found = Match(pose, CERTAIN, 1.0, 1.0, 0.0)
     for k in range(1, 50):
         true, counted = motions(0.8, 0.3)
         pose, odometry = pose @ true, odometry @ counted
         track.predicted(k * NS, odometry)
-        track.learn(pose, found)
+        track.learn(pose, CERTAIN)
         track.move_to(pose, k * NS, odometry)
     true, counted = motions(0.8, 0.3)
     track.predicted(50 * NS, odometry @ counted)

@@ -4,9 +4,43 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.poses import planar
 from nodlidar_mapper.track import Track
 import numpy as np
+import pytest
 
 NS = 10**9
 YAW = 0.02  # standard deviation of the heading [rad]
+
+
+STAMPS = {  # of clouds [s]: of one sensor, of two, and of two whose clouds come out of order
+    'one': [0.7, 1.4, 2.1, 2.8, 3.5],
+    'two': [0.7, 0.72, 1.4, 1.42, 2.1, 2.12, 2.8, 2.82],
+    'out of order': [0.7, 0.66, 1.4, 1.36, 2.1, 2.06, 2.8, 2.76],
+}
+
+
+@pytest.mark.parametrize('stamps', STAMPS.values(), ids=STAMPS)
+def test_where_the_lidar_was_is_known_however_the_clouds_of_sensors_follow(stamps):
+    """The robot drives at 0.4 m/s; a beam that is 0.5 s old was sent 0.2 m behind."""
+    track = Track(MapperConfig())
+    for seconds in stamps:
+        pose = planar(0.4 * seconds, 0.0, 0.0)
+        track.predicted(round(seconds * NS), pose)
+        track.move_to(pose, round(seconds * NS), pose)
+        assert not track.paused
+    seen = track.seen(np.ones((1, 3)), np.array([0.5]), np.zeros(3))
+    np.testing.assert_allclose(seen.origins, [[-0.2, 0.0, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(seen.points, [[1.0, 1.0, 1.0]], atol=1e-9)
+    track.predicted(round(12.0 * NS), pose)
+    assert track.paused
+
+
+def test_after_a_jump_of_odometry_the_speed_is_as_before():
+    track = Track(MapperConfig())
+    for seconds, x in ((0.7, 0.28), (1.4, 0.56), (2.1, 50.0), (2.8, 50.28)):
+        track.predicted(round(seconds * NS), planar(x, 0.0, 0.0))
+        track.move_to(planar(x, 0.0, 0.0), round(seconds * NS), planar(x, 0.0, 0.0))
+        if seconds > 1.0:
+            seen = track.seen(np.ones((1, 3)), np.array([0.5]), np.zeros(3))
+            np.testing.assert_allclose(seen.origins, [[-0.2, 0.0, 0.0]], atol=1e-9)
 
 
 def test_an_error_of_the_heading_becomes_one_of_the_place():
