@@ -158,6 +158,7 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
     """
     if progress is None:
         raise EmptyMapError('there is no map yet')
+    folder = folder.expanduser()
     surface, _ = write_map(
         folder, progress.keyframes, progress.edges, progress.stamps_ns, progress.path, config
     )
@@ -174,7 +175,7 @@ def load(folder: Path, config: MapperConfig) -> LiveMapper:
     OSError
         With the path of a file that cannot be read.
     """
-    return LiveMapper(Mapper(config, *load_keyframes(folder / KEYFRAMES)))
+    return LiveMapper(Mapper(config, *load_keyframes(folder.expanduser() / KEYFRAMES)))
 
 
 def continued(progress: Progress, config: MapperConfig) -> LiveMapper:

@@ -10,6 +10,7 @@ import numpy as np
 
 COLOURS = {FREE: 1.0, OCCUPIED: 0.0}
 UNKNOWN_COLOUR = 0.8
+SIZE, MARGIN, LEAST = 8.0, 0.6, 3.0  # longer side of the map, labels, whole picture [inches]
 
 
 def write_picture(path: Path, grid: Grid, poses: Array) -> None:
@@ -20,7 +21,8 @@ def write_picture(path: Path, grid: Grid, poses: Array) -> None:
     x, y = grid.origin
     rows, columns = grid.cells.shape
     extent = (x, x + columns * grid.resolution, y, y + rows * grid.resolution)
-    figure = Figure(figsize=(8.0, 8.0 * rows / columns + 0.6), layout='constrained')
+    inches = SIZE * np.array([columns, rows]) / max(columns, rows)
+    figure = Figure(figsize=tuple(np.maximum(inches + MARGIN, LEAST)), layout='constrained')
     axes = figure.subplots()
     axes.imshow(shade, cmap='gray', origin='lower', extent=extent, vmin=0.0, vmax=1.0)
     axes.plot(*poses[:, :2, 3].T, color='tab:red', linewidth=1.0, label='trajectory')

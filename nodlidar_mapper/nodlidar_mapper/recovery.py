@@ -134,6 +134,7 @@ class Recovery:
         nearby = self._clouds == 1 and not doubled
         why = _doubt(place, nearby)
         if place is None or why:
+            self._suspected = None
             return why
         if nearby or self._agrees(place.found.pose @ inverse(odometry)):
             return place.found

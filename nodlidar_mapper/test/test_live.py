@@ -1,10 +1,14 @@
 """The mapper of the node: the path, and what a person sets."""
 
+from pathlib import Path
+
+from matplotlib.image import imread
 from nodlidar_mapper import live
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.grid import GridConfig
+from nodlidar_mapper.grid import Grid, GridConfig
 from nodlidar_mapper.live import drawn, LiveMapper
 from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.picture import write_picture
 from nodlidar_mapper.poses import planar
 import numpy as np
 import pytest
@@ -67,3 +71,22 @@ def test_a_pose_that_a_person_set_stays_if_the_next_cloud_does_not_match():
     found = mapper.add(3 * NS, noise, odometry).estimate
     assert found.lost
     np.testing.assert_allclose(found.map_from_odometry @ odometry, given, atol=1e-9)
+
+
+def test_a_map_is_saved_and_loaded_below_home(tmp_path, monkeypatch):
+    monkeypatch.setenv('HOME', str(tmp_path))
+    mapper = LiveMapper(Mapper(MapperConfig()))
+    progress = mapper.add(0, cloud(OBLONG, np.eye(4)), np.eye(4))
+    live.save(Path('~/map'), progress, GridConfig())
+    assert (tmp_path / 'map' / 'map.png').exists()
+    loaded = live.load(Path('~/map'), MapperConfig())
+    assert len(loaded.mapper.keyframes) == len(progress.keyframes)
+
+
+@pytest.mark.parametrize('shape', [(6000, 80), (80, 6000), (200, 200)])
+def test_a_picture_of_a_long_corridor_is_no_larger_than_others(tmp_path, shape):
+    grid = Grid(np.zeros(shape, dtype=np.int8), (0.0, 0.0), 0.05)
+    write_picture(tmp_path / 'map.png', grid, np.eye(4)[None])
+    rows, columns, _ = imread(tmp_path / 'map.png').shape
+    assert max(rows, columns) < 1200
+    assert min(rows, columns) > 300

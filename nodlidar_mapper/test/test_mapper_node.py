@@ -1,13 +1,17 @@
 """The node with clouds of a room: the map, services, and what goes wrong."""
 
-from diagnostic_msgs.msg import DiagnosticArray
+from dataclasses import replace
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import OccupancyGrid, Path
 from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
+from nodlidar_mapper.mapper import FIRST
 from nodlidar_mapper.poses import inverse, planar
 from nodlidar_mapper.ros import messages
+from nodlidar_mapper.ros.cloud_input import BUSY, NO_ODOMETRY
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_mapper.surface import Surface
 from nodlidar_msgs.srv import MapFolder
@@ -38,10 +42,11 @@ class Robot(Node):
         self.given = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', 1)
         self.transforms = Buffer()
         self._listener = TransformListener(self.transforms, self)
-        self.heard = {'pose': [], 'map': [], '/diagnostics': []}
+        self.heard = {'pose': [], 'map': [], 'path': [], '/diagnostics': []}
         for kind, topic, qos in [
             (PoseWithCovarianceStamped, 'pose', 10),
             (OccupancyGrid, 'map', LATCHED),
+            (Path, 'path', LATCHED),
             (DiagnosticArray, '/diagnostics', 10),
         ]:
             self.create_subscription(kind, topic, self.heard[topic].append, qos)
@@ -53,13 +58,20 @@ class Robot(Node):
         self.late_ns = 0  # odometry
 
     def send(self, seconds, pose, odometry, frame='base_link'):
-        """Send a cloud that was taken at a pose."""
-        self.seed += 1
+        """Send a cloud that was taken at a pose, and odometry."""
+        self.send_odometry(seconds, odometry)
+        self.send_cloud(seconds, pose, frame)
+
+    def send_odometry(self, seconds, odometry):
         stamp_ns = START_NS + round(seconds * 1e9)
         for k in range(LEAST_TO_JUMP):  # so that time may jump with any cloud
             sent_ns = stamp_ns + self.late_ns + (k + 1 - LEAST_TO_JUMP) * 10**7
             transform = messages.transform_message(odometry, sent_ns, 'odom', 'base_link')
             self._tf.sendTransform(transform)
+
+    def send_cloud(self, seconds, pose, frame='base_link'):
+        self.seed += 1
+        stamp_ns = START_NS + round(seconds * 1e9)
         points = cloud(CROOKED, pose, seed=self.seed)
         message = messages.surface_message(Surface(points, points), stamp_ns, frame)
         self._clouds.publish(message)
@@ -257,6 +269,18 @@ def test_a_robot_that_is_lost_publishes_no_pose(running):
     assert heard == [k for k, estimate in enumerate(found) if not estimate.lost]
 
 
+def test_a_mapper_without_odometry_is_an_error(running):
+    robot, _, until = running
+    robot.send_cloud(0, np.eye(4))
+
+    def levels():
+        states = [state for message in robot.heard['/diagnostics'] for state in message.status]
+        return [state.level for state in states if 'no odometry' in state.message]
+
+    until(levels)
+    assert levels()[-1] == DiagnosticStatus.ERROR
+
+
 def test_a_second_publisher_of_clouds_is_named(running):
     robot, _, until = running
     other = robot.create_publisher(PointCloud2, 'points', 10)
@@ -271,6 +295,44 @@ def test_a_folder_of_nobody_is_answered_and_logged(running, capfd):
     assert 'home directory' in answer.message
     assert 'RuntimeError' in capfd.readouterr().err
     assert 'no map yet' in call(robot, until, 'save_map', 'anywhere').message
+
+
+def test_clouds_without_odometry_are_counted_as_such_however_fast_they_come(running):
+    robot, mapper, until = running
+    drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    for k in range(4):
+        robot.send_cloud(50.0 + 0.1 * k, np.eye(4))
+    until(lambda: mapper.clouds.drops.total() == 4)
+    assert mapper.clouds.drops[NO_ODOMETRY] == 4
+
+
+def test_of_the_clouds_that_wait_for_odometry_the_newest_is_matched(running):
+    robot, mapper, until = running
+    drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    for k in range(3):
+        robot.send_cloud(2.0 + 0.1 * k, np.eye(4))
+    until(lambda: mapper.clouds.received == 5)
+    robot.send_odometry(2.5, np.eye(4))
+    until(lambda: seconds_of(mapper.output.progress.estimate.stamp_ns) == 2.2)
+    assert mapper.clouds.drops == {BUSY: 2}
+
+
+def test_a_map_that_stays_as_it_is_is_not_drawn_again(running):
+    robot, mapper, until = running
+    mapper.output._config = replace(mapper.output._config, map_period=0.5)
+    drive(running, 0, [np.eye(4)] * FIRST, [np.eye(4)] * FIRST)  # these are mapped again
+
+    def latest(topic):
+        return time_ns(robot.heard[topic][-1].header.stamp) if robot.heard[topic] else 0
+
+    until(lambda: latest('path') == START_NS + (FIRST - 1) * 10**9)
+    drawn = len(robot.heard['map'])
+    drive(running, 10, [np.eye(4)] * 4, [np.eye(4)] * 4)
+    until(lambda: latest('path') == START_NS + 13 * 10**9)
+    assert len(robot.heard['map']) == drawn
+    poses = [planar(0.4 * k, 0.0, 0.0) for k in range(8)]
+    drive(running, 14, poses, poses)
+    until(lambda: len(robot.heard['map']) > drawn)
 
 
 def test_clouds_in_the_frame_of_odometry_are_dropped_and_the_remedy_is_named(running):

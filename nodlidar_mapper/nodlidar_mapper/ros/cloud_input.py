@@ -50,8 +50,21 @@ class Cloud:
     mount: Array
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Waiting:
+    """A cloud, its topic, and when it arrived by the steady clock [ns]."""
+
+    topic: str
+    message: PointCloud2
+    since_ns: int
+
+    @property
+    def stamp_ns(self) -> int:
+        return time_ns(self.message.header.stamp)
+
+
 class CloudInput:
-    """Keeps the newest cloud of each topic until it can be matched.
+    """Keeps clouds until they can be matched: of those with odometry, each topic's newest.
 
     Parameters
     ----------
@@ -92,7 +105,7 @@ class CloudInput:
         self.received = 0
         self.drops: Counter[str] = Counter()
         self.silence = Silence()
-        self._waiting: dict[str, tuple[PointCloud2, int]] = {}  # by topic; with the arrival [ns]
+        self._waiting: list[_Waiting] = []  # in the order of arrival
         self.odometry = TfOdometry(
             node,
             config.odom_frame,
@@ -115,26 +128,50 @@ class CloudInput:
         return str(subscription.topic_name)
 
     def next(self) -> Cloud | None:
-        """Return the oldest cloud that has odometry; drop those that waited too long."""
-        for topic, (message, since_ns) in sorted(
-            self._waiting.items(), key=lambda item: time_ns(item[1][0].header.stamp)
-        ):
-            stamp_ns = time_ns(message.header.stamp)
-            frame = message.header.frame_id
-            odometry = self.odometry_of(frame, stamp_ns)
-            mount = self._pose_in(self._config.base_frame, frame, stamp_ns)
-            if odometry is None or mount is None:
-                if steady_ns() - since_ns > self._config.odometry_deadline * NS_PER_S:
-                    del self._waiting[topic]
-                    self.drops[NO_ODOMETRY] += 1
-                continue
-            del self._waiting[topic]
+        """Return a cloud that has odometry: of each topic's newest one, the oldest.
+
+        Earlier ones came while others were matched. They are dropped, as are those that waited for
+        odometry too long.
+        """
+        placed = {
+            each: poses
+            for each in self._waiting
+            if (poses := self._poses_of(each.message)) is not None
+        }
+        newest = {each.topic: each for each in placed}
+        self._waiting = [
+            each
+            for each in self._waiting
+            if self._is_kept(each, newest[each.topic] if each in placed else None)
+        ]
+        for each in sorted(newest.values(), key=lambda ready: ready.stamp_ns):
+            self._waiting.remove(each)
             try:
-                return Cloud(stamp_ns, *points_in(message), odometry, mount)
+                return Cloud(each.stamp_ns, *points_in(each.message), *placed[each])
             except ValueError as error:
                 self.drops[MALFORMED] += 1
                 self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
         return None
+
+    def _is_kept(self, each: _Waiting, newest: _Waiting | None) -> bool:
+        """Return whether a cloud goes on waiting; `newest` is None if it has no odometry yet."""
+        if newest is each:
+            return True
+        if newest is not None:
+            self.drops[BUSY] += 1
+            return False
+        waited_ns = steady_ns() - each.since_ns
+        in_time = waited_ns <= self._config.odometry_deadline * NS_PER_S
+        if not in_time:
+            self.drops[NO_ODOMETRY] += 1
+        return in_time
+
+    def _poses_of(self, message: PointCloud2) -> tuple[Array, Array] | None:
+        """Return the poses of a cloud's frame, see Cloud; None as long as TF lacks one."""
+        stamp_ns, frame = time_ns(message.header.stamp), message.header.frame_id
+        odometry = self.odometry_of(frame, stamp_ns)
+        mount = self._pose_in(self._config.base_frame, frame, stamp_ns)
+        return None if odometry is None or mount is None else (odometry, mount)
 
     @property
     def newest_ns(self) -> int | None:
@@ -163,9 +200,7 @@ class CloudInput:
         if is_of_odometry(message.header.frame_id, self._config.odom_frame):
             self.drops[OF_ODOMETRY] += 1
             return
-        if topic in self._waiting:
-            self.drops[BUSY] += 1
-        self._waiting[topic] = message, steady_ns()
+        self._waiting.append(_Waiting(topic, message, steady_ns()))
         self._on_news()
 
     def _time_went_back(self) -> None:

@@ -89,7 +89,7 @@ class Diagnosis:
         node = self._node
         status.summary(DiagnosticStatus.OK, 'the robot is found in the map')
         if progress is None:
-            status.summary(DiagnosticStatus.STALE, 'no cloud matched yet')
+            status.summary(DiagnosticStatus.WARN, 'no cloud matched yet')
             if node.clouds.received and node.clouds.odometry.missing_input:
                 text = f'no odometry: {node.clouds.odometry.missing_input}'
                 status.mergeSummary(DiagnosticStatus.ERROR, text)

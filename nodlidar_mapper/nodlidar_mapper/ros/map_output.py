@@ -1,7 +1,7 @@
 """The map: drawn from time to time, saved and loaded, in a thread of its own."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 import traceback
 from typing import Any
@@ -12,6 +12,7 @@ from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
+from nodlidar_mapper.keyframe import Keyframe
 from nodlidar_mapper.live import Config, drawn, LiveMapper, load, Progress, save
 from nodlidar_mapper.ros import messages
 from nodlidar_msgs.srv import MapFolder
@@ -47,6 +48,7 @@ class MapOutput:
         self._thread = Background()
         self._requests: deque[tuple[Callable[[], Any], Callable[[Any], None]]] = deque()
         self._draw_after_ns = 0
+        self._drawn: Sequence[Keyframe] = ()
         self._publishers = [
             node.create_publisher(
                 kind,
@@ -55,9 +57,9 @@ class MapOutput:
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
             for kind, topic in (
+                (PathMessage, 'path'),
                 (PointCloud2, 'map_cloud'),
                 (OccupancyGrid, 'map'),
-                (PathMessage, 'path'),
             )
         ]
         # A service that awaits its thread would otherwise block the other callbacks.
@@ -67,7 +69,7 @@ class MapOutput:
 
     def begin(self) -> None:
         """Forget the map that was drawn: another one begins."""
-        self.progress, self._draw_after_ns = None, 0
+        self.progress, self._draw_after_ns, self._drawn = None, 0, ()
 
     def step(self) -> None:
         """Take what is ready, and start what is next; raise what failed."""
@@ -84,21 +86,21 @@ class MapOutput:
         self._thread.end()
 
     def _draw(self, progress: Progress) -> None:
+        """Publish the path and, if it has changed, the map."""
         begin_ns, config = steady_ns(), self._config
+        same = _are_same(self._drawn, progress.keyframes)
+        self._drawn = progress.keyframes
         # A failure must not be repeated at once.
         self._draw_after_ns = begin_ns + round(config.map_period * NS_PER_S)
 
         def draw() -> tuple[Any, ...]:
-            found = drawn(progress.keyframes, config)
-            if found is None:
-                return ()
-            surface, grid = found
             at = progress.estimate.stamp_ns, config.map_frame
-            return (
-                messages.surface_message(surface, *at),
-                messages.grid_message(grid, *at),
-                messages.path_message(progress.stamps_ns, progress.path, *at),
-            )
+            path = messages.path_message(progress.stamps_ns, progress.path, *at)
+            found = None if same else drawn(progress.keyframes, config)
+            if found is None:
+                return (path,)
+            surface, grid = found
+            return path, messages.surface_message(surface, *at), messages.grid_message(grid, *at)
 
         def publish(found: tuple[Any, ...]) -> None:
             now_ns = steady_ns()
@@ -158,4 +160,11 @@ class MapOutput:
 def _folder(request: MapFolder.Request) -> Path:
     if not request.folder:
         raise ParameterError('folder', 'the path of a folder', request.folder)
-    return Path(request.folder).expanduser()
+    return Path(request.folder)
+
+
+def _are_same(before: Sequence[Keyframe], now: Sequence[Keyframe]) -> bool:
+    """Return whether two maps are the same: what changes is replaced."""
+    return len(before) == len(now) and all(
+        a.pose is b.pose and a.surface is b.surface for a, b in zip(before, now, strict=True)
+    )

@@ -69,7 +69,7 @@ class MapperNode(Node):
             return LiveMapper(Mapper(self.config))
         try:
             return load(Path(folder), self.config)
-        except (SavedMapError, OSError) as error:
+        except (SavedMapError, OSError, RuntimeError) as error:  # the last: ~ of nobody
             raise ParameterError('map_folder', f'a saved map ({error})', folder) from error
 
     def _continue_with(self, mapper: LiveMapper) -> None:
