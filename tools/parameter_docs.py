@@ -34,9 +34,15 @@ NODES = {
     'viewer': (ViewerConfig,),
 }
 # Commented out in the YAML files, where they would override the profile, or what the launch knows
-# of the servo.
+# of the servo and of the place of the lidar.
 LEFT_TO_LAUNCH = {
-    'assembler': {'profile', *governed(), 'max_nod_speed', 'max_nod_acceleration'},
+    'assembler': {
+        'profile',
+        *governed(),
+        'max_nod_speed',
+        'max_nod_acceleration',
+        'sensor_height',
+    },
     'driver': set(),
     'servo': {'feedback_rate'},
     'trajectory': set(),

@@ -12,6 +12,7 @@ from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameter_file import file_values, read_parameters
 from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.parameters import limits_of
+from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.config import ServoConfig
@@ -69,6 +70,15 @@ def numbers(name: str, text: str) -> list[float]:
         allowed = f'three numbers [{unit}], separated by spaces, none beyond {_FARTHEST:g}'
         raise ParameterError(name, allowed, text)
     return values
+
+
+def sensor_height(values: Mapping[str, str]) -> float:
+    """Return the height of the optical centre over base_link, which is on the floor [m]."""
+    mount, laser = (
+        Pose.from_xyzrpy([*numbers(xyz, values[xyz]), *numbers(rpy, values[rpy])])
+        for xyz, rpy in (('mount_xyz', 'mount_rpy'), ('laser_xyz', 'laser_rpy'))
+    )
+    return float((mount @ laser).position[2])
 
 
 def tf_rate(text: str) -> float:

@@ -10,6 +10,7 @@ from nodlidar_bringup.arguments import (
     joint_limits,
     numbers,
     robot_description,
+    sensor_height,
     servo_config,
     servo_limits,
 )
@@ -175,6 +176,20 @@ def test_the_nod_is_planned_for_the_servo(tmp_path, servo, text, speed, accelera
     path.write_text(f'servo: {{ros__parameters: {text}}}\n')
     limits = servo_limits(servo_config(servo, str(path)))
     assert limits == pytest.approx({'max_nod_speed': speed, 'max_nod_acceleration': acceleration})
+
+
+@pytest.mark.parametrize(
+    ('given', 'height'),
+    [
+        ({}, 1.08),
+        ({'mount_xyz': '0 0 0.3'}, 0.38),
+        ({'mount_xyz': '0.2 0 0.3', 'laser_xyz': '0.02 0 -0.05'}, 0.25),
+        ({'mount_xyz': '0 0 0.3', 'mount_rpy': '3.14159265 0 0'}, 0.22),  # hangs from above
+        ({'mount_rpy': '0 1.57079633 0', 'laser_xyz': '0.1 0 0.08'}, 0.9),  # looks down
+    ],
+)
+def test_the_assembler_knows_how_high_the_lidar_is(values, given, height):
+    assert sensor_height({**values, **given}) == pytest.approx(height)
 
 
 def test_a_nod_is_planned_for_every_model_and_none_is_faster_than_its_servo():

@@ -26,7 +26,8 @@ class BandConfig:
     )
     sensor_height: float = parameter(
         1.08,
-        'Height of the optical centre above the floor at pitch 0',
+        'Height of the optical centre above the floor at pitch 0; robot.launch.py takes it from '
+        'mount_xyz and laser_xyz',
         unit='m',
         minimum=-100.0,
         maximum=100.0,

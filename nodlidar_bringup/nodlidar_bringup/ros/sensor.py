@@ -183,19 +183,20 @@ class Sensor:
             'assembler',
             name='assembler',
             parameters=[*filter(None, files), own],
-            arguments=self.limits(),
+            arguments=self.derived(),
             on_exit=end_all,
         )
 
-    def limits(self) -> list[str]:
-        """Return what the assembler is told of the servo.
+    def derived(self) -> list[str]:
+        """Return what the assembler is told of the servo, and of its own place.
 
         The files come later and take precedence, also those for all nodes, over which values in
         the place of a file would.
         """
         found = arguments.servo_limits(self.servo_config)
+        found['sensor_height'] = arguments.sensor_height(self.values)
         values = [word for name, value in found.items() for word in ('-p', f'{name}:={value}')]
-        return ['--ros-args', *values] if values else []
+        return ['--ros-args', *values]
 
     def profile(self) -> str:
         """Return the parameter file of the profile; those of the nodes take precedence."""
