@@ -392,13 +392,16 @@ def test_extremes_have_a_plan_and_a_picture(run, plan_of, tmp_path, options, spe
 
 
 def test_notes_on_plans():
-    def said(n_s, start_pitch=None, error=0.0, **task):
+    def said(n_s, start_pitch=None, error=0.0, servo='RX-24F', **task):
         task = Task(**task)
-        return '\n'.join(notes(task, evaluate(task, n_s, start_pitch, error)))
+        return '\n'.join(notes(task, evaluate(task, n_s, start_pitch, error), servo))
 
     assert said(4001) == ''
     assert 'divisor 32' in said(4000)
-    assert '13.2 rad/s' in said(1001, pitch_min=-QUARTER, pitch_max=QUARTER)
+    # 12.6 rad/s, and 3.1 rad/s for the others.
+    assert 'the servo RX-24F nods at 6 rad/s at most' in said(1001)
+    assert 'the servo RX-24F takes 0.1255 s to reverse' in said(1001)
+    assert 'XL330-M077 nods at 2 rad/s at most' in said(4001, servo='XL330-M077')
     assert '84 of the 126 columns' not in said(4001)
     assert 'of the 126 columns' in said(4001, azimuth=math.pi)
     assert 'hits is random' in said(1001, error=0.008)
@@ -409,7 +412,7 @@ def test_notes_on_plans():
 @pytest.mark.parametrize('samples_per_sweep', [1001, 1401, 2757, 3801, 3901, 4001, 7999])
 def test_it_is_noted_if_the_simulated_servo_misses_the_outermost_row(samples_per_sweep):
     task, sweep = Task(), samples_per_sweep / 10240
-    said = '\n'.join(notes(task, evaluate(task, samples_per_sweep)))
+    said = '\n'.join(notes(task, evaluate(task, samples_per_sweep), 'RX-24F'))
     nod = Nod(task.pitch_min, task.pitch_max, sweep, samples_per_sweep, 0)
     end_ns = round(3e9 * sweep)
     try:

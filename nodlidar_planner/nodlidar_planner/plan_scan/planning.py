@@ -74,16 +74,16 @@ def find(task: Task, request: Request) -> Answer:
     if request.samples_per_sweep is not None:
         n_s = request.samples_per_sweep
         plan = evaluate(task, n_s, start, error, objective.hole_after, progress=progress)
-        return Answer(task, objective, [plan])
+        return Answer(task, objective, request.servo, [plan])
     samples = samples_in_band(task, request.slowest(task), request.fastest(task))
     count = request.top or (1 if request.json else 10)
     best = plans(task, samples, objective, start, error, count, progress)
     if error == 0.0:
-        return Answer(task, objective, best)
+        return Answer(task, objective, request.servo, best)
     n_s = plans(task, samples, objective, start, 0.0, 1, progress)[0].samples_per_sweep
     fewest = int(samples.min())
     nominal = evaluate(task, n_s, start, error, objective.hole_after, fewest, progress)
-    return Answer(task, objective, best, nominal)
+    return Answer(task, objective, request.servo, best, nominal)
 
 
 def _on_the_front(task: Task, request: Request) -> Answer:
@@ -102,7 +102,7 @@ def _on_the_front(task: Task, request: Request) -> Answer:
         fewest_samples=int(samples.min()),
         progress=progress,
     )
-    return Answer(task, objective, [plan], front=front.around(corner))
+    return Answer(task, objective, request.servo, [plan], front=front.around(corner))
 
 
 def _samples(task: Task, request: Request) -> NDArray[np.int64]:

@@ -24,7 +24,7 @@ class Answer:
 
     Attributes
     ----------
-    task, objective
+    task, objective, servo
         As requested.
     plans
         Best first, at least one.
@@ -39,6 +39,7 @@ class Answer:
 
     task: Task
     objective: Objective
+    servo: str
     plans: list[Plan]
     nominal: Plan | None = None
     front: Sequence[Corner] = ()
@@ -60,7 +61,7 @@ def print_answer(answer: Answer, console: Console) -> None:
     for row in [*_plan_rows(answer), *_error_rows(answer)]:
         table.add_row(*row)
     console.print(table)
-    for note in notes(answer.task, best):
+    for note in notes(answer.task, best, answer.servo):
         console.print(f'Note: {note}')
     if len(answer.plans) > 1:
         console.print(_plans_table(answer))
@@ -75,7 +76,8 @@ def as_json(answer: Answer, alternatives: bool) -> dict[str, Any]:
     task, [best, *others] = answer.task, answer.plans
     result = _plan_json(task, best)
     result |= {'columns': task.columns, 'rows': task.rows, 'cell': task.cell}
-    result |= {'hole_after': answer.objective.hole_after, 'notes': notes(task, best)}
+    result |= {'hole_after': answer.objective.hole_after}
+    result['notes'] = notes(task, best, answer.servo)
     result['nominal'] = answer.nominal and _plan_json(task, answer.nominal)
     result['error_budget'] = answer.errors and error_json(answer.errors)
     result['front'] = [asdict(corner) for corner in answer.front]

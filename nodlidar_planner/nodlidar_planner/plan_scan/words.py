@@ -5,18 +5,17 @@ import math
 
 from nodlidar_planner.choice.plan import Plan
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
+from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 
-# No-load speed of the RX-24F at 12 V, 126 rpm (ROBOTIS e-manual).
-FASTEST_SERVO = 126 * math.tau / 60
-# Of its reversals without load [rad/s^2]; the servo node's parameter `acceleration`.
+# Of the reversals without load [rad/s^2]; the servo node's parameter `acceleration`.
 REVERSAL_ACCELERATION = 200.0
 
 
-def notes(task: Task, plan: Plan) -> list[str]:
-    """Return notes for the user of a plan."""
-    return [*_unseen(task, plan), *_hard_for_the_servo(task, plan)]
+def notes(task: Task, plan: Plan, servo: str) -> list[str]:
+    """Return notes for the user of a plan with a servo."""
+    return [*_unseen(task, plan), *_hard_for_the_servo(task, plan, servo)]
 
 
 def number(value: float) -> str:
@@ -65,13 +64,13 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
         )
 
 
-def _hard_for_the_servo(task: Task, plan: Plan) -> Iterator[str]:
-    if plan.speed > FASTEST_SERVO:
+def _hard_for_the_servo(task: Task, plan: Plan, servo: str) -> Iterator[str]:
+    if plan.speed > MAX_SPEEDS[servo]:
         yield (
-            f'an RX-24F reaches {FASTEST_SERVO:.1f} rad/s (126 rpm) without load; '
-            f'set --speed-max to the limit of your servo'
+            f'with a lidar on it, the servo {servo} nods at {MAX_SPEEDS[servo]:g} rad/s at most; '
+            f'--servo names another one'
         )
-    yield from _hard_to_reverse(task, plan)
+    yield from _hard_to_reverse(task, plan, servo)
     row_time = task.row_height(plan.samples_per_sweep) * task.beam_period
     if plan.under_error is not None and row_time < plan.under_error.error:
         yield (
@@ -80,19 +79,19 @@ def _hard_for_the_servo(task: Task, plan: Plan) -> Iterator[str]:
         )
 
 
-def _hard_to_reverse(task: Task, plan: Plan) -> Iterator[str]:
+def _hard_to_reverse(task: Task, plan: Plan, servo: str) -> Iterator[str]:
     """Yield a note if the reversals, parabolas in time, take longer than a sweep or lose a row."""
     duration = 2.0 * plan.speed / REVERSAL_ACCELERATION
     short = plan.speed**2 / (2.0 * REVERSAL_ACCELERATION)
     outermost = min(task.cell, task.span - (task.rows - 1) * task.cell)
     if duration > plan.sweep_duration:
         yield (
-            f'an RX-24F takes {seconds(duration)} to reverse, at '
+            f'the servo {servo} takes {seconds(duration)} to reverse, at '
             f'{REVERSAL_ACCELERATION:g} rad/s²: more than a sweep'
         )
     elif short > outermost:
         yield (
-            f'an RX-24F reverses {angle(short)} short of the limits, at '
+            f'the servo {servo} reverses {angle(short)} short of the limits, at '
             f'{REVERSAL_ACCELERATION:g} rad/s², and misses the outermost row: widen the limits of '
             f'the nod by as much'
         )
