@@ -13,10 +13,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from nodlidar_assembler.bags.bag_assembly import BagAssembly
-from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF
+from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF, Topics
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig

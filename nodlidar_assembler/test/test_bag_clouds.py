@@ -7,8 +7,8 @@ import subprocess
 import sys
 
 from bags import entries_of, recording, START_NS, write_bag, write_messages
-from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_clouds import write_clouds
+from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.point_files import OutputError
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog

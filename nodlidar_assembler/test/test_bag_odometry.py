@@ -3,7 +3,7 @@
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.read_bag import read_odometry
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
@@ -92,6 +92,14 @@ def test_a_frame_that_moves_itself(bag):
     moving = [[(t, 'odom', 'pivot', (t, 0.0, 0.0), UNTURNED)] for t in (0.0, 0.5)]
     odometry = read_odometry(bag(moving, []), OF_PIVOT)
     np.testing.assert_allclose(odometry.poses.position[:, 0], [0.0, 0.5])
+
+
+def test_of_several_topics_of_transforms_one_can_be_chosen(bag):
+    moving = [[(0.0, 'odom', 'pivot', (t, 0.0, 0.0), UNTURNED)] for t in (0.5, 1.0)]
+    path = bag(moving, [])
+    assert read_odometry(path, OF_PIVOT, Topics('', '', '/tf')).poses.position[0, 0] == 1.0
+    with pytest.raises(BagError, match='no transform'):
+        read_odometry(path, OF_PIVOT, Topics('', '', '/left/tf'))
 
 
 def test_the_delay_of_its_stamps_is_taken_out(bag):

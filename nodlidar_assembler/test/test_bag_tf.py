@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from bags import entries_of, recording, write_messages
-from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_clouds import write_clouds
+from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.clouds.time_order import TRANSFORM_OUT_OF_ORDER
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_sim.bag import TYPES

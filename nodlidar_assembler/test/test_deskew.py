@@ -4,7 +4,8 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bags.bag_clouds import write_clouds
+from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.bags.point_files import OutputError
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.deskew import deskewed

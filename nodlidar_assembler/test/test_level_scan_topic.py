@@ -3,7 +3,8 @@
 from bags import entries_of, recording, write_bag
 from node_bench import bench
 from nodlidar_assembler.assemble_bag import main
-from nodlidar_assembler.bags.bag_clouds import Topics, write_clouds
+from nodlidar_assembler.bags.bag_clouds import write_clouds
+from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.stamps import time_ns

@@ -4,13 +4,15 @@ from dataclasses import replace
 import math
 
 from bags import entries_of, recording, write_bag, write_messages
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.read_bag import read_bag
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
 import pytest
+
+CONFIG = AssemblerConfig()
 
 
 @pytest.fixture(scope='module')
@@ -50,6 +52,49 @@ def test_a_malformed_scan_is_left_out(simulated, tmp_path):
     assert reason.startswith('angle_increment must be')
     _, drops = assemble_log(log, Pipeline(AssemblerConfig()))
     assert drops[reason] == log.drops[reason] == 1
+
+
+def beside(entries, topic, kind, change):
+    """Return entries, each of a topic also on another one, with other content."""
+    others = [(at_ns, topic, change(m)) for at_ns, of, m in entries if of == kind]
+    return sorted([*entries, *others], key=lambda entry: entry[0])
+
+
+def test_another_lidar_and_joint_of_the_bag_do_not_count(simulated, tmp_path):
+    entries = beside(
+        entries_of(simulated), '/base_scan', '/scan', lambda m: replace(m, ranges=m.ranges + 1.0)
+    )
+    entries = beside(
+        entries, '/arm', '/joint_states', lambda m: replace(m, position=m.position + 1.0)
+    )
+    bag = write_messages(tmp_path / 'bag', entries)
+    expected = read_bag(write_messages(tmp_path / 'one', entries_of(simulated)), CONFIG)
+    chosen = Topics('', '/joint_states', '')
+    found = read_bag(bag, CONFIG, chosen)
+    np.testing.assert_array_equal(found.sample_pitch, expected.sample_pitch)
+    np.testing.assert_array_equal(
+        [scan.ranges for scan in found.scans], [scan.ranges for scan in expected.scans]
+    )
+    other = read_bag(bag, CONFIG, replace(chosen, scan='/base_scan'))
+    np.testing.assert_allclose(
+        [scan.ranges for scan in other.scans], [scan.ranges + 1.0 for scan in expected.scans]
+    )
+
+
+def test_where_several_lidars_are_recorded_one_is_to_be_chosen(simulated, tmp_path):
+    entries = [
+        (at_ns, topic.replace('/scan', '/left/scan'), message)
+        for at_ns, topic, message in entries_of(simulated)
+    ]
+    one = read_bag(write_messages(tmp_path / 'one', entries), CONFIG)
+    assert len(one.scans) == len(simulated.scan_stamp_ns)
+    entries = beside(entries, '/right/scan', '/left/scan', lambda m: m)
+    bag = write_messages(tmp_path / 'bag', entries)
+    with pytest.raises(BagError, match='scans on /left/scan, /right/scan: choose one with --scan'):
+        read_bag(bag, CONFIG)
+    assert len(read_bag(bag, CONFIG, Topics('/right/scan', '', '')).scans) == len(one.scans)
+    with pytest.raises(BagError, match='no topic /up/scan; it has'):
+        read_bag(bag, CONFIG, Topics('/up/scan', '', ''))
 
 
 def test_if_all_are_malformed_the_error_says_what_is_wrong(simulated, tmp_path):

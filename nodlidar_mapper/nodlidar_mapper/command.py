@@ -8,7 +8,8 @@ import sys
 import time
 from typing import TypeVar
 
-from nodlidar_assembler.bags.command import configuration
+from nodlidar_assembler.bags.bag_types import ANY
+from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_common.command_line import LineParser
@@ -50,7 +51,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     config = configuration(arguments.params, {'profile': 'slam'})
     mapper = Mapper(_given(arguments.params, MapperConfig()))
     cells = _given(arguments.params, GridConfig())
-    log = drive_in(arguments.bag, config)
+    log = drive_in(arguments.bag, config, topics_of(arguments))
     clouds, drops = clouds_in(log, Pipeline(config))
     console = Console(stderr=True)
     hidden = not console.is_terminal or console.is_dumb_terminal
@@ -113,4 +114,5 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
     parser.add_argument(
         '--params', type=Path, metavar='YAML', help='parameter file of assembler and mapper'
     )
+    add_topics(parser, ANY)
     return parser.parse_args(argv)

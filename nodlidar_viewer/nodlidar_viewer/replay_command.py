@@ -7,8 +7,8 @@ from pathlib import Path
 import sys
 import time
 
-from nodlidar_assembler.bags.bag_types import BagError
-from nodlidar_assembler.bags.command import configuration
+from nodlidar_assembler.bags.bag_types import ANY, BagError, Topics
+from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.clouds.assembly import Points
@@ -41,7 +41,7 @@ def replay_bag(argv: Sequence[str] | None, description: str | None) -> None:
     config = ViewerConfig(host=arguments.host, port=arguments.port)
     check(config)
     with Console(stderr=True).status(f'assembling {arguments.bag}'):
-        frame, clouds = _clouds_of(arguments.bag, arguments.params)
+        frame, clouds = _clouds_of(arguments.bag, arguments.params, topics_of(arguments))
     replay = Replay(clouds, config.most_points)
     page = Page(config, lambda: ('points.ply', ply_bytes(replay.recent.points, frame)))
     player = Player(page.gui, replay.duration)
@@ -65,12 +65,12 @@ def play(page: Page, player: Player, replay: Replay) -> None:
         last = now
 
 
-def _clouds_of(bag: Path, params: Path | None) -> tuple[str, list[Points]]:
+def _clouds_of(bag: Path, params: Path | None, topics: Topics) -> tuple[str, list[Points]]:
     """Return the clouds of a bag and their frame: with odometry, that of odometry."""
     config = configuration(params, {})
-    log = read_bag(bag, config)
+    log = read_bag(bag, config, topics)
     try:
-        odometry = read_odometry(bag, config)
+        odometry = read_odometry(bag, config, topics)
     except BagError:
         frame = config.frame_id
         config = configuration(params, {'ego_motion': 'off'})
@@ -88,6 +88,7 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
     parser = LineParser('view_bag', description)
     parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
     parser.add_argument('--params', type=Path, metavar='YAML', help='parameters of the assembler')
+    add_topics(parser, ANY)
     parser.add_argument('--host', default='127.0.0.1', help='address of the page')
     parser.add_argument('--port', type=int, default=ViewerConfig.port, help='port of the page')
     return parser.parse_args(argv)

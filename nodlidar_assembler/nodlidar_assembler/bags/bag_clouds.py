@@ -11,7 +11,7 @@ from typing import Protocol
 from nodlidar_assembler.bags.bag_assembly import BagAssembly, PublishLevel
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, TF
+from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, TF, Topics
 from nodlidar_assembler.bags.cloud_bag import CloudBag
 from nodlidar_assembler.bags.point_files import OutputError, pcd_header, ply_header, PointFile
 from nodlidar_assembler.clouds.assembly import Points
@@ -37,15 +37,6 @@ class Output(Protocol):
 
     def abandon(self) -> None:
         """Close the unfinished file; remove temporary ones."""
-
-
-@dataclass(frozen=True, slots=True)
-class Topics:
-    """Input topics in a bag; fixed transforms are on `tf` + '_static'."""
-
-    scan: str = '/scan'
-    joint_states: str = '/joint_states'
-    tf: str = '/tf'
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,13 +134,8 @@ def _required(source: BagSource, topics: Topics, config: AssemblerConfig) -> dic
     required = [(topics.scan, SCAN), (topics.joint_states, JOINT_STATE)]
     if config.ego_motion != 'off':
         required.append((topics.tf, TF))
-    types = source.types
-    for topic, required_type in required:
-        if topic not in types:
-            present = ', '.join(f'{name} ({kind})' for name, kind in sorted(types.items()))
-            raise BagError(f"'{source.path}' has no topic {topic}; it has {present or 'none'}")
-        if types[topic] != required_type:
-            raise BagError(f'{topic} is of the type {types[topic]}, not {required_type}')
+    for topic, kind in required:
+        source.require(topic, kind)
     return dict(required)
 
 

@@ -147,6 +147,15 @@ class BagSource:
         """Return the type of each topic."""
         return {c.topic: c.msgtype for each in self._readers for c in each.connections}
 
+    def require(self, topic: str, kind: str) -> None:
+        """Raise BagError unless the bag has a topic of a type."""
+        types = self.types
+        if topic not in types:
+            present = ', '.join(f'{name} ({of})' for name, of in sorted(types.items()))
+            raise BagError(f"'{self.path}' has no topic {topic}; it has {present or 'none'}")
+        if types[topic] != kind:
+            raise BagError(f'{topic} is of the type {types[topic]}, not {kind}')
+
     @property
     def span_ns(self) -> tuple[int, int]:
         """Return the recording time of the first message, and just after that of the last [ns]."""

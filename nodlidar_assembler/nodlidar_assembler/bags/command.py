@@ -7,7 +7,8 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, Topics, write_clouds
+from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, write_clouds
+from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.clouds.level_ranges import LEVEL_SCANS
 from nodlidar_assembler.clouds.pipeline import CLOUD_MODES, EGO_MOTION_MODES
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
@@ -38,8 +39,7 @@ def assemble(argv: Sequence[str] | None, description: str | None) -> None:
     """
     arguments = _parse(argv, description)
     config = configuration(arguments.params, _chosen(arguments))
-    topics = Topics(*map(absolute, (arguments.scan, arguments.joint_states, arguments.tf)))
-    summary = _with_bar(arguments.bag, arguments.output, config, topics)
+    summary = _with_bar(arguments.bag, arguments.output, config, topics_of(arguments))
     console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
     console.print(summary_table(summary, arguments.output))
 
@@ -64,6 +64,23 @@ def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerCo
     config = replace(PROFILES[profile.profile], **values)
     check(config)
     return config
+
+
+def add_topics(parser: argparse.ArgumentParser, default: Topics) -> None:
+    """Add the options of the topics in a bag, with a default or ANY."""
+    for option, topic, otherwise in (
+        ('--scan', default.scan, f'{Topics().scan}, or the only one with scans'),
+        ('--joint-states', default.joint_states, 'all that the bag has'),
+        ('--tf', default.tf, 'all that the bag has'),
+    ):
+        said = f'default: {topic or otherwise}'
+        parser.add_argument(option, metavar='TOPIC', default=topic, help=said)
+
+
+def topics_of(arguments: argparse.Namespace) -> Topics:
+    """Return the chosen topics, with a leading slash, as in bags."""
+    chosen = arguments.scan, arguments.joint_states, arguments.tf
+    return Topics(*(topic and absolute(topic) for topic in chosen))
 
 
 def absolute(topic: str) -> str:
@@ -129,10 +146,5 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
         ('--level-scan', LEVEL_SCANS),
     ):
         parser.add_argument(option, choices=choices, help='parameter; overrides the file')
-    for option, default in (
-        ('--scan', Topics().scan),
-        ('--joint-states', Topics().joint_states),
-        ('--tf', Topics().tf),
-    ):
-        parser.add_argument(option, metavar='TOPIC', default=default, help=f'default: {default}')
+    add_topics(parser, Topics())
     return parser.parse_args(argv)

@@ -4,9 +4,9 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_source import messages_of
+from nodlidar_assembler.bags.bag_source import BagSource, messages_of
 from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, TF
+from nodlidar_assembler.bags.bag_types import ANY, BagError, JOINT_STATE, SCAN, TF, Topics
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
@@ -62,16 +62,30 @@ class LogGatherer:
         return SensorLog(scans, *ordered_samples(stamps_ns, pitch), drops=self.drops)
 
 
-def read_bag(path: Path, config: AssemblerConfig) -> SensorLog:
+def read_bag(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> SensorLog:
     """Return the scans and the samples of the nod joint in a ROS 2 bag.
+
+    Parameters
+    ----------
+    path, config
+        The bag; conventions of its messages.
+    topics
+        By default, scans are those of /scan or of the only topic of LaserScans.
 
     Raises
     ------
     BagError
-        If the bag has no valid scans or positions of that joint, or cannot be read to its end.
+        If the bag has no valid scans or positions of that joint, lacks a topic, has several with
+        scans to choose from, or cannot be read to its end.
     """
+    scan = _scan_topic(path, topics)
+
+    def is_wanted(topic: str, kind: str) -> bool:
+        is_joint = kind == JOINT_STATE and topics.joint_states in ('', topic)
+        return is_joint or (topic, kind) == (scan, SCAN)
+
     gatherer = LogGatherer(config)
-    for recorded in messages_of(path, lambda topic, kind: kind in (SCAN, JOINT_STATE)):
+    for recorded in messages_of(path, is_wanted):
         if recorded.msgtype == SCAN:
             gatherer.add_scan(recorded.message, recorded.time_ns)
         else:
@@ -86,10 +100,26 @@ def read_bag(path: Path, config: AssemblerConfig) -> SensorLog:
     return log
 
 
-def read_odometry(path: Path, config: AssemblerConfig) -> Odometry:
+def _scan_topic(path: Path, topics: Topics) -> str:
+    """Return the topic of the scans; raise BagError if a bag lacks a topic or has too many."""
+    with BagSource(path) as source:
+        if topics.joint_states:
+            source.require(topics.joint_states, JOINT_STATE)
+        if topics.scan:
+            source.require(topics.scan, SCAN)
+            return topics.scan
+        found = sorted(topic for topic, kind in source.types.items() if kind == SCAN)
+    if Topics().scan in found:
+        return Topics().scan
+    if len(found) > 1:
+        raise BagError(f"'{path}' has scans on {', '.join(found)}: choose one with --scan")
+    return found[0] if found else Topics().scan
+
+
+def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Odometry:
     """Return the odometry of frame_id: the transforms from odom_frame to its carrier.
 
-    Of equal stamps the last one counts.
+    Of equal stamps the last one counts. By default, the transforms of all topics count.
 
     Raises
     ------
@@ -99,9 +129,18 @@ def read_odometry(path: Path, config: AssemblerConfig) -> Odometry:
     OdometryError
         If they are not poses.
     """
+
+    def is_static(topic: str, kind: str) -> bool:
+        named = topic.endswith('tf_static') and topics.tf in ('', topic.removesuffix('_static'))
+        return kind == TF and named
+
+    def is_moving(topic: str, kind: str) -> bool:
+        named = not topic.endswith('tf_static') and topics.tf in ('', topic)
+        return kind == TF and named
+
     static, moving, again = (
         (recorded.message for recorded in messages_of(path, is_wanted))
-        for is_wanted in (_is_static, _is_moving, _is_moving)
+        for is_wanted in (is_static, is_moving, is_moving)
     )
     tf = BagTf(config.odom_frame, config.frame_id, static, moving)
     samples = {pose[0]: (*pose[1], *pose[2]) for message in again for pose in tf.samples(message)}
@@ -112,11 +151,3 @@ def read_odometry(path: Path, config: AssemblerConfig) -> Odometry:
     times_ns = np.array(stamps, dtype=np.int64) - round(config.odometry_delay * NS_PER_S)
     odometry = Odometry(times_ns, Poses(poses[:, :3], poses[:, 3:]))
     return odometry.mounted(tf.mount)
-
-
-def _is_static(topic: str, kind: str) -> bool:
-    return kind == TF and topic.endswith('tf_static')
-
-
-def _is_moving(topic: str, kind: str) -> bool:
-    return kind == TF and not topic.endswith('tf_static')
