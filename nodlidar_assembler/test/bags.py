@@ -26,7 +26,7 @@ def write_messages(path, entries, storage=StoragePlugin.MCAP, compression=None):
     with writer:
         connections = {}
         for time_ns, topic, message in entries:
-            kind = TOPICS[topic] if topic in TOPICS else message.__msgtype__
+            kind = TOPICS.get(topic) or message.__msgtype__
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=STORE)
             raw = message if isinstance(message, bytes) else STORE.serialize_cdr(message, kind)

@@ -85,6 +85,8 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
         'times real time': f'{recorded / seconds:.0f}',
     }.items():
         table.add_row(name, str(value))
+    for damage in log.damage:
+        table.add_row('note', damage)
     Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False).print(table)
 
 

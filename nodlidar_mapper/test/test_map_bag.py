@@ -142,6 +142,18 @@ def test_what_is_not_allowed_is_named(output, tmp_path, capsys, name, value):
     assert name in capsys.readouterr().err
 
 
+def test_of_a_recording_that_was_cut_off_the_rest_is_mapped(output, tmp_path, capsys):
+    """The recorder was killed at the beginning of the second file."""
+    (tmp_path / 'bag').mkdir()
+    (file,) = (output.parent / 'bag').glob('*.mcap')
+    (tmp_path / 'bag' / 'bag_0.mcap').write_bytes(file.read_bytes())
+    (tmp_path / 'bag' / 'bag_1.mcap').write_bytes(file.read_bytes()[:1000])
+    assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
+    found, expected = (np.loadtxt(each / 'trajectory.txt') for each in (tmp_path / 'out', output))
+    np.testing.assert_array_equal(found, expected)
+    assert "'bag_1.mcap' ends early: read up to there" in capsys.readouterr().out
+
+
 def test_a_missing_bag_is_one_line(tmp_path, capsys):
     assert main([str(tmp_path / 'none'), str(tmp_path / 'out')]) == 1
     assert len(capsys.readouterr().err.splitlines()) == 1

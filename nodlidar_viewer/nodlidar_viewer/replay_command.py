@@ -79,6 +79,8 @@ def _clouds_of(bag: Path, params: Path | None, topics: Topics) -> tuple[str, lis
         config = configuration(params, {'ego_motion': 'beam'})
         log = replace(log, odometry=odometry)
     clouds, drops = clouds_in(log, Pipeline(config))
+    for damage in log.damage:
+        print(damage, file=sys.stderr)
     for reason, count in drops.items():
         print(f'dropped: {count} {reason}', file=sys.stderr)
     return frame, clouds

@@ -98,7 +98,7 @@ def write_clouds(
                     on_progress(recorded.time_ns, first_ns, last_ns)
             assembly.finish()
             _check_result(source, assembly)
-        notes = [*_damage(source), *replaced, *_left_out(path, config)]
+        notes = [*source.damage, *replaced, *_left_out(path, config)]
     seconds = time.perf_counter() - begin
     return Summary(assembly.counts, assembly.assembler, first_ns, last_ns, seconds, notes)
 
@@ -115,18 +115,13 @@ def _left_out(path: Path, config: AssemblerConfig) -> list[str]:
     return ['level scans are left out, which only an .mcap file holds']
 
 
-def _damage(source: BagSource) -> list[str]:
-    unread = [f'{n} on {topic} could not be decoded' for topic, n in source.unreadable.items()]
-    return [*source.notes, *unread]
-
-
 @contextmanager
 def _with_damage(source: BagSource) -> Iterator[None]:
     """Add the bag's damage to a BagError."""
     try:
         yield
     except BagError as error:
-        raise BagError('; '.join([str(error), *_damage(source)])) from error
+        raise BagError('; '.join([str(error), *source.damage])) from error
 
 
 def _required(source: BagSource, topics: Topics, config: AssemblerConfig) -> dict[str, str]:

@@ -143,6 +143,12 @@ class BagSource:
         return opened, ''
 
     @property
+    def damage(self) -> list[str]:
+        """What of the bag could not be read, in words."""
+        unread = [f'{n} on {topic} could not be decoded' for topic, n in self.unreadable.items()]
+        return [*self.notes, *unread]
+
+    @property
     def types(self) -> dict[str, str]:
         """Return the type of each topic."""
         return {c.topic: c.msgtype for each in self._readers for c in each.connections}
@@ -213,7 +219,7 @@ def messages_of(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[Reco
     with BagSource(path) as source:
         topics = {topic: kind for topic, kind in source.types.items() if wanted(topic, kind)}
         yield from source.messages(topics)
-        damage = [*source.notes, *(f'{t} could not be decoded' for t in source.unreadable)]
+        damage = source.damage
     if damage:
         raise BagError(f"'{path}': {'; '.join(damage)}")
 

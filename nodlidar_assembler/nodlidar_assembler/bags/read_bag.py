@@ -1,10 +1,11 @@
 """Reads a whole bag into arrays, without ROS."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_source import BagSource, messages_of
+from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
 from nodlidar_assembler.bags.bag_types import ANY, BagError, JOINT_STATE, SCAN, TF, Topics
 from nodlidar_assembler.bags.sensor_log import SensorLog
@@ -76,22 +77,19 @@ def read_bag(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Senso
     ------
     BagError
         If the bag has no valid scans or positions of that joint, lacks a topic, has several with
-        scans to choose from, or cannot be read to its end.
+        scans to choose from, or cannot be read at all.
     """
-    scan = _scan_topic(path, topics)
-
-    def is_wanted(topic: str, kind: str) -> bool:
-        is_joint = kind == JOINT_STATE and topics.joint_states in ('', topic)
-        return is_joint or (topic, kind) == (scan, SCAN)
-
     gatherer = LogGatherer(config)
-    for recorded in messages_of(path, is_wanted):
-        if recorded.msgtype == SCAN:
-            gatherer.add_scan(recorded.message, recorded.time_ns)
-        else:
-            gatherer.add_joint_state(recorded.message)
-    log = gatherer.log()
-    drops = ', '.join(f'{count} {reason}' for reason, count in log.drops.items())
+    with BagSource(path) as source:
+        wanted = _of_lidar(source, topics) | _of_kind(source, JOINT_STATE, topics.joint_states)
+        for recorded in source.messages(wanted):
+            if recorded.msgtype == SCAN:
+                gatherer.add_scan(recorded.message, recorded.time_ns)
+            else:
+                gatherer.add_joint_state(recorded.message)
+        log = replace(gatherer.log(), damage=source.damage)
+    counts = (f'{count} {reason}' for reason, count in log.drops.items())
+    drops = ', '.join([*counts, *log.damage])
     if not log.scans:
         raise BagError(f"'{path}' has no scans" + (f': {drops}' if drops else ''))
     if not len(log.sample_ns):
@@ -100,20 +98,23 @@ def read_bag(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Senso
     return log
 
 
-def _scan_topic(path: Path, topics: Topics) -> str:
-    """Return the topic of the scans; raise BagError if a bag lacks a topic or has too many."""
-    with BagSource(path) as source:
-        if topics.joint_states:
-            source.require(topics.joint_states, JOINT_STATE)
-        if topics.scan:
-            source.require(topics.scan, SCAN)
-            return topics.scan
-        found = sorted(topic for topic, kind in source.types.items() if kind == SCAN)
-    if Topics().scan in found:
-        return Topics().scan
+def _of_lidar(source: BagSource, topics: Topics) -> dict[str, str]:
+    """Return the topic of the scans; raise BagError if a bag lacks it or has too many."""
+    found, usual = _of_kind(source, SCAN, topics.scan), Topics().scan
+    if usual in found:
+        return {usual: SCAN}
     if len(found) > 1:
-        raise BagError(f"'{path}' has scans on {', '.join(found)}: choose one with --scan")
-    return found[0] if found else Topics().scan
+        names = ', '.join(sorted(found))
+        raise BagError(f"'{source.path}' has scans on {names}: choose one with --scan")
+    return found
+
+
+def _of_kind(source: BagSource, kind: str, chosen: str) -> dict[str, str]:
+    """Return the topics of a type, or the chosen one; raise BagError if the bag lacks it."""
+    if chosen:
+        source.require(chosen, kind)
+        return {chosen: kind}
+    return {topic: of for topic, of in source.types.items() if of == kind}
 
 
 def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Odometry:
@@ -125,25 +126,26 @@ def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> 
     ------
     BagError
         If there are none (a chain of moving ones is not combined), a fixed one is not a pose, or
-        the bag cannot be read to its end.
+        the bag cannot be read.
     OdometryError
         If they are not poses.
     """
-
-    def is_static(topic: str, kind: str) -> bool:
-        named = topic.endswith('tf_static') and topics.tf in ('', topic.removesuffix('_static'))
-        return kind == TF and named
-
-    def is_moving(topic: str, kind: str) -> bool:
-        named = not topic.endswith('tf_static') and topics.tf in ('', topic)
-        return kind == TF and named
-
-    static, moving, again = (
-        (recorded.message for recorded in messages_of(path, is_wanted))
-        for is_wanted in (is_static, is_moving, is_moving)
-    )
-    tf = BagTf(config.odom_frame, config.frame_id, static, moving)
-    samples = {pose[0]: (*pose[1], *pose[2]) for message in again for pose in tf.samples(message)}
+    with BagSource(path) as source:
+        moving = {each: TF for each in _of_kind(source, TF, topics.tf) if not _is_static(each)}
+        fixed = {each: TF for each in source.types if _is_static(each)}
+        if topics.tf:
+            fixed = {f'{topics.tf}_static': TF}
+        tf = BagTf(
+            config.odom_frame,
+            config.frame_id,
+            (recorded.message for recorded in source.messages(fixed)),
+            (recorded.message for recorded in source.messages(moving)),
+        )
+        samples = {
+            pose[0]: (*pose[1], *pose[2])
+            for recorded in source.messages(moving)
+            for pose in tf.samples(recorded.message)
+        }
     if not samples:
         raise BagError(f"'{path}' has {tf.missing_input}")
     stamps = sorted(samples)
@@ -151,3 +153,7 @@ def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> 
     times_ns = np.array(stamps, dtype=np.int64) - round(config.odometry_delay * NS_PER_S)
     odometry = Odometry(times_ns, Poses(poses[:, :3], poses[:, 3:]))
     return odometry.mounted(tf.mount)
+
+
+def _is_static(topic: str) -> bool:
+    return topic.endswith('tf_static')

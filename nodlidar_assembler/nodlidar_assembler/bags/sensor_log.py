@@ -27,6 +27,8 @@ class SensorLog:
         Of nodlidar_base_link.
     drops
         Messages that could not be used, counted by reason.
+    damage
+        What of the bag could not be read, in words.
     """
 
     scans: Sequence[Scan]
@@ -34,6 +36,7 @@ class SensorLog:
     sample_pitch: NDArray[np.float64]
     odometry: Odometry | None = None
     drops: Counter[str] = field(default_factory=Counter)
+    damage: Sequence[str] = ()
 
     def samples_around(self, begin_ns: int, end_ns: int) -> slice:
         """Return the joint samples that closely bracket an interval [ns], as far as recorded."""
