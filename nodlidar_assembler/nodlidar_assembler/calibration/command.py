@@ -27,7 +27,7 @@ LIVE = 'live'
 SECONDS = 60.0
 # What each value is, its unit in the table, and how many of these it has.
 ROWS = {
-    'delay': ('joint delay, minus scan delay', 'ms', 1e3),
+    'delay': ('joint delay', 'ms', 1e3),
     'zero': ('joint zero', 'deg', math.degrees(1.0)),
     'roll': ('roll of the lidar', 'deg', math.degrees(1.0)),
     'yaw': ('yaw of the lidar', 'deg', math.degrees(1.0)),
