@@ -31,6 +31,7 @@ from nodlidar_sim.devices import rx_table as rx
 from nodlidar_sim.devices import x_table as x
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.shared_bus import SharedBus
+from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
@@ -308,3 +309,10 @@ def test_a_lidar_behind_the_port_of_the_servo_is_named():
         check_lidar(Port(ports['lidar']))
     with PseudoTerminals({'servo': make(XServoEmulator)}) as ports:
         check_lidar(Port(ports['servo']))
+
+
+def test_a_lidar_that_streams_is_no_servo():
+    line, begin_ns = Line(StreamingLidar()), CLOCK()
+    with pytest.raises(LidarError, match=r'something streams at this port.*LD19: --port'):
+        line.set_up()
+    assert CLOCK() - begin_ns < 10**9

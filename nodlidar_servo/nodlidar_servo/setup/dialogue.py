@@ -80,6 +80,8 @@ class Dialogue:
         ------
         NoServoError
             If none answers.
+        LidarError
+            If something streams at the port.
         SeveralServosError
             If several answer and none is chosen.
         """

@@ -8,7 +8,7 @@ class NoServoError(DeviceError):
 
 
 class LidarError(DeviceError):
-    """A lidar answers at the port of the servo."""
+    """A lidar answers, or something streams, at the port of the servo."""
 
 
 class SharedIdError(DeviceError):

@@ -13,6 +13,7 @@ import re
 
 from nodlidar_common.serial_port import port_errors, SerialPort
 from nodlidar_servo.packets import Answer, PacketFormat, PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.setup.errors import LidarError
 
 OpenAt = Callable[[int], AbstractContextManager[SerialPort]]
 """Opens the port at a bit rate [bit/s]."""
@@ -31,6 +32,8 @@ _LATER = {1.0: 0.0, 2.0: 0.76}  # s; the last reply to a ping of all, at 3 ms pe
 _OVERHEADS, _PING_DATA = 32, 3  # bytes of request and reply, at most; of a ping's reply
 _SPACING = 0.02  # of bit rates; a UART bears more
 _REPEATS = 4
+_LISTENING_RATE, _LISTENED = 115_200, 0.15  # bit/s, any does; s, longer than a revolution
+_STREAM = 64  # bytes that nobody asked for; what is left of a reply is less
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +93,29 @@ def search(open_at: OpenAt, trials: Iterable[Trial]) -> Iterator[list[Found]]:
 
     Raises
     ------
+    LidarError
+        If something streams there.
     PortError
         If the port cannot be used.
     """
+    with open_at(_LISTENING_RATE) as port:
+        if streams(port):
+            raise LidarError(
+                'something streams at this port, so it is no servo, but perhaps a lidar such as an'
+                ' LD19: --port is that of the servo (`ls -l /dev/serial/by-id` shows which)'
+            )
     for trial in trials:
         with open_at(trial.baud_rate) as port:
             servo_ids = _all_ids(port, trial)
         yield [Found(trial.packets, trial.baud_rate, servo_id) for servo_id in servo_ids]
+
+
+def streams(port: SerialPort) -> bool:
+    """Return whether bytes come that nobody asked for; servos send none."""
+    with port_errors():
+        port.reset_input_buffer()
+        port.timeout = _LISTENED
+        return len(port.read(_STREAM)) == _STREAM
 
 
 def answers(packets: PacketFormat, received: bytes) -> list[Answer]:
