@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 import socket
 import threading
+import time
 
 from nodlidar_bringup.checks.ask import ask, PING_2
 from nodlidar_bringup.checks.finding import Level
@@ -21,6 +22,7 @@ from nodlidar_common.serial_port import open_port
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices import x_table
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
+from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
@@ -87,6 +89,9 @@ class Protocol2(Silent):
             {'wrong bit rate', 'wrong ID', 'wheel mode'},
         ),
         (lidar(), Silent(), {'no answer'}),
+        (lidar(), StreamingLidar(), {'wrong device'}),
+        (StreamingLidar(), servo(), set()),
+        (servo(), StreamingLidar(), {'ports swapped'}),
         (lidar(), x_servo(), set()),
         (lidar(), x_servo(mode=1, servo_id=3), {'wheel mode', 'wrong ID'}),
     ],
@@ -104,6 +109,23 @@ def test_what_answers_shows_the_fault(at_lidar, at_servo, expected):
 def test_a_servo_of_protocol_2_answers():
     with PseudoTerminals({'servo': Protocol2()}) as ports:
         assert ask(Port('servo', ports['servo'])) == Answer('servo', 'model 1030', 1_000_000, 1)
+
+
+@pytest.mark.parametrize('device', ['lidar', 'servo'])
+def test_a_lidar_that_streams_is_named_soon(device):
+    with PseudoTerminals({device: StreamingLidar()}) as ports:
+        begin = time.monotonic()
+        port = Port(device, ports[device])
+        assert ask(port) == Answer('lidar', streams=True)
+        assert time.monotonic() - begin < 10.0  # usually 0.7 s; each exchange has its deadline
+
+
+def test_a_lidar_that_was_left_measuring_answers():
+    with PseudoTerminals({'lidar': lidar()}) as ports:
+        with open_port(ports['lidar'], 115_200, 5.0) as port:
+            port.write(b'BM\nMD0044072501000\n')
+            assert len(port.read(3000)) == 3000  # of a second scan
+        assert ask(Port('lidar', ports['lidar'])).model.startswith('SOKUIKI Sensor')
 
 
 def test_a_port_in_use_is_not_asked_and_its_user_is_named():

@@ -1,12 +1,14 @@
 """Asks what is at a port that nobody uses: a lidar for its version, a servo by a ping.
 
-Neither moves anything. A ping goes to all IDs, in Protocol 1.0 and 2.0 (ROBOTIS e-Manual,
-"DYNAMIXEL Protocol 1.0" and "2.0", Ping and Status Packet), at each usual bit rate; `VV` is SCIP
-2.0 (C-42-03320B).
+Neither moves anything. What sends without being asked is a lidar with a driver of its own, unless
+it answers `VV` of SCIP 2.0 (C-42-03320B): then it was left measuring. A ping goes to all IDs, in
+Protocol 1.0 and 2.0 (ROBOTIS e-Manual, "DYNAMIXEL Protocol 1.0" and "2.0", Ping and Status
+Packet), at each usual bit rate.
 """
 
 from collections.abc import Callable
 import re
+import time
 
 from nodlidar_bringup.checks.ports import Answer, LIDAR, Port, SERVO
 from nodlidar_common.errors import PortError
@@ -14,11 +16,12 @@ from nodlidar_common.serial_port import close_port, open_port, port_errors, TCP
 from nodlidar_servo.models import MODELS
 from nodlidar_servo.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
 from nodlidar_servo.setup.registers import HEAD, protocol_of, registers_of
-from nodlidar_servo.setup.search import answers, BROADCAST, PING, READ
+from nodlidar_servo.setup.search import answers, BROADCAST, PING, READ, streams
 
 BIT_RATES = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000)
 PING_2 = PROTOCOL_2.encode(BROADCAST, PING, b'')
-_LIDAR_WAIT, _SERVO_WAIT = 0.35, 0.04  # s; a lidar answers once a revolution
+_LIDAR_WAIT, _SERVO_WAIT = 0.6, 0.04  # s; a lidar answers once a revolution, to each command
+_LIDAR_RATE = 115_200
 _NAMES = {model.number: model.name for model in MODELS.values()}
 
 
@@ -34,13 +37,23 @@ def ask(port: Port) -> Answer | None:
         except PortError:
             return Answer()
     try:
+        if _streams(port.path):
+            return _ask_lidar(port.path) or Answer(LIDAR, streams=True)
         return first(port.path) or then(port.path) or Answer()
     except PortError:
         return None
 
 
+def _streams(path: str) -> bool:
+    port = open_port(path, _LIDAR_RATE, None)
+    try:
+        return streams(port)
+    finally:
+        close_port(port)
+
+
 def _ask_lidar(path: str) -> Answer | None:
-    reply = _exchange(path, 115_200, b'\nQT\nVV\n', _LIDAR_WAIT, lambda got: b'SERI:' in got)
+    reply = _exchange(path, _LIDAR_RATE, b'\nQT\nVV\n', _LIDAR_WAIT, lambda got: b'SERI:' in got)
     if match := re.search(rb'PROD:([^;\n]*)', reply):
         return Answer(LIDAR, match[1].decode('ascii', 'replace'))
     return Answer(LIDAR, 'a lidar with SCIP 1.1') if b'QT\n' in reply else None
@@ -90,18 +103,16 @@ def _request(
 def _exchange(
     path: str, rate: int, request: bytes, wait: float, complete: Callable[[bytes], object]
 ) -> bytes:
-    """Send a request; return what comes back until it is complete or nothing more comes."""
-    port = open_port(path, rate, wait)
+    """Send a request; return what comes back until it is complete, for some time [s] at most."""
+    port = open_port(path, rate, None)
     try:
         with port_errors():
             port.reset_input_buffer()
             port.write(request)
-            received = b''
-            while not complete(received):
-                more = port.read(max(1, port.in_waiting))
-                if not more or len(received) > 65536:
-                    break
-                received += more
+            received, end = b'', time.monotonic() + wait
+            while not complete(received) and (left := end - time.monotonic()) > 0.0:
+                port.timeout = left
+                received += port.read(max(1, port.in_waiting))
         return received
     finally:
         close_port(port)

@@ -37,6 +37,8 @@ class Answer:
         The servo's ID.
     wrong_mode
         Why the servo cannot be sent to positions, empty if it can.
+    streams
+        Whether it sends without being asked: a lidar with a driver of its own.
     """
 
     device: str = ''
@@ -44,6 +46,7 @@ class Answer:
     baud_rate: int = 0
     servo_id: int = 0
     wrong_mode: str = ''
+    streams: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +140,9 @@ def check_ports(lidar: Port, servo: Port | None, settings: ServoSettings) -> lis
         return [fault('one port for both', text, f'{_LAUNCH} lidar_port:=... servo_port:=...')]
     if _swapped(lidar, servo):
         text = f"the servo is at '{lidar.path}' and the lidar at '{servo.path}'"
-        remedy = f'{_LAUNCH} lidar_port:={servo.path} servo_port:={lidar.path}'
+        own = servo.answer is not None and servo.answer.streams  # a driver of its own
+        where = 'lidar:=...' if own else f'lidar_port:={servo.path}'
+        remedy = f'{_LAUNCH} {where} servo_port:={lidar.path}'
         return [fault('ports swapped', text, remedy)]
     return [*_check_port(lidar), *_check_port(servo), *_check_servo(servo, settings)]
 
@@ -187,10 +192,20 @@ def _check_answer(port: Port, name: str) -> list[Finding]:
         return [unknown('port', f'{name} may be used; no device was asked for an answer')]
     if not port.answer.device:
         return [fault('no answer', f'nothing answers at {name}', _to_wake(port))]
+    if port.answer.streams:
+        return [_check_stream(port, name)]
     if port.answer.device != port.device:
         text = f'at {name} answers a {port.answer.device}'
         return [fault('wrong device', text, f'{_LAUNCH} {port.device}_port:=...')]
     return [good('port', f'at {name} answers {port.answer.model}')]
+
+
+def _check_stream(port: Port, name: str) -> Finding:
+    text = f'something streams at {name}: a lidar with a driver of its own, such as an LD19'
+    if port.device == LIDAR:
+        return good('port', f'{text}; lidar:=... names it (docs/lidars.md)')
+    remedy = f'{_LAUNCH} lidar:=... servo_port:=... (`ls -l /dev/serial/by-id` shows which)'
+    return fault('wrong device', text, remedy)
 
 
 def _to_wake(port: Port) -> str:
