@@ -44,7 +44,10 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument('--namespace', default='', help='of the sensor')
     parser.add_argument('--frame-prefix', default='', help='of the sensor')
     parser.add_argument(
-        '--seconds', type=float, default=4.0, help='how long to listen to the running system'
+        '--seconds',
+        type=float,
+        default=4.0,
+        help='how long to listen to the running system; longer for clouds of long sweeps',
     )
     parser.add_argument(
         '--no-ask', action='store_true', help='do not ask free ports which device is there'

@@ -36,6 +36,7 @@ TOPICS = {
 }
 AGES = [0.11] * 40
 SCANS = Traffic('scan', 4.0, AGES, [0.1] * 39, frames=frozenset({'laser'}))
+CLOUDS = Traffic('points', 12.2, [6.2] * 2, [6.1], lasts=6.1)  # of an LD19's sweeps
 CONTENT = Content(0.9, 'nod_joint', frozenset({'nod_joint'}), [-0.6, 0.0, 0.6])
 PARENTS = {
     'nodlidar_base_link': frozenset({'base_link'}),
@@ -85,6 +86,8 @@ def without(frame):
         graph(),
         graph(on_sim_time=('/driver',), clock=True),
         check_traffic(SCANS),
+        check_traffic(CLOUDS),
+        check_traffic(replace(CLOUDS, seconds=4.0, ages=(), steps=())),
         check_content(CONTENT),
         check_frames(FRAMES),
         check_reports((Report('driver: device', 0, 'connected'),), True),
@@ -172,6 +175,9 @@ FAULTS = [
     (check_traffic(replace(SCANS, ages=AGES[:8])), 'low rate', 'profile:=fast'),
     (check_traffic(replace(SCANS, ages=[-3.0] * 40)), 'stamps in the future', 'chrony'),
     (check_traffic(replace(SCANS, ages=[500.0] * 40)), 'stamps in the past', 'chrony'),
+    (check_traffic(replace(CLOUDS, ages=())), 'silent topic', '/diagnostics'),
+    (check_traffic(replace(CLOUDS, seconds=24.4)), 'low rate', 'profile:=fast'),
+    (check_traffic(replace(CLOUDS, ages=[9.0] * 2)), 'stamps in the past', 'chrony'),
     (check_traffic(replace(SCANS, steps=[0.1, -0.1])), 'stamps go back', 'topic info -v /scan'),
     (check_traffic(replace(SCANS, ages=(), unstamped=40)), 'no stamp', 'stamps each message'),
     (check_content(replace(CONTENT, valid_share=0.0)), 'lidar sees nothing', 'window'),

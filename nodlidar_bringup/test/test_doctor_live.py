@@ -1,5 +1,6 @@
 """Faults put into running nodes, on real DDS: the command doctor finds and names each."""
 
+from contextlib import contextmanager
 import json
 import threading
 import time
@@ -7,13 +8,14 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TransformStamped
 from nodlidar_bringup.doctor import main
+from nodlidar_msgs.msg import NodCommand
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 FUTURE = 3 * 10**9
@@ -90,14 +92,16 @@ def test_each_fault_is_named(faulty_system, capsys):
     assert report['faults'] >= 12
 
 
-def test_the_port_of_hardware_that_ros2_control_drives_is_left_alone(capsys):
+@contextmanager
+def spinning_node(name, namespace, **parameters):
+    """Yield a node with parameters that spins in a thread."""
     context = rclpy.Context()
     rclpy.init(context=context)
     node = rclpy.create_node(
-        'servo',
-        namespace='apart',
+        name,
+        namespace=namespace,
         context=context,
-        parameter_overrides=[Parameter('controller', value='joint_trajectory_controller')],
+        parameter_overrides=[Parameter(key, value=value) for key, value in parameters.items()],
         automatically_declare_parameters_from_overrides=True,
     )
     executor = SingleThreadedExecutor(context=context)
@@ -105,11 +109,41 @@ def test_the_port_of_hardware_that_ros2_control_drives_is_left_alone(capsys):
     spinning = threading.Thread(target=executor.spin, daemon=True)
     spinning.start()
     try:
-        options = ['--namespace', '/apart', '--servo-port', '/dev/ttyUSB77', '--no-ask']
-        main(['--json', '--seconds', '1', *options])
+        yield node
     finally:
         executor.shutdown()
         rclpy.shutdown(context=context)
         spinning.join()
-    ports = json.loads(capsys.readouterr().out)['subjects']['ports']
+
+
+def subjects(capsys, *options):
+    main(['--json', '--seconds', '1', '--no-ask', *options])
+    return json.loads(capsys.readouterr().out)['subjects']
+
+
+def test_the_port_of_hardware_that_ros2_control_drives_is_left_alone(capsys):
+    with spinning_node('servo', 'apart', controller='joint_trajectory_controller'):
+        options = ['--namespace', '/apart', '--servo-port', '/dev/ttyUSB77']
+        ports = subjects(capsys, *options)['ports']
     assert [each for each in ports if 'servo' in each['text']] == []
+
+
+def test_clouds_of_slow_sweeps_are_no_fault(capsys):
+    settings = {'laser_xyz': [0.0, 0.0, 0.08], 'laser_rpy': [0.0] * 3}
+    settings |= {'cloud_mode': 'sweep', 'sweeps_per_cloud': 2}
+    sweep = 1.5  # s
+    with spinning_node('assembler', 'slow', **settings) as node:
+        commands = node.create_publisher(NodCommand, 'nod_command', 1)
+        clouds = node.create_publisher(PointCloud2, 'points', 1)
+
+        def cloud():
+            stamp_ns = time.time_ns() - round(2.0 * sweep * 1e9)  # of its first point
+            message = PointCloud2()
+            message.header.stamp = Time(nanoseconds=stamp_ns).to_msg()
+            clouds.publish(message)
+
+        command = NodCommand(sweep_duration=sweep)
+        node.create_timer(0.1, lambda: commands.publish(command))
+        node.create_timer(2.0 * sweep, cloud)
+        messages = subjects(capsys, '--namespace', '/slow')['messages']
+    assert [each['check'] for each in messages] == ['rate'], messages

@@ -4,18 +4,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
 
-from nodlidar_bringup.checks.finding import fault, Finding, good, warning
+from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
 from nodlidar_bringup.checks.graph import LAUNCH, SOURCES
 import numpy as np
 
 LEAST_RATE = {'scan': 5.0, 'joint_states': 12.0, 'points': 0.5}
-"""Slowest use of each topic [Hz]: a slow lidar, `profile:=fast`, clouds per sweep."""
+"""Slowest use of each topic [Hz]: a slow lidar, `profile:=fast`, clouds of short sweeps."""
+
+LEAST_SHARE = 0.6
+"""Share of the messages of long clouds that has to come: one may have begun before the watch."""
 
 LARGEST_FUTURE = 0.02
 """By how much a stamp may be ahead of this computer's clock [s]."""
 
 LARGEST_AGE = 2.0
-"""Age of a message that is not worth a finding [s]: a sweep, and the wait for odometry."""
+"""Age of a message's end that is not worth a finding [s]: computing, the wait for odometry."""
 
 LEAST_VALID = 0.02
 """Share of the beams that see something, in any room."""
@@ -46,6 +49,8 @@ class Traffic:
         Whether the topic has a publisher.
     namespace
         Of the sensor, without a slash at the end.
+    lasts
+        Time from first to last point of a message [s], at most.
     """
 
     topic: str
@@ -56,6 +61,7 @@ class Traffic:
     frames: frozenset[str] = frozenset()
     published: bool = True
     namespace: str = ''
+    lasts: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,14 +97,19 @@ def check_traffic(traffic: Traffic) -> list[Finding]:
     name, node = f"'{traffic.topic}'", SOURCES.get(traffic.topic, 'publisher')
     if not count:
         text = f'no message came on {name} in {traffic.seconds:.0f} s'
+        if traffic.seconds < 2.0 * traffic.lasts:
+            text = f'{text}; one may take {traffic.lasts:.0f} s'
+            return [unknown('silent topic', text, f'doctor --seconds {2.0 * traffic.lasts:.0f}')]
         return [fault('silent topic', text, f'ros2 topic echo /diagnostics, and see the {node}')]
     findings = _stamps(traffic, name)
     rate, least = count / traffic.seconds, LEAST_RATE.get(traffic.topic, 0.0)
+    if traffic.lasts:
+        least = min(least, LEAST_SHARE / traffic.lasts)
     if rate < least:
-        text = f'{name} comes {rate:.1f} times a second, at least {least:g} are usual'
+        text = f'{name} comes {rate:.3g} times a second, at least {least:.3g} are usual'
         remedy = f'ros2 topic echo /diagnostics says why the {node} is slow; try profile:=fast'
         findings.append(warning('low rate', text, remedy))
-    return findings or [good('rate', f'{name} comes {rate:.1f} times a second')]
+    return findings or [good('rate', f'{name} comes {rate:.3g} times a second')]
 
 
 def _stamps(traffic: Traffic, name: str) -> list[Finding]:
@@ -110,7 +121,7 @@ def _stamps(traffic: Traffic, name: str) -> list[Finding]:
     if age < -LARGEST_FUTURE:
         text = f"stamps on {name} are {-age:.2g} s ahead of this computer's clock"
         findings.append(fault('stamps in the future', text, _synchronise()))
-    elif age > LARGEST_AGE:
+    elif age > LARGEST_AGE + traffic.lasts:
         text = f"stamps on {name} are {age:.2g} s behind this computer's clock"
         findings.append(fault('stamps in the past', text, _synchronise()))
     backwards = sum(step < 0.0 for step in traffic.steps)

@@ -4,13 +4,15 @@ from argparse import Namespace
 from dataclasses import replace
 import math
 import os
+import sys
 import time
 from typing import Any
 
+from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP
 from nodlidar_bringup import arguments
 from nodlidar_bringup.checks.ask import ask
 from nodlidar_bringup.checks.finding import fault, Finding
-from nodlidar_bringup.checks.graph import check_graph, Graph, is_running, LIFECYCLE, SOURCES
+from nodlidar_bringup.checks.graph import check_graph, is_running, LIFECYCLE, SOURCES
 from nodlidar_bringup.checks.host import check_host
 from nodlidar_bringup.checks.host_facts import HostWatch
 from nodlidar_bringup.checks.mounting import check_mounting
@@ -44,7 +46,7 @@ _PORTS = {
 _SETTINGS = {
     'driver': ('use_sim_time', 'port'),
     'servo': ('use_sim_time', 'port', 'baud_rate', 'servo_id'),
-    'assembler': ('use_sim_time', 'laser_xyz', 'laser_rpy'),
+    'assembler': ('use_sim_time', 'laser_xyz', 'laser_rpy', 'cloud_mode', 'sweeps_per_cloud'),
 }
 _OF_ROS2_CONTROL = ('use_sim_time', 'controller')  # of the node that takes the servo's place
 Settings = dict[str, dict[str, Any]]
@@ -111,14 +113,15 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
         settings |= settings_of(node, {f'{space}/servo': _OF_ROS2_CONTROL})
     lifecycle = [name for name in running if name in {f'{space}/{n}' for n in LIFECYCLE}]
     settings = {name.rsplit('/', 1)[-1]: values for name, values in settings.items()}
-    watch.listen(max(options.seconds, 1.0))
+    lasts = _cloud_lasts(settings.get('assembler', {}), watch.sweep_duration)
+    _listen(watch, max(options.seconds, 1.0), lasts)
     on_sim_time = [f'{space}/{n}' for n, v in settings.items() if v.get('use_sim_time')]
     graph = replace(watch.graph(on_sim_time), inactive=inactive(node, lifecycle))
     frames = _frames(watch, options.frame_prefix, settings)
     return (
         [
             Section('nodes', check_graph(graph)),
-            Section('messages', _of_messages(watch, graph, options.frame_prefix)),
+            Section('messages', _of_messages(watch, lasts, options.frame_prefix)),
             Section('transforms', check_frames(frames)),
             Section('mount', _of_mount(watch, frames)),
             Section('diagnostics', check_reports(watch.reports, running=True)),
@@ -138,8 +141,25 @@ def _discover(watch: SystemWatch) -> None:
             return
 
 
-def _of_messages(watch: SystemWatch, graph: Graph, prefix: str) -> list[Finding]:
-    of_topics = [finding for name in SOURCES for finding in check_traffic(watch.traffic(name))]
+def _cloud_lasts(assembler: dict[str, Any], sweep: float | None) -> float:
+    """Return how long a cloud lasts [s]: that of one scan is a moment."""
+    if assembler.get('cloud_mode') != 'sweep':
+        return 0.0
+    sweeps: int = assembler['sweeps_per_cloud']
+    return LONGEST_SWEEP if sweep is None else min(sweeps * sweep, LONGEST_SWEEP)
+
+
+def _listen(watch: SystemWatch, seconds: float, lasts: float) -> None:
+    """Listen for some time [s], and for two clouds if a nod is commanded that makes them."""
+    if watch.sweep_duration is not None and seconds < 2.0 * lasts:
+        seconds = 2.0 * lasts
+        print(f'listening for {seconds:.0f} s: a cloud takes {lasts:.1f} s', file=sys.stderr)
+    watch.listen(seconds)
+
+
+def _of_messages(watch: SystemWatch, lasts: float, prefix: str) -> list[Finding]:
+    traffic = [watch.traffic(name, lasts if name == 'points' else 0.0) for name in SOURCES]
+    of_topics = [finding for each in traffic for finding in check_traffic(each)]
     return [*of_topics, *check_content(watch.content(f'{prefix}nod_joint'))]
 
 

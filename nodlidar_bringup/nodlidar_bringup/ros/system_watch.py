@@ -10,6 +10,7 @@ from nodlidar_bringup.checks.graph import Endpoint, Graph, SOURCES, Topic
 from nodlidar_bringup.checks.reports import Report
 from nodlidar_bringup.checks.traffic import Content, Traffic
 from nodlidar_common.stamps import time_ns
+from nodlidar_msgs.msg import NodCommand
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
@@ -37,6 +38,15 @@ class SystemWatch:
     ----------
     node
         The node that listens, in the namespace of the sensor.
+
+    Attributes
+    ----------
+    parents
+        The parents of each frame.
+    transforms
+        The latest transform to each frame.
+    sweep_duration
+        Of the nod that is commanded [s]; None until a command was heard.
     """
 
     def __init__(self, node: Node) -> None:
@@ -47,6 +57,8 @@ class SystemWatch:
         self._reports: dict[str, Report] = {}
         for name, kind in TYPES.items():
             node.create_subscription(kind, name, self._keeper(name), LISTENING)
+        self.sweep_duration: float | None = None
+        node.create_subscription(NodCommand, 'nod_command', self._commanded, LISTENING)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._reported, 20)
         for topic in {'/tf', 'tf'}:
             node.create_subscription(TFMessage, topic, self._transformed, LISTENING)
@@ -68,6 +80,9 @@ class SystemWatch:
     def _keeper(self, name: str) -> Any:
         kept = self._arrivals[name]
         return lambda message: kept.append((time.time_ns(), message))
+
+    def _commanded(self, message: NodCommand) -> None:
+        self.sweep_duration = message.sweep_duration
 
     def _transformed(self, message: TFMessage) -> None:
         for transform in message.transforms:
@@ -114,8 +129,8 @@ class SystemWatch:
             tuple(sorted(types)),
         )
 
-    def traffic(self, name: str) -> Traffic:
-        """Return the messages of a topic."""
+    def traffic(self, name: str, lasts: float = 0.0) -> Traffic:
+        """Return the messages of a topic, of which each lasts for some time [s]."""
         came = self._arrivals[name]
         stamps = [time_ns(message.header.stamp) for _, message in came]
         arrivals = [arrival for arrival, _ in came]
@@ -131,6 +146,7 @@ class SystemWatch:
             frozenset(message.header.frame_id for _, message in came),
             published,
             self._namespace,
+            lasts,
         )
 
     def _watched(self, arrivals: Sequence[int]) -> float:
