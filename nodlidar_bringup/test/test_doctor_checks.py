@@ -255,6 +255,18 @@ def test_advice_about_a_sensor_in_a_namespace_names_its_topics():
     assert set(named) == {'/left/scan', '/left/servo/status'}
 
 
+def test_of_all_diagnostics_those_of_the_sensor_count():
+    others = ('battery_monitor: battery', 'right/mapper: map', 'left/camera: device', 'driver: x')
+    names = (*others, 'left/mapper: map', 'left/driver: device')
+    reports = tuple(Report(name, 2, 'broken') for name in names)
+    found = check_reports(reports, True, '/left')
+    assert [each.text for each in found] == [f'{name}: broken' for name in names[-2:]]
+    [found] = check_reports(reports, True)
+    assert found.text == 'driver: x: broken'
+    [found] = check_reports(reports[:1], True)
+    assert found.level == Level.UNKNOWN
+
+
 def test_swapped_ports_are_not_reported_as_other_faults():
     [found] = ports({'answer': SERVO.answer}, {'answer': LIDAR.answer})
     assert found.check == 'ports swapped'

@@ -4,7 +4,11 @@ from dataclasses import dataclass
 import re
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, Level, unknown
+from nodlidar_bringup.checks.graph import SOURCES
 from nodlidar_bringup.checks.ports import INSTALL_RULES
+
+NODES = (*SOURCES.values(), 'mapper')
+"""Nodes of ours that report; all others of a robot do so on the same topic."""
 
 # What mends a report that has these words; the first that matches.
 _REMEDIES = (
@@ -40,12 +44,27 @@ class Report:
     message: str
 
 
-def check_reports(reports: tuple[Report, ...], running: bool) -> list[Finding]:
-    """Return a finding for each status that is not OK."""
+def check_reports(
+    reports: tuple[Report, ...], running: bool, namespace: str = ''
+) -> list[Finding]:
+    """Return a finding for each status of a sensor that is not OK.
+
+    Parameters
+    ----------
+    reports
+        All statuses, also those of other sensors and of other programs.
+    running
+        Whether the sensor runs.
+    namespace
+        Of the sensor, without a slash at the end.
+    """
     if not running:
         return []
+    own = [f'{namespace}/{node}' for node in NODES]
+    reports = tuple(each for each in reports if f'/{each.name.partition(":")[0]}' in own)
     if not reports:
-        return [unknown('diagnostics', 'no node published /diagnostics while it was watched')]
+        text = 'no node of the sensor published /diagnostics while it was watched'
+        return [unknown('diagnostics', text)]
     findings = [_finding(report) for report in reports if report.level]
     return findings or [good('diagnostics', f'{len(reports)} statuses are OK')]
 

@@ -124,7 +124,7 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
             Section('messages', _of_messages(watch, lasts, options.frame_prefix)),
             Section('transforms', check_frames(frames)),
             Section('mount', _of_mount(watch, frames)),
-            Section('diagnostics', check_reports(watch.reports, running=True)),
+            Section('diagnostics', check_reports(watch.reports, True, space)),
         ],
         settings,
         True,
