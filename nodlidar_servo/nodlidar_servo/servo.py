@@ -166,7 +166,9 @@ class Servo:
             return
         for _ in range(_ATTEMPTS_TO_STOP):
             with suppress(ReplyError):
-                self.set_torque(False)
+                if self.torque:
+                    self.set_torque(False)
                 set_watchdog(self._bus, self._table, on=False)
                 return
-        raise DeviceError('the servo did not confirm that its torque is off')
+        if self.torque:
+            raise DeviceError('the servo did not confirm that its torque is off')

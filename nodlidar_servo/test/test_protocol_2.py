@@ -225,6 +225,26 @@ def test_a_servo_whose_host_dies_stops_and_can_be_driven_again():
     assert (bench[table.TORQUE_ENABLE], bench[table.WATCHDOG]) == (0, 0)
 
 
+def test_torque_that_is_off_is_no_error_when_the_watchdog_confirms_nothing():
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(0.3, 2.0)
+    receive, requests = bench.faults.receive, []
+    no_watchdog = PROTOCOL_2.encode(1, 3, PROTOCOL_2.number(table.WATCHDOG.address) + b'\0')
+
+    def receive_but_lose_a_reply(data, now_ns):
+        bench.faults.mute = data == no_watchdog
+        requests.append(data)
+        receive(data, now_ns)
+
+    bench.faults.receive = receive_but_lose_a_reply
+    servo.disconnect()
+    assert requests.count(torque_off(1, TABLE_2).request) == 1
+    assert requests.count(no_watchdog) == 8
+    assert not servo.torque
+    assert (bench[table.TORQUE_ENABLE], bench[table.WATCHDOG]) == (0, 0)
+
+
 def test_another_protocol_does_not_answer():
     with pytest.raises(NoAnswerError):
         Bench().connect(ServoConfig(model='RX-24F'))
