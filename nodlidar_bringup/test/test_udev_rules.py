@@ -32,11 +32,16 @@ def test_each_rule_matches_and_then_assigns(rule):
     assert re.fullmatch(f'({MATCHES}, )+{ASSIGNS}(, {ASSIGNS})*', rule)
 
 
-@pytest.mark.skipif(not shutil.which('udevadm'), reason='udev is not installed here')
+def can_verify():
+    """Return whether there is a udevadm with `verify`, which systemd has since 254."""
+    if not shutil.which('udevadm'):
+        return False
+    return subprocess.run(['udevadm', 'verify', '--help'], capture_output=True).returncode == 0
+
+
+@pytest.mark.skipif(not can_verify(), reason='no udev that verifies rules is installed here')
 def test_udev_accepts_the_file():
     verified = subprocess.run(['udevadm', 'verify', RULES], capture_output=True, text=True)
-    if 'Unknown command' in verified.stderr or 'unknown' in verified.stderr.lower():
-        pytest.skip('this udev has no verify')
     assert verified.returncode == 0, verified.stderr
 
 
