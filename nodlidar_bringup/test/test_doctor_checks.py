@@ -146,6 +146,7 @@ FAULTS = [
     (graph((*NODES, '/servo')), 'two nodes of one name', 'namespace:='),
     (graph(on_sim_time=('/driver',)), 'no simulated time', 'set /driver use_sim_time false'),
     (graph(points=Topic('points')), 'no publisher', 'robot.launch.py'),
+    (graph(scan=Topic('scan')), 'no publisher', 'with lidar:=... start that driver yourself'),
     (
         check_graph(Graph(NODES, tuple(TOPICS.values()), inactive=('/driver',))),
         'node not active',

@@ -11,6 +11,7 @@ from nodlidar_servo.packets import PROTOCOL_1, PROTOCOL_2
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.setup.command import (
     check_lidar,
+    main,
     node_parameters,
     parameter_file,
     Port,
@@ -294,6 +295,14 @@ def test_the_command_that_starts_the_nod(tmp_path):
         ' servo_port:=/dev/ttyUSB1'
     )
     assert start_command('p', config, tmp_path / 'a').endswith(f' servo_params:={tmp_path}/a')
+
+
+def test_the_command_is_shown_with_what_another_lidar_needs(capsys):
+    with PseudoTerminals({'servo': make(XServoEmulator)}) as ports:
+        assert main(['--port', ports['servo'], '--yes']) == 0
+    [*_, hint, command] = capsys.readouterr().out.splitlines()
+    assert 'lidar:=' in hint
+    assert command == start_command(ports['servo'], ServoConfig(model='XL430-W250'), None)
 
 
 def test_every_error_is_a_device_error():

@@ -127,8 +127,12 @@ def _publishers(topic: Topic, full: str) -> list[Finding]:
         return []
     node = SOURCES[topic.name]
     if not topic.publishers:
-        text = f"nobody publishes '{topic.name}': no {node} runs in this namespace"
-        return [fault('no publisher', text, f'{LAUNCH}, and read what the {node} says')]
+        who = 'driver of the lidar' if node == 'driver' else node
+        text = f"nobody publishes '{topic.name}': no {who} runs in this namespace"
+        remedy = f'{LAUNCH}, and read what the {who} says'
+        if node == 'driver':
+            remedy += '; with lidar:=... start that driver yourself (docs/lidars.md)'
+        return [fault('no publisher', text, remedy)]
     names = [endpoint.node for endpoint in topic.publishers]
     if len(names) > 1:
         text = f"'{topic.name}' has {len(names)} publishers: {', '.join(names)}"

@@ -182,7 +182,9 @@ def _show_start(result: Result, options: argparse.Namespace) -> None:
         print(f"parameters of the node: '{file}'")
     if not options.dry_run and result.after.faults():
         print('still wrong: ' + '; '.join(result.after.faults()))
-    print('This starts the nod, the motor moves:')
+    print(
+        'This starts the nod, the motor moves; without a Hokuyo, add lidar:=... (docs/lidars.md):'
+    )
     print(start_command(options.port, result.config, file))
 
 
