@@ -139,5 +139,5 @@ class PitchScale:
         return low, high
 
     def tick(self, pitch: float) -> int:
-        """Return the tick nearest to a pitch [rad] within the servo's range."""
+        """Return the tick nearest to a pitch [rad]; the caller keeps that in `pitch_range`."""
         return self.zero_tick + round(self.sign * pitch / self.model.tick_angle)
