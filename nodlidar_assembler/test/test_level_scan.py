@@ -101,3 +101,67 @@ def level_scans(beam_period):
 def test_scans_that_overlap_a_little_all_count(beams_too_many):
     """As of drivers that stamp a scan when it has come, with the time since the one before."""
     assert level_scans(0.1 / (449 - beams_too_many)) == level_scans(0.1 / 460) > 10
+
+
+def steady(seconds):
+    """Return the pitch of a nod with a sweep of 0.74 s each way."""
+    return np.interp(seconds % 1.48, [0.0, 0.74, 1.48], [-0.5, 0.5, -0.5])
+
+
+def returning(seconds):
+    """Return the pitch of a nod that goes down in 0.2 s, first of all, and sees two rows then."""
+    return np.interp((seconds + 0.8) % 0.94, [0.0, 0.74, 0.94], [-0.5, 0.5, -0.5])
+
+
+def resting(seconds):
+    """Return the pitch of a nod that stops after 3 s, in the middle of a sweep up."""
+    return np.where(seconds < 3.33, steady(seconds), steady(3.33))
+
+
+def around_a_box(mode, pitch_at, seen=lambda number: True):
+    """Return the level scans of 10 s amid a box, 1.2 m away, that only rows below -0.2 rad hit."""
+    config = AssemblerConfig(level_scan=mode, veil_angle=0.0)
+    pipeline, scanner = Pipeline(config), LevelScanner(config)
+    beams, period_ns = 1500, 100_000_000  # several for each azimuth of a level scan
+    geometry = ScanGeometry(beams, 0.0, math.tau / beams, 0.1 / beams, 0.02, 12.0)
+    sample_ns = START_NS + np.arange(-20, 1020) * 10_000_000
+    samples = pitch_at((sample_ns - START_NS) / 1e9)
+    found = []
+    for number in filter(seen, range(100)):
+        stamp_ns = START_NS + number * period_ns
+        seconds = (number * period_ns + np.arange(beams) * period_ns / beams) / 1e9
+        scan = Scan(
+            stamp_ns, geometry, np.where(pitch_at(seconds) < -0.2, 1.2, 4.0).astype(np.float32)
+        )
+        around = np.abs(sample_ns - stamp_ns) < 200_000_000
+        found += scanner.add(pipeline.add_scan(scan, sample_ns[around], samples[around]))
+    return found
+
+
+def shows_box(scan):
+    """Return whether a level scan has the box at each azimuth."""
+    return bool(np.all(scan.ranges < 1.3))
+
+
+@pytest.mark.parametrize('pitch_at', [steady, returning, resting])
+@pytest.mark.parametrize('mode', ['sweep', 'scan'])
+def test_no_level_scan_lacks_the_rows_of_a_part_of_the_nod(mode, pitch_at):
+    found = around_a_box(mode, pitch_at)
+    assert len(found) >= 3
+    assert all(map(shows_box, found))
+
+
+@pytest.mark.parametrize('mode', ['sweep', 'scan'])
+@pytest.mark.parametrize('first', range(40, 55))
+def test_a_sweep_that_misses_scans_makes_no_level_scan(mode, first):
+    found = around_a_box(mode, steady, lambda number: not first <= number < first + 4)
+    assert len(found) >= 6
+    assert all(map(shows_box, found))
+
+
+@pytest.mark.parametrize('mode', ['sweep', 'scan'])
+def test_a_single_scan_that_is_missing_costs_no_level_scan(mode):
+    whole = around_a_box(mode, steady)
+    found = around_a_box(mode, steady, lambda number: number != 47)
+    assert len(found) == len(whole) - (mode == 'scan')
+    assert all(map(shows_box, found))

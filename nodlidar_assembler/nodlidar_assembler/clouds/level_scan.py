@@ -4,12 +4,16 @@ Every beam crosses the band of heights on one segment, from where it enters the 
 leaves it or ends. A segment that ends at a surface in the band is a hit. A segment that crosses
 the circle of level_scan_free has seen that azimuth free. All are as of one instant: where the
 robot, by odometry, would have seen them from its pose at that instant.
+
+One beam that passes makes an azimuth free, so rows that were not seen could hide what is there.
+Therefore there is no level scan of a sweep that misses scans, and none while the nod rests.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from statistics import median_low
 from typing import Any
 
 from nodlidar_assembler.clouds.band_segments import Segments, segments_in_band
@@ -26,6 +30,13 @@ from numpy.typing import NDArray
 _THINNED = 64
 # A beam that returns nothing is followed for so many times level_scan_range, or to range_max.
 _REACH = 10.0
+# The usual interval of scans is the median of the last ones. One that is longer than so many times
+# that leaves out two rows or more.
+_INTERVALS, _LONGEST_INTERVAL = 21, 2.5
+# A sweep that takes less than this share of the one before is its return, with few rows.
+_RETURN = 0.5
+# A nod without a reversal for so many times what it took before rests.
+_RESTS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,6 +86,8 @@ class LevelScanner:
         self._config = config
         floor = config.sensor_height - config.laser_xyz[2]
         self._band = config.band_bottom - floor, config.band_top - floor
+        self._stamp_ns = 0
+        self._intervals_ns: deque[int] = deque(maxlen=_INTERVALS)
         self.restart()
 
     def restart(self) -> None:
@@ -82,6 +95,7 @@ class LevelScanner:
         self._reversals = ReversalFinder()
         self._scans: deque[Segments] = deque(maxlen=MOST_SCANS)
         self._last_reversal_ns: int | None = None
+        self._begin_ns: int | None = None  # of the last whole sweep, or of the one that it returns
         self._sweep_ns = 0
         self._newest_ns = 0
 
@@ -93,6 +107,8 @@ class LevelScanner:
             self.restart()
         if times_ns[-1] <= self._newest_ns and self._scans:
             return []
+        if self._misses_scans(scan.stamp_ns):
+            self.restart()
         # The first beams of a scan may be stamped before the last ones of the scan before.
         times_ns = np.maximum(times_ns, self._newest_ns)
         self._newest_ns = int(times_ns[-1])
@@ -102,24 +118,46 @@ class LevelScanner:
             reversal_ns = self._reversals.add(int(times_ns[k]), float(assembled.pitch[k]))
             if reversal_ns is not None:
                 level_scans += self._swept(reversal_ns)
-        if self._config.level_scan == 'scan' and self._sweep_ns:
-            level_scans = self._of(self._newest_ns - self._sweep_ns, self._newest_ns)
+        if self._config.level_scan == 'scan':
+            level_scans = self._since_sweep()
         self._forget()
         return level_scans
+
+    def _misses_scans(self, stamp_ns: int) -> bool:
+        """Return whether scans are missing before one with a stamp [ns]."""
+        interval_ns, self._stamp_ns = stamp_ns - self._stamp_ns, stamp_ns
+        if not self._newest_ns:
+            return False
+        self._intervals_ns.append(interval_ns)
+        return interval_ns > _LONGEST_INTERVAL * median_low(self._intervals_ns)
 
     def _swept(self, reversal_ns: int) -> list[LevelScan]:
         """Return the level scan of the sweep that a reversal ended, if all of it was seen."""
         begin_ns, self._last_reversal_ns = self._last_reversal_ns, reversal_ns
         if begin_ns is None or not begin_ns < reversal_ns:
             return []
-        self._sweep_ns = reversal_ns - begin_ns
-        return self._of(begin_ns, reversal_ns)
+        before_ns, self._sweep_ns = self._sweep_ns, reversal_ns - begin_ns
+        if self._begin_ns is None or self._sweep_ns >= _RETURN * before_ns:
+            self._begin_ns = begin_ns
+        return self._of(self._begin_ns, reversal_ns)
+
+    def _since_sweep(self) -> list[LevelScan]:
+        """Return the level scan of the last whole sweep and of the beams since.
+
+        Back to the same point of that sweep would not do: in the middle of the nod, these are
+        twice the rows of one half.
+        """
+        begin_ns, reversal_ns = self._begin_ns, self._last_reversal_ns
+        if begin_ns is None or reversal_ns is None:
+            return []
+        if self._newest_ns - reversal_ns > _RESTS * (reversal_ns - begin_ns):
+            return []
+        return self._of(begin_ns, self._newest_ns)
 
     def _forget(self) -> None:
         """Forget the scans before the sweep that is needed next."""
-        needed_ns = self._newest_ns - self._sweep_ns
-        if self._last_reversal_ns is not None:
-            needed_ns = min(needed_ns, self._last_reversal_ns)
+        known = (self._begin_ns, self._last_reversal_ns, self._newest_ns)
+        needed_ns = next(each for each in known if each is not None)
         needed_ns = max(needed_ns, self._newest_ns - round(LONGEST_SWEEP * NS_PER_S))
         while self._scans and not self._ends_after(self._scans[0], needed_ns):
             self._scans.popleft()
@@ -134,6 +172,8 @@ class LevelScanner:
 
     def _of(self, begin_ns: int, end_ns: int) -> list[LevelScan]:
         """Return the level scan of the beams after one instant, up to another [ns]."""
+        if end_ns - begin_ns > LONGEST_SWEEP * NS_PER_S:
+            return []  # the first of them are forgotten
         segments = Segments.joined([each.between(begin_ns, end_ns) for each in self._scans])
         if not len(segments.time_ns):
             return []
