@@ -138,6 +138,22 @@ def test_a_goal_is_cancelled_at_any_time_with_feedback_until_then(log):
     assert 0.0 < feedback.time_to_go < result.predicted_time
 
 
+def test_a_goal_that_is_cancelled_before_it_begins_ends_no_other_one(log):
+    """As when both requests arrive together: rclpy takes them before it executes the goal."""
+    before, _ = parts(log, 5)
+    with bench() as running:
+        client = Client(running)
+        running.feed(before)
+        handle = client.send(FINE)
+        running.spin_until(lambda: running.node.scans_region)
+        running.node._region._cancel(None)
+        running.spin_until(lambda: len(client.feedback) >= 1)
+        assert running.node.scans_region
+        running.spin_until(handle.cancel_goal_async().done)
+        status, _ = client.result(handle)
+    assert status == GoalStatus.STATUS_CANCELED
+
+
 def test_a_goal_ends_at_its_time_limit_even_if_the_lidar_is_silent(log):
     before, _ = parts(log, 5)
     with bench() as running:

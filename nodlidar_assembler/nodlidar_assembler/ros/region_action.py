@@ -56,6 +56,7 @@ class RegionAction:
         self._node, self._config, self._nod = node, config, nod
         self._frame_id, self._survival = frame_id, survival
         self._scan: RegionScan | None = None
+        self._goal: ServerGoalHandle | None = None  # for which it scans
         self._over: Future[None] = Future()
         self._mount: tuple[float, float] | None = None
         self._server = ActionServer(
@@ -109,7 +110,8 @@ class RegionAction:
             self._over.set_result(None)
 
     def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
-        self.end('cancelled')
+        if goal is self._goal:  # not one that is about to be refused
+            self.end('cancelled')
         return CancelResponse.ACCEPT
 
     async def _execute(self, goal: ServerGoalHandle) -> ScanRegion.Result:
@@ -123,11 +125,12 @@ class RegionAction:
             self._node.get_logger().warning(f'scan_region refused: {error}')
             goal.abort()
             return ScanRegion.Result(message=f'refused: {error}')
+        self._goal = goal
         report = self._survival.guarded(lambda: self._report(goal, scan))
         timer = create_steady_timer(self._node, FEEDBACK_PERIOD, report)
         await self._over
         self._node.destroy_timer(timer)
-        self._scan = None
+        self._scan = self._goal = None
         result = self._result(scan)
         if goal.is_cancel_requested:
             goal.canceled()
