@@ -32,10 +32,11 @@ class MotorLimits:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What was set: limits, the torque limit's register, and the return delay [ns]."""
+    """What was set: limits, registers, and the return delay [ns]; gain 0: it is left as it is."""
 
     limits: MotorLimits
     torque_limit: int
+    position_gain: int
     return_delay_ns: int
 
 
@@ -67,16 +68,21 @@ def prepare(bus: DynamixelBus, config: ServoConfig) -> Setting:
     torque_limit = round(config.torque_limit * found.most_torque)
     write_torque_limit(bus, table, torque_limit)
     gain = config.position_gain or config.scale.model.position_gain
-    if gain and table.position_gain is not None:
-        bus.write(table.position_gain, gain.to_bytes(2, 'little'))
+    write_position_gain(bus, table, gain)
     delay_ns = bus.read(table.return_delay, 1).data[0] * _RETURN_DELAY_UNIT_NS
     limits = MotorLimits(found.temperature, found.voltage_min, found.voltage_max, found.shutdown)
-    return Setting(limits, torque_limit, delay_ns)
+    return Setting(limits, torque_limit, gain, delay_ns)
 
 
 def write_torque_limit(bus: DynamixelBus, table: ControlTable, limit: int) -> None:
     """Write the torque limit; Protocol 1.0: it revives a motor that has shut itself down."""
     bus.write(table.torque_limit, limit.to_bytes(2, 'little'))
+
+
+def write_position_gain(bus: DynamixelBus, table: ControlTable, gain: int) -> None:
+    """Write the P gain of the position loop, unless it is 0 or not in RAM."""
+    if gain and table.position_gain is not None:
+        bus.write(table.position_gain, gain.to_bytes(2, 'little'))
 
 
 def set_watchdog(bus: DynamixelBus, table: ControlTable, *, on: bool) -> None:

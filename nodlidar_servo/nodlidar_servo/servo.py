@@ -8,14 +8,21 @@ from nodlidar_common.serial_port import SerialPort
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.dynamixel_bus import DynamixelBus
 from nodlidar_servo.positions import PositionCheck
-from nodlidar_servo.preparation import hardware_errors, prepare, set_watchdog, write_torque_limit
-from nodlidar_servo.replies import LateReplyError, Reply, ReplyError
+from nodlidar_servo.preparation import (
+    hardware_errors,
+    prepare,
+    set_watchdog,
+    write_position_gain,
+    write_torque_limit,
+)
+from nodlidar_servo.replies import LateReplyError, NoAnswerError, Reply, ReplyError
 from nodlidar_servo.sample import Sample
 from nodlidar_servo.sample_time import excess_ns, sample_time_ns, UsualExcess, WireTime
 
 _ATTEMPTS_TO_STOP = 8
 _SPARE = 6  # bytes before those that measure may be read, too
 _TRIALS = 8  # reads that measure how long the adapter holds replies back
+_MISSED_BY_RESET = 3  # answers in a row; a servo that starts anew takes longer than that
 _USUAL_FOR = 0.5  # s; replies that have been late for so long are usual
 
 
@@ -48,6 +55,7 @@ class Servo:
         )
         self._torque: bool | None = None
         self._is_connected = False
+        self._missed = 0
         # The configured acceleration is what the servo reaches at least. It may do more, so a low
         # one is no bound for its positions; the default is, as for any servo.
         strongest = max(config.acceleration, ServoConfig.acceleration)
@@ -105,7 +113,15 @@ class Servo:
         return hardware_errors(self._bus, self._table) if has_alarm else 0
 
     def _read_present(self) -> Reply:
-        return self._bus.read(self._table.present, self._table.present_size, _SPARE)
+        try:
+            reply = self._bus.read(self._table.present, self._table.present_size, _SPARE)
+        except NoAnswerError:
+            self._missed += 1
+            raise
+        if self._missed >= _MISSED_BY_RESET and self._torque:
+            self._torque = None  # its supply may have dipped: without torque and what was set
+        self._missed = 0
+        return reply
 
     def _stamp(self, reply: Reply) -> int:
         wire = self._wire(reply)
@@ -137,10 +153,10 @@ class Servo:
         goal = self._table.goal(self._scale.tick(pitch), speed_counts)
         self._bus.post(self._table.drive, goal)
         if not has_torque:
+            # They may have been reset.
+            write_position_gain(self._bus, self._table, self._setting.position_gain)
             if not self.shut_down:
-                write_torque_limit(
-                    self._bus, self._table, self._setting.torque_limit
-                )  # it may have been reset
+                write_torque_limit(self._bus, self._table, self._setting.torque_limit)
             self.set_torque(True)
 
     def set_torque(self, on: bool) -> None:

@@ -14,6 +14,7 @@ from nodlidar_servo.replies import CorruptReplyError, LateReplyError, NoAnswerEr
 from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, LOST_AFTER, Schedule, ServoLoop
 from nodlidar_sim.devices import rx_table as table
+from nodlidar_sim.devices import x_table
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.rx_motor import SPEED_UNIT, TICK
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
@@ -236,6 +237,33 @@ def test_a_cycle_without_replies_costs_one_sample(lost):
     bench.run(0.2)
     assert bench.figures.failures == {'no answer': lost + 1}
     assert bench.figures.missed_cycles == 0
+
+
+@pytest.mark.parametrize(
+    ('model', 'registers', 'limit', 'torque', 'gain'),
+    [
+        ('RX-24F', table, table.TORQUE_LIMIT, table.TORQUE_ENABLE, None),
+        ('XL430-W250', x_table, x_table.GOAL_PWM, x_table.TORQUE_ENABLE, x_table.P_GAIN),
+    ],
+)
+def test_a_servo_whose_supply_dips_gets_torque_and_settings_again(
+    model, registers, limit, torque, gain
+):
+    config = ServoConfig(model=model, torque_limit=0.5, position_gain=0 if gain is None else 900)
+    bench = Bench(config=config)
+    kept = [register for register in (limit, torque, gain) if register is not None]
+    bench.run(1.0)
+    before = [bench.emulator.table[register] for register in kept]
+    bench.faults.mute = True
+    bench.run(0.04)
+    for register in registers.REGISTERS:
+        if register.address >= registers.EEPROM_END:
+            bench.emulator.table[register] = register.default
+    assert [bench.emulator.table[register] for register in kept] != before
+    bench.faults.mute = False
+    bench.run(0.1)
+    assert [bench.emulator.table[register] for register in kept] == before
+    assert not bench.following.fault
 
 
 def failing_at_first(read, error, times):
