@@ -188,6 +188,23 @@ def test_without_tf_every_scan_is_dropped_and_counted(log):
         assert not running.clouds
 
 
+def test_odometry_of_a_clock_that_is_ahead_is_named():
+    with bench() as running:
+        node = running.node
+
+        def warned(ahead):
+            stamp_ns = node.get_clock().now().nanoseconds + round(ahead * 1e9)
+            direct = transform('odom', 'nodlidar_base_link', stamp_ns, (0, 0, 0), (0, 0, 0, 1))
+            running._tf.publish(TFMessage(transforms=[direct]))
+            running.spin_until(lambda: node.odometry.newest_ns == stamp_ns)
+            return [text for text in node.diagnosis._warnings() if 'in the future' in text]
+
+        assert not warned(0.05)
+        (text,) = warned(0.4)
+        assert 'odometry is stamped 0.' in text
+        assert 'synchronise the clocks' in text
+
+
 def test_without_odometry_scans_are_uncompensated_in_their_own_frame_if_so_told(log):
     late = log.odometry.time_ns > log.scans[-1].stamp_ns + SCAN_NS
     begins_after = replace(log, odometry=part_of(log.odometry, late))

@@ -20,6 +20,7 @@ from nodlidar_common.survival import Survival
 from rclpy.node import Node
 
 _RECENT = 1.0  # s, for which drops, losses and errors are reported
+_AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
 
 
 class Diagnosis:
@@ -98,13 +99,26 @@ class Diagnosis:
         now_ns = steady_ns()
         self._hear_odometry(now_ns)
         self._recent.add(now_ns, self._losses())
-        return [*self._silences()], bool(self._recent.counts), self._shared_inputs()
+        faults = bool(self._recent.counts), bool(self._clock_ahead())
+        return [*self._silences()], faults, self._shared_inputs()
 
     def _hear_odometry(self, now_ns: int) -> None:
         odometry = self._odometry
         if odometry is not None and odometry.newest_ns != self._odometry_ns:
             self._odometry_ns = odometry.newest_ns
             self._odometry_silence.heard(now_ns)
+
+    def _clock_ahead(self) -> str:
+        """Return that odometry is of a clock ahead of that of scans and host; empty if not."""
+        odometry = self._odometry
+        # If the clouds are late by less than nothing, it is the host's clock that is behind; a
+        # simulated clock moves in steps.
+        if odometry is None or self._latency < 0.0 or self._node.get_clock().ros_time_is_active:
+            return ''
+        ahead = odometry.ahead_ns / NS_PER_S
+        if ahead < _AHEAD:
+            return ''
+        return f'odometry is stamped {ahead:.2f} s in the future: synchronise the clocks'
 
     def _losses(self) -> Counter[str]:
         """Return the numbers of drops, losses and internal errors so far."""
@@ -153,4 +167,4 @@ class Diagnosis:
             for what, count in self._shared_inputs().items()
         ]
         texts += [f'{count} {what}' for what, count in self._recent.counts.most_common(1)]
-        return [*texts, *filter(None, [self.agreement.warning])]
+        return [*texts, *filter(None, [self._clock_ahead(), self.agreement.warning])]

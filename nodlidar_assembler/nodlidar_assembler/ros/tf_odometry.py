@@ -49,6 +49,8 @@ class TfOdometry(TransformListener):
     ----------
     newest_ns
         Time of the latest pose [ns]; None if there is none.
+    ahead_ns
+        By how much that was later than the clock of the node when the pose came [ns].
     missing_input
         Why there is none, in words; empty if there is one.
     """
@@ -69,6 +71,7 @@ class TfOdometry(TransformListener):
     ) -> None:
         self._survival, self._on_drop = survival, on_drop
         self.newest_ns: int | None = None
+        self.ahead_ns = 0
         self.missing_input = 'no transform was heard'
         self._odom_frame, self._frame = odom_frame, frame
         self._parents: dict[str, str] = {}
@@ -208,6 +211,7 @@ class TfOdometry(TransformListener):
             return
         p, q = pose.translation, pose.rotation
         self.newest_ns, self.missing_input = latest.nanoseconds, ''
+        self.ahead_ns = self.newest_ns - self.node.get_clock().now().nanoseconds
         self._on_sample(latest.nanoseconds, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 
