@@ -162,7 +162,8 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
     surface, _ = write_map(
         folder, progress.keyframes, progress.edges, progress.stamps_ns, progress.path, config
     )
-    return f'{len(progress.keyframes)} keyframes and {len(surface.points)} points saved'
+    what = f'{len(progress.keyframes)} keyframes and {len(surface.points)} points'
+    return f"{what} saved in '{folder.absolute()}'"
 
 
 def load(folder: Path, config: MapperConfig) -> LiveMapper:

@@ -147,7 +147,7 @@ def place_of(message):
     return messages.matrix_of_pose(message.pose.pose)
 
 
-def test_a_map_is_made_saved_and_loaded(running, tmp_path):
+def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
     robot, _, until = running
     refused = call(robot, until, 'save_map', tmp_path / 'none')
     assert not refused.success
@@ -161,8 +161,10 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path):
     np.testing.assert_allclose(found, inverse(DRIFT), atol=0.03)
     cells = np.array(robot.heard['map'][-1].data)
     assert {-1, 0, 100} == set(cells)
-    saved = call(robot, until, 'save_map', tmp_path / 'map')
+    monkeypatch.chdir(tmp_path)  # the folder of whoever started the node
+    saved = call(robot, until, 'save_map', 'map')
     assert saved.success, saved.message
+    assert saved.message.endswith(f"points saved in '{tmp_path / 'map'}'")
     names = {path.name for path in (tmp_path / 'map').iterdir()}
     assert names == {
         'keyframes.npz',
