@@ -9,6 +9,7 @@ from nodlidar_msgs.msg import NodCommand, NodStatus
 import numpy as np
 import pytest
 from rclpy.action import ActionClient
+from sensor_msgs.msg import LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
 from test_assembler_node import log
 
@@ -92,6 +93,26 @@ def test_a_region_is_scanned_and_the_nod_given_back(log):
     assert azimuth.max() < 1.01
     assert 100 < len(points) <= coverage.beams
     assert result.cloud.header.frame_id == 'nodlidar_base_link'
+
+
+def test_there_are_no_level_scans_while_a_region_is_scanned(log):
+    before, after = parts(log, 5)
+    found = []
+    with bench('level_scan:=scan', 'deadline:=10.0') as running:
+        running.feeder.create_subscription(LaserScan, 'level_scan', found.append, 50)
+        [topic] = [p for p in running.node.publishers if p.topic_name == '/level_scan']
+        running.spin_until_heard(topic)
+        client = Client(running)
+        running.feed(before)
+        handle = client.send(FINE)
+        running.spin_until(lambda: running.node.scans_region)
+        clouds, known = running.out[PointCloud2], len(found)
+        running.feed(after)
+        # Of each scan, the cloud comes first: the level scans of all but the last have come, too.
+        running.spin_until(lambda: len(clouds) >= len(log.scans) - 2)
+        assert running.node.scans_region
+        assert len(found) == known
+        running.spin_until(handle.cancel_goal_async().done)
 
 
 def test_limits_follow_the_range_again_after_a_region(log):

@@ -170,7 +170,8 @@ class Assembler(Node):
             frame_id = self._frame_id(cloud, assembled.in_odometry)
             self._clouds.publish(cloud_message(cloud, frame_id))
             self.diagnosis.cloud_published(self._host_clock.now_ns(), cloud)
-        if self._level_scan is not None:
+        # A region has the rows of a part of the nod: all above and below would seem to be free.
+        if self._level_scan is not None and not self._region.is_busy:
             self._level_scan.add(assembled)
         if self._scan_service is not None:
             self._scan_service.add(assembled)
