@@ -118,7 +118,7 @@ def resting(seconds):
     return np.where(seconds < 3.33, steady(seconds), steady(3.33))
 
 
-def around_a_box(mode, pitch_at, seen=lambda number: True):
+def around_a_box(mode, pitch_at, seen=lambda number: True, blind_after=100):
     """Return the level scans of 10 s amid a box, 1.2 m away, that only rows below -0.2 rad hit."""
     config = AssemblerConfig(level_scan=mode, veil_angle=0.0)
     pipeline, scanner = Pipeline(config), LevelScanner(config)
@@ -130,9 +130,10 @@ def around_a_box(mode, pitch_at, seen=lambda number: True):
     for number in filter(seen, range(100)):
         stamp_ns = START_NS + number * period_ns
         seconds = (number * period_ns + np.arange(beams) * period_ns / beams) / 1e9
-        scan = Scan(
-            stamp_ns, geometry, np.where(pitch_at(seconds) < -0.2, 1.2, 4.0).astype(np.float32)
-        )
+        ranges = np.where(pitch_at(seconds) < -0.2, 1.2, 4.0)
+        if number > blind_after:
+            ranges[:] = np.nan
+        scan = Scan(stamp_ns, geometry, ranges.astype(np.float32))
         around = np.abs(sample_ns - stamp_ns) < 200_000_000
         found += scanner.add(pipeline.add_scan(scan, sample_ns[around], samples[around]))
     return found
@@ -165,3 +166,12 @@ def test_a_single_scan_that_is_missing_costs_no_level_scan(mode):
     found = around_a_box(mode, steady, lambda number: number != 47)
     assert len(found) == len(whole) - (mode == 'scan')
     assert all(map(shows_box, found))
+
+
+@pytest.mark.parametrize('mode', ['sweep', 'scan'])
+def test_what_a_covered_lidar_does_not_see_is_not_free(mode):
+    found = around_a_box(mode, steady, blind_after=50)
+    assert len(found) >= 5
+    assert not any(np.all(np.isposinf(scan.ranges)) for scan in found)
+    # Of the sweep in which it was covered, and of no later one.
+    assert found[-1].stamp_ns < START_NS + 5_100_000_000 + 2 * 740_000_000

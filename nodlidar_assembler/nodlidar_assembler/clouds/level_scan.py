@@ -6,7 +6,8 @@ the circle of level_scan_free has seen that azimuth free. All are as of one inst
 robot, by odometry, would have seen them from its pose at that instant.
 
 One beam that passes makes an azimuth free, so rows that were not seen could hide what is there.
-Therefore there is no level scan of a sweep that misses scans, and none while the nod rests.
+Therefore there is no level scan of a sweep that misses scans, and none while the nod rests. Nor is
+there one of a sweep in which no beam hit anything, as of a lidar that is covered.
 """
 
 from __future__ import annotations
@@ -98,6 +99,7 @@ class LevelScanner:
         self._begin_ns: int | None = None  # of the last whole sweep, or of the one that it returns
         self._sweep_ns = 0
         self._newest_ns = 0
+        self._hit_ns = 0  # the end of the last scan with a range
 
     def add(self, assembled: Assembled) -> list[LevelScan]:
         """Add a scan, if it is newer; return the level scans that it completes."""
@@ -112,6 +114,8 @@ class LevelScanner:
         # The first beams of a scan may be stamped before the last ones of the scan before.
         times_ns = np.maximum(times_ns, self._newest_ns)
         self._newest_ns = int(times_ns[-1])
+        if len(assembled.placed.beams):
+            self._hit_ns = self._newest_ns
         self._scans.append(self._in_band(assembled))
         level_scans = []
         for k in range(0, len(times_ns), _THINNED):
@@ -174,6 +178,8 @@ class LevelScanner:
         """Return the level scan of the beams after one instant, up to another [ns]."""
         if end_ns - begin_ns > LONGEST_SWEEP * NS_PER_S:
             return []  # the first of them are forgotten
+        if self._hit_ns <= begin_ns:
+            return []
         segments = Segments.joined([each.between(begin_ns, end_ns) for each in self._scans])
         if not len(segments.time_ns):
             return []
