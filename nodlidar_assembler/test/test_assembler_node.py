@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from log_messages import scan_message
 from node_bench import BEAM_PERIOD, bench, sensor_log, simulated
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
@@ -136,6 +137,25 @@ def test_scans_without_joint_states_are_dropped_counted_and_diagnosed(log):
     with bench('deadline:=0.05') as running:
         running.feed(silent)
         running.spin_until(lambda: reported(running))
+
+
+def test_a_lidar_that_sees_nothing_is_named(log):
+    nothing = np.full_like(log.scans[0].ranges, np.nan)
+    sent = 0
+
+    def warned(running):
+        nonlocal sent
+        scan = replace(
+            log.scans[0], stamp_ns=log.scans[0].stamp_ns + sent * 100_000_000, ranges=nothing
+        )
+        running.send(running.scans, scan_message(scan))
+        sent += 1
+        texts = [s.message for array in running.out[DiagnosticArray] for s in array.status]
+        return any('no range for 3 s: is the lidar covered?' in text for text in texts)
+
+    with bench('deadline:=0.05') as running:
+        running.spin_until(lambda: warned(running))
+    assert sent > 3
 
 
 def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):

@@ -20,6 +20,7 @@ from nodlidar_common.survival import Survival
 from rclpy.node import Node
 
 _RECENT = 1.0  # s, for which drops, losses and errors are reported
+_BLIND = 3.0  # s without a range; in a hall, a sweep may have none for a second
 _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
 
 
@@ -59,7 +60,7 @@ class Diagnosis:
         self._scans, self._states = scans, states
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
         self._scan_silence, self._joint_silence = Silence(), Silence()
-        self._odometry_silence = Silence()
+        self._odometry_silence, self._range_silence = Silence(), Silence()
         self._odometry_ns: int | None = None
         assembly.samples.registerCallback(self._sample_arrived)
         self._recent = Recent(_RECENT)
@@ -71,8 +72,11 @@ class Diagnosis:
 
     def scan_arrived(self, scan: Scan) -> None:
         """Count a scan."""
+        now_ns, is_first = steady_ns(), not self.counts['scans']
         self.counts.update(scans=1, beams=len(scan.ranges))
-        self._scan_silence.heard(steady_ns())
+        self._scan_silence.heard(now_ns)
+        if is_first or scan.geometry.measured(scan.ranges).any():
+            self._range_silence.heard(now_ns)
 
     def cloud_published(self, now_ns: int, cloud: Points) -> None:
         """Count a cloud, and note its latency after the last point."""
@@ -99,14 +103,22 @@ class Diagnosis:
         now_ns = steady_ns()
         self._hear_odometry(now_ns)
         self._recent.add(now_ns, self._losses())
-        faults = bool(self._recent.counts), bool(self._clock_ahead())
-        return [*self._silences()], faults, self._shared_inputs()
+        faults = self._recent.counts, self._clock_ahead(), self._blindness()
+        return [*self._silences()], [*map(bool, faults)], self._shared_inputs()
 
     def _hear_odometry(self, now_ns: int) -> None:
         odometry = self._odometry
         if odometry is not None and odometry.newest_ns != self._odometry_ns:
             self._odometry_ns = odometry.newest_ns
             self._odometry_silence.heard(now_ns)
+
+    def _blindness(self) -> str:
+        """Return for how long scans have come without a range; empty if they have some."""
+        now_ns = steady_ns()
+        blind = self._range_silence.seconds(now_ns)
+        if blind < _BLIND or self._scan_silence.seconds(now_ns):
+            return ''
+        return f'no range for {blind:.0f} s: is the lidar covered?'
 
     def _clock_ahead(self) -> str:
         """Return that odometry is of a clock ahead of that of scans and host; empty if not."""
@@ -167,4 +179,5 @@ class Diagnosis:
             for what, count in self._shared_inputs().items()
         ]
         texts += [f'{count} {what}' for what, count in self._recent.counts.most_common(1)]
-        return [*texts, *filter(None, [self._clock_ahead(), self.agreement.warning])]
+        others = self._blindness(), self._clock_ahead(), self.agreement.warning
+        return [*texts, *filter(None, others)]
