@@ -26,7 +26,7 @@ class TfOdometry(TransformListener):
 
     A single wrong message must not end the odometry, but a buffer keeps it for good. So these are
     dropped: a transform between the two frames whose stamp goes back by more than TIME_JUMP_NS, or
-    leaps ahead; one of a frame that was fixed first and moves now, or the other way round; and the
+    leaps ahead; one without a stamp; one of a frame that was fixed first and moves now, or the other way round; and the
     last message of a loop of parents, after which all earlier ones are forgotten. So are they when
     time goes back for several transforms in a row, or for the clock of the node.
 
@@ -56,6 +56,7 @@ class TfOdometry(TransformListener):
     """
 
     MALFORMED = 'transform that is no pose, not between two frames, or not of 1970 to 2038'
+    UNSTAMPED = 'transform without a stamp on /tf'
     LOOP = 'transform that closes a loop of frames'
     BOTH = 'transform on /tf of a frame fixed by /tf_static, or the other way round'
 
@@ -120,6 +121,9 @@ class TfOdometry(TransformListener):
         with self._survival.surviving():
             now_ns = self.node.get_clock().now().nanoseconds
             for transform in self._well_formed(data, self._fixed).transforms:
+                if not time_ns(transform.header.stamp):
+                    self._on_drop(self.UNSTAMPED)
+                    continue
                 for one in self._in_order(transform, now_ns):
                     self._add(one)
 
