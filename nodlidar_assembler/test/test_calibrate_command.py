@@ -36,7 +36,7 @@ def test_a_bag_gives_a_file_and_a_table(tmp_path, monkeypatch, capsys):
 
 def test_what_is_missing_is_named(capsys):
     assert main(['nowhere']) == 1
-    assert "'nowhere' does not exist" in capsys.readouterr().err
+    assert "there is no 'nowhere'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('way', ['up', 'down'])

@@ -64,6 +64,8 @@ def calibrate_and_report(
     else:
         topics = absolute(arguments.scan), absolute(arguments.joint_states)
         log = log_of_bag(Path(arguments.source), config, *topics)
+        for damage in log.damage:
+            print(damage, file=sys.stderr)
     up = None if arguments.not_level else upward(tuple(arguments.mount_rpy))
     beams = Beam.of(log, config.max_range or math.inf)
     found = calibrate(beams, start_values(config), up)

@@ -5,8 +5,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_source import messages_of
-from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN
+from nodlidar_assembler.bags.bag_source import BagSource
+from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN
 from nodlidar_assembler.bags.read_bag import LogGatherer
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import CalibrationError, Values
@@ -46,15 +46,15 @@ def log_of_bag(path: Path, config: AssemblerConfig, scan: str, joint_states: str
     CalibrationError
         If it has no scans or joint states.
     """
-    recorder, wanted = Recorder(config), {(scan, SCAN), (joint_states, JOINT_STATE)}
-    if not path.exists():
-        raise BagError(f"'{path}' does not exist")
-    for recorded in messages_of(path, lambda topic, kind: (topic, kind) in wanted):
-        if recorded.msgtype == SCAN:
-            recorder.add_scan(recorded.message, recorded.time_ns)
-        else:
-            recorder.add_joint_state(recorded.message)
-    return recorder.log()
+    recorder = Recorder(config)
+    with BagSource(path) as source:
+        for recorded in source.messages({scan: SCAN, joint_states: JOINT_STATE}):
+            if recorded.msgtype == SCAN:
+                recorder.add_scan(recorded.message, recorded.time_ns)
+            else:
+                recorder.add_joint_state(recorded.message)
+        damage = source.damage
+    return replace(recorder.log(), damage=damage)
 
 
 def start_values(config: AssemblerConfig) -> Values:
