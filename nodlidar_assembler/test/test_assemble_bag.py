@@ -54,6 +54,14 @@ def test_parameters_come_from_the_node_s_file_and_options_win(tmp_path):
     assert configuration(file, {'estimator': 'nearest'}) == expected
 
 
+def test_a_misspelt_parameter_is_told(tmp_path, capsys):
+    file = tmp_path / 'mine.yaml'
+    file.write_text('/**: {ros__parameters: {joint_zro: 0.1, cloud_mode: sweep, servo_id: 3}}')
+    assert configuration(file, {}) == AssemblerConfig(cloud_mode='sweep')
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"'{file}': there is no parameter 'joint_zro': is 'joint_zero' meant?"
+
+
 def test_the_profile_gives_what_neither_file_nor_options_do(tmp_path):
     file = tmp_path / 'mine.yaml'
     file.write_text('/**: {ros__parameters: {profile: fast, cloud_mode: sweep}}')

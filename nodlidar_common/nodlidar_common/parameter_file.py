@@ -32,10 +32,20 @@ def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any
         of its parameter.
     """
     own = {each.name: each for each in fields(config_class)}
-    values: dict[str, Any] = {}
+    values = _all_values(path, node)
+    return {key: _typed(own[key], value) for key, value in values.items() if key in own}
+
+
+def names_in(path: Path, node: str) -> list[str]:
+    """Return the names of all parameters that a file sets for a node; raises as file_values."""
+    return [str(name) for name in _all_values(path, node)]
+
+
+def _all_values(path: Path, node: str) -> dict[Any, Any]:
+    values: dict[Any, Any] = {}
     for parameters in _sections(path, node):
         values |= parameters
-    return {key: _typed(own[key], value) for key, value in values.items() if key in own}
+    return values
 
 
 def read_parameters(path: Path | str) -> dict[Any, Any]:

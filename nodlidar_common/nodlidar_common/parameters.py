@@ -11,14 +11,17 @@ Traceback (most recent call last):
 nodlidar_common.errors.ParameterError: 'rate' must be at least 1.0 Hz, but is 0.5
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, Field, field, fields
+from difflib import get_close_matches
 import math
 from typing import Any
 
 from nodlidar_common.errors import ParameterError
 
 _KEY = 'nodlidar_parameter'
+# Of names that mean the same; no two parameters of the nodes are so much alike.
+_ALIKE = 0.85
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,3 +114,20 @@ def _is_finite(value: object) -> bool:
     if isinstance(value, tuple):
         return all(map(_is_finite, value))
     return not isinstance(value, float) or math.isfinite(value)
+
+
+def misspelt(given: Collection[str], known: Collection[str]) -> list[str]:
+    """Return a remark for each given name that is almost a known one.
+
+    ROS ignores unknown parameters, since a file for several nodes has some of others.
+    """
+    close = {
+        name: get_close_matches(name, known, n=1, cutoff=_ALIKE)
+        for name in given
+        if name not in known
+    }
+    return [
+        f"there is no parameter '{name}': is '{found[0]}' meant?"
+        for name, found in close.items()
+        if found
+    ]

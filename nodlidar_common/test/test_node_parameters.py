@@ -44,6 +44,16 @@ def test_defaults_and_what_the_user_set(node):
     assert configured == Config(rate=10.0, port='/dev/lidar', limits=(0.0, 1.0))
 
 
+def test_a_misspelt_name_is_told(node, capfd):
+    assert declare(node(limit=[0.0, 1.0]), Config) == Config()
+    assert "there is no parameter 'limit': is 'limits' meant?" in capfd.readouterr().err
+
+
+def test_a_parameter_of_another_node_is_passed_over(node, capfd):
+    declare(node(joint_name='tilt', use_sim_time=False), Config)
+    assert 'there is no parameter' not in capfd.readouterr().err
+
+
 def test_what_the_user_did_not_set_is_as_in_other_defaults(node):
     others = Config(rate=50.0, count=7, limits=(0.0, 0.1))
     assert declare(node(), Config, defaults=others) == others

@@ -5,7 +5,7 @@ from dataclasses import Field, fields, replace
 from typing import Any, TypeVar
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.parameters import check, limits_of, type_in_words
+from nodlidar_common.parameters import check, limits_of, misspelt, type_in_words
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -71,6 +71,8 @@ def declare(
     }
     config = config_class(**values)
     check(config)
+    for remark in misspelt(node._parameter_overrides, values):
+        node.get_logger().warning(remark)
     current = [config]
     by_name = {f.name: f for f in fields(config_class)}  # type: ignore[arg-type]
 
