@@ -26,9 +26,10 @@ class TfOdometry(TransformListener):
 
     A single wrong message must not end the odometry, but a buffer keeps it for good. So these are
     dropped: a transform between the two frames whose stamp goes back by more than TIME_JUMP_NS, or
-    leaps ahead; one without a stamp; one of a frame that was fixed first and moves now, or the other way round; and the
-    last message of a loop of parents, after which all earlier ones are forgotten. So are they when
-    time goes back for several transforms in a row, or for the clock of the node.
+    leaps ahead; one without a stamp; one of a frame that was fixed first and moves now, or the
+    other way round; and the last message of a loop of parents, after which all earlier ones are
+    forgotten. So are they when time goes back for several transforms in a row, or for the clock of
+    the node.
 
     Parameters
     ----------
