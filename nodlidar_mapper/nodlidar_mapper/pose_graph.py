@@ -46,26 +46,27 @@ def optimized(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> Array
     edges
         They join all poses.
     free
-        Indices of the coordinates of a change (x, y, z and turns) that may change.
+        Indices of the coordinates of a pose's change in the map (x, y, z and turns) that may
+        change. The frames of the poses may have any tilt.
     """
     start = np.array([edge.start for edge in edges])
     end = np.array([edge.end for edge in edges])
     relative = np.stack([edge.relative for edge in edges])
-    information = np.stack([edge.information for edge in edges])[:, free][:, :, free]
+    information = np.stack([edge.information for edge in edges])
     size = len(free)
     for _ in range(ITERATIONS):
         seen = inverse(poses[start]) @ poses[end]
-        error = change_between(relative, seen)[:, free]
+        error = change_between(relative, seen)
         off = np.einsum('ei,eij,ej->e', error, information, error)
         weighted = information / np.sqrt(1.0 + off)[:, None, None]
-        at_start, at_end = _jacobians(poses[start], poses[end], free)
+        at_start, at_end = _jacobians(poses[start], poses[end])
         jacobian = bsr_matrix(
             (
-                np.stack([at_start, at_end], axis=1).reshape(-1, size, size),
+                np.stack([at_start, at_end], axis=1)[..., free].reshape(-1, 6, size),
                 np.stack([start, end], axis=1).ravel(),
                 np.arange(0, 2 * len(edges) + 1, 2),
             ),
-            shape=(size * len(edges), size * len(poses)),
+            shape=(6 * len(edges), size * len(poses)),
         ).tocsr()[:, size:]
         blocks = np.arange(len(edges) + 1)
         weights = bsr_matrix((weighted, blocks[:-1], blocks))
@@ -86,8 +87,8 @@ def step(start: int, end: int, relative: Array, error: float = MATCHED) -> Edge:
     return Edge(start, end, relative, np.diag([shift**-2] * 3 + [turn**-2] * 3))
 
 
-def _jacobians(start: Array, end: Array, free: Sequence[int]) -> tuple[Array, Array]:
-    """Return how relative poses change with both poses, shapes (n, free, free)."""
+def _jacobians(start: Array, end: Array) -> tuple[Array, Array]:
+    """Return how relative poses, in the frame of the start, change with both, shapes (n, 6, 6)."""
     back = np.swapaxes(start[:, :3, :3], 1, 2)
     x, y, z = (end[:, :3, 3] - start[:, :3, 3]).T
     across = np.zeros_like(back)
@@ -97,7 +98,7 @@ def _jacobians(start: Array, end: Array, free: Sequence[int]) -> tuple[Array, Ar
     at_end[:, :3, :3] = at_end[:, 3:, 3:] = back
     at_start = -at_end
     at_start[:, :3, 3:] = back @ across
-    return at_start[:, free][:, :, free], at_end[:, free][:, :, free]
+    return at_start, at_end
 
 
 def distances_from(index: int, poses: Array, edges: Sequence[Edge]) -> Array:

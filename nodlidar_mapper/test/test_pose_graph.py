@@ -6,6 +6,7 @@ from nodlidar_mapper.matching import FREEDOMS
 from nodlidar_mapper.pose_graph import distances_from, Edge, optimized
 from nodlidar_mapper.poses import change_between, corrected, inverse, planar
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 CERTAIN = np.diag([1e4] * 3 + [1e6] * 3)
 
@@ -22,10 +23,30 @@ def edges_of(poses, pairs):
     return [Edge(i, j, inverse(poses[i]) @ poses[j], CERTAIN) for i, j in pairs]
 
 
-@settings(max_examples=20)
-@given(st.integers(3, 30), st.integers(0, 99), st.sampled_from(['planar', 'spatial']))
-def test_exact_edges_give_the_exact_poses_back(count, seed, freedom):
-    truth, free = ring(count), FREEDOMS[freedom]
+MOUNTS = {  # of the lidar on the robot: turns about x, y, z [rad]
+    'level': (0.0, 0.0, 0.0),
+    'tilted': (0.0, 0.4, 0.3),
+    'on its side': (np.pi / 2.0, 0.0, 0.0),
+    'upside down': (np.pi, 0.0, 0.0),
+}
+
+
+def mount(name):
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler('xyz', MOUNTS[name]).as_matrix()
+    pose[:3, 3] = 0.3, -0.1, 0.8
+    return pose
+
+
+@settings(max_examples=40)
+@given(
+    st.integers(3, 30),
+    st.integers(0, 99),
+    st.sampled_from(['planar', 'spatial']),
+    st.sampled_from(list(MOUNTS)),
+)
+def test_exact_edges_give_the_exact_poses_back(count, seed, freedom, mounted):
+    truth, free = ring(count) @ mount(mounted), FREEDOMS[freedom]
     change = np.zeros((count, 6))
     change[1:, free] = np.random.default_rng(seed).normal(0.0, 0.05, (count - 1, len(free)))
     pairs = [(k, k + 1) for k in range(count - 1)] + [(count - 1, 0)]
