@@ -42,6 +42,7 @@ LEFT_TO_LAUNCH = {
         'max_nod_speed',
         'max_nod_acceleration',
         'sensor_height',
+        'mount_tilt',
     },
     'driver': set(),
     'servo': {'feedback_rate'},

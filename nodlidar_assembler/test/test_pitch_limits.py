@@ -15,6 +15,7 @@ from nodlidar_assembler.control.pitch_limits import (
 )
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
+from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene, parse_scene
 import numpy as np
@@ -49,6 +50,23 @@ def test_limits_are_within_the_mount_and_the_least_span_apart(config, distance):
     low, high = limits_at(config, distance)
     assert config.pitch_min <= low < high <= config.pitch_max
     assert high - low >= config.least_span - 1e-12
+
+
+@given(
+    st.sampled_from([0.0, math.pi]),  # upright, or hung from above
+    st.floats(-0.5, 0.5),
+    st.floats(-0.3, 0.3),
+    st.floats(1.0, 4.0),
+)
+def test_the_limits_of_a_tilted_mount_see_the_whole_band(upright, roll, pitch, distance):
+    """The middle beam ends at the ends of the band, at the same distance as without a tilt."""
+    tilt = upright + roll, pitch
+    config = PitchLimitsConfig(pitch_min=-1.5, pitch_max=1.5, least_span=0.01, mount_tilt=tilt)
+    limits = limits_at(config, distance)
+    beams = np.array([(math.cos(phi), 0.0, math.sin(phi)) for phi in limits])
+    x, y, z = Pose.from_xyzrpy((0.0, 0.0, 0.0, *tilt, 0.0)).rotation @ beams.T
+    heights = 1.08 + distance * z / np.hypot(x, y)
+    assert sorted(heights.tolist()) == pytest.approx([0.1, 2.0])
 
 
 @given(st.floats(0.2, 4.0), st.floats(0.0, 4.0))

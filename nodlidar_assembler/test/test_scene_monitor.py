@@ -13,6 +13,7 @@ from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
+from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
@@ -71,6 +72,19 @@ def test_a_wall_gives_the_limits_of_its_median_range():
     assert covered.beams == 30 * 682
     # The nod keeps off the outer third of the region.
     assert 0.5 < covered.seen < 2.0 / 3.0 + 0.05
+
+
+def test_the_limits_of_a_tilted_sensor_follow_what_is_level():
+    """A sensor that looks down by 0.2 rad has to nod higher by as much."""
+    tilt = {'mount': Pose.from_xyzrpy((0.0, 0.0, 1.0, 0.0, 0.2, 0.0))}
+    monitor = SceneMonitor(AssemblerConfig(mount_tilt=(0.0, 0.2), pitch_max=0.8))
+    for scan, pitch in scans_of_a_wall(3.0, **tilt):
+        add(monitor, scan, pitch)
+        shape = monitor.shape()
+    wide = PitchLimitsConfig(pitch_min=-1.0, pitch_max=1.0)
+    low, high = limits_at(wide, 2.0 / math.cos(math.radians(15.0)))
+    expected = max(low + 0.2, -0.6136), min(high + 0.2, 0.8)
+    assert (shape.pitch_min, shape.pitch_max) == pytest.approx(expected, abs=0.02)
 
 
 SPEED, WALL, DELAY_NS = 0.5, 3.5, 120 * MS

@@ -39,7 +39,7 @@ def yaml_text(node):
 def given_too(node):
     """Return the text of a YAML file with the keys that are left to the launch not in comments."""
     keys = '|'.join(LEFT_TO_LAUNCH[node]) or '(?!)'
-    return re.sub(rf'^( +)# ((?:{keys}): \S+)$', r'\1\2', yaml_text(node), flags=re.MULTILINE)
+    return re.sub(rf'^( +)# ((?:{keys}): .+)$', r'\1\2', yaml_text(node), flags=re.MULTILINE)
 
 
 @of_every_node

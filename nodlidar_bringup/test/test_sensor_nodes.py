@@ -1,5 +1,6 @@
 """Which nodes a launch starts: their executables, none of which runs."""
 
+import math
 from pathlib import Path
 
 from launch import LaunchContext
@@ -44,6 +45,18 @@ def test_a_robot_whose_description_has_the_sensor_publishes_it_itself(executable
 def test_the_driver_starts_unless_another_one_publishes_scans(executables, lidar):
     nodes = executables(hardware='real', lidar=lidar)
     assert nodes == ['servo', 'assembler', 'robot_state_publisher']
+
+
+def test_the_assembler_is_told_how_the_sensor_is_mounted(monkeypatch):
+    monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['arguments'])
+    context = LaunchContext()
+    defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
+    mount = {'mount_xyz': '0.2 0 0.4', 'mount_rpy': '3.14159265 0.25 1'}
+    context.launch_configurations.update(defaults | mount)
+    said = sensor.Sensor(context).assembler()
+    assert 'mount_tilt:=[3.14159265, 0.25]' in said
+    height = next(word for word in said if word.startswith('sensor_height:='))
+    assert float(height.partition('=')[2]) == pytest.approx(0.4 - 0.08 * math.cos(0.25))
 
 
 def test_the_file_of_a_driver_takes_precedence_over_the_assembler_s(monkeypatch):

@@ -6,14 +6,16 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_types import SCAN, STORE, TF
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.level_scan import LevelScan, message_fields
+from nodlidar_assembler.clouds.level_scan import level_frame, LevelScan, message_fields
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY
 from nodlidar_assembler.clouds.points import fields, layout
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.pose import Pose
 import numpy as np
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
+from transforms3d.quaternions import mat2quat
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 TYPES: dict[str, Any] = dict(STORE.types)
@@ -45,19 +47,26 @@ class CloudBag:
         """Add a cloud, as published at a time [ns]."""
         if cloud.origin not in self._known:
             self._known.add(cloud.origin)
-            self._write_frame(cloud, frame_id, now_ns)
+            header = _header(int(cloud.time_ns[0]), self._config.odom_frame)
+            place = Pose(np.array(cloud.origin, dtype=np.float64), np.eye(3))
+            self._write_frame(header, frame_id, place, now_ns)
         raw = STORE.serialize_cdr(_message(cloud, frame_id), CLOUD)
         self._writer.write(self._clouds, now_ns, raw)
 
     def write_level_scan(self, scan: LevelScan, range_min: float, now_ns: int) -> None:
         """Add a level scan, as published at a time [ns]."""
+        config = self._config
+        frame_id = level_frame(config.frame_id, config)
         if self._level_scans is None:
             self._level_scans = self._connection('/level_scan', SCAN)
+            if frame_id != config.frame_id:
+                header = _header(scan.stamp_ns, config.frame_id)
+                self._write_frame(header, frame_id, Pose(np.zeros(3), config.levelled.T), now_ns)
         message = TYPES[SCAN](
-            header=_header(scan.stamp_ns, self._config.frame_id),
+            header=_header(scan.stamp_ns, frame_id),
             ranges=scan.ranges,
             intensities=np.zeros(0, dtype=np.float32),
-            **message_fields(scan, self._config, range_min),
+            **message_fields(scan, config, range_min),
         )
         self._writer.write(self._level_scans, now_ns, STORE.serialize_cdr(message, SCAN))
 
@@ -78,16 +87,15 @@ class CloudBag:
     def _connection(self, topic: str, msgtype: str) -> Connection:
         return self._writer.add_connection(topic, msgtype, typestore=STORE)
 
-    def _write_frame(self, cloud: Points, frame_id: str, now_ns: int) -> None:
+    def _write_frame(self, header: Any, frame_id: str, place: Pose, now_ns: int) -> None:
+        """Add a fixed frame with its pose in the frame of a header."""
         if self._frames is None:
             self._frames = self._connection('/tf_static', TF)
-        shift = TYPES['geometry_msgs/msg/Vector3'](*map(float, cloud.origin))
-        unturned = TYPES['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 1.0)
-        stamped = TYPES['geometry_msgs/msg/TransformStamped'](
-            _header(int(cloud.time_ns[0]), self._config.odom_frame),
-            frame_id,
-            TYPES['geometry_msgs/msg/Transform'](shift, unturned),
-        )
+        w, x, y, z = mat2quat(place.rotation).tolist()
+        shift = TYPES['geometry_msgs/msg/Vector3'](*place.position.tolist())
+        turn = TYPES['geometry_msgs/msg/Quaternion'](x, y, z, w)
+        transform = TYPES['geometry_msgs/msg/Transform'](shift, turn)
+        stamped = TYPES['geometry_msgs/msg/TransformStamped'](header, frame_id, transform)
         self._writer.write(self._frames, now_ns, STORE.serialize_cdr(TYPES[TF]([stamped]), TF))
 
 

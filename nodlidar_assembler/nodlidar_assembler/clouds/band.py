@@ -1,9 +1,15 @@
 """The band of heights that matters to a robot on the floor."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
+from nodlidar_common.pose import Pose
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,23 @@ class BandConfig:
         minimum=-100.0,
         maximum=100.0,
     )
+    mount_tilt: tuple[float, float] = parameter(
+        (0.0, 0.0),
+        'Roll and pitch of frame_id on the level robot, as in mount_rpy, from which '
+        'robot.launch.py takes them',
+        unit='rad',
+        minimum=-3.2,
+        maximum=3.2,
+    )
+
+    @property
+    def levelled(self) -> Array:
+        """Rotation from frame_id to a level frame that looks the same way, shape (3, 3)."""
+        return Pose.from_xyzrpy((0.0, 0.0, 0.0, *self.mount_tilt, 0.0)).rotation
+
+    def axis_height(self, laser_xyz: Sequence[float]) -> float:
+        """Return the height of the nod axis above the floor [m], given where the lidar is."""
+        return self.sensor_height - float(self.levelled[2] @ laser_xyz)
 
     def check_together(self) -> None:
         """Raise ParameterError for a band of heights without a height."""

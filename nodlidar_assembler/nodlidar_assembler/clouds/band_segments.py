@@ -19,7 +19,7 @@ _LEAST_RISE = 1e-9  # m
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segments:
-    """The parts of beams in the band, each in the base frame at its instant.
+    """The parts of beams in the band, each in the level frame at its instant.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Segments:
     hit
         Whether it ends at a surface there, shape (n,).
     poses
-        Of nodlidar_base_link in the frame of odometry, shape (n,); None if the robot stands.
+        Of the level frame in that of odometry, shape (n,); None if the robot stands.
     """
 
     time_ns: NDArray[np.int64]
@@ -71,7 +71,11 @@ class Segments:
 
 
 def segments_in_band(
-    assembled: Assembled, band: tuple[float, float], reach: float, lost_are_free: bool
+    assembled: Assembled,
+    band: tuple[float, float],
+    reach: float,
+    lost_are_free: bool,
+    levelled: Array,
 ) -> Segments:
     """Return the segments in a band of the beams that hit, or return nothing in range.
 
@@ -80,11 +84,13 @@ def segments_in_band(
     assembled
         A scan. Beams that are too near, or mixed pixels, count as neither.
     band
-        Lowest and highest z in nodlidar_base_link [m].
+        Lowest and highest z in the level frame, whose origin is that of nodlidar_base_link [m].
     reach
         Longest way of a beam that returns nothing [m], if the lidar sees that far.
     lost_are_free
         Whether beams that the lidar lost (NaN) return nothing in range.
+    levelled
+        Rotation from nodlidar_base_link to the level frame, shape (3, 3).
     """
     beams, pitch, ranges = assembled.beams, assembled.pitch, assembled.scan.ranges
     nothing = np.isposinf(ranges) | (np.isnan(ranges) & lost_are_free)
@@ -93,8 +99,8 @@ def segments_in_band(
     which = np.concatenate([assembled.placed.beams, free.beams])
     order = np.argsort(which)
     which = which[order]
-    end = np.concatenate([assembled.placed.xyz, free.xyz], axis=1)[:, order].T
-    begin = _optical_centres(beams.mount.position, pitch[which])
+    end = np.concatenate([assembled.placed.xyz, free.xyz], axis=1)[:, order].T @ levelled.T
+    begin = _optical_centres(beams.mount.position, pitch[which]) @ levelled.T
     enters, leaves = _within(begin[:, 2], end[:, 2], band)
     way = end - begin
     segments = Segments(
@@ -102,7 +108,7 @@ def segments_in_band(
         begin + enters[:, None] * way,
         begin + leaves[:, None] * way,
         ~nothing[which] & (leaves == 1.0),
-        None if assembled.poses is None else assembled.poses[which],
+        None if assembled.poses is None else assembled.poses[which].turned(levelled.T),
     )
     return segments[np.flatnonzero(enters < leaves)]
 

@@ -97,6 +97,11 @@ class Poses:
             self.position.T.take(indices, axis=1).T, self.orientation.T.take(indices, axis=1).T
         )
 
+    def turned(self, rotation: Array) -> Poses:
+        """Return the poses of a frame that is turned in this one by a rotation (3, 3)."""
+        w, x, y, z = mat2quat(rotation)
+        return Poses(self.position, _product(self.orientation, np.array([x, y, z, w])))
+
     def to_parent(self, points: Array, origin: tuple[int, int, int] = (0, 0, 0)) -> Array:
         """Return points (n, 3) [m], one in the frame of each pose, in the parent frame.
 
@@ -147,11 +152,9 @@ class Odometry:
 
     def mounted(self, mount: Pose) -> Odometry:
         """Return the odometry of a frame that is fixed to this one with a pose."""
-        w, x, y, z = mat2quat(mount.rotation)
-        turn = np.array([x, y, z, w])
         position = self.poses.to_parent(np.broadcast_to(mount.position, (len(self.time_ns), 3)))
-        poses = Poses(position, _product(self.poses.orientation, turn))
-        return Odometry(self.time_ns, poses, self.mount @ mount)
+        turned = self.poses.turned(mount.rotation)
+        return Odometry(self.time_ns, Poses(position, turned.orientation), self.mount @ mount)
 
     def at(self, times_ns: Times, limits: OdometryConfig) -> Poses:
         """Return the poses at instants between samples, shape (n,); never extrapolated.

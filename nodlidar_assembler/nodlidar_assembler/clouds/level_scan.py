@@ -74,6 +74,11 @@ def message_fields(scan: LevelScan, config: LevelScanConfig, range_min: float) -
     }
 
 
+def level_frame(frame_id: str, config: LevelScanConfig) -> str:
+    """Return the frame of level scans: that of the clouds, unless it is tilted on the robot."""
+    return f'{frame_id}_level' if any(config.mount_tilt) else frame_id
+
+
 class LevelScanner:
     """Keeps the beams of the last sweep and makes level scans of them.
 
@@ -85,8 +90,9 @@ class LevelScanner:
 
     def __init__(self, config: LevelScanConfig) -> None:
         self._config = config
-        floor = config.sensor_height - config.laser_xyz[2]
-        self._band = config.band_bottom - floor, config.band_top - floor
+        axis = config.axis_height(config.laser_xyz)
+        self._band = config.band_bottom - axis, config.band_top - axis
+        self._levelled = config.levelled
         self._stamp_ns = 0
         self._intervals_ns: deque[int] = deque(maxlen=_INTERVALS)
         self.restart()
@@ -171,8 +177,10 @@ class LevelScanner:
         return len(segments.time_ns) > 0 and int(segments.time_ns[-1]) >= time_ns
 
     def _in_band(self, assembled: Assembled) -> Segments:
-        reach = _REACH * self._config.level_scan_range
-        return segments_in_band(assembled, self._band, reach, self._config.lost_beams_are_free)
+        config = self._config
+        reach = _REACH * config.level_scan_range
+        free = config.lost_beams_are_free
+        return segments_in_band(assembled, self._band, reach, free, self._levelled)
 
     def _of(self, begin_ns: int, end_ns: int) -> list[LevelScan]:
         """Return the level scan of the beams after one instant, up to another [ns]."""

@@ -73,15 +73,26 @@ def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]
     They are within the widest ones, and at least the least span apart.
     """
     ends = config.band_bottom - config.sensor_height, config.band_top - config.sensor_height
-    low, high = (
-        min(max(math.atan2(end, max(distance, 0.0)), config.pitch_min), config.pitch_max)
-        for end in ends
-    )
+    pitches = (_pitch_of(math.atan2(end, max(distance, 0.0)), config.levelled) for end in ends)
+    low, high = sorted(min(max(each, config.pitch_min), config.pitch_max) for each in pitches)
     if high - low >= config.least_span:
         return low, high
     low = (low + high - config.least_span) / 2.0
     low = max(min(low, config.pitch_max - config.least_span), config.pitch_min)
     return low, min(low + config.least_span, config.pitch_max)
+
+
+def _pitch_of(elevation: float, levelled: Floats) -> float:
+    """Return the pitch at which the middle beam has an elevation, or is nearest to it [rad].
+
+    The beam (cos phi, 0, sin phi) of a tilted mount rises by a cos(phi) + b sin(phi), which is
+    hypot(a, b) sin(phi + atan2(a, b)).
+    """
+    a, _, b = levelled[2].tolist()
+    share = math.sin(elevation) / max(math.hypot(a, b), 1e-9)
+    turn = math.asin(min(max(share, -1.0), 1.0))
+    found = turn - math.atan2(a, b), math.pi - turn - math.atan2(a, b)
+    return min((math.remainder(each, math.tau) for each in found), key=abs)
 
 
 def ranges_that_count(config: PitchLimitsConfig, points: Floats) -> Floats:

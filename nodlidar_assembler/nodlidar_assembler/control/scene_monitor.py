@@ -23,8 +23,6 @@ from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
 
-AHEAD = np.array([[1.0, 0.0, 0.0]])
-
 
 @dataclass(frozen=True)
 class SceneMonitorConfig(OdometryConfig, MountConfig, BandConfig, NodConfig):
@@ -66,7 +64,7 @@ class SceneMonitor:
 
     def __init__(self, config: SceneMonitorConfig) -> None:
         self._config = config
-        self._optical_height = config.laser_xyz[2]
+        self._axis_height, self._levelled = config.axis_height(config.laser_xyz), config.levelled
         self._view = LidarView(config)
         self.restart()
 
@@ -99,6 +97,7 @@ class SceneMonitor:
                 band_top=config.band_top,
                 band_bottom=config.band_bottom,
                 sensor_height=config.sensor_height,
+                mount_tilt=config.mount_tilt,
                 pitch_min=config.pitch_min,
                 pitch_max=config.pitch_max,
                 least_span=min(PitchLimitsConfig.least_span, span),
@@ -131,8 +130,8 @@ class SceneMonitor:
         With odometry from its first beam on, they are for the position of the robot at the newest
         sample. Whether it compensated the clouds does not matter.
         """
-        xyz = assembled.placed.xyz.T.copy()
-        xyz[:, 2] += self._config.sensor_height - self._optical_height
+        xyz = assembled.placed.xyz.T @ self._levelled.T
+        xyz[:, 2] += self._axis_height
         ranges = ranges_that_count(self._limits.config, xyz)
         if odometry is None:
             self._now = None  # the scans on the way contain the motion
@@ -162,7 +161,7 @@ class SceneMonitor:
     def _move(self, then: _Place, odometry: Odometry) -> float:
         """Move the limits to the newest place; return how far ahead of another it is [m]."""
         now = _place(odometry, int(odometry.time_ns[-1]))
-        ahead = rotated(odometry.poses.orientation[-1:], AHEAD)[0]
+        ahead = rotated(odometry.poses.orientation[-1:], self._levelled[:1])[0]
         self._limits.add_motion(self._forward(self._now or now, now, ahead))
         self._now = now
         return self._forward(then, now, ahead)

@@ -1,6 +1,12 @@
 """Publishes level scans as LaserScan messages."""
 
-from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner, message_fields
+from geometry_msgs.msg import Quaternion, TransformStamped
+from nodlidar_assembler.clouds.level_scan import (
+    level_frame,
+    LevelScan,
+    LevelScanner,
+    message_fields,
+)
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.ros.messages import time_message
@@ -8,13 +14,21 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import LaserScan
+from tf2_ros import StaticTransformBroadcaster
+from transforms3d.quaternions import mat2quat
 
 
 class LevelScanPublisher:
-    """Publishes `level_scan`, in frame_id: static to the robot, and level if the robot is."""
+    """Publishes `level_scan`, in a frame that is static to the robot, and level if the robot is.
+
+    If frame_id is tilted, the frame is published on /tf_static.
+    """
 
     def __init__(self, node: Node, config: AssemblerConfig) -> None:
         self._config, self.scanner = config, LevelScanner(config)
+        if level_frame(config.frame_id, config) != config.frame_id:
+            self._broadcaster = StaticTransformBroadcaster(node)
+            self._broadcaster.sendTransform(_transform(node, config))
         self._publisher = node.create_publisher(
             LaserScan,
             'level_scan',
@@ -32,7 +46,17 @@ class LevelScanPublisher:
 def level_scan_message(scan: LevelScan, config: AssemblerConfig, range_min: float) -> LaserScan:
     """Return a level scan as a message."""
     message = LaserScan(**message_fields(scan, config, range_min))
-    message.header.frame_id = config.frame_id
+    message.header.frame_id = level_frame(config.frame_id, config)
     message.header.stamp = time_message(scan.stamp_ns)
     message.ranges.frombytes(scan.ranges.tobytes())
     return message
+
+
+def _transform(node: Node, config: AssemblerConfig) -> TransformStamped:
+    """Return the place of the level frame in frame_id."""
+    transform = TransformStamped(child_frame_id=level_frame(config.frame_id, config))
+    transform.header.frame_id = config.frame_id
+    transform.header.stamp = node.get_clock().now().to_msg()
+    w, x, y, z = mat2quat(config.levelled.T)
+    transform.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
+    return transform

@@ -193,9 +193,13 @@ class Sensor:
         The files come later and take precedence, also those for all nodes, over which values in
         the place of a file would.
         """
-        found = arguments.servo_limits(self.servo_config)
-        found['sensor_height'] = arguments.sensor_height(self.values)
-        values = [word for name, value in found.items() for word in ('-p', f'{name}:={value}')]
+        roll, pitch, _ = arguments.numbers('mount_rpy', self.values['mount_rpy'])
+        own = {
+            **arguments.servo_limits(self.servo_config),
+            'sensor_height': arguments.sensor_height(self.values),
+            'mount_tilt': [roll, pitch],
+        }
+        values = [word for name, value in own.items() for word in ('-p', f'{name}:={value}')]
         return ['--ros-args', *values]
 
     def profile(self) -> str:
