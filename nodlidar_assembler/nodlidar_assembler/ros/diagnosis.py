@@ -60,7 +60,8 @@ class Diagnosis:
         self._scans, self._states = scans, states
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
         self._scan_silence, self._joint_silence = Silence(), Silence()
-        self._odometry_silence, self._range_silence = Silence(), Silence()
+        self._odometry_silence = Silence()
+        self._range_ns: int | None = None  # of the last scan with a range, or of the first one
         self._odometry_ns: int | None = None
         assembly.samples.registerCallback(self._sample_arrived)
         self._recent = Recent(_RECENT)
@@ -72,11 +73,11 @@ class Diagnosis:
 
     def scan_arrived(self, scan: Scan) -> None:
         """Count a scan."""
-        now_ns, is_first = steady_ns(), not self.counts['scans']
+        now_ns = steady_ns()
         self.counts.update(scans=1, beams=len(scan.ranges))
         self._scan_silence.heard(now_ns)
-        if is_first or scan.geometry.measured(scan.ranges).any():
-            self._range_silence.heard(now_ns)
+        if self._range_ns is None or scan.geometry.measured(scan.ranges).any():
+            self._range_ns = now_ns
 
     def cloud_published(self, now_ns: int, cloud: Points) -> None:
         """Count a cloud, and note its latency after the last point."""
@@ -115,7 +116,7 @@ class Diagnosis:
     def _blindness(self) -> str:
         """Return for how long scans have come without a range; empty if they have some."""
         now_ns = steady_ns()
-        blind = self._range_silence.seconds(now_ns)
+        blind = 0.0 if self._range_ns is None else (now_ns - self._range_ns) / NS_PER_S
         if blind < _BLIND or self._scan_silence.seconds(now_ns):
             return ''
         return f'no range for {blind:.0f} s: is the lidar covered?'
