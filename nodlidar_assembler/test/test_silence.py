@@ -6,8 +6,8 @@ import pytest
 S = 1_000_000_000
 
 
-def heard(period, count=100):
-    silence = Silence()
+def heard(period, count=100, **first):
+    silence = Silence(**first)
     for k in range(count):
         silence.heard(round(k * period * S))
     return silence, round((count - 1) * period * S)
@@ -29,9 +29,11 @@ def test_where_messages_come_slowly_it_takes_longer(period, count):
 
 
 def test_after_the_first_message_alone_nobody_knows_what_is_usual():
-    silence, last_ns = heard(1.0, count=1)
+    silence, last_ns = heard(1.0, count=1, first=10.0)
     assert silence.seconds(last_ns + round(9.9 * S)) == 0.0
     assert silence.seconds(last_ns + round(10.1 * S)) == pytest.approx(10.1)
+    usual, last_ns = heard(1.0, count=1)
+    assert usual.seconds(last_ns + round(0.51 * S)) == pytest.approx(0.51)
 
 
 def test_a_silence_is_over_with_the_next_message_and_does_not_count_as_usual():

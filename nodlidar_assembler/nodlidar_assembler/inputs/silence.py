@@ -6,7 +6,6 @@ from statistics import median
 from nodlidar_common.nod import NS_PER_S
 
 LEAST_SILENCE = 0.5  # [s]; shorter pauses come from the host, not the sensor
-_FIRST_SILENCE = 10.0  # [s]; the same until the second message shows what is usual
 _INTERVALS = 4.0  # a pause of so many usual intervals is a silence
 _REMEMBERED = 5  # intervals, whose median is usual: a single pause does not change it
 
@@ -15,9 +14,15 @@ class Silence:
     """Compares the time since an input's last message with the usual interval.
 
     All times are of the steady clock [ns].
+
+    Parameters
+    ----------
+    first
+        Longest usual pause until the second message has shown what is usual [s].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, first: float = LEAST_SILENCE) -> None:
+        self._first = first
         self._last_ns: int | None = None
         self._intervals_ns: deque[int] = deque(maxlen=_REMEMBERED)
 
@@ -38,5 +43,5 @@ class Silence:
     def _limit(self) -> float:
         """Longest usual pause [s]."""
         if not self._intervals_ns:
-            return _FIRST_SILENCE
+            return self._first
         return max(LEAST_SILENCE, _INTERVALS * median(self._intervals_ns) / NS_PER_S)

@@ -24,6 +24,7 @@ from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
 from tf2_ros import TransformException
 
+FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
 BUSY = 'cloud that came while others were matched'
 MALFORMED = 'malformed cloud'
 NO_ODOMETRY = 'cloud without odometry at its stamp'
@@ -104,7 +105,7 @@ class CloudInput:
         self._on_news, self._on_time_back = on_news, on_time_back
         self.received = 0
         self.drops: Counter[str] = Counter()
-        self.silence = Silence()
+        self.silence = Silence(FIRST_SILENCE)
         self._waiting: list[_Waiting] = []  # in the order of arrival
         self.odometry = TfOdometry(
             node,
