@@ -1,5 +1,6 @@
 """Ranges of level scans, from beams in the plane whose ranges are known in closed form."""
 
+from functools import partial
 import math
 
 from hypothesis import given
@@ -83,14 +84,14 @@ def test_a_free_azimuth_must_not_end_behind_the_range():
 
 
 def level_scans(beam_period):
-    """Return how many level scans 30 scans of a beam period give, one at each scan."""
+    """Return how many level scans 50 scans of a beam period give, one at each scan."""
     config = AssemblerConfig(level_scan='scan', sensor_height=0.5)
     pipeline, scanner = Pipeline(config), LevelScanner(config)
     geometry = ScanGeometry(450, 0.0, math.tau / 450, beam_period, 0.02, 12.0)
-    sample_ns = START_NS + np.arange(-100, 500) * 10_000_000
-    pitch = 0.5 * np.abs(np.arange(-100, 500) % 140 - 70) / 70
+    sample_ns = START_NS + np.arange(-100, 700) * 10_000_000
+    pitch = 0.5 * np.abs(np.arange(-100, 700) % 140 - 70) / 70
     count = 0
-    for stamp_ns in range(START_NS, START_NS + 3_000_000_000, 100_000_000):
+    for stamp_ns in range(START_NS, START_NS + 5_000_000_000, 100_000_000):
         scan = Scan(stamp_ns, geometry, np.full(450, 2.0, np.float32))
         around = np.abs(sample_ns - stamp_ns) < 200_000_000
         count += len(scanner.add(pipeline.add_scan(scan, sample_ns[around], pitch[around])))
@@ -108,14 +109,22 @@ def steady(seconds):
     return np.interp(seconds % 1.48, [0.0, 0.74, 1.48], [-0.5, 0.5, -0.5])
 
 
-def returning(seconds):
-    """Return the pitch of a nod that goes down in 0.2 s, first of all, and sees two rows then."""
-    return np.interp((seconds + 0.8) % 0.94, [0.0, 0.74, 0.94], [-0.5, 0.5, -0.5])
+def returning(phase, seconds):
+    """Return the pitch of a nod that goes down in 0.2 s, and sees two rows then."""
+    return np.interp((seconds + phase) % 0.94, [0.0, 0.74, 0.94], [-0.5, 0.5, -0.5])
 
 
 def resting(seconds):
-    """Return the pitch of a nod that stops after 3 s, in the middle of a sweep up."""
-    return np.where(seconds < 3.33, steady(seconds), steady(3.33))
+    """Return the pitch of a nod that stops after 4.8 s, in the middle of a sweep up."""
+    return np.where(seconds < 4.81, steady(seconds), steady(4.81))
+
+
+def turning_back(pause, seconds):
+    """Return the pitch of a nod that stops after 3.33 s on the way up, and goes down again."""
+    down = 3.33 + pause + 0.37  # at -0.5 rad
+    later = np.interp(seconds, [3.33, 3.33 + pause, down], [steady(3.33), steady(3.33), -0.5])
+    begun = np.where(seconds < 3.33, steady(seconds), later)
+    return np.where(seconds < down, begun, steady(seconds - down))
 
 
 def around_a_box(mode, pitch_at, seen=lambda number: True, blind_after=100):
@@ -144,7 +153,15 @@ def shows_box(scan):
     return bool(np.all(scan.ranges < 1.3))
 
 
-@pytest.mark.parametrize('pitch_at', [steady, returning, resting])
+NODS = {
+    'steady': steady,
+    'resting': resting,
+    **{f'returning, {k}': partial(returning, k / 20) for k in range(19)},
+    **{f'turning back after {pause} s': partial(turning_back, pause) for pause in (0.0, 0.7, 2.0)},
+}
+
+
+@pytest.mark.parametrize('pitch_at', NODS.values(), ids=NODS)
 @pytest.mark.parametrize('mode', ['sweep', 'scan'])
 def test_no_level_scan_lacks_the_rows_of_a_part_of_the_nod(mode, pitch_at):
     found = around_a_box(mode, pitch_at)
@@ -154,8 +171,9 @@ def test_no_level_scan_lacks_the_rows_of_a_part_of_the_nod(mode, pitch_at):
 
 @pytest.mark.parametrize('mode', ['sweep', 'scan'])
 @pytest.mark.parametrize('first', range(40, 55))
-def test_a_sweep_that_misses_scans_makes_no_level_scan(mode, first):
-    found = around_a_box(mode, steady, lambda number: not first <= number < first + 4)
+@pytest.mark.parametrize('pitch_at', [steady, partial(returning, 0.8)])
+def test_a_sweep_that_misses_scans_makes_no_level_scan(mode, first, pitch_at):
+    found = around_a_box(mode, pitch_at, lambda number: not first <= number < first + 4)
     assert len(found) >= 6
     assert all(map(shows_box, found))
 

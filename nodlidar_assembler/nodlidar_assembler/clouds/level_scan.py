@@ -6,8 +6,9 @@ the circle of level_scan_free has seen that azimuth free. All are as of one inst
 robot, by odometry, would have seen them from its pose at that instant.
 
 One beam that passes makes an azimuth free, so rows that were not seen could hide what is there.
-Therefore there is no level scan of a sweep that misses scans, and none while the nod rests. Nor is
-there one of a sweep in which no beam hit anything, as of a lidar that is covered.
+Therefore there is no level scan of a sweep that misses scans, or that turned back before the ends
+of the sweeps before it, and none while the nod rests. Nor is there one of a sweep in which no beam
+hit anything, as of a lidar that is covered.
 """
 
 from __future__ import annotations
@@ -38,6 +39,9 @@ _INTERVALS, _LONGEST_INTERVAL = 21, 2.5
 _RETURN = 0.5
 # A nod without a reversal for so many times what it took before rests.
 _RESTS = 2
+# A sweep that lacks more than this share of the span of this and the sweeps before turned back
+# between its limits. After so many, narrower limits are taken for the nod's.
+_LACKING, _SWEEPS = 0.1, 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +78,15 @@ def message_fields(scan: LevelScan, config: LevelScanConfig, range_min: float) -
     }
 
 
+@dataclass(frozen=True, slots=True)
+class _Sweep:
+    """How long a sweep took [ns], and from where to where it went [rad]."""
+
+    duration_ns: int
+    low: float
+    high: float
+
+
 def level_frame(frame_id: str, config: LevelScanConfig) -> str:
     """Return the frame of level scans: that of the clouds, unless it is tilted on the robot."""
     return f'{frame_id}_level' if any(config.mount_tilt) else frame_id
@@ -103,7 +116,8 @@ class LevelScanner:
         self._scans: deque[Segments] = deque(maxlen=MOST_SCANS)
         self._last_reversal_ns: int | None = None
         self._begin_ns: int | None = None  # of the last whole sweep, or of the one that it returns
-        self._sweep_ns = 0
+        self._leg: list[tuple[int, float]] = []  # instants and pitch since the last reversal
+        self._sweeps: deque[_Sweep] = deque(maxlen=_SWEEPS)
         self._newest_ns = 0
         self._hit_ns = 0  # the end of the last scan with a range
 
@@ -115,7 +129,7 @@ class LevelScanner:
             self.restart()
         if times_ns[-1] <= self._newest_ns and self._scans:
             return []
-        if self._misses_scans(scan.stamp_ns):
+        if self._misses_scans(scan.stamp_ns) or self._rests(int(times_ns[-1])):
             self.restart()
         # The first beams of a scan may be stamped before the last ones of the scan before.
         times_ns = np.maximum(times_ns, self._newest_ns)
@@ -125,7 +139,9 @@ class LevelScanner:
         self._scans.append(self._in_band(assembled))
         level_scans = []
         for k in range(0, len(times_ns), _THINNED):
-            reversal_ns = self._reversals.add(int(times_ns[k]), float(assembled.pitch[k]))
+            sample = int(times_ns[k]), float(assembled.pitch[k])
+            self._leg.append(sample)
+            reversal_ns = self._reversals.add(*sample)
             if reversal_ns is not None:
                 level_scans += self._swept(reversal_ns)
         if self._config.level_scan == 'scan':
@@ -141,15 +157,42 @@ class LevelScanner:
         self._intervals_ns.append(interval_ns)
         return interval_ns > _LONGEST_INTERVAL * median_low(self._intervals_ns)
 
+    def _rests(self, now_ns: int) -> bool:
+        """Return whether the nod has not turned back for long at an instant [ns]."""
+        if self._last_reversal_ns is None or not self._is_known:
+            return False
+        longest_ns = max(sweep.duration_ns for sweep in self._sweeps)
+        return now_ns - self._last_reversal_ns > _RESTS * longest_ns
+
     def _swept(self, reversal_ns: int) -> list[LevelScan]:
         """Return the level scan of the sweep that a reversal ended, if all of it was seen."""
         begin_ns, self._last_reversal_ns = self._last_reversal_ns, reversal_ns
+        leg, self._leg = self._leg, [each for each in self._leg if each[0] >= reversal_ns]
         if begin_ns is None or not begin_ns < reversal_ns:
             return []
-        before_ns, self._sweep_ns = self._sweep_ns, reversal_ns - begin_ns
-        if self._begin_ns is None or self._sweep_ns >= _RETURN * before_ns:
+        pitch = [at for time_ns, at in leg if begin_ns <= time_ns <= reversal_ns]
+        if not pitch:
+            return []
+        sweep = _Sweep(reversal_ns - begin_ns, min(pitch), max(pitch))
+        before_ns = self._sweeps[-1].duration_ns if self._sweeps else 0
+        is_return = sweep.duration_ns < _RETURN * before_ns
+        self._sweeps.append(sweep)
+        if not self._is_whole(sweep):
+            return []
+        if self._begin_ns is None or not is_return:
             self._begin_ns = begin_ns
-        return self._of(self._begin_ns, reversal_ns)
+        return self._of(self._begin_ns, reversal_ns) if self._is_known else []
+
+    @property
+    def _is_known(self) -> bool:
+        """Whether two sweeps have shown how far and how long the nod goes."""
+        return len(self._sweeps) > 1
+
+    def _is_whole(self, sweep: _Sweep) -> bool:
+        """Return whether a sweep went as far as the ones before it."""
+        low, high = min(each.low for each in self._sweeps), max(each.high for each in self._sweeps)
+        lacking = _LACKING * (high - low)
+        return sweep.low <= low + lacking and sweep.high >= high - lacking
 
     def _since_sweep(self) -> list[LevelScan]:
         """Return the level scan of the last whole sweep and of the beams since.
@@ -157,12 +200,9 @@ class LevelScanner:
         Back to the same point of that sweep would not do: in the middle of the nod, these are
         twice the rows of one half.
         """
-        begin_ns, reversal_ns = self._begin_ns, self._last_reversal_ns
-        if begin_ns is None or reversal_ns is None:
+        if self._begin_ns is None or not self._is_known:
             return []
-        if self._newest_ns - reversal_ns > _RESTS * (reversal_ns - begin_ns):
-            return []
-        return self._of(begin_ns, self._newest_ns)
+        return self._of(self._begin_ns, self._newest_ns)
 
     def _forget(self) -> None:
         """Forget the scans before the sweep that is needed next."""
