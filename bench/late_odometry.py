@@ -8,10 +8,9 @@ from dataclasses import replace
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
-from nodlidar_mapper.command import DELAY_ERROR, LEAST_DELAY
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.odometry_delay import odometry_delay
+from nodlidar_mapper.odometry_delay import is_worth_setting, odometry_delay
 from nodlidar_mapper.offline import clouds_of, estimates
 from nodlidar_sim.simulation import Recording
 import numpy as np
@@ -64,6 +63,6 @@ def _mapped(recording: Recording, late: float) -> tuple[float, int, float | None
     truth = true_poses(recording, np.array([each.stamp_ns for each in found]))
     poses = mapper.poses_of(found)
     delay, error = odometry_delay(clouds, poses, matched, odometry)
-    is_named = error <= DELAY_ERROR and abs(delay) >= LEAST_DELAY
     off = errors(truth, list(poses)).max()
-    return float(off), int(np.count_nonzero(~matched[1:])), delay if is_named else None
+    named = delay if is_worth_setting(delay, error) else None
+    return float(off), int(np.count_nonzero(~matched[1:])), named

@@ -88,7 +88,10 @@ class ScanAssembler:
         self._odometry_delay_ns = round(config.odometry_delay * NS_PER_S)
         self._compensated_until_ns: int | None = None  # last beam since odometry began [ns]
         self._for_joints: WaitingLine[Scan, JointSamples | str] = WaitingLine(deadline_ns)
-        self._for_odometry: WaitingLine[_Bracketed, Odometry | str] = WaitingLine(deadline_ns)
+        # Late odometry comes later by as much.
+        self._for_odometry: WaitingLine[_Bracketed, Odometry | str] = WaitingLine(
+            deadline_ns + max(self._odometry_delay_ns, 0)
+        )
         self._decided: deque[Outcome] = deque()
         self.drops: Counter[str] = Counter()
         self._deviations: Counter[str] = Counter()

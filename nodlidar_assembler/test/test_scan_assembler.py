@@ -328,6 +328,18 @@ def test_odometry_that_is_stamped_late_counts_from_its_measurement():
         assert bench.released == ([] if ms < 121 else [(5, [-10, 10, 70, 110])])
 
 
+def test_a_scan_waits_longer_for_odometry_that_is_late():
+    bench = MovingBench(odometry_delay=0.35)
+    bench.odometry(340)
+    bench.scan(5)
+    bench.now += 600 * MS
+    bench.release()
+    assert not bench.dropped
+    bench.now += 51 * MS
+    bench.release()
+    assert bench.dropped == [(5, NO_ODOMETRY_AFTER)]
+
+
 def test_without_odometry_before_it_a_scan_is_given_up_at_once():
     bench = MovingBench()
     bench.scan(10)

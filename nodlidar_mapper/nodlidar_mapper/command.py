@@ -20,7 +20,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.map_files import write_map
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.odometry_delay import odometry_delay
+from nodlidar_mapper.odometry_delay import is_worth_setting, KNOWN_ERROR, odometry_delay
 from nodlidar_mapper.offline import drive_in, estimates
 import numpy as np
 from rich.console import Console
@@ -30,8 +30,6 @@ from rich.table import Table
 Config = TypeVar('Config', MapperConfig, GridConfig)
 
 WIDTH = 100  # of a table that does not go to a terminal
-DELAY_ERROR = 0.02  # standard error with which the delay of odometry is known [s]
-LEAST_DELAY = 0.03  # that is worth a parameter: less does no harm [s]
 
 
 def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
@@ -92,10 +90,10 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
 
 def _late(delay: float, error: float, known: float) -> str:
     """Return in words by how much odometry is late, beside what is known already [s]."""
-    if error > DELAY_ERROR:
+    if error > KNOWN_ERROR:
         return 'unknown: the robot turned too little or too steadily'
     text = f'{1e3 * delay:.0f} ms, +- {1e3 * error:.0f}'
-    if abs(delay) < LEAST_DELAY:
+    if not is_worth_setting(delay, error):
         return text
     return f'{text}: set odometry_delay to {known + delay:.3f} in assembler and mapper'
 

@@ -167,17 +167,18 @@ class Mapper:
         predicted = self._track.predicted(stamp_ns, odometry @ robot)
         guess = predicted @ mount
         way = guess[:3, 3] - predicted[:3, 3]  # from the robot to the cloud's frame
+        covariance = carried(self._track.covariance, way)
         age = np.zeros(len(cloud.points)) if cloud.age is None else cloud.age
         seen = self._track.seen(moved(mount, cloud.points), age, mount[:3, 3]).moved(robot)
         seen = seen[(np.abs(seen.points) < FARTHEST).all(axis=1)]  # NaN is not
         seen = seen.thinned(self._config.point_spacing)
-        found = self._matched(seen, guess, carried(self._track.covariance, way))
+        found = self._matched(seen, guess, covariance)
         lost = NO_MAP if begins else self._lost(found, seen)
         if lost and not begins and self._first is not None:
             self._begin_anew()
             begins, lost = True, NO_MAP
         elif lost and not begins:
-            found, lost = self._searched(seen, guess, odometry, found, lost, way)
+            found, lost = self._searched(cloud, seen, guess, covariance, found, lost)
         elif not lost:
             of_robot = lever(way).T @ found.information @ lever(way)
             self._track.learn(found.pose @ robot, of_robot)
@@ -206,10 +207,9 @@ class Mapper:
         Their points were deskewed, and their poses predicted, by odometry with unknown errors.
         """
         self._first = None
-        (begin, _), (second, _) = first[:2]
-        self._track = self._track.before(begin.robot, second.robot)
+        self._track = self._track.before([cloud.robot for cloud, _ in first])
         self._forget_surfaces()
-        if self.keyframes[0].stamp_ns == begin.stamp_ns:
+        if self.keyframes[0].stamp_ns == first[0][0].stamp_ns:
             self.keyframes = []
         for cloud, before in first:
             self._again[before] = found = self._added(cloud)
@@ -250,17 +250,24 @@ class Mapper:
         return self._recovery.doubt(found, clear)
 
     def _searched(
-        self, seen: Seen, guess: Array, odometry: Array, failed: Match, lost: str, way: Array
+        self,
+        cloud: _Cloud,
+        seen: Seen,
+        guess: Array,
+        covariance: Array,
+        failed: Match,
+        lost: str,
     ) -> tuple[Match, str]:
         """Search for the robot; return the match and why it is still lost."""
-        here = Guess(guess, self._track.covariance, bool(self._track.jump), self._track.paused)
+        here = Guess(guess, covariance, bool(self._track.jump), self._track.paused)
         if self._recovery.is_beyond(seen, here, failed, self.keyframes):
             return replace(failed, pose=guess, mapped=0.0), ''
-        found = self._recovery.search(seen, here, odometry, self.keyframes)
+        found = self._recovery.search(seen, here, cloud.odometry, self.keyframes)
         if isinstance(found, str):
             return failed, '; '.join(filter(None, [self._track.jump, lost, found]))
-        covariance = carried(inverted(found.information + FOUND), -way)
-        self.place(found.pose, 0, odometry, covariance)
+        back = (found.pose @ inverse(cloud.mount))[:3, 3] - found.pose[:3, 3]  # to the robot
+        of_robot = carried(inverted(found.information + FOUND), back)
+        self.place(found.pose, 0, cloud.odometry, of_robot)
         return found, ''
 
     def _is_new(self, pose: Array) -> bool:

@@ -16,6 +16,9 @@ OUTLIER = 0.005  # turns that differ by more count less [rad]
 STEP = 0.01  # of the numerical derivative: about a sample of odometry [s]
 LONGEST = 0.5  # s
 LEAST_INFORMATION = 1e-12  # of a robot that never turns
+LEAST_STEPS = 10  # from cloud to cloud
+KNOWN_ERROR = 0.02  # standard error with which the delay is known [s]
+LEAST_DELAY = 0.03  # that is worth a parameter [s]
 
 
 def odometry_delay(
@@ -28,7 +31,7 @@ def odometry_delay(
     the pose fits most of the points. So the heading is that of odometry, plus the median of
     y(s + delay) - y(s) over the instants s of the points, where y is the heading by odometry. A
     share by which turns are miscounted is estimated as well. A robot that never turns, or always
-    alike, does not show the delay: the error is then large.
+    alike, does not show the delay: the error is then large, and infinite for a few clouds.
 
     Parameters
     ----------
@@ -47,11 +50,15 @@ def odometry_delay(
     by_odometry = np.interp(instants, known, heading)
     beyond_odometry = _heading(poses) - np.interp(stamps, known, heading)
     steps = matched[1:] & matched[:-1]
+    if np.count_nonzero(steps) < LEAST_STEPS:
+        return 0.0, np.inf
 
     def unexplained(guess: Array) -> Array:
         delay, scale = guess
         lacking = scale * np.interp(instants + delay, known, heading) - by_odometry
-        return np.asarray(np.diff(beyond_odometry - np.median(lacking, axis=1))[steps])
+        turn = np.diff(beyond_odometry - np.median(lacking, axis=1))[steps]
+        # Half turns between clouds may have been counted otherwise.
+        return np.asarray(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
 
     found = least_squares(
         unexplained,
@@ -65,6 +72,11 @@ def odometry_delay(
     information = found.jac.T @ found.jac + LEAST_INFORMATION * np.eye(2)  # weighted by the loss
     variance = 2.0 * found.cost / max(np.count_nonzero(steps) - 2, 1)
     return float(found.x[0]), float(np.sqrt(variance * np.linalg.inv(information)[0, 0]))
+
+
+def is_worth_setting(delay: float, error: float) -> bool:
+    """Return whether a delay with a standard error [s] should be taken out."""
+    return error <= KNOWN_ERROR and abs(delay) >= LEAST_DELAY
 
 
 def _heading(rotations: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.config import MapperConfig
@@ -96,18 +97,22 @@ class Track:
             )
         self.covariance = inverted(inverted(self.covariance) + information)
 
-    def before(self, first: tuple[int, Array], second: tuple[int, Array]) -> Track:
+    def before(self, first: Sequence[tuple[int, Array]]) -> Track:
         """Return a track that begins again, with the learned errors of odometry.
 
         Parameters
         ----------
-        first, second
-            Stamps [ns] of its first two clouds, and poses of the robot in the frame of odometry.
+        first
+            Stamps [ns] of its first clouds, and poses of the robot in the frame of odometry. The
+            first cloud was taken at about the speed from there to the second, or to the next one
+            that is not too soon.
         """
         track = Track(self._config)
         track._odometer = self._odometer
-        track._stamp_ns, track._odometry = track._speed_since = first
-        track._count(*second)  # the first cloud was taken in about the same motion
+        for robot in first:
+            track._measure_speed(*robot)
+            if track._speed_since is not None and track._speed_since[0] != first[0][0]:
+                break
         return track
 
     def move_to(self, pose: Array, stamp_ns: int, odometry: Array) -> None:
@@ -127,7 +132,8 @@ class Track:
             return JUMP
         known = len(self._seconds) == TIMES
         self.paused = known and seconds > PAUSE * max(self._seconds)
-        self._seconds.append(seconds)
+        if not self.paused:
+            self._seconds.append(seconds)
         self._counted, self._last_motion = motion, self._odometer.corrected(motion)
         self._measure_speed(stamp_ns, odometry)
         shift, rotation = FLOOR

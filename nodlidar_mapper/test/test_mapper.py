@@ -255,3 +255,24 @@ def test_a_planar_pose_says_nothing_of_what_is_not_estimated():
     assert (np.diag(found.covariance) > 0.0).tolist() == free.tolist()
     assert not found.covariance[~free].any()
     assert not found.covariance[:, ~free].any()
+
+
+def test_a_robot_that_is_found_is_as_certain_as_its_sensor_shows():
+    """It was carried and turned round; the sensor is 1 m ahead of it."""
+    mount, true = planar(1.0, 0.0, 0.0), planar(0.5, 0.3, 2.5)
+    mounted, plain = Mapper(MapperConfig()), Mapper(MapperConfig())
+    found = []
+    for mapper, place in ((mounted, mount), (plain, np.eye(4))):
+        for k in range(8):
+            points = moved(inverse(place), room_cloud(CROOKED, np.eye(4), seed=k))
+            mapper.add(k * NS, points, place, place)
+        for k in range(8, 40):
+            points = moved(inverse(place), room_cloud(CROOKED, true, seed=k))
+            estimate = mapper.add(k * NS, points, place, place)
+            if not estimate.lost:
+                break
+        np.testing.assert_allclose(estimate.pose @ inverse(place), true, atol=0.03)
+        found.append(estimate.covariance)
+    there, here = found
+    deviation = np.sqrt(np.diag(here)) + 1e-9
+    assert np.abs((there - here) / np.outer(deviation, deviation)).max() < 0.2

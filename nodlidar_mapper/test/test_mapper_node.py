@@ -10,8 +10,8 @@ from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_mapper.mapper import FIRST
 from nodlidar_mapper.poses import inverse, planar
-from nodlidar_mapper.ros import messages
-from nodlidar_mapper.ros.cloud_input import BUSY, NO_ODOMETRY
+from nodlidar_mapper.ros import map_output, messages
+from nodlidar_mapper.ros.cloud_input import BUSY, MOST_READY, NO_ODOMETRY
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_mapper.surface import Surface
 from nodlidar_msgs.srv import MapFolder
@@ -308,15 +308,23 @@ def test_clouds_without_odometry_are_counted_as_such_however_fast_they_come(runn
     assert mapper.clouds.drops[NO_ODOMETRY] == 4
 
 
-def test_of_the_clouds_that_wait_for_odometry_the_newest_is_matched(running):
+def test_of_the_clouds_that_wait_for_odometry_the_newest_ones_are_matched(running):
     robot, mapper, until = running
     drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
-    for k in range(3):
+    count = MOST_READY + 2
+    for k in range(count):
         robot.send_cloud(2.0 + 0.1 * k, np.eye(4))
-    until(lambda: mapper.clouds.received == 5)
-    robot.send_odometry(2.5, np.eye(4))
-    until(lambda: seconds_of(mapper.output.progress.estimate.stamp_ns) == 2.2)
+    until(lambda: mapper.clouds.received == 2 + count)
+    robot.send_odometry(2.1 + 0.1 * count, np.eye(4))
+    last = round(1.9 + 0.1 * count, 6)
+    until(lambda: seconds_of(mapper.output.progress.estimate.stamp_ns) == last)
     assert mapper.clouds.drops == {BUSY: 2}
+    assert len(mapper.output.progress.path) == 2 + MOST_READY
+
+
+@pytest.mark.parametrize('running', [['-p', 'odometry_delay:=-1.0']], indirect=True)
+def test_there_is_no_odometry_before_time_begins(running):
+    assert running[1].clouds.odometry_of('base_link', 500_000_000) is None
 
 
 def test_a_map_that_stays_as_it_is_is_not_drawn_again(running):
@@ -327,7 +335,7 @@ def test_a_map_that_stays_as_it_is_is_not_drawn_again(running):
     def latest(topic):
         return time_ns(robot.heard[topic][-1].header.stamp) if robot.heard[topic] else 0
 
-    until(lambda: latest('path') == START_NS + (FIRST - 1) * 10**9)
+    until(lambda: latest('path') == latest('map') == START_NS + (FIRST - 1) * 10**9)
     drawn = len(robot.heard['map'])
     drive(running, 10, [np.eye(4)] * 4, [np.eye(4)] * 4)
     until(lambda: latest('path') == START_NS + 13 * 10**9)
@@ -335,6 +343,23 @@ def test_a_map_that_stays_as_it_is_is_not_drawn_again(running):
     poses = [planar(0.4 * k, 0.0, 0.0) for k in range(8)]
     drive(running, 14, poses, poses)
     until(lambda: len(robot.heard['map']) > drawn)
+
+
+def test_a_map_that_could_not_be_drawn_is_drawn_later(running, monkeypatch):
+    robot, mapper, until = running
+    mapper.output._config = replace(mapper.output._config, map_period=0.5)
+    whole, calls = map_output.drawn, []
+
+    def fails_once(*given):
+        calls.append(given)
+        if len(calls) == 1:
+            raise ArithmeticError
+        return whole(*given)
+
+    monkeypatch.setattr(map_output, 'drawn', fails_once)
+    drive(running, 0, [np.eye(4)] * FIRST, [np.eye(4)] * FIRST)
+    until(lambda: robot.heard['map'])
+    assert len(calls) > 1
 
 
 def test_clouds_in_the_frame_of_odometry_are_dropped_and_the_remedy_is_named(running):

@@ -1,5 +1,7 @@
 """The delay of odometry, against clouds whose beams are deskewed by it one by one."""
 
+import math
+
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.points import DESKEWED_POINT
@@ -19,7 +21,7 @@ def heading(rate, seconds):
     return np.interp(seconds, SECOND, np.cumsum(rate) * 0.02)
 
 
-def estimated(rate, delay, miscounted=1.0, wrong=()):
+def estimated(rate, delay, miscounted=1.0, wrong=(), missing=slice(0)):
     """Return the estimate where odometry is late, and counts turns too far by a share."""
     rng = np.random.default_rng(1)
 
@@ -37,13 +39,15 @@ def estimated(rate, delay, miscounted=1.0, wrong=()):
         stamp_ns = int(times_ns[-1])
         clouds.append(Points(times_ns, np.zeros(BEAMS, DESKEWED_POINT), stamp_ns=stamp_ns))
     believed = np.ones(len(clouds), dtype=bool)
-    for k in wrong:
+    for k in filter(lambda k: k < len(clouds), wrong):
         poses[k], believed[k] = poses[k] @ planar(0.0, 0.0, 1.0), False
+    kept = np.delete(np.arange(len(clouds)), missing)
+    clouds = [clouds[k] for k in kept]
     half = counted(SECOND) / 2.0
     turned = np.stack([0.0 * half, 0.0 * half, np.sin(half), np.cos(half)], axis=1)
     times_ns = START_NS + np.round(SECOND * S).astype(np.int64)
     odometry = Odometry(times_ns, Poses(np.zeros((len(SECOND), 3)), turned))
-    return odometry_delay(clouds, np.stack(poses), believed, odometry)
+    return odometry_delay(clouds, np.stack(poses)[kept], believed[kept], odometry)
 
 
 @pytest.mark.parametrize('delay', [-0.08, 0.0, 0.05, 0.2])
@@ -58,6 +62,18 @@ def test_clouds_that_are_not_believed_do_not_count():
     found, error = estimated(STOP_AND_GO, 0.1, wrong=(10, 30, 31))
     assert error < 0.002
     assert found == pytest.approx(0.1, abs=4.0 * error + 0.001)
+
+
+def test_a_robot_that_turns_round_where_clouds_are_missing_shows_it_as_well():
+    found, error = estimated(STOP_AND_GO, 0.1, missing=slice(20, 40))
+    assert error < 0.003
+    assert found == pytest.approx(0.1, abs=4.0 * error + 0.001)
+
+
+@pytest.mark.parametrize('believed', [0, 1, 2, 5])
+def test_a_few_clouds_do_not_show_it(believed):
+    _, error = estimated(STOP_AND_GO, 0.1, wrong=range(believed, 80))
+    assert math.isinf(error)
 
 
 @pytest.mark.parametrize('rate', [0.0, 0.5])

@@ -33,6 +33,24 @@ def test_where_the_lidar_was_is_known_however_the_clouds_of_sensors_follow(stamp
     assert track.paused
 
 
+@pytest.mark.parametrize('stamps', STAMPS.values(), ids=STAMPS)
+def test_a_track_that_begins_again_knows_the_first_speed(stamps):
+    robots = [(round(t * NS), planar(0.4 * t, 0.0, 0.0)) for t in stamps]
+    track = Track(MapperConfig()).before(robots)
+    track.predicted(*robots[0])
+    seen = track.seen(np.ones((1, 3)), np.array([0.5]), np.zeros(3))
+    np.testing.assert_allclose(seen.origins, [[-0.2, 0.0, 0.0]], atol=1e-9)
+
+
+def test_every_pause_is_noticed():
+    track, seconds = Track(MapperConfig()), 0.0
+    for pause in (0.7, 0.7, 0.7, 0.7, 0.7, 10.0, 0.7, 0.7, 10.0):
+        seconds += pause
+        track.predicted(round(seconds * NS), np.eye(4))
+        track.move_to(np.eye(4), round(seconds * NS), np.eye(4))
+        assert track.paused == (pause > 1.0)
+
+
 def test_after_a_jump_of_odometry_the_speed_is_as_before():
     track = Track(MapperConfig())
     for seconds, x in ((0.7, 0.28), (1.4, 0.56), (2.1, 50.0), (2.8, 50.28)):

@@ -24,6 +24,7 @@ from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
 from tf2_ros import TransformException
 
+MOST_READY = 3  # clouds of a topic that wait to be matched, as after a burst of odometry
 FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
 BUSY = 'cloud that came while others were matched'
 MALFORMED = 'malformed cloud'
@@ -65,7 +66,7 @@ class _Waiting:
 
 
 class CloudInput:
-    """Keeps clouds until they can be matched: of those with odometry, each topic's newest.
+    """Keeps clouds until they can be matched: of those with odometry, each topic's newest ones.
 
     Parameters
     ----------
@@ -129,9 +130,9 @@ class CloudInput:
         return str(subscription.topic_name)
 
     def next(self) -> Cloud | None:
-        """Return a cloud that has odometry: of each topic's newest one, the oldest.
+        """Return the oldest cloud that has odometry, of the newest ones of each topic.
 
-        Earlier ones came while others were matched. They are dropped, as are those that waited for
+        Those before came while others were matched. They are dropped, as are those that waited for
         odometry too long.
         """
         placed = {
@@ -139,13 +140,17 @@ class CloudInput:
             for each in self._waiting
             if (poses := self._poses_of(each.message)) is not None
         }
-        newest = {each.topic: each for each in placed}
+        ready = [
+            each
+            for topic in self._config.cloud_topics
+            for each in [one for one in placed if one.topic == topic][-MOST_READY:]
+        ]
         self._waiting = [
             each
             for each in self._waiting
-            if self._is_kept(each, newest[each.topic] if each in placed else None)
+            if self._is_kept(each, each in ready if each in placed else None)
         ]
-        for each in sorted(newest.values(), key=lambda ready: ready.stamp_ns):
+        for each in sorted(ready, key=lambda one: one.stamp_ns):
             self._waiting.remove(each)
             try:
                 return Cloud(each.stamp_ns, *points_in(each.message), *placed[each])
@@ -154,15 +159,14 @@ class CloudInput:
                 self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
         return None
 
-    def _is_kept(self, each: _Waiting, newest: _Waiting | None) -> bool:
-        """Return whether a cloud goes on waiting; `newest` is None if it has no odometry yet."""
-        if newest is each:
-            return True
-        if newest is not None:
-            self.drops[BUSY] += 1
-            return False
+    def _is_kept(self, each: _Waiting, ready: bool | None) -> bool:
+        """Return whether a cloud goes on waiting; `ready` is None if it has no odometry yet."""
+        if ready is not None:
+            self.drops.update([] if ready else [BUSY])
+            return ready
         waited_ns = steady_ns() - each.since_ns
-        in_time = waited_ns <= self._config.odometry_deadline * NS_PER_S
+        deadline = self._config.odometry_deadline + max(self._config.odometry_delay, 0.0)
+        in_time = waited_ns <= deadline * NS_PER_S
         if not in_time:
             self.drops[NO_ODOMETRY] += 1
         return in_time
@@ -185,6 +189,8 @@ class CloudInput:
         return self._pose_in(self._config.odom_frame, frame, instant_ns + self._delay_ns)
 
     def _pose_in(self, parent: str, frame: str, stamp_ns: int) -> Array | None:
+        if stamp_ns < 0:
+            return None
         at = Time(nanoseconds=stamp_ns, clock_type=ClockType.ROS_TIME)
         try:
             found = self.odometry.buffer.lookup_transform(parent, frame, at)

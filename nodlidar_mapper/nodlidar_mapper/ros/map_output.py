@@ -89,7 +89,6 @@ class MapOutput:
         """Publish the path and, if it has changed, the map."""
         begin_ns, config = steady_ns(), self._config
         same = _are_same(self._drawn, progress.keyframes)
-        self._drawn = progress.keyframes
         # A failure must not be repeated at once.
         self._draw_after_ns = begin_ns + round(config.map_period * NS_PER_S)
 
@@ -107,6 +106,7 @@ class MapOutput:
             pause_ns = round((now_ns - begin_ns) * (1.0 / SHARE - 1.0))
             self._draw_after_ns = max(self._draw_after_ns, now_ns + pause_ns)
             if self.progress is not None:
+                self._drawn = progress.keyframes
                 for publisher, message in zip(self._publishers, found, strict=False):
                     publisher.publish(message)
 
