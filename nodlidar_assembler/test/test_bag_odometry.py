@@ -102,6 +102,13 @@ def test_of_several_topics_of_transforms_one_can_be_chosen(bag):
         read_odometry(path, OF_PIVOT, Topics('', '', '/left/tf'))
 
 
+def test_transforms_without_a_stamp_are_left_out(bag):
+    stamps = [0.5, *[-START] * 3, 1.0]
+    moving = [[(t, 'odom', 'pivot', (k, 0.0, 0.0), UNTURNED)] for k, t in enumerate(stamps)]
+    odometry = read_odometry(bag(moving, []), OF_PIVOT)
+    np.testing.assert_allclose(odometry.poses.position[:, 0], [0.0, 4.0])
+
+
 def test_the_delay_of_its_stamps_is_taken_out(bag):
     moving = [[(t, 'odom', 'pivot', (t, 0.0, 0.0), UNTURNED)] for t in (0.5, 1.0)]
     odometry = read_odometry(bag(moving, []), replace(OF_PIVOT, odometry_delay=0.25))

@@ -1,13 +1,15 @@
 """A whole bag as arrays: by the conventions of the parameters, without malformed messages."""
 
+from copy import deepcopy
 from dataclasses import replace
 import math
 
 from bags import entries_of, recording, write_bag, write_messages
 from nodlidar_assembler.bags.bag_types import BagError, Topics
-from nodlidar_assembler.bags.read_bag import read_bag
+from nodlidar_assembler.bags.read_bag import read_bag, read_drive
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.clouds.time_order import UNSTAMPED
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
 import pytest
@@ -95,6 +97,24 @@ def test_where_several_lidars_are_recorded_one_is_to_be_chosen(simulated, tmp_pa
     assert len(read_bag(bag, CONFIG, Topics('/right/scan', '', '')).scans) == len(one.scans)
     with pytest.raises(BagError, match='no topic /up/scan; it has'):
         read_bag(bag, CONFIG, Topics('/up/scan', '', ''))
+
+
+def test_what_of_a_drive_could_not_be_used_is_told(tmp_path):
+    entries = entries_of(recording(1.0, velocity=(0.4, 0.5)))
+    transforms = [entry for entry in entries if entry[1] == '/tf']
+    unreadable = [(at_ns, '/tf', b'not a message') for at_ns, _, _ in transforms[:3]]
+    for at_ns, _, message in transforms[5:7]:
+        unstamped = deepcopy(message)
+        for each in unstamped.transforms:
+            each.header.stamp.sec = each.header.stamp.nanosec = 0
+        unreadable.append((at_ns, '/tf', unstamped))
+    spoilt = sorted([*entries, *unreadable], key=lambda entry: entry[0])
+    whole = read_drive(write_messages(tmp_path / 'whole', entries), CONFIG)
+    log = read_drive(write_messages(tmp_path / 'bag', spoilt), CONFIG)
+    assert log.damage == ['3 on /tf could not be decoded']
+    assert log.drops == {UNSTAMPED: 2}
+    np.testing.assert_array_equal(log.odometry.time_ns, whole.odometry.time_ns)
+    assert (whole.damage, whole.drops) == ([], {})
 
 
 def test_if_all_are_malformed_the_error_says_what_is_wrong(simulated, tmp_path):

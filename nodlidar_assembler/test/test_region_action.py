@@ -4,6 +4,7 @@ from action_msgs.msg import GoalStatus
 from node_bench import bench
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
+from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.action import ScanRegion
 from nodlidar_msgs.msg import NodCommand, NodStatus
 import numpy as np
@@ -96,7 +97,7 @@ def test_a_region_is_scanned_and_the_nod_given_back(log):
 
 
 def test_there_are_no_level_scans_while_a_region_is_scanned(log):
-    before, after = parts(log, 5)
+    before, after = parts(log, 18)
     found = []
     with bench('level_scan:=scan', 'deadline:=10.0') as running:
         running.feeder.create_subscription(LaserScan, 'level_scan', found.append, 50)
@@ -104,6 +105,8 @@ def test_there_are_no_level_scans_while_a_region_is_scanned(log):
         running.spin_until_heard(topic)
         client = Client(running)
         running.feed(before)
+        last_ns = before.scans[-1].stamp_ns
+        running.spin_until(lambda: found and time_ns(found[-1].header.stamp) > last_ns)
         handle = client.send(FINE)
         running.spin_until(lambda: running.node.scans_region)
         clouds, known = running.out[PointCloud2], len(found)

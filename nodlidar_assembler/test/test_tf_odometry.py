@@ -7,7 +7,7 @@ from geometry_msgs.msg import TransformStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
-from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP, TRANSFORM_OUT_OF_ORDER
+from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP, TRANSFORM_OUT_OF_ORDER, UNSTAMPED
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.survival import Survival
@@ -302,7 +302,7 @@ def test_transforms_that_lost_their_stamps_are_dropped_however_many_they_are(ben
     for _ in range(3 * LEAST_TO_JUMP):
         bench.hear(-START // MS, 1.0)
     bench.hear(20, 2.0)
-    assert bench.drops == [TfOdometry.UNSTAMPED] * 3 * LEAST_TO_JUMP
+    assert bench.drops == [UNSTAMPED] * 3 * LEAST_TO_JUMP
     assert (bench.backs, bench.noted()) == (0, [(0, 0.0), (20, 2.0)])
 
 

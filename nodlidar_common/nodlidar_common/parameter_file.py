@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import Field, fields
 from pathlib import Path
+import sys
 from typing import Any
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.parameters import type_in_words
+from nodlidar_common.parameters import misspelt, type_in_words
 from nodlidar_common.yaml_file import read_yaml, YamlError
 
 
@@ -14,7 +15,8 @@ def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any
     """Return the values that a file sets for the parameters of a node.
 
     As in ROS, these are the values under ``/**`` and under the node's name in any namespace, which
-    override the former. Unknown parameters are ignored.
+    override the former. Unknown parameters are ignored, with a line on stderr for one that is
+    almost a known one.
 
     Parameters
     ----------
@@ -32,20 +34,12 @@ def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any
         of its parameter.
     """
     own = {each.name: each for each in fields(config_class)}
-    values = _all_values(path, node)
-    return {key: _typed(own[key], value) for key, value in values.items() if key in own}
-
-
-def names_in(path: Path, node: str) -> list[str]:
-    """Return the names of all parameters that a file sets for a node; raises as file_values."""
-    return [str(name) for name in _all_values(path, node)]
-
-
-def _all_values(path: Path, node: str) -> dict[Any, Any]:
-    values: dict[Any, Any] = {}
+    values: dict[str, Any] = {}
     for parameters in _sections(path, node):
         values |= parameters
-    return values
+    for remark in misspelt([str(key) for key in values], own):
+        print(f"'{path}': {remark}", file=sys.stderr)
+    return {key: _typed(own[key], value) for key, value in values.items() if key in own}
 
 
 def read_parameters(path: Path | str) -> dict[Any, Any]:

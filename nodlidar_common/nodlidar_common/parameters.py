@@ -54,6 +54,8 @@ class Limits:
             return False
         if self.choices:
             return value in self.choices
+        if isinstance(value, tuple):
+            return all(map(self.allow, value))
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             above = self.minimum is None or value >= self.minimum
             below = self.maximum is None or value <= self.maximum

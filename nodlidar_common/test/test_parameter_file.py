@@ -51,6 +51,12 @@ def test_other_nodes_and_other_parameters_are_passed_over(values):
     assert values(section('/**', 'use_sim_time: true', 'count: 3')) == {'count': 3}
 
 
+def test_a_misspelt_parameter_is_told(values, capsys):
+    assert values(section('/**', 'cuont: 3', 'rat: 2.0', 'servo_id: 1')) == {}
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith("there is no parameter 'rat': is 'rate' meant?")
+
+
 def test_the_node_s_own_section_wins_wherever_it_stands(values):
     own = section('/robot/assembler', 'count: 3')
     assert values(own + section('/**', 'count: 2', 'rate: 2.0')) == {'count': 3, 'rate': 2.0}

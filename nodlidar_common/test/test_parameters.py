@@ -14,6 +14,7 @@ class Config:
     place: tuple[float, ...] = parameter((0.0, 1.0), 'Place', unit='m')
     mode: str = parameter('slerp', 'Mode', choices=('slerp', 'ends'))
     enabled: bool = parameter(True, 'Enabled')
+    tilt: tuple[float, ...] = parameter((0.0, 0.0), 'Tilt', unit='rad', minimum=-3.2, maximum=3.2)
 
     def check_together(self):
         if self.enabled and self.count > self.rate:
@@ -36,6 +37,7 @@ def test_values_within_limits_pass(values):
         ('rate', float('nan'), 'finite'),
         ('offset', float('-inf'), 'finite'),
         ('place', (0.0, float('nan')), 'finite'),
+        ('tilt', (0.0, 50.0), 'between -3.2 and 3.2 rad'),
         ('count', 0, 'at least 1'),
         ('offset', 0.2, 'at most 0.1 s'),
         ('gain', float('inf'), 'finite'),

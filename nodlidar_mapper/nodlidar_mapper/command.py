@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from nodlidar_assembler.bags.bag_types import ANY
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
+from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_common.command_line import LineParser
@@ -21,7 +22,7 @@ from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.map_files import write_map
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.odometry_delay import is_worth_setting, KNOWN_ERROR, odometry_delay
-from nodlidar_mapper.offline import drive_in, estimates
+from nodlidar_mapper.offline import estimates
 import numpy as np
 from rich.console import Console
 from rich.progress import track
@@ -49,7 +50,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     config = configuration(arguments.params, {'profile': 'slam'})
     mapper = Mapper(_given(arguments.params, MapperConfig()))
     cells = _given(arguments.params, GridConfig())
-    log = drive_in(arguments.bag, config, topics_of(arguments))
+    log = read_drive(arguments.bag, config, topics_of(arguments))
     clouds, drops = clouds_in(log, Pipeline(config))
     console = Console(stderr=True)
     hidden = not console.is_terminal or console.is_dumb_terminal

@@ -1,11 +1,7 @@
 """Maps a recorded drive."""
 
 from collections.abc import Iterable
-from dataclasses import replace
-from pathlib import Path
 
-from nodlidar_assembler.bags.bag_types import ANY, Topics
-from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
@@ -20,19 +16,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 LIMITS = OdometryConfig()
-
-
-def drive_in(bag: Path, config: AssemblerConfig, topics: Topics = ANY) -> SensorLog:
-    """Return what a bag recorded, with the odometry of the clouds' frame.
-
-    Raises
-    ------
-    BagError
-        If the bag cannot be read, or has no scans, joint states or odometry.
-    """
-    log = read_bag(bag, config, topics)
-    odometry = read_odometry(bag, config, topics)
-    return replace(log, odometry=odometry)
 
 
 def clouds_of(log: SensorLog, config: AssemblerConfig) -> list[Points]:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
@@ -9,7 +10,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import FREE, grid_of, GridConfig, OCCUPIED
 from nodlidar_mapper.lasting import lasting_surface
 from nodlidar_mapper.mapper import FIRST, Mapper
-from nodlidar_mapper.offline import clouds_of, coordinates, drive_in, estimates, odometry_at
+from nodlidar_mapper.offline import clouds_of, coordinates, estimates, odometry_at
 from nodlidar_mapper.poses import inverse, moved, planar
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
@@ -41,7 +42,7 @@ def recorded(faster=1.0, mount=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)):
 
 def log_of(recording, folder):
     write_bag(recording, folder / 'bag')
-    return drive_in(folder / 'bag', CONFIG)
+    return read_drive(folder / 'bag', CONFIG)
 
 
 @pytest.fixture(scope='module')

@@ -3,13 +3,14 @@
 from dataclasses import replace
 from itertools import pairwise
 
+from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.lasting import lasting_surface
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, coordinates, drive_in, odometry_at
+from nodlidar_mapper.offline import clouds_of, coordinates, odometry_at
 from nodlidar_mapper.poses import inverse, moved, planar
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
@@ -56,7 +57,7 @@ def clouds(recordings, tmp_path_factory):
     for name, recording in recordings.items():
         bag = tmp_path_factory.mktemp(name) / 'bag'
         write_bag(recording, bag)
-        log = drive_in(bag, CONFIG)
+        log = read_drive(bag, CONFIG)
         found += [
             (cloud.stamp_ns, name, coordinates(cloud), odometry_at(log, cloud.stamp_ns))
             for cloud in clouds_of(log, CONFIG)

@@ -11,7 +11,12 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_assembler.clouds.origins import frame_of
 from nodlidar_assembler.clouds.pipeline import Assembled
-from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS, TimeOrder, TRANSFORM_OUT_OF_ORDER
+from nodlidar_assembler.clouds.time_order import (
+    TIME_JUMP_NS,
+    TimeOrder,
+    TRANSFORM_OUT_OF_ORDER,
+    UNSTAMPED,
+)
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
@@ -83,6 +88,9 @@ class BagAssembly:
                 self._publish_ready()
         elif recorded.msgtype == TF and self._tf is not None:
             for sample in self._tf.samples(message):
+                if not sample[0]:
+                    self.assembler.drops[UNSTAMPED] += 1
+                    continue
                 for pose in self._odometry_order.add(sample[0], sample, self._now_ns):
                     self.assembler.add_odometry(*pose)
                     self._publish_ready()

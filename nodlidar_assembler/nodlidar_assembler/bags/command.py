@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 import sys
 from typing import Any
@@ -16,8 +16,8 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.parameter_file import file_values, names_in
-from nodlidar_common.parameters import check, misspelt
+from nodlidar_common.parameter_file import file_values
+from nodlidar_common.parameters import check
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
@@ -58,9 +58,6 @@ def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerCo
     if params is not None:
         for config_class in (ProfileConfig, AssemblerConfig):
             values |= file_values(params, 'assembler', config_class)
-        known = {each.name for of in (ProfileConfig, AssemblerConfig) for each in fields(of)}
-        for remark in misspelt(names_in(params, 'assembler'), known):
-            print(f"'{params}': {remark}", file=sys.stderr)
     values |= chosen
     profile = ProfileConfig(values.pop('profile', ProfileConfig().profile))
     check(profile)

@@ -12,6 +12,7 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import ordered_samples
+from nodlidar_assembler.clouds.time_order import UNSTAMPED
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
@@ -117,6 +118,14 @@ def _of_kind(source: BagSource, kind: str, chosen: str) -> dict[str, str]:
     return {topic: of for topic, of in source.types.items() if of == kind}
 
 
+def read_drive(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> SensorLog:
+    """Return the same with the odometry of frame_id; raises as `read_bag` and `read_odometry`."""
+    log = read_bag(path, config, topics)
+    odometry, drops, damage = _odometry(path, config, topics)
+    damage = list(dict.fromkeys([*log.damage, *damage]))
+    return replace(log, odometry=odometry, drops=log.drops + drops, damage=damage)
+
+
 def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Odometry:
     """Return the odometry of frame_id: the transforms from odom_frame to its carrier.
 
@@ -130,6 +139,13 @@ def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> 
     OdometryError
         If they are not poses.
     """
+    return _odometry(path, config, topics)[0]
+
+
+def _odometry(
+    path: Path, config: AssemblerConfig, topics: Topics
+) -> tuple[Odometry, Counter[str], list[str]]:
+    """Return odometry, the transforms that could not be used, and the damage of the bag."""
     with BagSource(path) as source:
         moving = {each: TF for each in _of_kind(source, TF, topics.tf) if not _is_static(each)}
         fixed = {each: TF for each in source.types if _is_static(each)}
@@ -141,18 +157,21 @@ def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> 
             (recorded.message for recorded in source.messages(fixed)),
             (recorded.message for recorded in source.messages(moving)),
         )
-        samples = {
-            pose[0]: (*pose[1], *pose[2])
-            for recorded in source.messages(moving)
-            for pose in tf.samples(recorded.message)
-        }
+        for topic in moving:
+            del source.unreadable[topic]  # they are counted when they are read again
+        poses = [
+            pose for recorded in source.messages(moving) for pose in tf.samples(recorded.message)
+        ]
+        damage = source.damage
+    samples = {stamp_ns: (*place, *turn) for stamp_ns, place, turn in poses if stamp_ns}
     if not samples:
-        raise BagError(f"'{path}' has {tf.missing_input}")
+        raise BagError(f"'{path}' has {tf.missing_input or UNSTAMPED}")
     stamps = sorted(samples)
-    poses = np.array([samples[stamp] for stamp in stamps])
+    numbers = np.array([samples[stamp] for stamp in stamps])
     times_ns = np.array(stamps, dtype=np.int64) - round(config.odometry_delay * NS_PER_S)
-    odometry = Odometry(times_ns, Poses(poses[:, :3], poses[:, 3:]))
-    return odometry.mounted(tf.mount)
+    odometry = Odometry(times_ns, Poses(numbers[:, :3], numbers[:, 3:])).mounted(tf.mount)
+    unstamped = sum(not stamp_ns for stamp_ns, _, _ in poses)
+    return odometry, Counter({UNSTAMPED: unstamped} if unstamped else {}), damage
 
 
 def _is_static(topic: str) -> bool:

@@ -24,8 +24,8 @@ class LevelScanConfig(MountConfig, BandConfig):
 
     level_scan: str = parameter(
         'off',
-        'Publish level_scan, a LaserScan in frame_id, of the beams of the last sweep in the band '
-        'of heights: once per sweep, or with each scan',
+        'Publish level_scan, a LaserScan in frame_id, or with mount_tilt in a level frame, of the '
+        'beams of the last sweep in the band of heights: once per sweep, or with each scan',
         choices=LEVEL_SCANS,
     )
     level_scan_range: float = parameter(

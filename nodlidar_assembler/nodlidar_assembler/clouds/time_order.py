@@ -8,6 +8,7 @@ Sample = TypeVar('Sample')
 TIME_JUMP_NS = 1_000_000_000
 # So many consecutive samples of another time show that time itself jumped.
 LEAST_TO_JUMP = 3
+UNSTAMPED = 'transform without a stamp on /tf'
 TRANSFORM_OUT_OF_ORDER = 'transform whose stamp does not fit its neighbours'
 
 

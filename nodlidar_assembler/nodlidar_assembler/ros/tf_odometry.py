@@ -5,7 +5,12 @@ from collections.abc import Callable, Collection, Sequence
 import math
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS, TimeOrder, TRANSFORM_OUT_OF_ORDER
+from nodlidar_assembler.clouds.time_order import (
+    TIME_JUMP_NS,
+    TimeOrder,
+    TRANSFORM_OUT_OF_ORDER,
+    UNSTAMPED,
+)
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
 from rclpy.clock import ClockType, JumpThreshold
@@ -57,7 +62,6 @@ class TfOdometry(TransformListener):
     """
 
     MALFORMED = 'transform that is no pose, not between two frames, or not of 1970 to 2038'
-    UNSTAMPED = 'transform without a stamp on /tf'
     LOOP = 'transform that closes a loop of frames'
     BOTH = 'transform on /tf of a frame fixed by /tf_static, or the other way round'
 
@@ -123,7 +127,7 @@ class TfOdometry(TransformListener):
             now_ns = self.node.get_clock().now().nanoseconds
             for transform in self._well_formed(data, self._fixed).transforms:
                 if not time_ns(transform.header.stamp):
-                    self._on_drop(self.UNSTAMPED)
+                    self._on_drop(UNSTAMPED)
                     continue
                 for one in self._in_order(transform, now_ns):
                     self._add(one)

@@ -99,7 +99,8 @@ def check_traffic(traffic: Traffic) -> list[Finding]:
         text = f'no message came on {name} in {traffic.seconds:.0f} s'
         if traffic.seconds < 2.0 * traffic.lasts:
             text = f'{text}; one may take {traffic.lasts:.0f} s'
-            return [unknown('silent topic', text, f'doctor --seconds {2.0 * traffic.lasts:.0f}')]
+            longer = f'ros2 run nodlidar_bringup doctor --seconds {2.0 * traffic.lasts:.0f}'
+            return [unknown('silent topic', text, longer)]
         return [fault('silent topic', text, f'ros2 topic echo /diagnostics, and see the {node}')]
     findings = _stamps(traffic, name)
     rate, least = count / traffic.seconds, LEAST_RATE.get(traffic.topic, 0.0)

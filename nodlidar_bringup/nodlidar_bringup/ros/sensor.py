@@ -1,6 +1,7 @@
 """The nodes of one sensor, for the launch files."""
 
 from functools import cached_property
+import math
 import os
 import tempfile
 from typing import Any
@@ -197,7 +198,7 @@ class Sensor:
         own = {
             **arguments.servo_limits(self.servo_config),
             'sensor_height': arguments.sensor_height(self.values),
-            'mount_tilt': [roll, pitch],
+            'mount_tilt': [math.remainder(each, math.tau) for each in (roll, pitch)],
         }
         values = [word for name, value in own.items() for word in ('-p', f'{name}:={value}')]
         return ['--ros-args', *values]
