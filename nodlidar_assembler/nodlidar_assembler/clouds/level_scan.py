@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+import math
 from statistics import median_low
 from typing import Any
 
@@ -116,7 +117,7 @@ class LevelScanner:
         self._scans: deque[Segments] = deque(maxlen=MOST_SCANS)
         self._last_reversal_ns: int | None = None
         self._begin_ns: int | None = None  # of the last whole sweep, or of the one that it returns
-        self._leg: list[tuple[int, float]] = []  # instants and pitch since the last reversal
+        self._reached = math.inf, -math.inf  # lowest and highest pitch since the last reversal
         self._sweeps: deque[_Sweep] = deque(maxlen=_SWEEPS)
         self._newest_ns = 0
         self._hit_ns = 0  # the end of the last scan with a range
@@ -139,11 +140,12 @@ class LevelScanner:
         self._scans.append(self._in_band(assembled))
         level_scans = []
         for k in range(0, len(times_ns), _THINNED):
-            sample = int(times_ns[k]), float(assembled.pitch[k])
-            self._leg.append(sample)
-            reversal_ns = self._reversals.add(*sample)
+            pitch = float(assembled.pitch[k])
+            low, high = self._reached
+            self._reached = min(low, pitch), max(high, pitch)
+            reversal_ns = self._reversals.add(int(times_ns[k]), pitch)
             if reversal_ns is not None:
-                level_scans += self._swept(reversal_ns)
+                level_scans += self._swept(reversal_ns, pitch)
         if self._config.level_scan == 'scan':
             level_scans = self._since_sweep()
         self._forget()
@@ -164,16 +166,17 @@ class LevelScanner:
         longest_ns = max(sweep.duration_ns for sweep in self._sweeps)
         return now_ns - self._last_reversal_ns > _RESTS * longest_ns
 
-    def _swept(self, reversal_ns: int) -> list[LevelScan]:
-        """Return the level scan of the sweep that a reversal ended, if all of it was seen."""
+    def _swept(self, reversal_ns: int, pitch: float) -> list[LevelScan]:
+        """Return the level scan of the sweep that a reversal ended, if all of it was seen.
+
+        The reversal was found a little later, at a pitch that is still near to its own.
+        """
         begin_ns, self._last_reversal_ns = self._last_reversal_ns, reversal_ns
-        leg, self._leg = self._leg, [each for each in self._leg if each[0] >= reversal_ns]
+        low, high = self._reached
+        self._reached = (pitch, high) if high - pitch < pitch - low else (low, pitch)
         if begin_ns is None or not begin_ns < reversal_ns:
             return []
-        pitch = [at for time_ns, at in leg if begin_ns <= time_ns <= reversal_ns]
-        if not pitch:
-            return []
-        sweep = _Sweep(reversal_ns - begin_ns, min(pitch), max(pitch))
+        sweep = _Sweep(reversal_ns - begin_ns, low, high)
         before_ns = self._sweeps[-1].duration_ns if self._sweeps else 0
         is_return = sweep.duration_ns < _RETURN * before_ns
         self._sweeps.append(sweep)
