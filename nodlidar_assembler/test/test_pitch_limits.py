@@ -60,7 +60,7 @@ def test_limits_are_within_the_mount_and_the_least_span_apart(config, distance):
 )
 def test_the_limits_of_a_tilted_mount_see_the_whole_band(upright, roll, pitch, distance):
     """The middle beam ends at the ends of the band, at the same distance as without a tilt."""
-    tilt = upright + roll, pitch
+    tilt = math.remainder(upright + roll, math.tau), pitch
     config = PitchLimitsConfig(pitch_min=-1.5, pitch_max=1.5, least_span=0.01, mount_tilt=tilt)
     limits = limits_at(config, distance)
     beams = np.array([(math.cos(phi), 0.0, math.sin(phi)) for phi in limits])
