@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+import re
 
 LEVELS = ('OK', 'WARNING', 'ERROR', 'STALE')
 SILENT = 4  # seconds after which a status counts as stale
@@ -29,15 +30,23 @@ class Status:
     heard: float
 
 
+def plain(text: str) -> str:
+    """Return a text from elsewhere as one line of Markdown that shows it as it is.
+
+    viser makes HTML in Markdown a part of the page, scripts included.
+    """
+    return re.sub(r'([\\`*_\[\]<>&~|])', r'\\\1', ' '.join(text.split()))
+
+
 def diagnostics(statuses: Iterable[Status], now: float) -> str:
     """Return statuses as Markdown; those not heard for SILENT seconds are marked."""
     lines = []
     for status in sorted(statuses, key=lambda status: status.name):
-        age = now - status.heard
+        age, name = now - status.heard, plain(status.name)
         if age > SILENT:
-            lines.append(f'**{status.name}**: {LEVELS[3]}, nothing heard for {age:.0f} s')
+            lines.append(f'**{name}**: {LEVELS[3]}, nothing heard for {age:.0f} s')
         else:
-            lines.append(f'**{status.name}**: {_level(status.level)}{status.message}')
+            lines.append(f'**{name}**: {_level(status.level)}{plain(status.message)}')
     return '\n\n'.join(lines) or 'no diagnostics yet'
 
 

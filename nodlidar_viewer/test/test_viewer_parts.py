@@ -129,6 +129,10 @@ def test_states_in_words():
         '**driver: device**: ERROR, no port',
         '**servo: device**: fine',
     ]
+    evil = words.Status('a_b', 0, 'x < 3, <iframe srcdoc="y"/>\n\n# [*](z) & `', 10.0)
+    assert words.diagnostics([evil], 10.0) == (
+        r'**a\_b**: x \< 3, \<iframe srcdoc="y"/\> # \[\*\](z) \& \`'
+    )
     assert '| points | 9.5 |' in words.rates({'points': 19}, 2.0)
     assert 'no hole' in words.coverage(1.0, 0.0, 10.0, 0.05)
     assert '5.7°' in words.coverage(0.5, 0.1, 10.0, 0.05)
