@@ -11,6 +11,7 @@ import socket
 from typing import Any
 from urllib.parse import urlsplit
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_viewer.config import ViewerConfig
 from nodlidar_viewer.scene import BY_AGE, BY_HEIGHT, Scene
 import numpy as np
@@ -47,6 +48,11 @@ class Page:
     ----------
     scene
         Its three-dimensional part.
+
+    Raises
+    ------
+    ParameterError
+        If the host is no address of this machine.
     """
 
     def __init__(
@@ -57,6 +63,7 @@ class Page:
         on_controller: Callable[[viser.ClientHandle], object] = lambda client: None,
     ) -> None:
         self._config, self._on_open, self._on_controller = config, on_open, on_controller
+        _check_host(config.host)
         with contextlib.redirect_stdout(io.StringIO()):  # viser prints a table
             self._server = _Server(host=config.host, port=config.port, verbose=False)
         self._server.initial_camera.position = CAMERA
@@ -160,6 +167,16 @@ class Page:
         except (AttributeError, TypeError, ValueError):
             return False
         return is_local(str(address), headers.get('Origin'), headers.get('Host'))
+
+
+def _check_host(host: str) -> None:
+    """Raise ParameterError if no page can be served there: viser would wait for it for ever."""
+    try:
+        family, kind, _, _, (address, *_) = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind) as probe:
+            probe.bind((address, 0))
+    except (OSError, UnicodeError) as error:
+        raise ParameterError('host', f'an address of this machine ({error})', host) from error
 
 
 def is_local(address: str, origin: str | None, host: str | None) -> bool:

@@ -5,6 +5,7 @@ import threading
 from urllib.request import urlopen
 
 from browser import browsing
+from nodlidar_common.errors import ParameterError
 from nodlidar_viewer.config import ViewerConfig
 from nodlidar_viewer.page import is_local, Page
 from nodlidar_viewer.recent_points import RecentPoints
@@ -23,6 +24,12 @@ def page():
     page.controllers, page.opened = controllers, opened
     yield page
     page.stop()
+
+
+@pytest.mark.parametrize('host', ['203.0.113.1', 'nowhere.invalid', '.'])
+def test_a_host_that_is_not_this_machine_is_refused(host):
+    with pytest.raises(ParameterError, match="'host' must be an address of this machine"):
+        Page(ViewerConfig(host=host), lambda: ('', b''))
 
 
 def test_a_cloud_is_drawn_chunk_by_chunk(page):
