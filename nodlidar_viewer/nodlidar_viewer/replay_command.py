@@ -71,7 +71,8 @@ def _clouds_of(bag: Path, params: Path | None, topics: Topics) -> tuple[str, lis
     log = read_bag(bag, config, topics)
     try:
         odometry = read_odometry(bag, config, topics)
-    except BagError:
+    except BagError as error:
+        print(f'without odometry: {error}', file=sys.stderr)
         frame = config.frame_id
         config = configuration(params, {'ego_motion': 'off'})
     else:

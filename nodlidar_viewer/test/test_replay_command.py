@@ -1,0 +1,20 @@
+"""What the command view_bag tells of a bag."""
+
+from nodlidar_assembler.bags.bag_types import Topics
+from nodlidar_common.nod import Nod
+from nodlidar_sim.bag import write_bag
+from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.scene import load_scene
+from nodlidar_viewer.replay_command import _clouds_of
+
+
+def test_why_there_is_no_odometry_is_told(tmp_path, capsys):
+    nod = Nod(-0.6, 0.6, 4001 * 0.1 / 1024, 4001, 10**18)
+    write_bag(simulate(load_scene('wall'), nod, 1.0, start_ns=10**18), tmp_path / 'bag')
+    frame, clouds = _clouds_of(tmp_path / 'bag', None, Topics('', '', ''))
+    assert (frame, capsys.readouterr().err) == ('odom', '')
+    frame, clouds = _clouds_of(tmp_path / 'bag', None, Topics('', '', '/robot/tf'))
+    assert frame == 'nodlidar_base_link'
+    assert clouds
+    assert 'without odometry: ' in (told := capsys.readouterr().err)
+    assert '/robot/tf' in told
