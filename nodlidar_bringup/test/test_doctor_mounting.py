@@ -78,10 +78,14 @@ def test_the_nearest_thing_is_on_its_side():
     azimuth = np.tile(np.linspace(-1.0, 1.0, 400), 10)
     range_ = np.where(np.abs(azimuth - 0.5) < 0.02, 1.5, 2.0 / np.cos(azimuth))
     cloud = points_of(range_, azimuth, np.linspace(-0.1, 0.1, 4000), LEVER)
-    findings = check_mounting(seen_in(cloud, Mounting(LEVER, HEIGHT)), Mounting(LEVER, HEIGHT))
-    text = {finding.check: finding.text for finding in findings}['left and right']
-    assert '1.50 m away' in text
-    assert 'to the left' in text
+    for mounting, side in (
+        (Mounting(LEVER, HEIGHT), 'left'),
+        (Mounting(LEVER, HEIGHT, upside_down=True), 'right'),  # left of a sensor that hangs
+    ):
+        findings = check_mounting(seen_in(cloud, mounting), mounting)
+        text = {finding.check: finding.text for finding in findings}['left and right']
+        assert '1.50 m away' in text
+        assert f'to the {side}' in text
 
 
 def test_few_points_show_nothing():

@@ -69,7 +69,7 @@ class Seen:
     sharpness
         Pairs of points on one wall or floor: as known, by those with the lever arm reversed.
     nearest
-        Range [m] and azimuth [rad] of the nearest point in front.
+        Range [m] of the nearest point in front, and its azimuth on the robot [rad].
     """
 
     floor: dict[Reversed, float] = field(default_factory=dict)
@@ -92,11 +92,11 @@ def seen_in(points: Array, mounting: Mounting) -> Seen | None:
         floor[each] = float(np.mean(np.abs(up + mounting.height) < _FLOOR_BAND))
         if not each.joint:
             sharpness[each] = pairs_on_surfaces(placed, azimuth, pitch)
-    near = int(np.argmin(range_))
+    near, turned = int(np.argmin(range_)), -1.0 if mounting.upside_down else 1.0
     return Seen(
         floor,
         sharpness[AS_KNOWN] / max(sharpness[Reversed(lever=True)], 1),
-        (float(range_[near]), float(azimuth[near])),
+        (float(range_[near]), turned * float(azimuth[near])),
     )
 
 
