@@ -17,6 +17,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from sensor_msgs_py.point_cloud2 import create_cloud
 from std_msgs.msg import Header
@@ -51,13 +52,16 @@ class Sensor(Node):
         transform.transform.rotation.w = 1.0
         return transform
 
+    def cloud(self, value):
+        """Return a cloud of 100 points whose coordinates have a value [m]."""
+        stamp = time_message(START_NS + self.count * 50_000_000)
+        header = Header(stamp=stamp, frame_id='nodlidar_base_link')
+        return create_cloud(header, FIELDS, np.full(100, value, dtype=POINT))
+
     def send(self):
         """Send a cloud, a scan and states."""
         self.count += 1
-        header = Header(
-            stamp=time_message(START_NS + self.count * 50_000_000), frame_id='nodlidar_base_link'
-        )
-        cloud = create_cloud(header, FIELDS, np.full(100, 2.0, dtype=POINT))
+        cloud = self.cloud(2.0)
         self.clouds.publish(cloud)
         cloud.data = cloud.data[:5]
         self.clouds.publish(cloud)  # malformed
@@ -108,6 +112,45 @@ def test_it_listens_only_while_somebody_looks(running):
         if sensor.clouds.get_subscription_count() == 0:
             break
     assert sensor.clouds.get_subscription_count() == 0
+    assert not viewer.survival.errors
+
+
+@pytest.mark.parametrize('value', [np.nan, np.inf, -3e38, 3e38])
+def test_points_that_are_nowhere_are_left_out(running, value):
+    sensor, viewer, spin = running
+    map_qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    maps = sensor.create_publisher(PointCloud2, 'map_cloud', map_qos)
+    maps.publish(sensor.cloud(value))
+
+    def work():
+        sensor.clouds.publish(sensor.cloud(value))
+        sensor.send()
+        spin()
+
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: browser.of('PointCloudMessage'), work)
+        browser.until(lambda: 'no torque' in browser.text(), work)
+        assert set(viewer._view.recent.points.ravel()) == {2.0, 2.5}
+        maps.publish(PointCloud2(header=sensor.cloud(2.0).header, width=1, height=1))  # malformed
+        sensor.states.publish(
+            DiagnosticArray(status=[DiagnosticStatus(name='mapper', message='still here')])
+        )
+        browser.until(lambda: 'still here' in browser.text(), work)
+    assert not viewer.survival.errors
+
+
+def test_a_stamp_before_time_began_is_told(running):
+    sensor, viewer, spin = running
+    cloud = sensor.cloud(2.0)
+    cloud.header.stamp.sec = -5
+
+    def work():
+        sensor.clouds.publish(cloud)
+        spin()
+
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: 'before time began' in browser.text(), work)
+        browser.until(lambda: browser.of('PointCloudMessage'), lambda: (sensor.send(), spin()))
     assert not viewer.survival.errors
 
 

@@ -42,6 +42,9 @@ class Transforms:
 
         None if it is not known.
         """
+        if stamp_ns < 0:  # which rclpy refuses
+            self.missing = f"'{frame}' is stamped {stamp_ns} ns, before time began"
+            return None
         at = Time(nanoseconds=stamp_ns, clock_type=ClockType.ROS_TIME)
         try:
             found = self._buffer.lookup_transform(parent, frame, at).transform

@@ -20,11 +20,15 @@ from nodlidar_viewer.ros import inputs
 from nodlidar_viewer.ros.inputs import Inputs
 from nodlidar_viewer.ros.transforms import Transforms
 import numpy as np
+from numpy.typing import NDArray
 from rclpy.node import Node
 
 WORDS_PERIOD = 1.0  # s
 PATIENCE = 1.0  # s that a cloud waits for its transform
 MOST_WAITING = 50  # clouds
+FARTHEST = 10_000.0  # m; the page counts in 16 bits
+
+Array = NDArray[np.float64]
 
 
 class View:
@@ -111,17 +115,22 @@ class View:
         pose = self._pose(frame, stamp_ns)
         if pose is None:
             return False
-        try:
-            points = coordinates(message)
-        except ValueError as error:
-            self._log.warning(str(error), throttle_duration_sec=5.0)
-            return True
+        points = self._points_of(message)
         self.recent.add(stamp_ns, pose.to_parent(points).astype(np.float32))
         axis = self._transforms.pose(frame, self._config.sensor_frame, stamp_ns)
         if axis is not None:
             self._directions.add(stamp_ns, axis.to_child(points).astype(np.float32))
         self._heard_ns = steady_ns()
         return True
+
+    def _points_of(self, message: Any) -> Array:
+        """Return the points of a cloud [m], shape (n, 3), but for NaN, as in organised clouds."""
+        try:
+            points = coordinates(message)
+        except ValueError as error:
+            self._log.warning(str(error), throttle_duration_sec=5.0)
+            return np.empty((0, 3))
+        return np.asarray(points[(np.abs(points) < FARTHEST).all(axis=1)])
 
     def _draw_scan(self, scan: Any) -> None:
         pose = self._pose(scan.header.frame_id, time_ns(scan.header.stamp))
@@ -132,7 +141,7 @@ class View:
 
     def _draw_map(self, message: Any) -> None:
         pose = self._pose(message.header.frame_id)
-        points = coordinates(message)
+        points = self._points_of(message)
         if pose is not None and len(points):
             every = -(-len(points) // self._config.most_map_points)
             self._page.scene.show_map(pose.to_parent(points[::every]).astype(np.float32))
@@ -164,5 +173,5 @@ class View:
         silent = (steady_ns() - self._heard_ns) / NS_PER_S
         if silent < 2.0:
             return f'{self.recent.count} points'
-        missing = self._transforms.missing if self._waiting else ''
+        missing = words.plain(self._transforms.missing) if self._waiting else ''
         return f'**No cloud for {silent:.0f} s.** {missing}'
