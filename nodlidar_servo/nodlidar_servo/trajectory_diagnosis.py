@@ -4,6 +4,7 @@ from collections import Counter
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
 from nodlidar_common.tracking import Progress
@@ -23,6 +24,28 @@ class NodJointState:
     pitch: float = math.nan  # rad
     progress: Progress | None = None
     off_since_ns: int | None = None  # steady time since when the joint is not on the nod
+
+
+class OffNod:
+    """Tells since when a joint is not on its nod: until it has followed for a whole sweep.
+
+    The nod passes a joint that stands still once in each sweep.
+    """
+
+    def __init__(self) -> None:
+        self._off_ns: int | None = None
+        self._on_ns: int | None = None
+
+    def since(self, follows: bool, now_ns: int, sweep: float) -> int | None:
+        """Return since when [ns]; None if it is on the nod, whose sweep takes so long [s]."""
+        if not follows:
+            self._on_ns = None
+            self._off_ns = now_ns if self._off_ns is None else self._off_ns
+            return self._off_ns
+        self._on_ns = now_ns if self._on_ns is None else self._on_ns
+        if now_ns - self._on_ns >= sweep * NS_PER_S:
+            self._off_ns = None
+        return self._off_ns
 
 
 class TrajectoryDiagnosis:
@@ -60,7 +83,8 @@ class TrajectoryDiagnosis:
         state = self.state
         if state.progress is None or state.off_since_ns is None:
             return ()
-        longest = max(_LONGEST_WAY, 4.0 * state.progress.nod.sweep_duration)
-        if (now_ns - state.off_since_ns) / 1e9 <= longest:
+        sweep = state.progress.nod.sweep_duration  # the last one, it has to follow
+        longest = max(_LONGEST_WAY, 4.0 * sweep) + sweep
+        if (now_ns - state.off_since_ns) / NS_PER_S <= longest:
             return ()
         return ('the joint does not follow the trajectory: see what the controller reports',)

@@ -158,6 +158,19 @@ def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot)
     assert robot.controller.refusals == []
 
 
+def test_a_joint_that_stands_still_is_told_though_the_nod_passes_it(robot):
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.start_controller()
+    with running('autostart:=true', 'reconnect_delay:=0.1'):
+        robot.until(
+            lambda: robot.statuses and abs(robot.statuses[-1].phase_error) < 1e-3, 'not in phase'
+        )
+        accept, robot.controller.accept_message = robot.controller.accept_message, lambda *_: None
+        robot.until(lambda: 'does not follow' in robot.message, 'not diagnosed')
+        robot.controller.accept_message = accept
+        robot.until(lambda: robot.message == 'connected', 'does not recover')
+
+
 def test_a_controller_of_more_joints_takes_the_nod_if_partial_goals_are_allowed(robot):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.controller = SplineController(0.1, ('pan_joint', 'nod_joint'))

@@ -22,7 +22,7 @@ from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.ros.messages import status_message, take_command
 from nodlidar_servo.ros.trajectory_message import trajectory_message
 from nodlidar_servo.trajectory_config import TrajectoryConfig
-from nodlidar_servo.trajectory_diagnosis import TrajectoryDiagnosis
+from nodlidar_servo.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
 from nodlidar_servo.waypoints import held, Planner, stop
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -87,6 +87,7 @@ class TrajectoryNode(DeviceNode):
         self._arrived_ns = 0
         self._late = 0.0  # arrival of the latest sample after its stamp [s]
         self._is_moving = False
+        self._off_nod = OffNod()
         self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self._commands)
 
     def _on_command(self, message: NodCommand) -> None:
@@ -110,6 +111,7 @@ class TrajectoryNode(DeviceNode):
         tracker = self._commands.follow(steady_ns())
         if tracker is None:
             self._stop()
+            self._off_nod = OffNod()
             self._show(len(samples), None, None)
             return
         for sample in samples:
@@ -170,9 +172,8 @@ class TrajectoryNode(DeviceNode):
         return replace(tracker.progress(), drive=Drive(math.nan, speed, False))
 
     def _off_since(self, tracker: NodTracker, sample: JointSample) -> int | None:
-        if self._planner.follows(tracker.led, sample):
-            return None
-        return self.diagnosis.state.off_since_ns or steady_ns()
+        follows = self._planner.follows(tracker.led, sample)
+        return self._off_nod.since(follows, steady_ns(), tracker.nod.sweep_duration)
 
     def _show(self, samples: int, progress: Progress | None, off_since_ns: int | None) -> None:
         state = self.diagnosis.state
