@@ -1,6 +1,7 @@
 """The node with clouds of a room: the map, services, and what goes wrong."""
 
 from dataclasses import replace
+import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -39,6 +40,7 @@ class Robot(Node):
         super().__init__('robot')
         self._tf = TransformBroadcaster(self)
         self._clouds = self.create_publisher(PointCloud2, 'points', 10)
+        self._others = self.create_publisher(PointCloud2, 'other/points', 10)
         self.given = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', 1)
         self.transforms = Buffer()
         self._listener = TransformListener(self.transforms, self)
@@ -75,6 +77,12 @@ class Robot(Node):
         points = cloud(CROOKED, pose, seed=self.seed)
         message = messages.surface_message(Surface(points, points), stamp_ns, frame)
         self._clouds.publish(message)
+
+    def send_two(self, first, second):
+        """Send a cloud on both topics, or on one."""
+        message = messages.surface_message(Surface(*np.ones((2, 9, 3))), START_NS, 'base_link')
+        for publisher in [self._clouds] * first + [self._others] * second:
+            publisher.publish(message)
 
     def send_malformed(self, seconds):
         message = messages.surface_message(
@@ -427,3 +435,30 @@ def test_height_and_tilt_are_those_of_odometry_if_planar(running, height, tilt):
     yaw, pitch, roll = Rotation.from_matrix(pose[:3, :3]).as_euler('ZYX')
     np.testing.assert_allclose(pose[:3, 3], [1.5, 0.5, height], atol=1e-9)
     np.testing.assert_allclose([yaw, pitch, roll], [2.0, tilt, 0.0], atol=1e-9)
+
+
+TWO = ['-p', "cloud_topics:=['points', 'other/points']"]
+
+
+@pytest.mark.parametrize('running', [TWO], indirect=True)
+def test_a_sensor_that_is_silent_is_told_apart_from_the_other(running):
+    """Clouds of both come together every 0.6 s, as of two nods in phase."""
+    robot, mapper, until = running
+    until(lambda: mapper.count_publishers('other/points'))
+
+    def send(first, second, until_told):
+        last = [time.monotonic() - 0.6]
+
+        def told():
+            if time.monotonic() - last[0] > 0.6:
+                last[0] = time.monotonic()
+                robot.send_two(first, second)
+            return until_told()
+
+        until(told)
+
+    send(True, True, lambda: mapper.clouds.received >= 10)
+    assert not any('no cloud on' in words for words in robot.words())
+    send(True, False, lambda: any('no cloud on' in words for words in robot.words()))
+    assert not any('no cloud on /points' in words for words in robot.words())
+    assert any('no cloud on /other/points for' in words for words in robot.words())

@@ -87,10 +87,8 @@ class CloudInput:
         Dropped clouds and transforms, counted by reason.
     odometry
         The pose of base_frame in odom_frame.
-    silence
-        Since the last cloud.
-    topics
-        Full names of the topics.
+    silences
+        Since the last cloud of each topic, by its full name.
     """
 
     def __init__(
@@ -106,7 +104,6 @@ class CloudInput:
         self._on_news, self._on_time_back = on_news, on_time_back
         self.received = 0
         self.drops: Counter[str] = Counter()
-        self.silence = Silence(FIRST_SILENCE)
         self._waiting: list[_Waiting] = []  # in the order of arrival
         self.odometry = TfOdometry(
             node,
@@ -117,17 +114,18 @@ class CloudInput:
             survival,
             lambda reason: self.drops.update([reason]),
         )
-        self.topics = [self._subscribe(topic) for topic in config.cloud_topics]
+        self.silences = dict(self._subscribe(topic) for topic in config.cloud_topics)
 
-    def _subscribe(self, topic: str) -> str:
+    def _subscribe(self, topic: str) -> tuple[str, Silence]:
+        silence = Silence(FIRST_SILENCE)
         subscription = self._node.create_subscription(
             PointCloud2,
             topic,
-            partial(self._arrived, topic),
+            partial(self._arrived, topic, silence),
             QoSProfile(depth=5),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
-        return str(subscription.topic_name)
+        return str(subscription.topic_name), silence
 
     def next(self) -> Cloud | None:
         """Return the oldest cloud that has odometry, of the newest ones of each topic.
@@ -198,9 +196,9 @@ class CloudInput:
             return None
         return messages.matrix_of(found)
 
-    def _arrived(self, topic: str, message: PointCloud2) -> None:
+    def _arrived(self, topic: str, silence: Silence, message: PointCloud2) -> None:
         self.received += 1
-        self.silence.heard(steady_ns())
+        silence.heard(steady_ns())
         if not 0 <= time_ns(message.header.stamp) <= LATEST_NS:
             self.drops[MALFORMED] += 1
             return

@@ -42,10 +42,13 @@ class Diagnosis:
 
     def _state(self) -> object:
         self._note_drops()
-        return self._silent(), self._lost(), bool(self._recent.counts), self._shared()
+        return list(self._silent()), self._lost(), bool(self._recent.counts), self._shared()
 
-    def _silent(self) -> bool:
-        return bool(self._node.clouds.silence.seconds(steady_ns()))
+    def _silent(self) -> dict[str, float]:
+        """Return since when there is no cloud [s], for each topic that is silent."""
+        now_ns, silences = steady_ns(), self._node.clouds.silences
+        seconds = {topic: silence.seconds(now_ns) for topic, silence in silences.items()}
+        return {topic: silent for topic, silent in seconds.items() if silent}
 
     def _lost(self) -> bool:
         progress = self._node.output.progress
@@ -53,7 +56,7 @@ class Diagnosis:
 
     def _shared(self) -> list[str]:
         """Return the topics with more than one publisher: clouds of another are a wrong place."""
-        topics = self._node.clouds.topics
+        topics = self._node.clouds.silences
         counts = {topic: self._node.count_publishers(topic) for topic in topics}
         return [f'{count} publishers of {topic}' for topic, count in counts.items() if count > 1]
 
@@ -96,9 +99,8 @@ class Diagnosis:
         elif progress.estimate.lost:
             text = f'lost: {progress.estimate.lost}'
             status.summary(DiagnosticStatus.ERROR, text)
-        silent = self._node.clouds.silence.seconds(steady_ns())
-        if silent:
-            status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud for {silent:.1f} s')
+        for topic, silent in self._silent().items():
+            status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud on {topic} for {silent:.1f} s')
         for text in self._shared():
             status.mergeSummary(DiagnosticStatus.WARN, text)
         for what, count in self._recent.counts.most_common(1):
