@@ -138,36 +138,30 @@ class CloudInput:
             for each in self._waiting
             if (poses := self._poses_of(each.message)) is not None
         }
-        ready = [
-            each
-            for topic in self._config.cloud_topics
-            for each in [one for one in placed if one.topic == topic][-MOST_READY:]
-        ]
-        self._waiting = [
-            each
-            for each in self._waiting
-            if self._is_kept(each, each in ready if each in placed else None)
-        ]
-        for each in sorted(ready, key=lambda one: one.stamp_ns):
+        for topic in self._config.cloud_topics:
+            for each in [one for one in placed if one.topic == topic][:-MOST_READY]:
+                del placed[each]
+                self._drop(each, BUSY)
+        for each in [one for one in self._waiting if one not in placed]:
+            if self._is_overdue(each):
+                self._drop(each, NO_ODOMETRY)
+        for each, poses in sorted(placed.items(), key=lambda item: item[0].stamp_ns):
             self._waiting.remove(each)
             try:
-                return Cloud(each.stamp_ns, *points_in(each.message), *placed[each])
+                return Cloud(each.stamp_ns, *points_in(each.message), *poses)
             except ValueError as error:
                 self.drops[MALFORMED] += 1
                 self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
         return None
 
-    def _is_kept(self, each: _Waiting, ready: bool | None) -> bool:
-        """Return whether a cloud goes on waiting; `ready` is None if it has no odometry yet."""
-        if ready is not None:
-            self.drops.update([] if ready else [BUSY])
-            return ready
-        waited_ns = steady_ns() - each.since_ns
+    def _drop(self, each: _Waiting, reason: str) -> None:
+        self._waiting.remove(each)
+        self.drops[reason] += 1
+
+    def _is_overdue(self, each: _Waiting) -> bool:
+        """Return whether a cloud has waited for odometry for too long."""
         deadline = self._config.odometry_deadline + max(self._config.odometry_delay, 0.0)
-        in_time = waited_ns <= deadline * NS_PER_S
-        if not in_time:
-            self.drops[NO_ODOMETRY] += 1
-        return in_time
+        return steady_ns() - each.since_ns > deadline * NS_PER_S
 
     def _poses_of(self, message: PointCloud2) -> tuple[Array, Array] | None:
         """Return the poses of a cloud's frame, see Cloud; None as long as TF lacks one."""
