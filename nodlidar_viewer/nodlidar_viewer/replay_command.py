@@ -2,14 +2,13 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 import sys
 import time
 
 from nodlidar_assembler.bags.bag_types import ANY, BagError, Topics
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
-from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
+from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Pipeline
@@ -70,7 +69,7 @@ def _clouds_of(bag: Path, params: Path | None, topics: Topics) -> tuple[str, lis
     config = configuration(params, {})
     log = read_bag(bag, config, topics)
     try:
-        odometry = read_odometry(bag, config, topics)
+        log = with_odometry(log, bag, config, topics)
     except BagError as error:
         print(f'without odometry: {error}', file=sys.stderr)
         frame = config.frame_id
@@ -78,7 +77,6 @@ def _clouds_of(bag: Path, params: Path | None, topics: Topics) -> tuple[str, lis
     else:
         frame = config.odom_frame
         config = configuration(params, {'ego_motion': 'beam'})
-        log = replace(log, odometry=odometry)
     clouds, drops = clouds_in(log, Pipeline(config))
     for damage in log.damage:
         print(damage, file=sys.stderr)

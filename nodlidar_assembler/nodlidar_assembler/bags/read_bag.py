@@ -1,6 +1,7 @@
 """Reads a whole bag into arrays, without ROS."""
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,15 @@ class LogGatherer:
         """Add a JointState."""
         self._samples += self.joint.samples(message)
 
+    def read(self, source: BagSource, wanted: Mapping[str, str]) -> SensorLog:
+        """Return what some topics of a bag have, given with their types, and its damage."""
+        for recorded in source.messages(wanted):
+            if recorded.msgtype == SCAN:
+                self.add_scan(recorded.message, recorded.time_ns)
+            else:
+                self.add_joint_state(recorded.message)
+        return replace(self.log(), damage=source.damage)
+
     def log(self) -> SensorLog:
         """Return what was gathered, in the order of time."""
         stamps_ns = np.array([time_ns for time_ns, _ in self._samples], dtype=np.int64)
@@ -83,12 +93,7 @@ def read_bag(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Senso
     gatherer = LogGatherer(config)
     with BagSource(path) as source:
         wanted = _of_lidar(source, topics) | _of_kind(source, JOINT_STATE, topics.joint_states)
-        for recorded in source.messages(wanted):
-            if recorded.msgtype == SCAN:
-                gatherer.add_scan(recorded.message, recorded.time_ns)
-            else:
-                gatherer.add_joint_state(recorded.message)
-        log = replace(gatherer.log(), damage=source.damage)
+        log = gatherer.read(source, wanted)
     counts = (f'{count} {reason}' for reason, count in log.drops.items())
     drops = ', '.join([*counts, *log.damage])
     if not log.scans:
@@ -120,7 +125,13 @@ def _of_kind(source: BagSource, kind: str, chosen: str) -> dict[str, str]:
 
 def read_drive(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> SensorLog:
     """Return the same with the odometry of frame_id; raises as `read_bag` and `read_odometry`."""
-    log = read_bag(path, config, topics)
+    return with_odometry(read_bag(path, config, topics), path, config, topics)
+
+
+def with_odometry(
+    log: SensorLog, path: Path, config: AssemblerConfig, topics: Topics = ANY
+) -> SensorLog:
+    """Return a log of a bag with its odometry, and what of it could not be used."""
     odometry, drops, damage = _odometry(path, config, topics)
     damage = list(dict.fromkeys([*log.damage, *damage]))
     return replace(log, odometry=odometry, drops=log.drops + drops, damage=damage)

@@ -46,15 +46,8 @@ def log_of_bag(path: Path, config: AssemblerConfig, scan: str, joint_states: str
     CalibrationError
         If it has no scans or joint states.
     """
-    recorder = Recorder(config)
     with BagSource(path) as source:
-        for recorded in source.messages({scan: SCAN, joint_states: JOINT_STATE}):
-            if recorded.msgtype == SCAN:
-                recorder.add_scan(recorded.message, recorded.time_ns)
-            else:
-                recorder.add_joint_state(recorded.message)
-        damage = source.damage
-    return replace(recorder.log(), damage=damage)
+        return Recorder(config).read(source, {scan: SCAN, joint_states: JOINT_STATE})
 
 
 def start_values(config: AssemblerConfig) -> Values:
