@@ -117,6 +117,13 @@ def test_other_rates_and_encoders(name, rate, step, noise):
     assert ratio(MOTIONS[name], rate, step, noise) < 0.9
 
 
+@pytest.mark.parametrize('seed', [1, 2, 3])
+@pytest.mark.parametrize(('motion', 'rate'), [(nod(0.5), 100.0), (nod(1.7, 1.2), 50.0)])
+def test_a_fine_encoder_whose_samples_repeat_is_not_taken_for_a_coarse_one(motion, rate, seed):
+    # 50 and 85 samples a sweep: each sweep has the same positions, which are far from each other.
+    assert ratio(motion, rate, 1e-9, seed=seed) < 0.75
+
+
 def test_an_encoder_without_steps_but_with_noise():
     assert ratio(nod(), 100.0, 1e-9, 3e-3) < 0.75
 

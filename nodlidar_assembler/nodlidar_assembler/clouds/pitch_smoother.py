@@ -22,9 +22,9 @@ Times = NDArray[np.int64]
 BEFORE_NS = 60_000_000  # time before a scan from which samples are used
 PAUSE_NS = 200_000_000  # between samples, beyond which those of a scan do not reach,
 LONGEST_NS = 1_000_000_000  # ... looked for only if they last longer than that
-SAME = 1e-6  # difference of samples at the same step of the encoder, at most [rad]
-LEAST_STEP = 4e-4  # of an encoder [rad]; the stamps are no better than that
-MOST_STEP = 5.2e-3  # of the coarsest, 300 degrees in 1024 steps [rad]
+SAME = 1e-5  # difference of samples at the same step of the encoder, at most [rad]
+LEAST_STEP = 1.5e-4  # of an encoder, about 15 bits [rad]; a finer one hardly errs by it
+MOST_STEP = 5.2e-3  # of the coarsest encoder, 300 degrees in 1024 steps [rad]
 MOST_NOISE = 2.5e-3  # of an encoder beyond rounding, RMS [rad]; more is motion
 FIRST_INTENSITY = 3.0 * ROUGHNESS  # of an interval that no scan has fitted yet
 LEAST_REST = 1e-3  # share of a sample's residual that the fit leaves, at least
@@ -153,8 +153,7 @@ class PitchSmoother:
 
     def _learn_step(self, pitch: Array) -> None:
         ordered = np.sort(pitch)
-        steps = ordered[1:] - ordered[:-1]
-        self._step = float(steps[steps > SAME].min(initial=self._step))
+        self._step = _common_step(self._step, ordered[1:] - ordered[:-1])
         if self._step < np.inf:
             self._cell = min(max(self._step, LEAST_STEP), MOST_STEP)
             self._rounding = self._cell**2 / 12.0
@@ -220,6 +219,22 @@ class PitchSmoother:
         most = rounding + MOST_NOISE**2
         self._unfitted.add(usual[new], share @ splines.influence(new), min(white, most))
         self._noise = np.maximum(0.0, np.minimum(learned, white - rounding))
+
+
+def _common_step(step: float, difference: Array) -> float:
+    """Return the largest step of which this one and all differences are multiples [rad].
+
+    It is Euclid's algorithm. The least difference alone would not do: samples of a fine encoder
+    whose rate fits the nod repeat, and stay far from each other.
+    """
+    rest = difference[difference > SAME]
+    while len(rest):
+        step = min(step, float(rest.min()))
+        if step < LEAST_STEP:
+            break
+        rest = np.abs(difference - step * np.rint(difference / step))
+        rest = rest[rest > SAME]
+    return step
 
 
 def _around(sample_ns: Times, start_ns: int, end_ns: int) -> slice:
