@@ -288,6 +288,17 @@ def test_without_odometry_scans_are_dropped_or_not_compensated(driving, tmp_path
         write_clouds(bag, tmp_path / 'out.ply', config, TOPICS)
 
 
+def test_every_scan_at_the_end_of_a_bag_is_in_a_cloud_or_counted(driving, tmp_path):
+    write_bag(driving, tmp_path / 'bag')
+    # Both wait for what comes after the end: the estimator for joint samples, and odometry, which
+    # is late, for longer than the deadline.
+    config = AssemblerConfig(ego_motion='beam', estimator='trajectory', odometry_delay=0.3)
+    summary = write_clouds(tmp_path / 'bag', tmp_path / 'a.ply', config, TOPICS)
+    # Odometry ends 0.3 s before the last of ten scans per second.
+    assert summary.assembler.drops['no odometry after it before the deadline'] == 3
+    assert summary.counts['clouds'] == len(driving.ranges) - 3
+
+
 def test_far_from_the_origin_of_odometry_clouds_have_their_own_frame(driving, tmp_path):
     entries = entries_of(driving)
     for _, topic, message in entries:

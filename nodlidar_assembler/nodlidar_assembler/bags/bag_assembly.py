@@ -97,7 +97,7 @@ class BagAssembly:
 
     def finish(self) -> None:
         """Publish or drop the scans that still wait, as when their deadlines are over."""
-        for _ in range(2):  # the deadline for joint samples, then that for odometry
+        while self.assembler.is_waiting:  # for joint samples, then for odometry
             self._now_ns += round(self._config.deadline * NS_PER_S) + 1
             self._publish_ready()
 
