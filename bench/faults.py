@@ -3,7 +3,7 @@
 Real nodes on emulated devices; bytes, cables, devices and processes fail one after the other, with
 healthy pauses. The published messages are compared with what the devices truly did. An error is
 the worst of all messages from a fault's begin until the next fault; the distance of a cloud is the
-RMS over its points. `python -m bench.faults --help` shows the options.
+RMS over its points.
 """
 
 import argparse
