@@ -13,7 +13,6 @@ import pytest
 
 START = 1_700_000_000_000_000_000
 TICK = math.radians(300) / 1024
-CODES = st.sampled_from([1, 2, 3, 4, 5, 0x83])
 UNIT = 0.111 * 2 * math.pi / 60
 
 

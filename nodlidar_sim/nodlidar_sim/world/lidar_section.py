@@ -5,6 +5,5 @@ from nodlidar_sim.world.lidar_parameters import LidarParameters
 
 _SECTION = DeviceSection('lidar', LidarParameters)
 
-lidar_names = _SECTION.names
 lidar_parameters = _SECTION.read
 load_lidar = _SECTION.load
