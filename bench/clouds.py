@@ -131,8 +131,7 @@ def _ages(log: SensorLog, mode: str) -> list[NDArray[np.float64]]:
     pipeline = Pipeline(PipelineConfig(cloud_mode=mode))
     ages, samples_given = [], 0
     for scan in log.scans:
-        end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
-        around = log.samples_around(scan.stamp_ns, end_ns)
+        around = log.samples_around(scan.stamp_ns, scan.end_ns)
         for k in range(samples_given, around.stop):
             pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
         samples_given = around.stop

@@ -23,7 +23,7 @@ from bench.ego_motion import (
 from bench.hot_paths import Action, interleaved
 from bench.reference import DRIVING
 from bench.report import Row
-from bench.scans import end_ns, latency, odometry_for, samples_for
+from bench.scans import latency, odometry_for, samples_for
 
 ROUNDS = 40
 EGO_MOTION: dict[str, Distance] = {
@@ -68,7 +68,7 @@ def _action(estimator: str, motion: str, log: SensorLog, odometry: Odometry) -> 
         return lambda: pipeline.add_scan(scan, *samples, near)
     if motion == 'off':
         return lambda: pipeline.add_scan(scan, *samples)
-    middle_ns = (scan.stamp_ns + end_ns(scan, pipeline)) // 2
+    middle_ns = (scan.stamp_ns + scan.end_ns) // 2
 
     def per_scan() -> None:
         points = pipeline.add_scan(scan, *samples).clouds[0]

@@ -63,8 +63,7 @@ def level_scans(log: SensorLog, config: LevelScanConfig) -> list[LevelScan]:
     pipeline, scanner = Pipeline(CONFIG), LevelScanner(config)
     found = []
     for scan in log.scans:
-        end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
-        around = log.samples_around(scan.stamp_ns, end_ns)
+        around = log.samples_around(scan.stamp_ns, scan.end_ns)
         samples = log.sample_ns[around], log.sample_pitch[around]
         found += scanner.add(pipeline.add_scan(scan, *samples, log.odometry))
     return found

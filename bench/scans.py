@@ -10,17 +10,12 @@ from numpy.typing import NDArray
 ODOMETRY_NS = NS_PER_S // 5  # before and after a scan, as the node keeps it
 
 
-def end_ns(scan: Scan, pipeline: Pipeline) -> int:
-    """Return the instant of a scan's last beam [ns]."""
-    return scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
-
-
 def samples_for(
     scan: Scan, log: SensorLog, pipeline: Pipeline
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the joint samples that a scan is assembled with: [ns], [rad], shape (n,)."""
     margin_ns = pipeline.estimator.margin_ns
-    around = log.samples_around(scan.stamp_ns - margin_ns, end_ns(scan, pipeline) + margin_ns)
+    around = log.samples_around(scan.stamp_ns - margin_ns, scan.end_ns + margin_ns)
     return log.sample_ns[around], log.sample_pitch[around]
 
 
@@ -41,7 +36,7 @@ def latency(log: SensorLog, pipeline: Pipeline, odometry: Odometry | None = None
     odometry
         If every beam has its own pose.
     """
-    ends_ns = np.array([end_ns(scan, pipeline) for scan in log.scans])
+    ends_ns = np.array([scan.end_ns for scan in log.scans])
     wanted_ns = ends_ns + pipeline.estimator.margin_ns
     bracketed = wanted_ns <= log.sample_ns[-1]
     ends_ns, wanted_ns = ends_ns[bracketed], wanted_ns[bracketed]

@@ -71,7 +71,7 @@ def _ratios(seen: Recording) -> Iterator[Array]:
     log, pipeline = simulated_log(seen), Pipeline(CONFIG)
     for number, scan in enumerate(log.scans):
         try:
-            assembled = pipeline.add_scan(scan, *_samples(log, pipeline, scan))
+            assembled = pipeline.add_scan(scan, *_samples(log, scan))
         except PitchError:
             continue  # the first and the last scan lack samples
         placed, beams = assembled.placed, assembled.beams
@@ -82,10 +82,8 @@ def _ratios(seen: Recording) -> Iterator[Array]:
         yield np.sqrt(np.sum(off**2, axis=0)) / placed.sigma
 
 
-def _samples(log: SensorLog, pipeline: Pipeline, scan: Scan) -> tuple[Times, Array]:
-    around = log.samples_around(
-        scan.stamp_ns, scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
-    )
+def _samples(log: SensorLog, scan: Scan) -> tuple[Times, Array]:
+    around = log.samples_around(scan.stamp_ns, scan.end_ns)
     return log.sample_ns[around], log.sample_pitch[around]
 
 
@@ -96,7 +94,7 @@ def time_of_sigma() -> Row:
     scan, actions = log.scans[4], {}
     for wanted in (True, False):
         pipeline = Pipeline(replace(CONFIG, sigma_field=wanted))
-        samples = _samples(log, pipeline, scan)
+        samples = _samples(log, scan)
         actions[str(wanted)] = partial(_add, pipeline, scan, samples)
     (with_it, _), (without, _) = interleaved(actions, ROUNDS)
     return {TIME: (with_it - without) * 1e6, 'without it [us]': without * 1e6}

@@ -130,7 +130,8 @@ def _assembled(
         start_ns = scan.stamp_ns + round(constant.scan_delay * NS_PER_S)
         beams = pipeline.beams(scan.geometry)
         first = np.searchsorted(sample_ns, start_ns - margin_ns, side='right') - 1
-        last = np.searchsorted(sample_ns, start_ns + beams.duration_ns + margin_ns) + 1
+        end_ns = start_ns + int(beams.offset_ns[-1])
+        last = np.searchsorted(sample_ns, end_ns + margin_ns) + 1
         around = slice(max(first, 0), last)
         try:
             pitch = pipeline.estimator.pitch(

@@ -167,7 +167,7 @@ class ScanAssembler:
     def _samples_around(self, scan: Scan, overdue: bool) -> JointSamples | str | None:
         """Return the joint samples around a scan, the reason to drop it, or None to wait."""
         joints, margin_ns = self._joints, self._pipeline.estimator.margin_ns
-        begin_ns, end_ns = self._span_ns(scan)
+        begin_ns, end_ns = scan.stamp_ns, scan.end_ns
         last_ns = joints.after(end_ns + margin_ns)
         if last_ns is None and not overdue:
             return None
@@ -183,7 +183,7 @@ class ScanAssembler:
 
     def _odometry_around(self, waiting: _Bracketed, overdue: bool) -> Odometry | str | None:
         """Return the odometry from a scan on, the reason why there is none, or None to wait."""
-        begin_ns, end_ns = self._span_ns(waiting[0])
+        begin_ns, end_ns = waiting[0].stamp_ns, waiting[0].end_ns
         oldest_ns, newest_ns = self._odometry.oldest_ns, self._odometry.newest_ns
         if oldest_ns is None or newest_ns is None or newest_ns < end_ns:
             return NO_ODOMETRY_AFTER if overdue else None
@@ -211,7 +211,7 @@ class ScanAssembler:
         odometry: Odometry | None = None,
         uncompensated: str = '',
     ) -> Outcome:
-        begin_ns, end_ns = self._span_ns(scan)
+        begin_ns, end_ns = scan.stamp_ns, scan.end_ns
         jumped = odometry is not None and self._jumped(begin_ns)
         try:
             assembled = self._pipeline.add_scan(scan, *samples, odometry, jumped)
@@ -246,10 +246,6 @@ class ScanAssembler:
     def _drop(self, scan: Scan, reason: str) -> Outcome:
         self.drops[reason] += 1
         return Outcome(scan, dropped=reason)
-
-    def _span_ns(self, scan: Scan) -> tuple[int, int]:
-        """Return the instants of a scan's first and last beam [ns]."""
-        return scan.stamp_ns, scan.stamp_ns + self._pipeline.beams(scan.geometry).duration_ns
 
     def _forget_joints(self, reason: str) -> None:
         self._joints.clear()

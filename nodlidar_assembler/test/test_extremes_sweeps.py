@@ -28,7 +28,7 @@ def assembled(scans, pitch_at, mode='sweep', sample_ns=20_000_000):
     pipeline = Pipeline(PipelineConfig(cloud_mode=mode))
     clouds, given_ns = [], None
     for start_ns, shape in scans:
-        duration_ns = pipeline.beams(shape).duration_ns
+        duration_ns = int(pipeline.beams(shape).offset_ns[-1])
         stamps = np.arange(
             start_ns - 2 * sample_ns, start_ns + duration_ns + 3 * sample_ns, sample_ns
         )

@@ -18,7 +18,7 @@ URG = ScanGeometry(682, -340 * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
 BEAMS = Beams(URG, REFERENCE_MOUNT)
 BEGIN_NS = 1_700_000_000_000_000_000
 PERIOD_NS = 100_000_000
-LATER_NS = BEAMS.duration_ns + 40_000_000
+LATER_NS = int(BEAMS.offset_ns[-1]) + 40_000_000
 
 
 def run(controller, scans, first=0, since_ns=BEGIN_NS, beams=BEAMS):

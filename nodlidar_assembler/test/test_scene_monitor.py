@@ -178,7 +178,7 @@ def test_a_scan_that_begins_just_before_the_last_ones_end_is_kept():
     monitor = SceneMonitor(AssemblerConfig())
     [(scan, pitch)] = scans_of_a_wall(0.1)
     add(monitor, scan, pitch)
-    closely = replace(scan, stamp_ns=scan.stamp_ns + BEAMS.duration_ns - 1000)
+    closely = replace(scan, stamp_ns=scan.end_ns - 1000)
     add(monitor, closely, pitch)
     assert monitor.covered().beams == 2 * 682
 

@@ -32,7 +32,7 @@ def watched(scene, delay, velocity=(0.0, 0.0)):
     sample_ns = seen.joint_stamp_ns + round(delay * NS_PER_S)
     for stamp_ns, ranges in zip(seen.scan_stamp_ns.tolist(), seen.ranges, strict=True):
         scan = Scan(stamp_ns, geometry, ranges.astype('f4'))
-        end_ns = stamp_ns + pipeline.beams(geometry).duration_ns
+        end_ns = stamp_ns + int(pipeline.beams(geometry).offset_ns[-1])
         first, last = sample_ns.searchsorted([stamp_ns, end_ns])
         around = slice(max(first - 1, 0), last + 1)
         try:

@@ -55,9 +55,8 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
     samples_added = 0
     jumps_before = 0  # until the last scan that was assembled
     for scan in log.scans:
-        end_ns = scan.stamp_ns + pipeline.beams(scan.geometry).duration_ns
         margin_ns = pipeline.estimator.margin_ns
-        around = log.samples_around(scan.stamp_ns - margin_ns, end_ns + margin_ns)
+        around = log.samples_around(scan.stamp_ns - margin_ns, scan.end_ns + margin_ns)
         for k in range(samples_added, around.stop):
             pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
         samples_added = max(samples_added, around.stop)

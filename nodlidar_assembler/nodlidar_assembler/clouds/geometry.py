@@ -144,11 +144,6 @@ class Beams:
         object.__setattr__(self, 'offset', offset)
         object.__setattr__(self, 'offset_ns', np.rint(offset * NS_PER_S).astype(np.int64))
 
-    @property
-    def duration_ns(self) -> int:
-        """Time from the first to the last beam [ns]."""
-        return int(self.offset_ns[-1])
-
 
 def revolution_time(geometry: ScanGeometry) -> float:
     """Return the time of one revolution of the lidar [s], dark steps included."""

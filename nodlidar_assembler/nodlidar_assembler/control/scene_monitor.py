@@ -119,7 +119,7 @@ class SceneMonitor:
             # Scans may arrive twice or out of order, and estimated stamps be slightly early.
             times_ns = np.maximum(scan.stamp_ns + beams.offset_ns, self._last_ns)
             self._coverage.add(times_ns, beams.azimuth, assembled.pitch)
-        self._last_ns = max(scan.stamp_ns + beams.duration_ns, self._last_ns)
+        self._last_ns = max(scan.end_ns, self._last_ns)
         # Not the time between beams: a lidar that thins them has fewer beams than steps.
         steps = self._view.config.steps_per_revolution
         self._beam_period = revolution_time(beams.geometry) / steps
@@ -136,7 +136,7 @@ class SceneMonitor:
         if odometry is None:
             self._now = None  # the scans on the way contain the motion
         else:
-            middle_ns = assembled.scan.stamp_ns + assembled.beams.duration_ns // 2
+            middle_ns = (assembled.scan.stamp_ns + assembled.scan.end_ns) // 2
             ranges = ranges - self._move(_place(odometry, middle_ns), odometry)
         self._limits.update(self._last_ns, ranges)
 
