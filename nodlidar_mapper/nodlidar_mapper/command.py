@@ -20,7 +20,7 @@ from nodlidar_common.parameters import check
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.map_files import write_map
-from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.odometry_delay import is_worth_setting, KNOWN_ERROR, odometry_delay
 from nodlidar_mapper.offline import estimates
 import numpy as np
@@ -74,7 +74,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
         'written': arguments.output,
         'clouds': len(clouds),
         **{f'dropped: {reason}': count for reason, count in drops.items()},
-        'clouds that do not fit the map': np.count_nonzero(~matched[1:]),
+        'clouds that do not fit the map': sum(each.lost not in ('', NO_MAP) for each in found),
         'odometry is late by': _late(*delay, config.odometry_delay),
         'way': f'{way:.1f} m',
         'keyframes': len(mapper.keyframes),

@@ -98,6 +98,16 @@ def test_the_file_says_how_the_joint_turns(output, recording, tmp_path):
     np.testing.assert_allclose(found, expected, atol=1e-4)
 
 
+def test_clouds_from_before_there_is_a_map_are_not_said_not_to_fit_it(tmp_path, capsys):
+    # The first sweep ends 0.07 s after the recording began: a curve in space is no map.
+    first_ns = START_NS + 70_000_000 - round(NOD.sweep_duration * 1e9)
+    nod = replace(NOD, reference_time_ns=first_ns)
+    seen = simulate(load_scene('room', 'turn'), nod, 4.0, 1, start_ns=START_NS)
+    write_bag(seen, tmp_path / 'bag')
+    assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
+    assert re.search(r'clouds that do not fit the map +│ +0 │', capsys.readouterr().out)
+
+
 def test_dropped_scans_are_named(recording, tmp_path, capsys):
     seconds = (recording.joint_stamp_ns - START_NS) / 1e9
     kept = (seconds < 5.0) | (seconds > 5.3)
