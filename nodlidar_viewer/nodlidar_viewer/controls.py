@@ -17,6 +17,7 @@ import viser
 Values = Mapping[str, Any]
 NOD = tuple(field.name for field in fields(NodConfig))
 ADAPTS, PROFILE = 'adapt_limits', 'profile'
+WIDEST = 92.0  # ends of the slider [deg]: the parameters allow limits of 1.6 rad
 
 
 class Commands(Protocol):
@@ -48,8 +49,8 @@ class Controls:
         with gui.add_folder('Control', order=1.0):
             self._limits = gui.add_multi_slider(
                 'Limits [°]',
-                -60.0,
-                60.0,
+                -WIDEST,
+                WIDEST,
                 0.5,
                 (math.degrees(config.pitch_min), math.degrees(config.pitch_max)),
                 min_range=1.0,

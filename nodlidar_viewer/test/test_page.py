@@ -1,12 +1,16 @@
 """The page, seen by browsers that connect to it."""
 
+from dataclasses import asdict
 import socket
 import threading
 from urllib.request import urlopen
 
 from browser import browsing
+from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import check
 from nodlidar_viewer.config import ViewerConfig
+from nodlidar_viewer.controls import ADAPTS, Controls, PROFILE
 from nodlidar_viewer.page import is_local, Page
 from nodlidar_viewer.recent_points import RecentPoints
 import numpy as np
@@ -24,6 +28,16 @@ def page():
     page.controllers, page.opened = controllers, opened
     yield page
     page.stop()
+
+
+def test_the_widest_limits_of_a_nod_are_on_the_slider(page):
+    nod = NodConfig(pitch_min=-1.6, pitch_max=1.6)
+    check(nod)
+    Controls(page, {**asdict(nod), ADAPTS: False, PROFILE: 'balanced'}, None)
+    with browsing(page.address) as browser:
+        browser.until(lambda: browser.of('GuiMultiSliderMessage'))
+        shown = browser.of('GuiMultiSliderMessage')[0]['value']
+    assert shown == pytest.approx([-91.673, 91.673], abs=1e-3)
 
 
 @pytest.mark.parametrize('host', ['203.0.113.1', 'nowhere.invalid', '.'])
