@@ -26,7 +26,8 @@ def draw(folder: Path, console: Console) -> Table:
             shown.stairs(counts / 1e3, BINS, orientation='horizontal', label=limits, linewidth=2)
             row[limits] = variation(points)
         rows.append(row)
-        shown.set(title=f"'{name}', {end - start:g} m", xlabel='thousands of points per 0.1 m')
+        title = f"'{name}', a drive of {end - start:g} m"
+        shown.set(title=title, xlabel='thousands of points per 0.1 m')
     axes[0].set(ylabel='height [m]')
     axes[0].legend()
     save(figure, folder / 'compensation.png')
