@@ -21,7 +21,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from sensor_msgs_py.point_cloud2 import create_cloud
 from std_msgs.msg import Header
-from tf2_ros import StaticTransformBroadcaster
+from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
 START_NS = 1_700_000_000 * 10**9
 ARGUMENTS = ['-p', 'host:=127.0.0.1', '-p', 'port:=18180', '-p', 'frame_rate:=20.0']
@@ -151,6 +151,32 @@ def test_a_stamp_before_time_began_is_told(running):
     with browsing(viewer.page.address) as browser:
         browser.until(lambda: 'before time began' in browser.text(), work)
         browser.until(lambda: browser.of('PointCloudMessage'), lambda: (sensor.send(), spin()))
+    assert not viewer.survival.errors
+
+
+def test_transforms_are_those_of_the_present_when_time_goes_back(running):
+    """As when a bag begins again: a minute later, its clouds are where the robot is then."""
+    sensor, viewer, spin = running
+    broadcaster = TransformBroadcaster(sensor)
+
+    def work():
+        sensor.count += 1
+        cloud = sensor.cloud(2.0)
+        cloud.header.frame_id = 'turret'
+        moved = TransformStamped(header=Header(stamp=cloud.header.stamp, frame_id='base_link'))
+        moved.child_frame_id = 'turret'
+        moved.transform.translation.x, moved.transform.rotation.w = place, 1.0
+        broadcaster.sendTransform(moved)
+        sensor.clouds.publish(cloud)
+        spin()
+
+    def shown():
+        return set(viewer._view.recent.points[:, 0]) if viewer._view else set()
+
+    with browsing(viewer.page.address) as browser:
+        for begin, place in ((1200, 1.0), (0, 7.0)):
+            sensor.count = begin
+            browser.until(lambda at=2.0 + place: shown() == {at}, work)
     assert not viewer.survival.errors
 
 

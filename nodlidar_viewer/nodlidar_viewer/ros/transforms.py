@@ -1,7 +1,10 @@
 """The poses of frames, from TF."""
 
+from geometry_msgs.msg import TransformStamped
+from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.polled import PolledSubscription
+from nodlidar_common.stamps import time_ns
 import numpy as np
 from rclpy.clock import ClockType
 from rclpy.node import Node
@@ -26,6 +29,7 @@ class Transforms:
         static = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._moving = PolledSubscription(node, TFMessage, '/tf', QoSProfile(depth=100))
         self._static = PolledSubscription(node, TFMessage, '/tf_static', static)
+        self._newest_ns: dict[str, int] = {}  # of each moving frame
         self.missing = ''
 
     def take(self) -> None:
@@ -35,7 +39,20 @@ class Transforms:
                 self._buffer.set_transform_static(transform, 'viewer')
         for message in self._moving.take():
             for transform in message.transforms:
+                self._note_time(transform)
                 self._buffer.set_transform(transform, 'viewer')
+
+    def _note_time(self, transform: TransformStamped) -> None:
+        """Forget the moving transforms if time went back: the buffer would ignore the new ones.
+
+        It forgets them itself when a simulated clock goes back, but those that still wait to be
+        taken are of the time before.
+        """
+        frame, stamp_ns = transform.child_frame_id, time_ns(transform.header.stamp)
+        if self._newest_ns.get(frame, stamp_ns) - stamp_ns > TIME_JUMP_NS:
+            self._buffer.clear()
+            self._newest_ns.clear()
+        self._newest_ns[frame] = max(stamp_ns, self._newest_ns.get(frame, stamp_ns))
 
     def pose(self, parent: str, frame: str, stamp_ns: int = 0) -> Pose | None:
         """Return the pose of a frame in another one, at an instant [ns] or by default the latest.
