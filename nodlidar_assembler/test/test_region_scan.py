@@ -229,6 +229,16 @@ def test_it_ends_at_its_time_limit_with_what_was_seen():
     assert len(scan.points.data) > 0
 
 
+@pytest.mark.parametrize(('back', 'ends'), [(1, False), (2, True), (1_000_000, True)])
+def test_it_ends_when_time_goes_back_to_before_its_start(back, ends):
+    """As in a simulation that is reset: its scans and the begin of its nod are far ahead then."""
+    scan = RegionScan(plan_of(Region()), BEGIN_NS, BEGIN_NS + S // 2)
+    scan.check(BEGIN_NS - back * S)
+    assert scan.is_over == ends
+    assert scan.message == ('the clock was set' if ends else '')
+    assert not scan.success
+
+
 def test_feedback_counts_down_to_the_end():
     plan = plan_of(Region())
     scan = RegionScan(plan, BEGIN_NS, BEGIN_NS + S // 2)

@@ -6,6 +6,7 @@ import math
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.clouds.scan_memory import ScanMemory
+from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_assembler.control.region_plan import LONGEST, RegionPlan
 from nodlidar_assembler.control.runtime_coverage import Covered, RuntimeCoverage
 from nodlidar_common.nod import NS_PER_S
@@ -120,7 +121,9 @@ class RegionScan:
         return np.flatnonzero(inside)
 
     def check(self, now_ns: int) -> None:
-        """End it if its time is over at an instant [ns]."""
+        """End it if its time is over at an instant [ns], or if that is before its start."""
+        if self._start_ns - now_ns > TIME_JUMP_NS:
+            self.end('the clock was set')
         if self._elapsed(now_ns) > self.time_limit:
             seen = f'{self._coverage.seen:.1%} was seen'
             self.end(f'{seen} when the time limit of {self.time_limit:.1f} s was over')
