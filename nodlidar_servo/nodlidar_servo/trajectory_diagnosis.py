@@ -23,29 +23,35 @@ class NodJointState:
     samples: int = 0  # so far
     pitch: float = math.nan  # rad
     progress: Progress | None = None
-    off_since_ns: int | None = None  # steady time since when the joint is not on the nod
+    follow_by_ns: int | None = None  # steady time by when the joint has to be on the nod
 
 
 class OffNod:
-    """Tells since when a joint is not on its nod: until it has followed for a whole sweep.
+    """Tells by when a joint that is not on its nod has to be: until it follows for a whole sweep.
 
-    The nod passes a joint that stands still once in each sweep.
+    The nod passes a joint that stands still once in each sweep. If the nod changes meanwhile, as
+    after a region was scanned, the slowest one counts.
     """
 
     def __init__(self) -> None:
         self._off_ns: int | None = None
         self._on_ns: int | None = None
+        self._sweep = 0.0  # the longest since it is off the nod [s]
 
-    def since(self, follows: bool, now_ns: int, sweep: float) -> int | None:
-        """Return since when [ns]; None if it is on the nod, whose sweep takes so long [s]."""
+    def follow_by(self, follows: bool, now_ns: int, sweep: float) -> int | None:
+        """Return the time [ns]; None if it is on the nod, whose sweep takes so long [s]."""
         if not follows:
             self._on_ns = None
             self._off_ns = now_ns if self._off_ns is None else self._off_ns
-            return self._off_ns
-        self._on_ns = now_ns if self._on_ns is None else self._on_ns
-        if now_ns - self._on_ns >= sweep * NS_PER_S:
-            self._off_ns = None
-        return self._off_ns
+        else:
+            self._on_ns = now_ns if self._on_ns is None else self._on_ns
+            if now_ns - self._on_ns >= sweep * NS_PER_S:
+                self._off_ns, self._sweep = None, 0.0
+        if self._off_ns is None:
+            return None
+        self._sweep = max(self._sweep, sweep)
+        way = max(_LONGEST_WAY, 4.0 * self._sweep)
+        return self._off_ns + round((way + self._sweep) * NS_PER_S)  # the last one, it follows
 
 
 class TrajectoryDiagnosis:
@@ -80,11 +86,7 @@ class TrajectoryDiagnosis:
         return Report(figures, tuple(warnings), self._errors(now_ns))
 
     def _errors(self, now_ns: int) -> tuple[str, ...]:
-        state = self.state
-        if state.progress is None or state.off_since_ns is None:
-            return ()
-        sweep = state.progress.nod.sweep_duration  # the last one, it has to follow
-        longest = max(_LONGEST_WAY, 4.0 * sweep) + sweep
-        if (now_ns - state.off_since_ns) / NS_PER_S <= longest:
+        by_ns = self.state.follow_by_ns
+        if by_ns is None or now_ns <= by_ns:
             return ()
         return ('the joint does not follow the trajectory: see what the controller reports',)

@@ -117,7 +117,7 @@ class TrajectoryNode(DeviceNode):
         for sample in samples:
             tracker.measure_phase(sample)
         self._send(tracker, self._sample)
-        self._show(len(samples), self._progress(tracker), self._off_since(tracker, self._sample))
+        self._show(len(samples), self._progress(tracker), self._follow_by(tracker, self._sample))
 
     def disconnect(self) -> None:
         """Stop the joint."""
@@ -171,11 +171,11 @@ class TrajectoryNode(DeviceNode):
         speed = cruising_speed(tracker.nod, self.config.acceleration)
         return replace(tracker.progress(), drive=Drive(math.nan, speed, False))
 
-    def _off_since(self, tracker: NodTracker, sample: JointSample) -> int | None:
+    def _follow_by(self, tracker: NodTracker, sample: JointSample) -> int | None:
         follows = self._planner.follows(tracker.led, sample)
-        return self._off_nod.since(follows, steady_ns(), tracker.nod.sweep_duration)
+        return self._off_nod.follow_by(follows, steady_ns(), tracker.nod.sweep_duration)
 
-    def _show(self, samples: int, progress: Progress | None, off_since_ns: int | None) -> None:
+    def _show(self, samples: int, progress: Progress | None, follow_by_ns: int | None) -> None:
         state = self.diagnosis.state
         pitch = math.nan if self._sample is None else self._sample.pitch
         self.diagnosis.state = replace(
@@ -183,7 +183,7 @@ class TrajectoryNode(DeviceNode):
             samples=state.samples + samples,
             pitch=pitch,
             progress=progress,
-            off_since_ns=off_since_ns,
+            follow_by_ns=follow_by_ns,
         )
         self._status.publish(status_message(progress, self._now_ns(), self.config))
 

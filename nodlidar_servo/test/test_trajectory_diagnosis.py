@@ -1,0 +1,27 @@
+"""By when a joint of ros2_control has to follow: five of its sweeps, or five seconds and one."""
+
+from nodlidar_servo.trajectory_diagnosis import OffNod
+import pytest
+
+S = 10**9
+
+
+@pytest.mark.parametrize(('sweep', 'by'), [(0.4, 5.4), (1.0, 6.0), (2.0, 10.0), (10.0, 50.0)])
+def test_a_joint_that_the_nod_only_passes_has_to_follow_in_time(sweep, by):
+    off = OffNod()
+    for k in range(20):
+        passes = k % 4 == 1
+        found = off.follow_by(passes, round((7.0 + k * sweep / 4.0) * S), sweep)
+        assert found == round((7.0 + by) * S)
+
+
+def test_the_rest_of_a_slow_nod_does_not_count_against_the_fast_one_after_it():
+    """As when scan_region is cancelled in its first sweep, of ten seconds."""
+    off = OffNod()
+    off.follow_by(False, 0, 10.0)
+    for k in range(1, 80):
+        off.follow_by(True, k * S // 10, 10.0)
+    assert off.follow_by(False, 8 * S, 0.4) > 13 * S
+    off.follow_by(True, 9 * S, 0.4)
+    assert off.follow_by(True, 9 * S + S // 2, 0.4) is None
+    assert off.follow_by(False, 60 * S, 0.4) == 60 * S + round(5.4 * S)
