@@ -101,7 +101,11 @@ class NodTracker:
     @property
     def led(self) -> Nod:
         """The nod, earlier by the lead."""
-        return replace(self.nod, reference_time_ns=self.nod.reference_time_ns - self.phase.lead_ns)
+        return self.lead(self.nod)
+
+    def lead(self, nod: Nod) -> Nod:
+        """Return a nod, earlier by the lead."""
+        return replace(nod, reference_time_ns=nod.reference_time_ns - self.phase.lead_ns)
 
     def progress(self) -> Progress:
         """Return how the nod is followed at present."""

@@ -148,6 +148,13 @@ class NodCommands:
         self._tracker.nod = nod or self._tracker.nod
         return self._tracker
 
+    def next(self, now_ns: int) -> tuple[Nod, int] | None:
+        """Return the nod that replaces the followed one, and its start [ns]; None if none does."""
+        command = self._current(now_ns)
+        if command is None or self._tracker is None or command.nod is self._tracker.nod:
+            return None
+        return command.nod, command.start_ns
+
     def _current(self, now_ns: int) -> Command | None:
         """Return the latest command, unless it is too old at a time [ns]."""
         latest = self._latest

@@ -8,6 +8,7 @@ a plan stops at a limit.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 import math
 
 from nodlidar_common.dynamics import cruising_speed, Dynamics
@@ -25,6 +26,7 @@ HELD = 0.5
 _STEADY = 0.02  # rad, the least distance from the plan of a joint that does not follow it
 _SMOOTH = 0.25  # of the speed of the nod, by which tuning changes the velocity, at reversals
 _RETIMED = 0.05  # of a sweep, by which tuning moves the reversal that an approach leads to
+_SAME_NS = 2_000_000  # between reversals of two nods that are one, tuned at different times
 _ROUNDING_NS = 1000  # the instants of reversals are rounded, far from the reference time to 128 ns
 
 
@@ -105,7 +107,9 @@ class Planner:
         self._plan: list[Waypoint] = []
         self._joins_ns = 0  # reversal at which the approach in the plan ends
 
-    def plan(self, nod: Nod, sample: Measured, now_ns: int) -> list[Waypoint]:
+    def plan(
+        self, nod: Nod, sample: Measured, now_ns: int, after: tuple[Nod, int] | None = None
+    ) -> list[Waypoint]:
         """Return the waypoints from the present leg or approach on.
 
         Parameters
@@ -116,6 +120,8 @@ class Planner:
             The latest measurement of the joint.
         now_ns
             The present time [ns].
+        after
+            The nod that replaces it, earlier by the lead too, and its start [ns]; None for none.
         """
         before: list[Waypoint] = []
         if self._plan and now_ns < self._joins_ns and self._leads_to(nod):
@@ -127,7 +133,7 @@ class Planner:
             before, first = [rest], self._first_reached(rest, nod)
         if before:
             self._joins_ns = nod.reversal_time_ns(first)
-        self._plan = [*before, *self._legs(nod, first, now_ns)]
+        self._plan = [*before, *self._legs(nod, first, now_ns, after)]
         return self._plan
 
     def follows(self, nod: Nod, sample: Measured) -> bool:
@@ -172,11 +178,27 @@ class Planner:
         fastest = min(CATCH_UP * nod.speed, self._dynamics.max_speed)
         return max(1.5 * way / fastest, math.sqrt(6.0 * way / self._dynamics.acceleration))
 
-    def _legs(self, nod: Nod, first: int, now_ns: int) -> list[Waypoint]:
-        """Return the legs from the first one to the end of the horizon."""
-        last = max(math.ceil(nod.sweep_at(now_ns + round(HORIZON * NS_PER_S))), first + 1)
-        points = [leg(nod, number, self._dynamics.acceleration) for number in range(first, last)]
-        return [*(point for part in points for point in part[:-1]), points[-1][-1]]
+    def _legs(
+        self, nod: Nod, first: int, now_ns: int, after: tuple[Nod, int] | None
+    ) -> list[Waypoint]:
+        """Return the legs from the first one to the end of the horizon, also of the nod after."""
+        end_ns = now_ns + round(HORIZON * NS_PER_S)
+        legs = [(nod, number) for number in _numbers(nod, first, end_ns)]
+        if after is not None:
+            other, start_ns = after
+            until, begin = round(nod.sweep_at(start_ns)), round(other.sweep_at(start_ns))
+            at_ns = other.reversal_time_ns(begin)
+            same = abs(nod.reversal_time_ns(until) - at_ns) <= _SAME_NS
+            same = same and _limit(nod, until) == _limit(other, begin)
+            # Elsewhere than at a limit of both, the plan changes when the nod does.
+            if same and first <= until <= legs[-1][1] + 1:
+                legs = [each for each in legs if each[1] < until]
+                legs += [(other, number) for number in _numbers(other, begin, end_ns)]
+        points = [leg(*each, self._dynamics.acceleration) for each in legs]
+        all_points = [*(point for part in points for point in part[:-1]), points[-1][-1]]
+        # The nod after may begin before the last braking, if that is short.
+        later = [one for one, two in pairwise(all_points) if one.time_ns < two.time_ns]
+        return [*later, all_points[-1]]
 
 
 def _at(waypoints: Sequence[Waypoint], time_ns: int) -> tuple[float, float]:
@@ -189,3 +211,8 @@ def _at(waypoints: Sequence[Waypoint], time_ns: int) -> tuple[float, float]:
 
 def _limit(nod: Nod, reversal: int) -> float:
     return nod.pitch_min if reversal % 2 == 0 else nod.pitch_max
+
+
+def _numbers(nod: Nod, first: int, end_ns: int) -> range:
+    """Return the numbers of the legs from the first one on, at least that, to a time [ns]."""
+    return range(first, max(math.ceil(nod.sweep_at(end_ns)), first + 1))

@@ -53,6 +53,19 @@ def test_a_command_for_later_leaves_the_former_one_until_then():
     assert commands.follow(SECOND // 2).nod == OTHER
 
 
+def test_the_next_command_is_known_until_it_is_followed():
+    commands = NodCommands(ServoConfig())
+    assert commands.next(0) is None
+    commands.accept(NOD, 0)
+    commands.follow(0)
+    assert commands.next(0) is None
+    commands.accept(OTHER, 1, start_ns=SECOND // 2)
+    commands.follow(1)
+    assert commands.next(1) == (OTHER, SECOND // 2)
+    commands.follow(SECOND // 2)
+    assert commands.next(SECOND // 2) is None
+
+
 def test_the_lead_of_the_servo_counts_for_the_start_too():
     """A servo that is led turns before the commanded turn, at which the next command begins."""
     commands = NodCommands(ServoConfig())

@@ -115,6 +115,60 @@ def test_the_first_reversal_that_a_cubic_reaches_within_the_limits_is_chosen(
     assert goal.pitch == (NOD.pitch_min, NOD.pitch_max)[first % 2]
 
 
+@pytest.mark.parametrize('offset_ms', [0, 30, 70])
+def test_slow_sweeps_up_and_fast_ones_down_are_followed_though_commanded_one_by_one(offset_ms):
+    """As with nod_mode interlaced: each is known from 0.12 s before it begins."""
+    up, down, known = 700, 400, 120  # ms
+    planner, controller = Planner(DYNAMICS, LIMITS), SplineController(-0.4)
+
+    def sweep(ms):
+        """Return whether a sweep goes up, as a nod of its own, and when it begins [ms]."""
+        within = ms % (up + down)
+        rises = within < up
+        begin = ms - within + (0 if rises else up)
+        duration, reference = (up, begin) if rises else (down, begin - down)
+        nod = Nod(-0.4, 0.5, duration / 1e3, 4001, T0 + reference * 1_000_000)
+        return rises, nod, begin
+
+    for ms in range(0, 20_000, 5):
+        now = T0 + ms * 1_000_000
+        rises, nod, begin = sweep(ms)
+        pitch, velocity = controller.sample(now)
+        if ms > 3000:  # on the nod
+            way = 0.9 * (ms - begin) / 1e3 / nod.sweep_duration
+            assert pitch == pytest.approx(-0.4 + way if rises else 0.5 - way, abs=0.06)
+        if ms % 100 == offset_ms:
+            _, other, start = sweep(ms + known)
+            after = (other, T0 + start * 1_000_000) if start > ms else None
+            sent(controller, planner.plan(nod, Sample(now, pitch, velocity), now, after), now)
+    assert controller.refusals == []
+
+
+def test_a_nod_that_begins_elsewhere_than_at_a_near_limit_is_not_planned_ahead():
+    plan = Planner(DYNAMICS, LIMITS).plan(NOD, Sample(T0, -0.4, 0.0), T0)
+    for change, start in (
+        ({'sweep_duration': 0.4}, 0.3),
+        ({'pitch_max': 0.2}, 0.74),
+        ({'reference_time_ns': T0 + S // 10}, 0.74),
+        ({'sweep_duration': 0.37}, 7.4),  # far ahead
+    ):
+        after = replace(NOD, **change), T0 + round(start * S)
+        assert Planner(DYNAMICS, LIMITS).plan(NOD, Sample(T0, -0.4, 0.0), T0, after) == plan
+
+
+def test_a_nod_that_begins_before_the_last_braking_is_accepted():
+    slow = replace(NOD, sweep_duration=20.0)  # brakes in 0.9 ms
+    other = replace(NOD, reference_time_ns=T0 + 40 * S - 1_500_000)
+    controller, now = SplineController(-0.39), T0 + 40 * S - S // 5
+    sample = Sample(now, -0.4 + 0.2 * 0.9 / 20.0, -0.9 / 20.0)
+    planner = Planner(DYNAMICS, LIMITS)
+    planner.plan(slow, sample, now - S // 10)
+    plan = planner.plan(slow, sample, now, (other, T0 + 40 * S))
+    sent(controller, plan, now)
+    assert controller.refusals == []
+    assert other.reversal_time_ns(1) in [point.time_ns for point in plan]
+
+
 def test_a_nod_with_countless_reversals_is_planned_at_once():
     nod = Nod(0.0, 1e-9, 1e-6, 1, T0)
     began = time.process_time()

@@ -9,7 +9,7 @@ from typing import Any
 
 from nodlidar_common.dynamics import cruising_speed
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.polled import PolledSubscription
@@ -125,9 +125,20 @@ class TrajectoryNode(DeviceNode):
         self._show(0, None, None)
 
     def _send(self, tracker: NodTracker, sample: JointSample) -> None:
-        waypoints = self._planner.plan(tracker.led, sample, self._now_ns())
+        now_ns = self._now_ns()
+        after = self._next(tracker, now_ns)
+        waypoints = self._planner.plan(tracker.led, sample, now_ns, after)
         self._trajectory.publish(trajectory_message(self.config.joint_name, waypoints))
         self._is_moving = True
+
+    def _next(self, tracker: NodTracker, now_ns: int) -> tuple[Nod, int] | None:
+        """Return the nod after the present one and its start [ns], both led; None if unknown."""
+        steady = steady_ns()
+        found = self._commands.next(steady)
+        if found is None:
+            return None
+        nod, start_ns = found
+        return tracker.lead(nod), start_ns - steady + now_ns - tracker.phase.lead_ns
 
     def _stop(self) -> None:
         # Without a recent sample the latest plan holds: it ends at rest at a reversal.
