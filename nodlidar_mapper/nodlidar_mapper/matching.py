@@ -2,14 +2,15 @@
 
 Gauss-Newton on the distances of points to the planes at their nearest neighbours, with Cauchy
 weights. A point does not match a plane that it would be behind: the other side of a wall.
-Directions that no surface shows, as along a corridor, keep the odometry.
+Directions that no surface shows, as along a corridor or over a bare floor, keep the odometry.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.linear import solved
-from nodlidar_mapper.poses import Array, change_between, corrected
+from nodlidar_mapper.poses import Array, change_between, corrected, lever
 from nodlidar_mapper.seen import Seen
 from nodlidar_mapper.surface import Surface
 import numpy as np
@@ -18,6 +19,10 @@ FREEDOMS = {'planar': [0, 1, 5], 'spatial': [0, 1, 2, 3, 4, 5]}
 ITERATIONS = 20
 CONVERGED = 1e-4  # m, rad
 LEAST_MATCHED = 20
+SHOWN = 0.2  # standard deviation of a direction that a match shows, at most [m], [rad]
+# A normal may be wrong by this [rad]: by noise, and by errors of the lidar that come along with
+# the robot, as where a floor seems to rise around it. X-ICP (Tuna et al. 2022) takes 10 degrees.
+TILT = 0.2
 CORRELATION = 30.0  # points of a cloud err alike: so many count as one
 
 
@@ -70,6 +75,11 @@ class Match:
     share: float
     residual: float
 
+    def shown(self, free: Sequence[int]) -> int:
+        """Return in how many directions of the free coordinates the surface shows the pose."""
+        strength = np.linalg.eigvalsh(self.information[np.ix_(free, free)])
+        return int(np.count_nonzero(strength > SHOWN**-2))
+
 
 def match(
     seen: Seen,
@@ -98,7 +108,7 @@ def match(
     """
     free = FREEDOMS[config.freedom]
     pose, information = guess, np.zeros((6, 6))
-    mapped = share = residual = 0.0
+    mapped, share, residual = 0.0, 0.0, np.inf
     reach = reach or config.reach
     surface = surface.visible(seen.moved(guess))
     if not len(surface.points):
@@ -110,13 +120,12 @@ def match(
         normals = surface.normals[np.where(near, nearest, 0)]
         near &= np.einsum('ni,ni->n', normals, here.towards) > 0.0
         if np.count_nonzero(near) < LEAST_MATCHED:
-            return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
+            break  # at the border of the map; the step before counts
         on, normal = here.points[near], normals[near]
         off = np.einsum('ni,ni->n', on - surface.points[nearest[near]], normal)
-        jacobian = np.concatenate([normal, np.cross(on - pose[:3, 3], normal)], axis=1)
         weight = 1.0 / (config.range_error**2 + (off / 2.0) ** 2) / CORRELATION
-        information = (jacobian.T * weight) @ jacobian
-        pull = -np.einsum('ni,n->i', jacobian, weight * off) - prior @ change_between(guess, pose)
+        information, pull = _equations(on - pose[:3, 3], normal, weight, off, free)
+        pull -= prior @ change_between(guess, pose)
         step = np.zeros(6)
         step[free] = solved((information + prior)[np.ix_(free, free)], pull[free])
         pose = corrected(pose, step)
@@ -127,3 +136,39 @@ def match(
             break
         reach = max(0.7 * reach, config.reach / 2.0)
     return Match(pose, information, mapped, share, residual)
+
+
+def _equations(
+    points: Array, normals: Array, weight: Array, off: Array, free: list[int]
+) -> tuple[Array, Array]:
+    """Return the information (6, 6) about the pose of points, and what pulls it, (6,).
+
+    A motion of the robot moves a point within the plane that it matches, or out of it. Only what
+    leaves the plane at more than TILT counts, in each principal direction of the motion.
+
+    Parameters
+    ----------
+    points, normals
+        From the robot to the points [m], and normals of their planes, shape (n, 3).
+    weight, off
+        Of each point, and its distance from its plane [m], shape (n,).
+    free
+        Indices of the coordinates that are estimated.
+    """
+    middle = points.mean(axis=0)  # wherever the sensor is on the robot
+    way = points - middle
+    arm = float(np.sqrt(np.mean(np.einsum('ni,ni->n', way, way))))
+    unit = np.array([1.0, 1.0, 1.0, 1.0 / arm, 1.0 / arm, 1.0 / arm])[free]
+    jacobian = np.concatenate([normals, np.cross(way, normals)], axis=1)[:, free] * unit
+    _, axes = np.linalg.eigh((jacobian.T * weight) @ jacobian)
+    motions = np.zeros((len(free), 6))
+    motions[:, free] = (unit[:, None] * axes).T
+    moves = motions[:, :3] + np.cross(motions[:, 3:], way[:, None])  # of each point (n, k, 3)
+    leaves = jacobian @ axes
+    surely = 1.0 - TILT**2 * np.einsum('nki,nki->nk', moves, moves) / np.maximum(leaves**2, 1e-12)
+    counted = weight[:, None] * leaves * np.maximum(surely, 0.0)
+    directions = np.zeros((6, len(free)))
+    directions[free] = axes / unit[:, None]
+    directions = lever(middle).T @ directions
+    information = (directions * np.einsum('nk,nk->k', counted, leaves)) @ directions.T
+    return information, -directions @ (off @ counted)

@@ -4,7 +4,7 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_mapper.matching import match, MatchingConfig
+from nodlidar_mapper.matching import FREEDOMS, match, MatchingConfig
 from nodlidar_mapper.poses import corrected, inverse, moved, planar
 from nodlidar_mapper.seen import Seen
 from nodlidar_mapper.surface import Surface, surface_of
@@ -80,6 +80,45 @@ def test_along_a_corridor_the_position_stays_that_of_odometry():
     assert abs(found.pose[0, 3] - 0.3) < 0.02
     assert abs(found.pose[1, 3]) < 1e-3
     assert found.information[0, 0] < 1e-3 * found.information[1, 1]
+
+
+def bowl(seed):
+    """Return a floor as a lidar sees it that measures too short far away: it rises around it."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(-3.5, 3.5, (2, 3000))
+    points = np.column_stack([x, y, 0.004 * (x**2 + y**2) + rng.normal(0.0, 0.01, len(x))])
+    return seen_by_lidar(points)
+
+
+@pytest.mark.parametrize(('freedom', 'shown'), [('planar', 0), ('spatial', 3)])
+def test_over_a_bare_floor_the_robot_is_where_odometry_says(freedom, shown):
+    """The floor seems to come along with it, and noise turns the normals of the map."""
+    surface = surface_of(bowl(1), bowl(1))
+    guess, known = planar(0.2, 0.1, 0.1), np.diag([0.05**-2] * 3 + [0.05**-2] * 3)
+    found = match(bowl(2), surface, guess, known, MatchingConfig(freedom=freedom))
+    assert found.share > 0.95
+    np.testing.assert_allclose(found.pose[:2, 3], guess[:2, 3], atol=0.005)
+    assert abs(np.arctan2(found.pose[1, 0], found.pose[0, 0]) - 0.1) < 0.002
+    assert found.shown(FREEDOMS[freedom]) == shown
+
+
+def test_the_surfaces_show_as_many_directions_as_they_have():
+    free = FREEDOMS['planar']
+    for surface, shown in ((ROOM, free), (CORRIDOR, free[1:])):
+        cloud = seen_by_lidar(surface.points[np.abs(surface.points[:, 0]) < 5.0])
+        found = match(cloud, surface, np.eye(4), np.diag([1e4] * 6), MatchingConfig())
+        assert found.shown(free) == len(shown)
+        assert [k for k in free if found.information[k, k] > 25.0] == shown
+
+
+def test_at_the_border_of_the_map_a_cloud_still_fits():
+    """All its points are 0.25 to 0.35 m beyond the surface, which the search leaves in the end."""
+    surface = wall((0.0, 1.0), (0, -1), (5.0, 0.0))
+    beyond = wall((5.25, 1.0), (0, -1), (0.1, 0.0), count=200)
+    guess = corrected(np.eye(4), np.array([0.0, 0.02, 0.0, 0.0, 0.0, 0.0]))
+    found = match(seen_at(np.eye(4), beyond.points), surface, guess, WEAK, MatchingConfig())
+    assert found.share > 0.99
+    assert abs(found.pose[1, 3]) < 0.015  # nearer than the guess
 
 
 def test_a_cloud_of_somewhere_else_does_not_fit():
