@@ -3,6 +3,7 @@
 from nodlidar_mapper.poses import Array
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter
 
 BIN = np.radians(2.0)  # of directions [rad]
 REACH = 7.0  # m
@@ -11,7 +12,10 @@ _ROWS = int(np.pi / BIN) + 2
 
 
 class RangeImage:
-    """The nearest range in each bin of directions.
+    """The nearest range in each bin of directions, and in those beside it.
+
+    A beam along a floor or a wall ends far beyond one that is a bin nearer: it went over that
+    surface, not through it.
 
     Parameters
     ----------
@@ -20,8 +24,10 @@ class RangeImage:
     """
 
     def __init__(self, points: Array) -> None:
-        self._ranges = np.full(_ROWS * _COLUMNS, np.inf)
-        np.minimum.at(self._ranges, _bins(points), np.linalg.norm(points, axis=1))
+        ranges = np.full((_ROWS, _COLUMNS), np.inf)
+        np.minimum.at(ranges.reshape(-1), _bins(points), np.linalg.norm(points, axis=1))
+        nearest = minimum_filter(ranges, 3, mode=('nearest', 'wrap'))
+        self._ranges = np.where(np.isfinite(ranges), nearest, np.inf).ravel()
 
     def beyond(self, points: Array) -> Array:
         """Return how far beams go beyond points (n, 3) in the same frame [m].
