@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.matching import Match, MatchingConfig
+from nodlidar_mapper.matching import FREEDOMS, Match, MatchingConfig
 from nodlidar_mapper.place_search import (
     ALIKE,
     Area,
@@ -132,7 +132,7 @@ class Recovery:
         turn = max(NEARBY[1] * 2.0**doubled, float(spread[5]))
         place = best_place(seen, keyframes, Area(guess.pose, distance, turn), self._config)
         nearby = self._clouds == 1 and not doubled
-        why = _doubt(place, nearby)
+        why = _doubt(place, nearby, FREEDOMS[self._config.freedom])
         if place is None or why:
             self._suspected = None
             return why
@@ -148,7 +148,7 @@ class Recovery:
         return distance < SAME[0] and turn < SAME[1]
 
 
-def _doubt(place: Place | None, nearby: bool) -> str:
+def _doubt(place: Place | None, nearby: bool, free: Sequence[int]) -> str:
     """Return why a place is not certain; empty if it is."""
     if place is None:
         return 'the map is empty here'
@@ -156,6 +156,8 @@ def _doubt(place: Place | None, nearby: bool) -> str:
         return f'{place.fit:.0%} of the points lie on the map at the best place'
     if place.clear < LEAST_CLEAR:
         return 'at the best place, walls would stand in free space'
+    if place.found.shown(free) < len(free) - 1:  # one direction less along a corridor
+        return 'the best place shows too little, as a bare floor'
     if not nearby and place.rival > ALIKE * place.fit:
         return 'two places fit alike'
     return ''

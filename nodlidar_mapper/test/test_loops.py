@@ -45,3 +45,17 @@ def test_a_corner_of_it_does_not_close_the_loop(way):
     assert (
         loop_at(seen_from_origin(np.concatenate([corner, beyond])), *way, MapperConfig()) is None
     )
+
+
+def test_what_looks_alike_all_along_closes_no_loop(way):
+    """A floor fits wherever it is; walls without an end do along them."""
+    keyframes, edges = way
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-6.0, 6.0, (2, 8000))
+    floor = np.column_stack([x, y, rng.normal(-1.0, 0.005, len(x))])
+    walls = np.column_stack([x, np.copysign(1.5, y), y / 6.0])
+    for points in (floor, walls):
+        seen = seen_from_origin(points)
+        keyframes[0].surface = surface_of(seen, seen)
+        here = seen_from_origin(points[np.abs(points[:, 0]) < 4.0])
+        assert loop_at(here, keyframes, edges, MapperConfig()) is None

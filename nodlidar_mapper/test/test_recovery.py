@@ -5,7 +5,8 @@ from nodlidar_mapper.keyframe import Keyframe
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.place_search import Area, best_place, clear_share
 from nodlidar_mapper.poses import between, inverse, planar
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.recovery import Guess, Recovery
+from nodlidar_mapper.surface import Surface, surface_of
 import numpy as np
 import pytest
 from rooms import cloud, CROOKED, OBLONG, seen_from_origin
@@ -99,6 +100,28 @@ def test_a_floor_far_away_is_not_seen_through_between_its_rows():
     keyframe = Keyframe(0, planar(0.0, 0.0, 0.0), Surface(before, np.zeros_like(before)), before)
     clear = clear_share(after, planar(0.0, 0.0, 0.0), [keyframe])
     assert clear > MapperConfig().least_clear
+
+
+def test_a_floor_nearby_is_not_seen_through_either():
+    """Beams of both clouds share a bin; over a bare floor they end up to 1 m apart."""
+    steep = [floor_and_ceiling(first) for first in (12.1, 13.9)]
+    before, after = (points[points[:, 2] < 0.0] for points in steep)
+    keyframe = Keyframe(0, np.eye(4), Surface(before, np.zeros_like(before)), before)
+    assert clear_share(after, np.eye(4), [keyframe]) == 1.0
+
+
+def test_nobody_is_found_on_a_bare_floor():
+    """It fits wherever it is."""
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-6.0, 6.0, (2, 8000))
+    points = np.column_stack([x, y, rng.normal(-1.0, 0.005, len(x))])
+    seen = seen_from_origin(points)
+    keyframe = Keyframe(0, np.eye(4), surface_of(seen, seen), points)
+    here = seen_from_origin(points[np.hypot(x, y) < 4.0])
+    guess = Guess(planar(0.2, 0.0, 0.1), np.eye(6) * 1e-4, False, False)
+    found = Recovery(MapperConfig()).search(here, guess, guess.pose, [keyframe])
+    assert isinstance(found, str)
+    assert 'floor' in found
 
 
 @pytest.mark.parametrize('seed', range(4))
