@@ -16,6 +16,7 @@ import numpy as np
 PAUSE = 3.0  # times as long as the longest of the last times between clouds
 TIMES = 4  # that are remembered; the clouds of several sensors may come in quick succession
 SPEED_OVER = 0.1  # time over which the speed is measured, at least [s]
+UNSTEADY = 0.5  # share of the slip along the way that is not always alike; in turns, none is
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m2], [rad2]
 
@@ -37,10 +38,11 @@ class Track:
 
     def __init__(self, config: MapperConfig) -> None:
         self._config = config
-        self._odometer = Odometer()
+        self._odometer = Odometer(config.odometry_slip)
         self._stamp_ns = 0
         self._odometry = np.eye(4)
         self._seconds: deque[float] = deque(maxlen=TIMES)  # between clouds
+        self._guess = np.eye(4)
         self._counted, self._last_motion = np.eye(4), np.eye(4)  # between the last two clouds
         self._speed_since: tuple[int, Array] | None = None
         # Rates (6,) [m/s], [rad/s]: of the robot backwards, and of the errors of odometry.
@@ -61,7 +63,7 @@ class Track:
             return odometry
         self._known = self.covariance
         added = self._count(stamp_ns, odometry)
-        guess = np.asarray(self.pose @ self._last_motion)
+        guess = self._guess = np.asarray(self.pose @ self._last_motion)
         self.covariance = carried(self.covariance, guess[:3, 3] - self.pose[:3, 3]) + added
         return guess
 
@@ -88,12 +90,13 @@ class Track:
             Inverse covariance of its change by the match alone, shape (6, 6).
         """
         if self.pose is not None and not self.jump:
-            turned = np.kron(np.eye(2), self.pose[:3, :3])  # from the frame of the robot
+            turned = self._turned
             self._odometer.add(
                 self._counted,
-                inverse(self.pose) @ pose,
+                turned.T @ change_between(self._guess, pose),
                 turned.T @ information @ turned,
                 turned.T @ self._known @ turned,
+                turned.T @ self.covariance @ turned,
             )
         self.covariance = inverted(inverted(self.covariance) + information)
 
@@ -119,6 +122,12 @@ class Track:
         """Continue from a pose of the robot in the map, and that in the frame of odometry."""
         self.pose, self._stamp_ns, self._odometry = pose, stamp_ns, odometry
 
+    @property
+    def _turned(self) -> Array:
+        """Matrix (6, 6) that turns a change from the frame of the robot to the map."""
+        assert self.pose is not None
+        return np.asarray(np.kron(np.eye(2), self.pose[:3, :3]))
+
     def _count(self, stamp_ns: int, odometry: Array) -> Array:
         """Take the motion since the last cloud; return the covariance that it adds."""
         motion = inverse(self._odometry) @ odometry
@@ -137,10 +146,12 @@ class Track:
         self._counted, self._last_motion = motion, self._odometer.corrected(motion)
         self._measure_speed(stamp_ns, odometry)
         shift, rotation = FLOOR
-        slip = config.odometry_slip
-        return np.diag(
-            [(shift + slip * distance) ** 2] * 3 + [(rotation + slip * (turn + distance)) ** 2] * 3
+        slip, straight = config.odometry_slip, UNSTEADY * distance
+        unsteady = np.diag(
+            [(shift + slip * straight) ** 2] * 3 + [(rotation + slip * (turn + straight)) ** 2] * 3
         )
+        effect = self._turned @ self._odometer.effect(motion)
+        return np.asarray(unsteady + effect @ self._odometer.covariance @ effect.T)
 
     def _measure_speed(self, stamp_ns: int, odometry: Array) -> None:
         """Measure the speed, unless the last one is too recent; clouds may be out of order."""

@@ -2,12 +2,13 @@
 
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.odometer import Odometer
-from nodlidar_mapper.poses import inverse, moved, planar, yaw_of
+from nodlidar_mapper.poses import change_between, inverse, moved, planar, yaw_of
 from nodlidar_mapper.track import Track
 import numpy as np
 import pytest
 
 NS = 1_000_000_000
+SLIP = 0.03
 CERTAIN, VAGUE = np.eye(6) * 1e8, np.eye(6) * 1e-4  # information and covariance
 LEFT, RIGHT, DISTANCE = 1.012, 1.004, 0.4  # what the wheels count per true way; between them [m]
 
@@ -30,12 +31,20 @@ def motions(forward, turn, parts=1000):
 DRIVE = [(0.8, 0.0), (0.8, 0.5), (0.0, -0.6), (0.5, -0.4), (-0.3, 0.2), (0.9, 0.0)] * 10
 
 
-@pytest.fixture
-def learned():
-    odometer = Odometer()
+def learn(odometer, counted, true, information=CERTAIN, expected=VAGUE):
+    """Learn from a motion that a match shows with an information, beside what was expected."""
+    change = change_between(odometer.corrected(counted), true)
+    drawn = np.linalg.solve(information + np.linalg.inv(expected), information @ change)
+    odometer.add(counted, drawn, information, VAGUE, expected)
+
+
+@pytest.fixture(params=[VAGUE, VAGUE / 100.0], ids=['vague', 'sure'])
+def learned(request):
+    """Matches are drawn towards where the robot is expected; what they show is the same."""
+    odometer = Odometer(SLIP)
     for drive in DRIVE:
         true, counted = motions(*drive)
-        odometer.add(counted, true, CERTAIN, VAGUE)
+        learn(odometer, counted, true, np.eye(6) * 1e4, request.param)
     return odometer
 
 
@@ -49,19 +58,27 @@ def test_a_motion_is_corrected_to_what_it_was(learned, drive):
     assert abs(turned) < 0.1 * abs(before[1]) + 2e-4
 
 
+def test_a_robot_that_drives_to_its_side_learns_how_it_turns():
+    odometer, counted = Odometer(SLIP), planar(0.0, 0.5, 0.0)
+    true = planar(-0.0025, 0.5, 0.01)  # an arc to the left
+    for _ in range(200):
+        learn(odometer, counted, true)
+    np.testing.assert_allclose(odometer.corrected(counted), true, atol=2e-4)
+
+
 def test_what_no_match_shows_is_not_learned():
-    odometer = Odometer()
+    odometer = Odometer(SLIP)
     for drive in DRIVE:
         true, counted = motions(*drive)
-        odometer.add(counted, true, np.zeros((6, 6)), VAGUE)
-    assert (odometer.scale, odometer.turn_error, odometer.curvature) == (1.0, 0.0, 0.0)
+        learn(odometer, counted, true, np.zeros((6, 6)))
+    np.testing.assert_array_equal(odometer.errors, np.zeros(4))
+    np.testing.assert_allclose(odometer.covariance, Odometer(SLIP).covariance)
 
 
 def test_a_turn_of_more_than_half_a_circle_is_no_error():
-    odometer = Odometer()
-    turned = planar(0.0, 0.0, 3.2)
-    odometer.add(planar(0.0, 0.0, 3.1), turned, CERTAIN, VAGUE)
-    assert 0.0 < odometer.turn_error < 0.1
+    odometer = Odometer(SLIP)
+    learn(odometer, planar(0.0, 0.0, 3.1), planar(0.0, 0.0, 3.2))
+    assert 0.0 < odometer.errors[1] < 0.1
 
 
 def test_deskewed_points_lose_the_learned_errors_of_odometry():
