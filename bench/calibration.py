@@ -57,11 +57,11 @@ class Case:
 
 CASES = {
     'room, ideal servo': Case('room', 50, fixed=True),
-    'room, RX-24F': Case('room', 4, servo='rx24f'),
-    'corridor': Case('corridor', 4, ((1.0, 0.0), (7.0, 0.2))),
-    'rooms of the building': Case('building', 4, ((4.5, 5.0), (9.5, 5.0), (10.0, -2.0))),
-    'room, tilted mount': Case('room', 4, mount=(0.0, 0.0, 1.0, 0.2, 0.5, 0.0)),
-    'room, nod of 30 deg': Case('room', 4, span=30.0 * DEGREE),
+    'room, RX-24F': Case('room', 12, servo='rx24f'),
+    'corridor': Case('corridor', 12, ((1.0, 0.0), (7.0, 0.2))),
+    'rooms of the building': Case('building', 12, ((4.5, 5.0), (9.5, 5.0), (10.0, -2.0))),
+    'room, tilted mount': Case('room', 12, mount=(0.0, 0.0, 1.0, 0.2, 0.5, 0.0)),
+    'room, nod of 30 deg': Case('room', 12, span=30.0 * DEGREE),
 }
 
 
