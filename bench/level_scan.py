@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bench.mapping import CONFIG, DRIVES, recorded
 from bench.report import Row
+from bench.scans import samples_for
 
 Array = NDArray[np.float64]
 
@@ -63,8 +64,7 @@ def level_scans(log: SensorLog, config: LevelScanConfig) -> list[LevelScan]:
     pipeline, scanner = Pipeline(CONFIG), LevelScanner(config)
     found = []
     for scan in log.scans:
-        around = log.samples_around(scan.stamp_ns, scan.end_ns)
-        samples = log.sample_ns[around], log.sample_pitch[around]
+        samples = samples_for(scan, log, pipeline)
         found += scanner.add(pipeline.add_scan(scan, *samples, log.odometry))
     return found
 

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.control.nod_config import NodConfig
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 from bench.hot_paths import interleaved
 from bench.reference import BEAM_PERIOD, reference_nod, START_NS
 from bench.report import Row
+from bench.scans import samples_for
 
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
@@ -71,7 +71,7 @@ def _ratios(seen: Recording) -> Iterator[Array]:
     log, pipeline = simulated_log(seen), Pipeline(CONFIG)
     for number, scan in enumerate(log.scans):
         try:
-            assembled = pipeline.add_scan(scan, *_samples(log, scan))
+            assembled = pipeline.add_scan(scan, *samples_for(scan, log, pipeline))
         except PitchError:
             continue  # the first and the last scan lack samples
         placed, beams = assembled.placed, assembled.beams
@@ -82,11 +82,6 @@ def _ratios(seen: Recording) -> Iterator[Array]:
         yield np.sqrt(np.sum(off**2, axis=0)) / placed.sigma
 
 
-def _samples(log: SensorLog, scan: Scan) -> tuple[Times, Array]:
-    around = log.samples_around(scan.stamp_ns, scan.end_ns)
-    return log.sample_ns[around], log.sample_pitch[around]
-
-
 def time_of_sigma() -> Row:
     """Return the time [us] that the field adds to a scan."""
     seen = simulate(load_scene('room'), NODS[FAST], 1.0, start_ns=START_NS)
@@ -94,7 +89,7 @@ def time_of_sigma() -> Row:
     scan, actions = log.scans[4], {}
     for wanted in (True, False):
         pipeline = Pipeline(replace(CONFIG, sigma_field=wanted))
-        samples = _samples(log, scan)
+        samples = samples_for(scan, log, pipeline)
         actions[str(wanted)] = partial(_add, pipeline, scan, samples)
     (with_it, _), (without, _) = interleaved(actions, ROUNDS)
     return {TIME: (with_it - without) * 1e6, 'without it [us]': without * 1e6}
