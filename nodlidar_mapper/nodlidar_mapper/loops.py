@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Keyframe, surface_in_map
-from nodlidar_mapper.matching import FREEDOMS, match
+from nodlidar_mapper.matching import match
 from nodlidar_mapper.pose_graph import distances_from, Edge
 from nodlidar_mapper.poses import Array, inverse
 from nodlidar_mapper.seen import Seen
@@ -66,9 +66,8 @@ def loop_at(
     drift = DRIFT * way[nearest]
     prior = np.diag([drift**-2] * 3 + [(0.2 * drift) ** -2] * 3)
     found = match(seen, old, here.pose, prior, config, REACH)
-    free = FREEDOMS[config.freedom]
     # A bare floor fits everywhere. Along a corridor, the way between both places is not known.
-    if found.share < SHARE or found.mapped < MAPPED or found.shown(free) < len(free):
+    if found.share < SHARE or found.mapped < MAPPED or found.shown(config.free) < len(config.free):
         return None
     turn = np.eye(6)
     turn[:3, :3] = turn[3:, 3:] = poses[nearest][:3, :3].T

@@ -11,7 +11,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Estimate, Keyframe, surface_in_map
 from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.loops import around, loop_at
-from nodlidar_mapper.matching import FREEDOMS, Match, match
+from nodlidar_mapper.matching import Match, match
 from nodlidar_mapper.place_search import clear_share
 from nodlidar_mapper.pose_graph import Edge, MATCHED, optimized, step
 from nodlidar_mapper.poses import Array, carried, inverse, lever, moved
@@ -78,9 +78,8 @@ class Mapper:
         if not keyframes and not config.extend_map:
             raise ParameterError('extend_map', 'true without a map (map_folder)', False)
         self._config = config
-        self._free = FREEDOMS[config.freedom]
         self._estimated = np.zeros((6, 6))  # 1 where the covariance is, 0 elsewhere
-        self._estimated[np.ix_(self._free, self._free)] = 1.0
+        self._estimated[np.ix_(config.free, config.free)] = 1.0
         self.keyframes, self.edges = list(keyframes), list(edges)
         self.loops = 0
         self._track = Track(config)
@@ -340,7 +339,7 @@ class Mapper:
         self.edges.append(edge)
         poses = np.stack([keyframe.pose for keyframe in self.keyframes])
         for keyframe, pose in zip(
-            self.keyframes, optimized(poses, self.edges, self._free), strict=True
+            self.keyframes, optimized(poses, self.edges, self._config.free), strict=True
         ):
             keyframe.pose = pose
         self.loops += 1

@@ -50,6 +50,11 @@ class MatchingConfig:
         maximum=5.0,
     )
 
+    @property
+    def free(self) -> list[int]:
+        """Indices of the coordinates of a pose that are estimated."""
+        return FREEDOMS[self.freedom]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
@@ -106,7 +111,7 @@ def match(
     reach
         Farthest surface that a point may belong to at first [m]; by default that of the config.
     """
-    free = FREEDOMS[config.freedom]
+    free = config.free
     pose, information = guess, np.zeros((6, 6))
     mapped, share, residual = 0.0, 0.0, np.inf
     reach = reach or config.reach

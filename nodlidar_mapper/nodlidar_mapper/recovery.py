@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.matching import FREEDOMS, Match, MatchingConfig
+from nodlidar_mapper.matching import Match, MatchingConfig
 from nodlidar_mapper.place_search import (
     ALIKE,
     Area,
@@ -132,7 +132,7 @@ class Recovery:
         turn = max(NEARBY[1] * 2.0**doubled, float(spread[5]))
         place = best_place(seen, keyframes, Area(guess.pose, distance, turn), self._config)
         nearby = self._clouds == 1 and not doubled
-        why = _doubt(place, nearby, FREEDOMS[self._config.freedom])
+        why = _doubt(place, nearby, self._config.free)
         if place is None or why:
             self._suspected = None
             return why
