@@ -10,14 +10,15 @@ from typing import Any, Protocol
 from nodlidar_assembler.control.nod_config import NOD_MODES, NodConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.parameters import check
+from nodlidar_common.parameters import check, limits_of
 from nodlidar_viewer.choosing import samples_for
 import viser
 
 Values = Mapping[str, Any]
 NOD = tuple(field.name for field in fields(NodConfig))
 ADAPTS, PROFILE = 'adapt_limits', 'profile'
-WIDEST = 92.0  # ends of the slider [deg]: the parameters allow limits of 1.6 rad
+_ALLOWED: Values = {field.name: limits_of(field) for field in fields(NodConfig)}
+WIDEST = float(math.ceil(math.degrees(_ALLOWED['pitch_max'].maximum)))  # end of the slider [deg]
 
 
 class Commands(Protocol):
