@@ -100,6 +100,9 @@ class Robot:
             assert time.monotonic() < deadline, f'{what}; last: {self.message}'
             self.executor.spin_once(timeout_sec=0.02)
 
+    def is_in_phase(self):
+        return self.statuses and abs(self.statuses[-1].phase_error) < 1e-3
+
     def rests(self):
         last = self.pitches[-20:]
         return max(last) - min(last) < 1e-6
@@ -139,9 +142,7 @@ def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot)
         robot.until(lambda: 'no nod command' in robot.message, 'not connected')
         assert robot.controller.points == []  # nothing moves unasked
         robot.nod = nod
-        robot.until(
-            lambda: robot.statuses and abs(robot.statuses[-1].phase_error) < 1e-3, 'not in phase'
-        )
+        robot.until(robot.is_in_phase, 'not in phase')
         assert robot.statuses[-1].following
         assert robot.statuses[-1].samples_per_sweep == 4001
         robot.pitches.clear()
@@ -183,9 +184,7 @@ def test_a_joint_that_stands_still_is_told_though_the_nod_passes_it(robot):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.start_controller()
     with running('autostart:=true', 'reconnect_delay:=0.1'):
-        robot.until(
-            lambda: robot.statuses and abs(robot.statuses[-1].phase_error) < 1e-3, 'not in phase'
-        )
+        robot.until(robot.is_in_phase, 'not in phase')
         accept, robot.controller.accept_message = robot.controller.accept_message, lambda *_: None
         robot.until(lambda: 'does not follow' in robot.message, 'not diagnosed')
         robot.controller.accept_message = accept
@@ -200,9 +199,7 @@ def test_a_controller_of_more_joints_takes_the_nod_if_partial_goals_are_allowed(
         robot.until(lambda: robot.controller.refusals, 'nothing is sent')
         assert set(robot.controller.refusals) == {'not the number of joints'}
         robot.controller = SplineController(0.1, ('pan_joint', 'nod_joint'), True)
-        robot.until(
-            lambda: robot.statuses and abs(robot.statuses[-1].phase_error) < 1e-3, 'not in phase'
-        )
+        robot.until(robot.is_in_phase, 'not in phase')
     assert robot.controller.refusals == []
 
 
@@ -210,9 +207,7 @@ def test_a_joint_whose_states_stop_rests_at_a_reversal(robot):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.start_controller()
     with running('autostart:=true', 'reconnect_delay:=0.1'):
-        robot.until(
-            lambda: robot.statuses and abs(robot.statuses[-1].phase_error) < 1e-3, 'not in phase'
-        )
+        robot.until(robot.is_in_phase, 'not in phase')
         robot.until(lambda: abs(robot.pitches[-1] - 0.05) < 0.03, 'not in mid-span')
         robot.ends.clear()
         robot.states_stop = True
