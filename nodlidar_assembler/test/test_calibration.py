@@ -5,7 +5,13 @@ import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration import calibrate as module
-from nodlidar_assembler.calibration.beam_model import Beam, CalibrationError, ends_of, Values
+from nodlidar_assembler.calibration.beam_model import (
+    Beam,
+    CalibrationError,
+    Ends,
+    ends_of,
+    Values,
+)
 from nodlidar_assembler.calibration.calibrate import calibrate
 from nodlidar_assembler.calibration.plane_search import find_planes, Plane
 from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
@@ -110,21 +116,56 @@ def test_derivatives_are_those_of_the_ends(beams):
         )
 
 
+HALF = np.array([2.0, 1.5, 1.2])  # of a box around the lidar [m]
+
+
+def box_beams(count, seed):
+    """Return ways of beams in a box, the range to its sides, and the axis of the side of each."""
+    ways = np.random.default_rng(seed).normal(size=(3, count))
+    ways /= np.linalg.norm(ways, axis=0)
+    to_sides = HALF[:, None] / np.abs(ways)
+    return ways, to_sides.min(axis=0), to_sides.argmin(axis=0)
+
+
+def planes_seen(ways, ranges):
+    ends = Ends(ways * ranges, ways, {}, np.ones(len(ranges), dtype=np.bool_))
+    return find_planes(ranges, ends, 0.05, 0.2)
+
+
 def test_planes_of_a_box_are_found():
-    """Six sides of a box with noise; the points at its edges belong to none."""
-    rng = np.random.default_rng(3)
-    half = np.array([2.0, 1.5, 1.2])
-    xyz = rng.uniform(-1.0, 1.0, (12_000, 3)) * half
-    axis, side = rng.integers(0, 3, len(xyz)), rng.choice([-1.0, 1.0], len(xyz))
-    xyz[np.arange(len(xyz)), axis] = side * half[axis] + rng.normal(0.0, 0.005, len(xyz))
-    planes, labels = find_planes(xyz.T, 0.05, 0.2)
+    """Six sides of a box with noise; the beams to its edges belong to none."""
+    ways, ranges, axis = box_beams(12_000, 3)
+    ranges += np.random.default_rng(4).normal(0.0, 0.005, len(ranges))
+    planes, labels = planes_seen(ways, ranges)
     assert len(planes) == 6
     for number, plane in enumerate(planes):
         own = np.argmax(np.abs(plane.normal))
         assert abs(plane.normal[own]) > 0.999
-        assert abs(abs(plane.offset) - half[own]) < 0.005
+        assert abs(abs(plane.offset) - HALF[own]) < 0.005
         assert (axis[labels == number] == own).all()
     assert np.mean(labels >= 0) > 0.6
+
+
+def test_noise_does_not_choose_the_beams():
+    """Else the beams near the edges of a plane would be those that were measured on one side."""
+    ways, ranges, _ = box_beams(50_000, 5)
+    noise = np.random.default_rng(6).normal(0.0, 0.012, len(ranges))
+    used = [planes_seen(ways, ranges + sign * noise)[1] >= 0 for sign in (1.0, -1.0)]
+    assert np.mean(used[0]) > 0.6
+    assert np.mean(used[0] != used[1]) < 0.01
+
+
+def test_low_objects_on_a_floor_do_not_belong_to_it():
+    """A block of 30 cm x 30 cm and 8 cm, whose sides end within the gate of the floor."""
+    ways, ranges, _ = box_beams(100_000, 7)
+    low, high = np.array([0.6, -0.15, -HALF[2]]), np.array([0.9, 0.15, -HALF[2] + 0.08])
+    sides = np.sort([low[:, None] / ways, high[:, None] / ways], axis=0)
+    enter, leave = sides[0].max(axis=0), sides[1].min(axis=0)
+    block = (enter < leave) & (enter > 0.0)
+    _, labels = planes_seen(ways, np.where(block, enter, ranges))
+    beside = block & (labels >= 0)
+    assert block.sum() > 300
+    assert beside.sum() < 0.02 * block.sum()
 
 
 def test_too_few_beams_are_refused(beams):
@@ -144,7 +185,7 @@ def test_a_plane_that_is_seen_only_at_grazing_incidence_does_no_harm(beams):
     start = Values.of_mount(MountConfig())
     some = beams[::20]
     some = some[np.isfinite(ends_of(some, start).xyz[0])]
-    planes, labels = find_planes(ends_of(some, start).xyz, 0.05, 0.2)
+    planes, labels = find_planes(some.ranges, ends_of(some, start), 0.05, 0.2)
     own = labels >= 0
     names = ('delay', 'roll')
     known, unseen = (

@@ -32,7 +32,6 @@ GATES = ((0.15, 0.5), (0.12, 0.3), (0.09, 0.2), (0.07, 0.2), (0.07, 0.2))
 STEPS = 4  # of Gauss and Newton at each gate
 DELAYS = np.arange(-0.06, 0.0601, 0.004)  # tried first [s]
 _THICKEST = 0.1  # of a surface in a cube, while the delay is unknown [m]
-GRAZING = 0.15  # cosine of incidence below which a beam does not count
 _LARGEST_DELAY = 0.1  # off that before [s]
 _LEAST_BEAMS = 2000
 
@@ -161,14 +160,9 @@ class _System:
     ) -> None:
         values, expected = values_and_expected
         beams = beams[np.isfinite(ends_of(beams, values, False).xyz[0])]
-        ends = ends_of(beams, values, False)
-        xyz = ends.xyz
-        planes, labels = find_planes(xyz, *gates)
+        planes, labels = find_planes(beams.ranges, ends_of(beams, values, False), *gates)
         if not planes:
             raise CalibrationError('the scene shows no planes')
-        normals = np.array([plane.normal for plane in planes])
-        cosine = np.sum(normals[labels].T * ends.ways, axis=0)
-        labels = np.where(np.abs(cosine) < GRAZING, -1, labels)
         self._beams, self._labels = beams[labels >= 0], labels[labels >= 0]
         self.system = PlaneSystem(self._beams, self._labels, names, expected, level)
         self.start = Solution(values, planes, biases=np.zeros(len(planes)))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 import math
 
+from nodlidar_assembler.calibration.beam_model import Ends
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +11,10 @@ Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 CELL = 0.3  # edge of the cubes in which a surface is taken for flat [m]
-EDGE = 0.05  # points so much closer than the gate to another plane do not count [m]
+EDGE = 0.05  # beams that end so much closer than the gate to another plane do not count [m]
+GRAZING = 0.15  # cosine of incidence below which a beam does not count
+PATCH = 0.2  # edge of the cubes in which a surface is all of a plane, or is not [m]
+LEAST_SHARE = 0.9  # of the beams towards a patch that end there; else objects stand before it
 MOST_PLANES = 24
 LEAST_WIDTH = 0.2  # standard deviation across the shorter side of a plane [m]
 LEAST_POINTS = 0.01  # share of all points
@@ -76,23 +80,24 @@ class Plane:
     offset: float
 
 
-def find_planes(xyz: Array, gate: float, angle: float) -> tuple[list[Plane], Labels]:
-    """Return the large planes, and that of each point, -1 for none, shape (n,).
+def find_planes(
+    ranges: Array, ends: Ends, gate: float, angle: float
+) -> tuple[list[Plane], Labels]:
+    """Return the large planes, and that of each beam, -1 for none, shape (n,).
 
     Planes grow from the cube with the most points over cubes that are flat and lie in them.
 
     Parameters
     ----------
-    xyz
-        Points [m], shape (3, n).
+    ranges, ends
+        Of the beams, shape (n,).
     gate, angle
         Distance [m] and angle [rad] that a cube may be off its plane.
     """
-    cells = Cells.of(xyz)
+    cells = Cells.of(ends.xyz)
     wide = np.sqrt(np.maximum(cells.variance[:, 1], 0.0)) > _LEAST_SPREAD
     thin = cells.variance[:, 0] < gate**2
     free = wide & thin & (cells.count >= _LEAST_IN_CELL)
-    of_cell = np.full(len(cells.count), -1)
     planes: list[Plane] = []
     seeds = np.argsort(-cells.count)
     for seed in seeds[free[seeds]]:
@@ -100,14 +105,13 @@ def find_planes(xyz: Array, gate: float, angle: float) -> tuple[list[Plane], Lab
             continue
         members = _grown(cells, int(seed), free, gate, angle)
         free[seed] = False
-        if members is None or cells.count[members].sum() < LEAST_POINTS * xyz.shape[1]:
+        if members is None or cells.count[members].sum() < LEAST_POINTS * len(ranges):
             continue
         plane, width = _fit(cells, members)
         if width >= LEAST_WIDTH:
-            of_cell[members] = len(planes)
             free[members] = False
             planes.append(plane)
-    return _kept(planes, _labels(xyz, planes, of_cell[cells.of_point], gate))
+    return _kept(planes, _labels(ranges, ends, planes, gate))
 
 
 def _kept(planes: list[Plane], labels: Labels) -> tuple[list[Plane], Labels]:
@@ -147,13 +151,24 @@ def _fit(cells: Cells, members: Labels) -> tuple[Plane, float]:
     return Plane(axes[:, 0], float(axes[:, 0] @ mean)), math.sqrt(max(variance[1], 0.0))
 
 
-def _labels(xyz: Array, planes: list[Plane], label: Labels, gate: float) -> Labels:
-    """Return the labels of the points within the gate of one plane, their own, else -1."""
-    if not planes:
-        return np.full_like(label, -1)
-    normals = np.array([plane.normal for plane in planes])
-    offsets = np.array([plane.offset for plane in planes])
-    off = np.abs(normals @ xyz - offsets[:, None])
-    own = off[label, np.arange(len(label))]
-    at_edge = np.sum(off < gate + EDGE, axis=0) > 1
-    return np.where((label >= 0) & (own < gate) & ~at_edge, label, -1)
+def _labels(ranges: Array, ends: Ends, planes: list[Plane], gate: float) -> Labels:
+    """Return the plane on which each beam ends, -1 for none.
+
+    Beams are chosen by where they cross a plane, not by where they were measured: else those near
+    an edge would be chosen by their noise, which brought x 5 mm off.
+    """
+    labels = np.full(len(ranges), -1)
+    for number, plane in enumerate(planes):
+        along = plane.normal @ ends.ways
+        off = plane.normal @ ends.xyz - plane.offset
+        with np.errstate(divide='ignore'):
+            beyond = off / along
+        met = np.flatnonzero((np.abs(along) > GRAZING) & (beyond < ranges))
+        crossing = ends.xyz[:, met] - ends.ways[:, met] * beyond[met]
+        close = np.abs(off[met]) < gate
+        patch = np.unique(patches(crossing, PATCH), return_inverse=True)[1]
+        share = (np.bincount(patch, close) / np.bincount(patch))[patch]
+        others = planes[:number] + planes[number + 1 :]
+        clear = [np.abs(each.normal @ crossing - each.offset) > gate + EDGE for each in others]
+        labels[met[close & (share > LEAST_SHARE) & np.all(clear, axis=0)]] = number
+    return labels
