@@ -15,6 +15,7 @@ from nodlidar_assembler.control.pitch_limits import (
 )
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
+from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene, parse_scene
@@ -40,16 +41,19 @@ def configs(draw):
         sensor_height=draw(ends),
         pitch_min=low,
         pitch_max=low + span,
-        least_span=min(draw(st.floats(0.01, span)), low + span - low),  # as it is checked
         limits_rate=draw(st.floats(0.05, 10.0)),
     )
+
+
+def least_span(config):
+    return min(0.2, config.pitch_max - config.pitch_min)
 
 
 @given(configs(), st.floats(0.0, 100.0))
 def test_limits_are_within_the_mount_and_the_least_span_apart(config, distance):
     low, high = limits_at(config, distance)
     assert config.pitch_min <= low < high <= config.pitch_max
-    assert high - low >= config.least_span - 1e-12
+    assert high - low >= least_span(config) - 1e-12
 
 
 @given(
@@ -61,7 +65,7 @@ def test_limits_are_within_the_mount_and_the_least_span_apart(config, distance):
 def test_the_limits_of_a_tilted_mount_see_the_whole_band(upright, roll, pitch, distance):
     """The middle beam ends at the ends of the band, at the same distance as without a tilt."""
     tilt = math.remainder(upright + roll, math.tau), pitch
-    config = PitchLimitsConfig(pitch_min=-1.5, pitch_max=1.5, least_span=0.01, mount_tilt=tilt)
+    config = PitchLimitsConfig(pitch_min=-1.5, pitch_max=1.5, mount_tilt=tilt)
     limits = limits_at(config, distance)
     beams = np.array([(math.cos(phi), 0.0, math.sin(phi)) for phi in limits])
     x, y, z = Pose.from_xyzrpy((0.0, 0.0, 0.0, *tilt, 0.0)).rotation @ beams.T
@@ -71,7 +75,7 @@ def test_the_limits_of_a_tilted_mount_see_the_whole_band(upright, roll, pitch, d
 
 @given(st.floats(0.2, 4.0), st.floats(0.0, 4.0))
 def test_a_band_is_seen_whole_where_mount_and_least_span_allow(distance, further):
-    config = PitchLimitsConfig(pitch_min=-1.5, pitch_max=1.5, least_span=0.01)
+    config = PitchLimitsConfig(pitch_min=-1.5, pitch_max=1.5)
     low, high = limits_at(config, distance)
     assert distance * math.tan(high) == pytest.approx(2.0 - 1.08)
     assert distance * math.tan(low) == pytest.approx(0.1 - 1.08)
@@ -102,7 +106,7 @@ def test_mount_span_and_rate_are_kept_whatever_happens(config, steps):
         limits.update(now_ns, np.repeat(ranges, LEAST_POINTS))
         after = limits.limits(now_ns)
         assert config.pitch_min <= after[0] < after[1] <= config.pitch_max
-        assert after[1] - after[0] >= config.least_span - 1e-9
+        assert after[1] - after[0] >= least_span(config) - 1e-9
         most = config.limits_rate * pause_ns / S + 1e-12
         assert max(abs(b - a) for a, b in zip(before, after, strict=True)) <= most
         before = after
@@ -202,14 +206,13 @@ def test_floor_ceiling_what_is_beside_and_what_is_nowhere_do_not_count():
     [
         ('band_top', {'band_top': 0.1}),
         ('pitch_max', {'pitch_max': -0.7}),
-        ('least_span', {'least_span': 1.3}),
         ('limits_rate', {'limits_rate': 0.0}),
         ('limits_rate', {'limits_rate': math.nan}),
     ],
 )
 def test_what_does_not_go_together_is_named(key, changes):
     with pytest.raises(ParameterError, match=f"'{key}'"):
-        PitchLimitsConfig(**changes)
+        check(PitchLimitsConfig(**changes))
 
 
 def test_time_does_not_go_back_and_motion_is_finite():

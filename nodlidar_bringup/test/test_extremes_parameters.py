@@ -4,7 +4,6 @@ from dataclasses import fields
 import math
 
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.pitch_limits import PitchLimitsConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
 from nodlidar_driver.config import DriverConfig
@@ -12,7 +11,7 @@ from nodlidar_planner.plan_scan.options import Request
 from nodlidar_servo.config import ServoConfig
 import pytest
 
-CONFIGURATIONS = (AssemblerConfig, DriverConfig, PitchLimitsConfig, Request, ServoConfig)
+CONFIGURATIONS = (AssemblerConfig, DriverConfig, Request, ServoConfig)
 EDGES = [
     pytest.param(of, field.name, edge, outward, id=f'{of.__name__}-{field.name}-{edge}')
     for of in CONFIGURATIONS

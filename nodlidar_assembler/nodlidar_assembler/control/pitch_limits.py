@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_assembler.clouds.band import BandConfig
+from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.parameters import check, parameter
+from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,59 +28,42 @@ Floats = NDArray[np.float64]
 WINDOW = 1.6  # s, over which the median of the scans is taken
 HYSTERESIS = 0.05  # share by which the range must have changed for the limits to follow
 SECTOR = 0.5236  # rad; points up to this azimuth to either side count
+LEAST_SPAN = 0.2  # rad, between the limits at any range
 LEAST_POINTS = 10  # a scan with fewer points that count has no vote
 
 
 @dataclass(frozen=True)
-class PitchLimitsConfig(BandConfig):
-    """The band of heights, the widest limits, and how the limits follow the range.
+class PitchLimitsConfig(BandConfig, NodConfig):
+    """Adaptive limits."""
 
-    Raises
-    ------
-    ParameterError
-        For a value out of its range, or values that contradict each other.
-    """
-
-    pitch_min: float = parameter(
-        -0.6136, 'Lowest limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
+    adapt_limits: bool = parameter(
+        False,
+        'Let the limits of the nod follow the median range ahead, so that a band of heights stays '
+        'covered; never beyond pitch_min and pitch_max',
+        live=True,
     )
-    pitch_max: float = parameter(
-        0.6136, 'Highest limit of the nod', unit='rad', minimum=-1.6, maximum=1.6
-    )
-    least_span: float = parameter(
-        0.2, 'Least distance between the limits, at any range', unit='rad',
-        minimum=1e-6, maximum=3.2,
-    )  # fmt: skip
     limits_rate: float = parameter(
-        1.0, 'Fastest change of a limit', unit='rad/s', minimum=0.01, maximum=100.0
+        1.0,
+        'Fastest change of an adapted limit',
+        unit='rad/s',
+        minimum=0.01,
+        maximum=100.0,
     )
-
-    def __post_init__(self) -> None:
-        check(self)
-
-    def check_together(self) -> None:
-        """Raise ParameterError for values that contradict each other."""
-        if self.pitch_max <= self.pitch_min:
-            limit = f'above pitch_min = {self.pitch_min} rad'
-            raise ParameterError('pitch_max', limit, self.pitch_max)
-        if self.least_span > self.pitch_max - self.pitch_min:
-            limit = f'at most {self.pitch_max - self.pitch_min} rad, from pitch_min to pitch_max'
-            raise ParameterError('least_span', limit, self.least_span)
 
 
 def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]:
     """Return the pitch limits [rad] that cover the whole band at a horizontal distance [m].
 
-    They are within the widest ones, and at least the least span apart.
+    They are within the configured ones, and LEAST_SPAN apart if these are.
     """
     ends = config.band_bottom - config.sensor_height, config.band_top - config.sensor_height
     pitches = (_pitch_of(math.atan2(end, max(distance, 0.0)), config.levelled) for end in ends)
     low, high = sorted(min(max(each, config.pitch_min), config.pitch_max) for each in pitches)
-    if high - low >= config.least_span:
+    least = min(LEAST_SPAN, config.pitch_max - config.pitch_min)
+    if high - low >= least:
         return low, high
-    low = (low + high - config.least_span) / 2.0
-    low = max(min(low, config.pitch_max - config.least_span), config.pitch_min)
-    return low, min(low + config.least_span, config.pitch_max)
+    low = max(min((low + high - least) / 2.0, config.pitch_max - least), config.pitch_min)
+    return low, min(low + least, config.pitch_max)
 
 
 def _pitch_of(elevation: float, levelled: Floats) -> float:

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
 from nodlidar_assembler.clouds.geometry import MountConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled
@@ -10,7 +9,6 @@ from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape
-from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.pitch_limits import (
     PitchLimits,
     PitchLimitsConfig,
@@ -25,22 +23,9 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class SceneMonitorConfig(OdometryConfig, MountConfig, BandConfig, NodConfig):
-    """Adaptive limits and observed coverage."""
+class SceneMonitorConfig(OdometryConfig, MountConfig, PitchLimitsConfig):
+    """Observed coverage."""
 
-    adapt_limits: bool = parameter(
-        False,
-        'Let the limits of the nod follow the median range ahead, so that a band of heights stays '
-        'covered; never beyond pitch_min and pitch_max',
-        live=True,
-    )
-    limits_rate: float = parameter(
-        1.0,
-        'Fastest change of an adapted limit',
-        unit='rad/s',
-        minimum=0.01,
-        maximum=100.0,
-    )
     coverage_window: float = parameter(
         10.0,
         'Time over which observed coverage is computed for ~/coverage and /diagnostics; with 0 it '
@@ -90,20 +75,7 @@ class SceneMonitor:
 
     def restart_limits(self) -> None:
         """Restart the limits from the configured ones; coverage stays."""
-        config = self._config
-        span = config.pitch_max - config.pitch_min
-        self._limits = PitchLimits(
-            PitchLimitsConfig(
-                band_top=config.band_top,
-                band_bottom=config.band_bottom,
-                sensor_height=config.sensor_height,
-                mount_tilt=config.mount_tilt,
-                pitch_min=config.pitch_min,
-                pitch_max=config.pitch_max,
-                least_span=min(PitchLimitsConfig.least_span, span),
-                limits_rate=config.limits_rate,
-            )
-        )
+        self._limits = PitchLimits(self._config)
         self._adaptation = NodAdaptation(self._limits, self._view.config, self._view.task)
         self._now: _Place | None = None
 
