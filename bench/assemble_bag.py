@@ -122,8 +122,8 @@ def _row(what: str, seconds: float, points: Any) -> Row:
 
 
 def _wanted(config: AssemblerConfig) -> dict[str, str]:
-    wanted = {Topics().scan: SCAN, Topics().joint_states: JOINT_STATE}
-    return wanted if config.ego_motion == 'off' else {**wanted, Topics().tf: TF}
+    wanted = {'/scan': SCAN, '/joint_states': JOINT_STATE}
+    return wanted if config.ego_motion == 'off' else {**wanted, '/tf': TF}
 
 
 def _read(bag: Path, config: AssemblerConfig) -> None:
@@ -143,7 +143,7 @@ def _decode(bag: Path, config: AssemblerConfig) -> None:
 def _assemble(bag: Path, config: AssemblerConfig) -> None:
     wanted = _wanted(config)
     with BagSource(bag) as source:
-        static = (each.message for each in source.messages({f'{Topics().tf}_static': TF}))
+        static = (each.message for each in source.messages({'/tf_static': TF}))
         tf = BagTf(config.odom_frame, config.frame_id, static)
         assembly = BagAssembly(
             config, lambda *cloud: None, None if config.ego_motion == 'off' else tf

@@ -97,9 +97,9 @@ def test_a_frame_that_moves_itself(bag):
 def test_of_several_topics_of_transforms_one_can_be_chosen(bag):
     moving = [[(0.0, 'odom', 'pivot', (t, 0.0, 0.0), UNTURNED)] for t in (0.5, 1.0)]
     path = bag(moving, [])
-    assert read_odometry(path, OF_PIVOT, Topics('', '', '/tf')).poses.position[0, 0] == 1.0
+    assert read_odometry(path, OF_PIVOT, Topics(tf='/tf')).poses.position[0, 0] == 1.0
     with pytest.raises(BagError, match='no topic /left/tf; it has /tf '):
-        read_odometry(path, OF_PIVOT, Topics('', '', '/left/tf'))
+        read_odometry(path, OF_PIVOT, Topics(tf='/left/tf'))
 
 
 def test_transforms_without_a_stamp_are_left_out(bag):

@@ -94,8 +94,7 @@ def test_a_bag_of_ros_1_with_a_hanging_lidar_that_tilts_down(simulated, tmp_path
     convert = sys.executable, '-m', 'rosbags.convert'  # which is what rosbags-convert runs
     subprocess.run([*convert, '--src', tmp_path / 'other.bag', '--dst', converted], check=True)
     (tmp_path / 'lidar.yaml').write_text(PARAMETERS)
-    topics = '--scan', '/tilt_scan', '--joint-states', '/r/joints'
-    found = points_of(converted, '--params', tmp_path / 'lidar.yaml', *topics)
+    found = points_of(converted, '--params', tmp_path / 'lidar.yaml')
     assert len(found) == len(expected) > 20_000
     for axis in 'xyz':
         np.testing.assert_allclose(found[axis], expected[axis], atol=1e-5)

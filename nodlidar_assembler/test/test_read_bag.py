@@ -71,7 +71,7 @@ def test_another_lidar_and_joint_of_the_bag_do_not_count(simulated, tmp_path):
     )
     bag = write_messages(tmp_path / 'bag', entries)
     expected = read_bag(write_messages(tmp_path / 'one', entries_of(simulated)), CONFIG)
-    chosen = Topics('', '/joint_states', '')
+    chosen = Topics()
     found = read_bag(bag, CONFIG, chosen)
     np.testing.assert_array_equal(found.sample_pitch, expected.sample_pitch)
     np.testing.assert_array_equal(
@@ -92,11 +92,11 @@ def test_where_several_lidars_are_recorded_one_is_to_be_chosen(simulated, tmp_pa
     assert len(one.scans) == len(simulated.scan_stamp_ns)
     entries = beside(entries, '/right/scan', '/left/scan', lambda m: m)
     bag = write_messages(tmp_path / 'bag', entries)
-    with pytest.raises(BagError, match='scans on /left/scan, /right/scan: choose one with --scan'):
+    with pytest.raises(BagError, match='on /left/scan, /right/scan: choose one with --scan'):
         read_bag(bag, CONFIG)
-    assert len(read_bag(bag, CONFIG, Topics('/right/scan', '', '')).scans) == len(one.scans)
+    assert len(read_bag(bag, CONFIG, Topics(scan='/right/scan')).scans) == len(one.scans)
     with pytest.raises(BagError, match='no topic /up/scan; it has'):
-        read_bag(bag, CONFIG, Topics('/up/scan', '', ''))
+        read_bag(bag, CONFIG, Topics(scan='/up/scan'))
 
 
 def test_what_of_a_drive_could_not_be_used_is_told(tmp_path):

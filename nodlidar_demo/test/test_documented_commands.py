@@ -51,8 +51,7 @@ RUN_ELSEWHERE = {
     'make demo-mapping',
     'ros2 run nodlidar_demo demo',
     'rosbags-convert --src tilting.bag --dst tilting',
-    'ros2 run nodlidar_assembler assemble_bag tilting tilting.ply --params lidar.yaml '
-    '--scan /tilt_scan',
+    'ros2 run nodlidar_assembler assemble_bag tilting tilting.ply --params lidar.yaml',
 }
 
 

@@ -8,7 +8,6 @@ import sys
 import time
 from typing import TypeVar
 
-from nodlidar_assembler.bags.bag_types import ANY
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import clouds_in
@@ -115,5 +114,5 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
     parser.add_argument(
         '--params', type=Path, metavar='YAML', help='parameter file of assembler and mapper'
     )
-    add_topics(parser, ANY)
+    add_topics(parser)
     return parser.parse_args(argv)

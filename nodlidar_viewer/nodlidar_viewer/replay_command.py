@@ -6,7 +6,7 @@ from pathlib import Path
 import sys
 import time
 
-from nodlidar_assembler.bags.bag_types import ANY, BagError, Topics
+from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import clouds_in
@@ -89,7 +89,7 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
     parser = LineParser('view_bag', description)
     parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
     parser.add_argument('--params', type=Path, metavar='YAML', help='parameters of the assembler')
-    add_topics(parser, ANY)
+    add_topics(parser)
     parser.add_argument('--host', default='127.0.0.1', help='address of the page')
     parser.add_argument('--port', type=int, default=ViewerConfig.port, help='port of the page')
     return parser.parse_args(argv)

@@ -14,9 +14,9 @@ NOD = Nod(-0.6, 0.6, 4001 * 0.1 / 1024, 4001, 10**18)
 
 def test_why_there_is_no_odometry_is_told(tmp_path, capsys):
     write_bag(simulate(load_scene('wall'), NOD, 1.0, start_ns=10**18), tmp_path / 'bag')
-    frame, clouds = _clouds_of(tmp_path / 'bag', None, Topics('', '', ''))
+    frame, clouds = _clouds_of(tmp_path / 'bag', None, Topics())
     assert (frame, capsys.readouterr().err) == ('odom', '')
-    frame, clouds = _clouds_of(tmp_path / 'bag', None, Topics('', '', '/robot/tf'))
+    frame, clouds = _clouds_of(tmp_path / 'bag', None, Topics(tf='/robot/tf'))
     assert frame == 'nodlidar_base_link'
     assert clouds
     assert 'without odometry: ' in (told := capsys.readouterr().err)
@@ -28,6 +28,6 @@ def test_transforms_that_could_not_be_used_are_told(tmp_path, capsys):
     stamps_ns = recording.odometry_stamp_ns.copy()
     stamps_ns[3:5] = 0
     write_bag(replace(recording, odometry_stamp_ns=stamps_ns), tmp_path / 'bag')
-    frame, _ = _clouds_of(tmp_path / 'bag', None, Topics('', '', ''))
+    frame, _ = _clouds_of(tmp_path / 'bag', None, Topics())
     assert frame == 'odom'
     assert 'dropped: 2 transform without a stamp on /tf' in capsys.readouterr().err

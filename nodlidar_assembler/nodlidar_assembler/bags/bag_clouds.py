@@ -10,8 +10,8 @@ from typing import Protocol
 
 from nodlidar_assembler.bags.bag_assembly import BagAssembly, PublishLevel
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.bag_types import BagError, JOINT_STATE, SCAN, TF, Topics
+from nodlidar_assembler.bags.bag_tf import tf_in
+from nodlidar_assembler.bags.bag_types import BagError, TF, Topics
 from nodlidar_assembler.bags.cloud_bag import CloudBag
 from nodlidar_assembler.bags.point_files import OutputError, pcd_header, ply_header, PointFile
 from nodlidar_assembler.clouds.assembly import Points
@@ -86,13 +86,15 @@ def write_clouds(
     _check_output(path, bag, config)
     begin = time.perf_counter()
     with BagSource(bag) as source, _with_damage(source):
-        required = _required(source, topics, config)
+        wanted, tf = source.inputs(topics), None
+        if config.ego_motion != 'off':
+            moving = source.topic(TF, topics.tf)
+            wanted[moving], tf = TF, tf_in(source, moving, config)
         first_ns, last_ns = source.span_ns
         replaced = [f"'{path}' existed and was replaced"] if path.exists() else []
         with open_output(path, config) as file:
-            tf = _tf(source, topics, config)
             assembly = BagAssembly(config, file.write, tf, _level_output(file, config))
-            for k, recorded in enumerate(source.messages(required)):
+            for k, recorded in enumerate(source.messages(wanted)):
                 assembly.add(recorded)
                 if not k % _MESSAGES_BETWEEN:
                     on_progress(recorded.time_ns, first_ns, last_ns)
@@ -122,28 +124,6 @@ def _with_damage(source: BagSource) -> Iterator[None]:
         yield
     except BagError as error:
         raise BagError('; '.join([str(error), *source.damage])) from error
-
-
-def _required(source: BagSource, topics: Topics, config: AssemblerConfig) -> dict[str, str]:
-    """Return the topics to read with their types; raise BagError if the bag lacks one."""
-    required = [(topics.scan, SCAN), (topics.joint_states, JOINT_STATE)]
-    if config.ego_motion != 'off':
-        required.append((topics.tf, TF))
-    for topic, kind in required:
-        source.require(topic, kind)
-    return dict(required)
-
-
-def _tf(source: BagSource, topics: Topics, config: AssemblerConfig) -> BagTf | None:
-    if config.ego_motion == 'off':
-        return None
-    static, moving = (
-        (recorded.message for recorded in source.messages({topic: TF}))
-        for topic in (f'{topics.tf}_static', topics.tf)
-    )
-    tf = BagTf(config.odom_frame, config.frame_id, static, moving)
-    del source.unreadable[topics.tf]  # they are counted when they are read again
-    return tf
 
 
 def _check_result(source: BagSource, assembly: BagAssembly) -> None:

@@ -10,7 +10,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_types import BagError, STORE
+from nodlidar_assembler.bags.bag_types import (
+    BagError,
+    JOINT_STATE,
+    SCAN,
+    STATIC,
+    STORE,
+    Topics,
+    USUAL,
+)
 from nodlidar_assembler.bags.cut_mcap import CutMcapReader
 from nodlidar_assembler.bags.cut_sqlite import CutSqliteReader
 from rosbags.interfaces import Connection
@@ -153,14 +161,32 @@ class BagSource:
         """Return the type of each topic."""
         return {c.topic: c.msgtype for each in self._readers for c in each.connections}
 
-    def require(self, topic: str, kind: str) -> None:
-        """Raise BagError unless the bag has a topic of a type."""
+    def topic(self, kind: str, chosen: str) -> str:
+        """Return the chosen topic of a type; if empty, the usual one, or the only one.
+
+        Raises
+        ------
+        BagError
+            If the bag lacks it, or has several to choose from.
+        """
         types = self.types
+        usual, option = USUAL[kind]
+        found = [name for name, of in types.items() if of == kind and not name.endswith(STATIC)]
+        if not chosen and usual not in found and len(found) > 1:
+            names = ', '.join(sorted(found))
+            raise BagError(f"'{self.path}' has {kind} on {names}: choose one with {option}")
+        topic = chosen or (usual if usual in found or not found else found[0])
         if topic not in types:
             present = ', '.join(f'{name} ({of})' for name, of in sorted(types.items()))
             raise BagError(f"'{self.path}' has no topic {topic}; it has {present or 'none'}")
         if types[topic] != kind:
             raise BagError(f'{topic} is of the type {types[topic]}, not {kind}')
+        return topic
+
+    def inputs(self, topics: Topics) -> dict[str, str]:
+        """Return the topics of scans and joint states with their types; raises as `topic`."""
+        scan, joint_states = topics.scan, topics.joint_states
+        return {self.topic(SCAN, scan): SCAN, self.topic(JOINT_STATE, joint_states): JOINT_STATE}
 
     @property
     def span_ns(self) -> tuple[int, int]:

@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from nodlidar_assembler.bags.bag_source import BagSource
+from nodlidar_assembler.bags.bag_types import STATIC, TF
 from nodlidar_assembler.bags.transforms import (
     carried,
     Fixed,
@@ -10,6 +12,7 @@ from nodlidar_assembler.bags.transforms import (
     fixed_transforms,
     numbers,
 )
+from nodlidar_assembler.waiting import WaitingConfig
 from nodlidar_common.stamps import time_ns
 import numpy as np
 
@@ -75,6 +78,17 @@ class BagTf:
             if ends == self._wanted:
                 p, q = entry.transform.translation, entry.transform.rotation
                 yield time_ns(entry.header.stamp), (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+
+
+def tf_in(source: BagSource, topic: str, config: WaitingConfig) -> BagTf:
+    """Return the odometry of frame_id in a bag, by the topic of the moving transforms."""
+    static, moving = (
+        (recorded.message for recorded in source.messages({name: TF}))
+        for name in (topic + STATIC, topic)
+    )
+    tf = BagTf(config.odom_frame, config.frame_id, static, moving)
+    del source.unreadable[topic]  # they are counted when they are read again
+    return tf
 
 
 def _never_moving(messages: Iterable[Any], odom_frame: str, carrier: str) -> Fixed:

@@ -12,14 +12,20 @@ TF = 'tf2_msgs/msg/TFMessage'
 
 @dataclass(frozen=True, slots=True)
 class Topics:
-    """Input topics in a bag; fixed transforms are on `tf` + '_static'."""
+    """Input topics in a bag; where empty, the usual one, or the only one of its type."""
 
-    scan: str = '/scan'
-    joint_states: str = '/joint_states'
-    tf: str = '/tf'
+    scan: str = ''
+    joint_states: str = ''
+    tf: str = ''
 
 
-ANY = Topics('', '', '')  # those that the bag has
+# The usual topic of each type, and the option that names another one.
+USUAL = {
+    SCAN: ('/scan', '--scan'),
+    JOINT_STATE: ('/joint_states', '--joint-states'),
+    TF: ('/tf', '--tf'),
+}
+STATIC = '_static'  # behind the topic of moving transforms: that of the fixed ones
 
 
 class BagError(NodlidarError):

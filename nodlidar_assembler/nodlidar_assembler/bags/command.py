@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, write_clouds
-from nodlidar_assembler.bags.bag_types import Topics
+from nodlidar_assembler.bags.bag_types import Topics, USUAL
 from nodlidar_assembler.clouds.level_ranges import LEVEL_SCANS
 from nodlidar_assembler.clouds.pipeline import CLOUD_MODES, EGO_MOTION_MODES
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
@@ -66,15 +66,11 @@ def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerCo
     return config
 
 
-def add_topics(parser: argparse.ArgumentParser, default: Topics) -> None:
-    """Add the options of the topics in a bag, with a default or ANY."""
-    for option, topic, otherwise in (
-        ('--scan', default.scan, f'{Topics().scan}, or the only one with scans'),
-        ('--joint-states', default.joint_states, 'all that the bag has'),
-        ('--tf', default.tf, 'all that the bag has'),
-    ):
-        said = f'default: {topic or otherwise}'
-        parser.add_argument(option, metavar='TOPIC', default=topic, help=said)
+def add_topics(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the topics in a bag."""
+    for usual, option in USUAL.values():
+        said = f'default: {usual}, or the only one of its type'
+        parser.add_argument(option, metavar='TOPIC', default='', help=said)
 
 
 def topics_of(arguments: argparse.Namespace) -> Topics:
@@ -146,5 +142,5 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
         ('--level-scan', LEVEL_SCANS),
     ):
         parser.add_argument(option, choices=choices, help='parameter; overrides the file')
-    add_topics(parser, Topics())
+    add_topics(parser)
     return parser.parse_args(argv)

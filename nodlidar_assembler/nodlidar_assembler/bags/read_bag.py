@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.bag_types import ANY, BagError, JOINT_STATE, SCAN, TF, Topics
+from nodlidar_assembler.bags.bag_tf import tf_in
+from nodlidar_assembler.bags.bag_types import BagError, SCAN, TF, Topics
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
@@ -19,6 +19,8 @@ from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
+
+USUAL_TOPICS = Topics()
 
 
 class LogGatherer:
@@ -74,7 +76,7 @@ class LogGatherer:
         return SensorLog(scans, *ordered_samples(stamps_ns, pitch), drops=self.drops)
 
 
-def read_bag(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> SensorLog:
+def read_bag(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS) -> SensorLog:
     """Return the scans and the samples of the nod joint in a ROS 2 bag.
 
     Parameters
@@ -82,18 +84,17 @@ def read_bag(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Senso
     path, config
         The bag; conventions of its messages.
     topics
-        By default, scans are those of /scan or of the only topic of LaserScans.
+        Topics to read; see Topics.
 
     Raises
     ------
     BagError
-        If the bag has no valid scans or positions of that joint, lacks a topic, has several with
-        scans to choose from, or cannot be read at all.
+        If the bag has no valid scans or positions of that joint, lacks a topic, has several to
+        choose from, or cannot be read at all.
     """
     gatherer = LogGatherer(config)
     with BagSource(path) as source:
-        wanted = _of_lidar(source, topics) | _of_kind(source, JOINT_STATE, topics.joint_states)
-        log = gatherer.read(source, wanted)
+        log = gatherer.read(source, source.inputs(topics))
     counts = (f'{count} {reason}' for reason, count in log.drops.items())
     drops = ', '.join([*counts, *log.damage])
     if not log.scans:
@@ -104,32 +105,13 @@ def read_bag(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Senso
     return log
 
 
-def _of_lidar(source: BagSource, topics: Topics) -> dict[str, str]:
-    """Return the topic of the scans; raise BagError if a bag lacks it or has too many."""
-    found, usual = _of_kind(source, SCAN, topics.scan), Topics().scan
-    if usual in found:
-        return {usual: SCAN}
-    if len(found) > 1:
-        names = ', '.join(sorted(found))
-        raise BagError(f"'{source.path}' has scans on {names}: choose one with --scan")
-    return found
-
-
-def _of_kind(source: BagSource, kind: str, chosen: str) -> dict[str, str]:
-    """Return the topics of a type, or the chosen one; raise BagError if the bag lacks it."""
-    if chosen:
-        source.require(chosen, kind)
-        return {chosen: kind}
-    return {topic: of for topic, of in source.types.items() if of == kind}
-
-
-def read_drive(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> SensorLog:
+def read_drive(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS) -> SensorLog:
     """Return the same with the odometry of frame_id; raises as `read_bag` and `read_odometry`."""
     return with_odometry(read_bag(path, config, topics), path, config, topics)
 
 
 def with_odometry(
-    log: SensorLog, path: Path, config: AssemblerConfig, topics: Topics = ANY
+    log: SensorLog, path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS
 ) -> SensorLog:
     """Return a log of a bag with its odometry, and what of it could not be used."""
     odometry, drops, damage = _odometry(path, config, topics)
@@ -137,10 +119,10 @@ def with_odometry(
     return replace(log, odometry=odometry, drops=log.drops + drops, damage=damage)
 
 
-def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = ANY) -> Odometry:
+def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS) -> Odometry:
     """Return the odometry of frame_id: the transforms from odom_frame to its carrier.
 
-    Of equal stamps the last one counts. By default, the transforms of all topics count.
+    Of equal stamps the last one counts.
 
     Raises
     ------
@@ -158,20 +140,12 @@ def _odometry(
 ) -> tuple[Odometry, Counter[str], list[str]]:
     """Return odometry, the transforms that could not be used, and the damage of the bag."""
     with BagSource(path) as source:
-        moving = {each: TF for each in _of_kind(source, TF, topics.tf) if not _is_static(each)}
-        fixed = {each: TF for each in source.types if _is_static(each)}
-        if topics.tf:
-            fixed = {f'{topics.tf}_static': TF}
-        tf = BagTf(
-            config.odom_frame,
-            config.frame_id,
-            (recorded.message for recorded in source.messages(fixed)),
-            (recorded.message for recorded in source.messages(moving)),
-        )
-        for topic in moving:
-            del source.unreadable[topic]  # they are counted when they are read again
+        topic = source.topic(TF, topics.tf)
+        tf = tf_in(source, topic, config)
         poses = [
-            pose for recorded in source.messages(moving) for pose in tf.samples(recorded.message)
+            pose
+            for recorded in source.messages({topic: TF})
+            for pose in tf.samples(recorded.message)
         ]
         damage = source.damage
     samples = {stamp_ns: (*place, *turn) for stamp_ns, place, turn in poses if stamp_ns}
@@ -183,7 +157,3 @@ def _odometry(
     odometry = Odometry(times_ns, Poses(numbers[:, :3], numbers[:, 3:])).mounted(tf.mount)
     unstamped = sum(not stamp_ns for stamp_ns, _, _ in poses)
     return odometry, Counter({UNSTAMPED: unstamped} if unstamped else {}), damage
-
-
-def _is_static(topic: str) -> bool:
-    return topic.endswith('tf_static')
