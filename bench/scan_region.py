@@ -97,7 +97,7 @@ def scanned(servo: str, rate: int, seed: int) -> tuple[float, float, bool]:
         if now_ns - sent_ns > NS_PER_S / config.command_rate:
             command()
         if going is None and now_ns >= goal_ns:
-            plan = region_plan(region, controller.config, controller.task, mount)
+            plan = region_plan(region, controller.view.config, controller.view.task, mount)
             going = RegionScan(plan, now_ns, controller.take_over(plan.shape, now_ns))
             command()
         for outcome in assembler.ready(now_ns):

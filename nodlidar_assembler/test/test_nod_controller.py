@@ -196,7 +196,7 @@ def test_a_plan_is_for_the_lidar_that_was_seen():
     controller = NodController(AssemblerConfig(samples_per_sweep=4001))
     run(controller, 3, beams=Beams(other, REFERENCE_MOUNT))
     controller.plan(AssemblerConfig(samples_per_sweep=6003), BEGIN_NS + 3 * PERIOD_NS)
-    assert controller.config.steps_per_revolution == 360
+    assert controller.view.config.steps_per_revolution == 360
     assert math.gcd(controller.planned.samples_per_sweep, 360) == 1
 
 
@@ -210,6 +210,6 @@ def test_after_a_plan_the_nod_is_clocked_by_the_steps_that_it_is_coprime_with():
     controller.plan(AssemblerConfig(pitch_max=0.4), BEGIN_NS + 3 * PERIOD_NS)
     run(controller, 3, 4, beams=Beams(other, REFERENCE_MOUNT))
     nod, _ = controller.command
-    steps = controller.config.steps_per_revolution
+    steps = controller.view.config.steps_per_revolution
     assert math.gcd(nod.samples_per_sweep, steps) == 1
     assert nod.sweep_duration == pytest.approx(nod.samples_per_sweep * 0.1 / steps)

@@ -149,7 +149,7 @@ def follow(region, begin_ns=BEGIN_NS, mode='coprime', view=URG, revolutions=2000
         controller.add_beams(stamp_ns, beams, pitch, now_ns)
         commands.append(controller.command)
         if number == 30:
-            plan = region_plan(region, controller.config, controller.task, MOUNT)
+            plan = region_plan(region, controller.view.config, controller.view.task, MOUNT)
             scan = RegionScan(plan, now_ns, controller.take_over(plan.shape, now_ns))
             commands.append(controller.command)
         elif scan is not None:

@@ -11,7 +11,6 @@ from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.takeover import Takeover
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
-from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.schedule import even_rows, shortest_interlaced
 import numpy as np
 from numpy.typing import NDArray
@@ -27,33 +26,23 @@ class NodController:
     every sweep is chosen for the unseen cells; with 'interlaced' slow sweeps up, of at most N_s,
     lie between each other, and returns are fast. A new shape begins with the planned nod. A nod
     that takes over is steady, whatever the mode, until it is given back.
+
+    Attributes
+    ----------
+    view
+        The planned nod, and the cells in the whole window, for the lidar that sends the scans.
     """
 
     def __init__(self, config: NodConfig) -> None:
-        self._view = LidarView(config)
+        self.view = LidarView(config)
         self._clock = NodClock(self.planned, config.steps_per_revolution)
         self._sweeps: ChosenSweeps | None = None
         self._takeover: Takeover | None = None
 
     @property
-    def task(self) -> Task:
-        """The cells in the whole window of the lidar."""
-        return self._view.task
-
-    @property
-    def step(self) -> float:
-        """Angle between two beams of the lidar [rad]; 0 before the first scan."""
-        return self._view.step
-
-    @property
-    def config(self) -> NodConfig:
-        """The planned nod, for the N_L of the lidar."""
-        return self._view.config
-
-    @property
     def planned(self) -> NodShape:
         """The planned limits and N_s."""
-        config = self.config
+        config = self.view.config
         return NodShape(config.pitch_min, config.pitch_max, config.samples_per_sweep)
 
     @property
@@ -87,11 +76,11 @@ class NodController:
         lidar = self._clock.revolutions
         restarts = lidar.restarts
         self._clock.add_scan(geometry, stamp_ns)
-        looked = self._view.look(geometry)
+        looked = self.view.look(geometry)
         taken = self._takeover is not None
-        if looked and (taken or self.config.steps_per_revolution != self._clock.steps):
-            self._clock.steps = self.config.steps_per_revolution
-            shape = replace(self.shape, samples_per_sweep=self.config.samples_per_sweep)
+        if looked and (taken or self.view.config.steps_per_revolution != self._clock.steps):
+            self._clock.steps = self.view.config.steps_per_revolution
+            shape = replace(self.shape, samples_per_sweep=self.view.config.samples_per_sweep)
             self._restart(self.planned if taken else shape, lidar.begin_ns)
         elif self._sweeps is not None and (looked or lidar.restarts > restarts):
             self._restart(self.shape, lidar.begin_ns)
@@ -128,7 +117,7 @@ class NodController:
         present = self._nod_at(now_ns)
         if present is None:
             raise ParameterError('scan', 'received before the nod can be taken over', None)
-        self._takeover = Takeover(present, shape, now_ns, self.config)
+        self._takeover = Takeover(present, shape, now_ns, self.view.config)
         self._sweeps = None
         self._clock.begin(shape, self._takeover.place, self._takeover.begin_ns)
         return self._takeover.begin_ns
@@ -150,8 +139,8 @@ class NodController:
 
         If another nod took over, the planned one counts when it is given back.
         """
-        self._view.plan(config)
-        self._clock.steps = self.config.steps_per_revolution
+        self.view.plan(config)
+        self._clock.steps = self.view.config.steps_per_revolution
         if self._takeover is None:
             self._restart(self.planned, now_ns)
 
@@ -188,7 +177,7 @@ class NodController:
             If sweeps cannot be chosen for this lidar, or not be interlaced with so few samples;
             see ChosenSweeps.choose and shortest_interlaced. The nod is then the planned one.
         """
-        planned = self.config.nod_mode == 'coprime' or self._takeover is not None
+        planned = self.view.config.nod_mode == 'coprime' or self._takeover is not None
         if planned or self._clock.nod is None:
             return False
         if self._sweeps is None:
@@ -201,8 +190,8 @@ class NodController:
             raise
 
     def _begin(self, planned: Nod) -> ChosenSweeps:
-        config = self.config
-        task = replace(self._view.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
+        config = self.view.config
+        task = replace(self.view.task, pitch_min=planned.pitch_min, pitch_max=planned.pitch_max)
         beam_period = planned.sweep_duration / planned.samples_per_sweep
         fewest = config.fewest_samples(planned.span, beam_period)
         schedule = None

@@ -77,7 +77,8 @@ class CoverageReport:
         message = self._message
         message.header.stamp = self._clock.now().to_msg()
         fill_coverage(message, covered)
-        message.time_to_see_all = math.nan if self._nod is None else self._nod.round_time
+        nod = self._nod
+        message.time_to_see_all = math.nan if nod is None else nod.controller.round_time
         self._publisher.publish(message)
 
 

@@ -34,13 +34,18 @@ class NodCommander:
         The host's clocks.
     survival
         Catches errors of the timer.
+
+    Attributes
+    ----------
+    controller
+        What is commanded.
     """
 
     def __init__(
         self, node: Node, config: AssemblerConfig, clock: HostClock, survival: Survival
     ) -> None:
         self._node, self._config, self._clock = node, config, clock
-        self._controller = NodController(config)
+        self.controller = NodController(config)
         self._last_scan_ns = 0  # steady clock, like the timer
         self._stamp_clock = StampClock()
         self._warn_if_samples_repeat()
@@ -56,25 +61,15 @@ class NodCommander:
             node, _LATE / config.command_rate, survival.guarded(self._publish)
         )
 
-    @property
-    def controller(self) -> NodController:
-        """What is commanded."""
-        return self._controller
-
-    @property
-    def round_time(self) -> float:
-        """Duration of the last complete round [s]; see NodController."""
-        return self._controller.round_time
-
     def follow_lidar(self, scan: Scan) -> None:
         """Keep the nod phase-locked to the lidar; publish the first command at once."""
-        first = self._controller.command is None
+        first = self.controller.command is None
         self._last_scan_ns = steady_ns()
         since_ns = self._last_scan_ns - self._published_ns
-        due = first or self._controller.approaching or since_ns >= _SOON * self._interval_ns
+        due = first or self.controller.approaching or since_ns >= _SOON * self._interval_ns
         self._stamp_clock.add(scan.end_ns, self._clock.deadline_clock_ns())
         try:
-            self._controller.add_scan(scan.geometry, scan.stamp_ns)
+            self.controller.add_scan(scan.geometry, scan.stamp_ns)
         except ParameterError as error:
             self._error(f'no nod commanded: {error}')
         else:
@@ -87,24 +82,24 @@ class NodCommander:
         """Continue with another planned nod; publish it at once."""
         self._config = config
         self._warn_if_samples_repeat()
-        self._controller.plan(config, self.now_ns())
+        self.controller.plan(config, self.now_ns())
         self._publish()
 
     def clock_was_set(self, step_ns: int) -> None:
         """Continue the nod after the clock was set by a step [ns]; publish it at once."""
-        self._controller.shift(step_ns)
+        self.controller.shift(step_ns)
         self._stamp_clock.shift(step_ns)
         self._publish()
 
     def take_over(self, shape: NodShape) -> int:
         """Nod with a shape; return from when on [ns]. See NodController."""
-        begin_ns = self._controller.take_over(shape, self.now_ns())
+        begin_ns = self.controller.take_over(shape, self.now_ns())
         self._publish()
         return begin_ns
 
     def give_back(self) -> None:
         """Return to the planned nod, and from the next scan on to adapted limits."""
-        self._controller.give_back(self.now_ns())
+        self.controller.give_back(self.now_ns())
         self._publish()
 
     @property
@@ -115,9 +110,9 @@ class NodCommander:
     def adapt(self, shape: NodShape | None, assembled: Assembled) -> None:
         """Apply a shape, or the configured one, and the coverage of a scan to the nod."""
         now_ns = self.now_ns()
-        changed = self._controller.change(shape or self._controller.planned, now_ns)
+        changed = self.controller.change(shape or self.controller.planned, now_ns)
         try:
-            chosen = self._controller.add_beams(
+            chosen = self.controller.add_beams(
                 assembled.scan.stamp_ns, assembled.beams, assembled.pitch, now_ns
             )
         except ParameterError as error:
@@ -128,7 +123,7 @@ class NodCommander:
 
     def _publish(self) -> None:
         """Publish the command while scans arrive: without them the servo must let go."""
-        command = self._controller.command
+        command = self.controller.command
         if command is not None and not self.silent:
             nod, start_ns = command
             message = nod_to_message(nod, self.now_ns(), self._config.frame_id, start_ns)
@@ -146,7 +141,7 @@ class NodCommander:
 
     def _warn_of_other_steps(self) -> None:
         """Warn if the lidar has another N_L than configured."""
-        steps, found = self._config.steps_per_revolution, self._controller.config
+        steps, found = self._config.steps_per_revolution, self.controller.view.config
         if found.steps_per_revolution != steps:
             self._node.get_logger().warning(
                 f'steps_per_revolution = {steps}, but angle_increment of the scan implies '

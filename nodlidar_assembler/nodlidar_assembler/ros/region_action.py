@@ -150,8 +150,8 @@ class RegionAction:
             raise RegionError('no scans arrive')
         keys = Region.__dataclass_fields__
         region = Region(**{key: getattr(goal, key) for key in keys})
-        controller = self._nod.controller
-        plan = region_plan(region, controller.config, controller.task, self.mount, controller.step)
+        view = self._nod.controller.view
+        plan = region_plan(region, view.config, view.task, self.mount, view.step)
         start_ns = self._nod.now_ns()
         begin_ns = self._nod.take_over(plan.shape)
         try:
