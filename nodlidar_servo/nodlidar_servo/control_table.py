@@ -19,7 +19,8 @@ PRESENT_1 = struct.Struct('<HHHBB')  # 36..43: position, speed, load, voltage, t
 _PRESENT_2 = struct.Struct('<hii8xHB')  # 126..146: load, velocity, position, voltage, temperature
 _DRIVE_1 = struct.Struct('<HH')  # goal, moving speed
 _DRIVE_2 = struct.Struct('<II')  # profile velocity, goal
-_POSITION_MODE, _TIME_BASED, _REVERSED = 3, 0x04, 0x01
+_POSITION_MODE = 3
+TIME_BASED, REVERSED = 0x04, 0x01  # bits of the drive mode of Protocol 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +159,7 @@ class _Table2(ControlTable):
         wrong = ''
         if mode != _POSITION_MODE:
             wrong = f'in operating mode {mode} (address 11): set it to 3, position control'
-        elif drive & (_TIME_BASED | _REVERSED):
+        elif drive & (TIME_BASED | REVERSED):
             wrong = f'in drive mode {drive} (address 10): set it to 0'
         voltages = least / 10.0, most / 10.0
         shutdown <<= HARDWARE_ERRORS

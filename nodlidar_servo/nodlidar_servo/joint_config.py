@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
@@ -38,6 +39,11 @@ class JointConfig:
     def pitch_limits(self) -> tuple[float, float]:
         """Lowest and highest pitch that the mount allows [rad]."""
         return self.pitch_lower_limit, self.pitch_upper_limit
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """What the joint can do with its load."""
+        raise NotImplementedError
 
     def check_together(self) -> None:
         """Check the pitch limits against each other; raises ParameterError."""

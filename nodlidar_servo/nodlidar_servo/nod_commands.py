@@ -2,29 +2,16 @@
 
 from dataclasses import dataclass, replace
 import math
-from typing import Protocol
 
-from nodlidar_common.dynamics import check_nod, Dynamics
+from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.phase import LONGEST_LEAD
 from nodlidar_common.tracking import NodTracker
+from nodlidar_servo.joint_config import JointConfig
 
 FARTHEST_START = 60.0
 """A command may precede its start by up to this time [s]; a later start is a mistake."""
-
-
-class MountLimits(Protocol):
-    """The limits of a mount and its actuator; those of a parameter class."""
-
-    @property
-    def pitch_lower_limit(self) -> float: ...  # noqa: D102
-    @property
-    def pitch_upper_limit(self) -> float: ...  # noqa: D102
-    @property
-    def command_timeout(self) -> float: ...  # noqa: D102
-    @property
-    def dynamics(self) -> Dynamics: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +61,7 @@ class NodCommands:
         Why the last of them was refused; empty if there was none.
     """
 
-    def __init__(self, config: MountLimits) -> None:
+    def __init__(self, config: JointConfig) -> None:
         self._config = config
         self._dynamics = config.dynamics
         self._tracker: NodTracker | None = None

@@ -9,7 +9,8 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Progress
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.nod_commands import MountLimits, NodCommands
+from nodlidar_servo.joint_config import JointConfig
+from nodlidar_servo.nod_commands import NodCommands
 from nodlidar_servo.sample import Sample
 from sensor_msgs.msg import JointState
 
@@ -40,7 +41,7 @@ def fill_joint_state(message: JointState, sample: Sample) -> None:
     message.effort[0] = sample.load
 
 
-def status_message(progress: Progress | None, now_ns: int, config: MountLimits) -> NodStatus:
+def status_message(progress: Progress | None, now_ns: int, config: JointConfig) -> NodStatus:
     """Return the status at a time [ns]; no progress if the servo does not follow a nod."""
     message = NodStatus(
         following=progress is not None,

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.control_table import REVERSED, TIME_BASED
 from nodlidar_servo.setup.condition import Condition
 from nodlidar_servo.setup.registers import rate_code, registers_of
-
-_TIME_BASED, _REVERSED = 0x04, 0x01
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +64,7 @@ def _modes(condition: Condition) -> dict[str, tuple[int, str]]:
     if position_mode is not None:
         modes['operating mode'] = position_mode, 'position control'
     if 'drive mode' in condition.values:
-        drive = condition.values['drive mode'] & ~(_TIME_BASED | _REVERSED)
+        drive = condition.values['drive mode'] & ~(TIME_BASED | REVERSED)
         modes['drive mode'] = drive, 'speeds, not durations; not reversed'
     return modes
 

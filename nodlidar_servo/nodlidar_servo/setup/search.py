@@ -29,7 +29,7 @@ BROADCAST, LAST_ID = 0xFE, 252
 _BYTES = 4096
 _WAIT = 0.045  # s; a reply, with an adapter that holds it back for 16 ms
 _LATER = {1.0: 0.0, 2.0: 0.76}  # s; the last reply to a ping of all, at 3 ms per ID
-_OVERHEADS, _PING_DATA = 32, 3  # bytes of request and reply, at most; of a ping's reply
+OVERHEADS, _PING_DATA = 32, 3  # bytes of request and reply, at most; of a ping's reply
 _SPACING = 0.02  # of bit rates; a UART bears more
 _REPEATS = 4
 _LISTENING_RATE, _LISTENED = 115_200, 0.15  # bit/s, any does; s, longer than a revolution
@@ -176,7 +176,7 @@ def is_shared(port: SerialPort, found: Found, address: int, size: int) -> bool:
     """
     packets = found.packets
     request = found.servo_id, READ, packets.number(address) + packets.number(size)
-    odd, wait = 0, reply_wait(found.baud_rate, size + _OVERHEADS)
+    odd, wait = 0, reply_wait(found.baud_rate, size + OVERHEADS)
     for _ in range(_REPEATS):
         received = exchange(port, packets, request, wait)
         sound = answers(packets, received)
@@ -201,7 +201,7 @@ def _sealed(packets: PacketFormat, packet: bytes) -> bytes:
 
 def _all_ids(port: SerialPort, trial: Trial) -> Sequence[int]:
     packets = trial.packets
-    wait = reply_wait(trial.baud_rate, _OVERHEADS) + _LATER[packets.version]
+    wait = reply_wait(trial.baud_rate, OVERHEADS) + _LATER[packets.version]
     received = exchange(port, packets, (BROADCAST, PING, b''), wait)
     found = sorted({answer.servo_id for answer in answers(packets, received)})
     size = packets.answer_overhead + (_PING_DATA if packets is PROTOCOL_2 else 0)
@@ -217,7 +217,7 @@ def _is_noise_of_servos(received: bytes) -> bool:
 
 def _one_by_one(port: SerialPort, trial: Trial) -> Iterator[int]:
     """Yield the IDs that answer when asked alone, also with noise: then two have that ID."""
-    wait = reply_wait(trial.baud_rate, _OVERHEADS)
+    wait = reply_wait(trial.baud_rate, OVERHEADS)
     for servo_id in range(LAST_ID + 1):
         if exchange(port, trial.packets, (servo_id, PING, b''), wait):
             yield servo_id

@@ -16,13 +16,13 @@ from nodlidar_servo.setup.search import (
     Found,
     is_shared,
     OpenAt,
+    OVERHEADS,
     READ,
     reply_wait,
     WRITE,
 )
 
 _ATTEMPTS = 4
-_OVERHEADS = 32  # bytes of request and reply, at most
 
 
 class Session:
@@ -153,7 +153,7 @@ class Session:
         found = self.found
         request = found.servo_id, instruction, parameters
         wait, whole = (
-            reply_wait(found.baud_rate, size + _OVERHEADS),
+            reply_wait(found.baud_rate, size + OVERHEADS),
             size + found.packets.answer_overhead,
         )
         with self._open_at(found.baud_rate) as port:
