@@ -1,6 +1,6 @@
 """The pitch of the beams on motions that no estimator assumes, and on servos by physics.
 
-Motions in closed form start from the reference nod with reversals of 200 rad/s2. The error counts
+Motions in closed form start from the reference nod with reversals of 200 rad/s^2. The error counts
 against the motion that the encoder sees; what backlash and the encoder's nonlinearity add, which
 no joint sample shows, stands beside.
 """

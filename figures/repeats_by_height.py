@@ -72,7 +72,7 @@ def counts_by_height(
     reversal_error
         Standard deviation of the instants of the reversals [s].
     acceleration
-        Of the reversals [rad/s2].
+        Of the reversals [rad/s^2].
     """
     duration = samples_per_sweep * TASK.beam_period
     nod = Nod(

@@ -108,5 +108,5 @@ def test_jitter_is_drawn_by_seed():
 
 def test_a_sweep_too_short_to_turn_around_in_is_refused():
     nod = Nod(-0.6, 0.6, 0.1, 1024, 0)
-    with pytest.raises(ParameterError, match=r'sweep_duration.*200\.0 rad/s2.*0\.1'):
+    with pytest.raises(ParameterError, match=r'sweep_duration.*200\.0 rad/s\^2.*0\.1'):
         triangle_motion(nod, 0, S)

@@ -256,7 +256,7 @@ def test_another_bit_rate_of_the_host_brings_silence(bus):
 
 
 def test_motion_keeps_to_speed_and_acceleration(bus):
-    """A move of 200 ticks: trapezoid of 200 rad/s2 and 270 units of speed."""
+    """A move of 200 ticks: trapezoid of 200 rad/s^2 and 270 units of speed."""
     bus.write_word(32, 270)
     bus.write_word(30, 712)
     begin = bus.clock()

@@ -39,7 +39,7 @@ def test_a_long_way_is_a_trapezoid():
 
 
 def test_a_short_way_is_a_triangle():
-    """0.02 rad at 200 rad/s2: half of it takes sqrt(0.02 / 200) = 10 ms, at most 2 rad/s."""
+    """0.02 rad at 200 rad/s^2: half of it takes sqrt(0.02 / 200) = 10 ms, at most 2 rad/s."""
     motion = ServoMotion()
     motion.set_goal(NOW, -0.02, 100.0)
     at = NOW + np.array([10, 20, 30]) * MS

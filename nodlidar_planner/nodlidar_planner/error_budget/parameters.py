@@ -67,7 +67,7 @@ class ErrorParameters:
         maximum=0.1,
     )
     reversal_acceleration: float = parameter(
-        200.0, 'Acceleration of the reversals', unit='rad/s2', minimum=0.1, maximum=1e5
+        200.0, 'Acceleration of the reversals', unit='rad/s^2', minimum=0.1, maximum=1e5
     )
     joint_delay_error: float = parameter(
         0.0005,

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Swing:
-    """A nod with a speed [rad/s], a sweep duration [s] and an acceleration of reversals [rad/s2].
+    """A nod with a speed [rad/s], a sweep duration [s] and an acceleration of reversals [rad/s^2].
 
     Raises
     ------
@@ -28,7 +28,7 @@ class Swing:
             raise ParameterError('speed', 'above 0 rad/s', self.speed)
         least = 2.0 * self.speed / self.sweep_duration
         if self.acceleration < least:
-            limit = f'at least {least:.4g} rad/s2, for sweeps of {self.sweep_duration:.4g} s'
+            limit = f'at least {least:.4g} rad/s^2, for sweeps of {self.sweep_duration:.4g} s'
             raise ParameterError('reversal_acceleration', limit, self.acceleration)
 
     @property

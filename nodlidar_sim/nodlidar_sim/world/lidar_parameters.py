@@ -39,7 +39,7 @@ class LidarParameters:
     least_echo: float = parameter(
         0.0,
         'Echo below which a beam is lost: brightness times cosine of incidence by range squared',
-        unit='1/m2',
+        unit='1/m^2',
         minimum=0.0,
         maximum=10.0,
     )

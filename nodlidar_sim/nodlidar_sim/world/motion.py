@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-REVERSAL_ACCELERATION = 200.0  # of an unloaded RX-24F [rad/s2]
+REVERSAL_ACCELERATION = 200.0  # of an unloaded RX-24F [rad/s^2]
 SINCE_EVER_NS = -(2**62)  # earlier than any stamp; differences do not overflow
 
 
@@ -66,7 +66,7 @@ class PiecewiseMotion:
     starts_ns
         When each piece begins [ns], ascending, shape (k,).
     positions, velocities, accelerations
-        Angle [rad], speed [rad/s] and acceleration [rad/s2] with which it begins, shape (k,).
+        Angle [rad], speed [rad/s] and acceleration [rad/s^2] with which it begins, shape (k,).
     """
 
     starts_ns: Times
@@ -114,7 +114,7 @@ def blended_motion(knots_ns: Times, knots: Array, acceleration: float) -> Piecew
     half_blends = np.abs(changes) / acceleration / 2.0
     room = durations - half_blends[:-1] - half_blends[1:]
     if not (durations > 0.0).all() or room.min() < 0.0:
-        limit = f'long enough to reverse at {acceleration} rad/s2'
+        limit = f'long enough to reverse at {acceleration} rad/s^2'
         raise ParameterError('sweep_duration', limit, float(durations.min()))
     half_ns = np.ceil(half_blends * NS_PER_S).astype(np.int64)
     half = half_ns / NS_PER_S
@@ -139,7 +139,7 @@ def triangle_motion(
     The legs coincide with those of the commanded nod, phase included. The reversals are
     parabolas centred on the commanded instants. So each leg keeps the rows of the scan pattern,
     and the limits are never exceeded; the pitch falls short of them by speed**2 / (2 acceleration)
-    (0.025 rad at pi rad/s and 200 rad/s2).
+    (0.025 rad at pi rad/s and 200 rad/s^2).
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def triangle_motion(
     start_ns, end_ns
         First and last instant at which the motion is required [ns].
     acceleration
-        Of the reversals [rad/s2].
+        Of the reversals [rad/s^2].
     jitter
         Standard deviation of the reversal instants [s]: white noise, as a phase lock leaves it, so
         it does not accumulate.

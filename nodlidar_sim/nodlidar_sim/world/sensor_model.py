@@ -41,7 +41,7 @@ class SensorModel:
         math.radians(300.0) / 1024.0, 'Step of the position', unit='rad', minimum=1e-9
     )
     acceleration: float = parameter(
-        REVERSAL_ACCELERATION, 'Of the reversals', unit='rad/s2', minimum=1e-3
+        REVERSAL_ACCELERATION, 'Of the reversals', unit='rad/s^2', minimum=1e-3
     )
     odometry_rate: float = parameter(50.0, 'Odometry samples in a second', unit='Hz', minimum=1.0)
 

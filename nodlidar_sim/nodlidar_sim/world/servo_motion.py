@@ -20,7 +20,7 @@ import numpy as np
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A duration [s] at a constant acceleration [rad/s2]."""
+    """A duration [s] at a constant acceleration [rad/s^2]."""
 
     duration: float
     acceleration: float
@@ -38,7 +38,7 @@ def trapezoid(
     velocity
         Initial velocity [rad/s]; reduced first if above the speed limit.
     speed_limit, acceleration
-        Positive bounds [rad/s, rad/s2].
+        Positive bounds [rad/s, rad/s^2].
 
     Notes
     -----
@@ -70,7 +70,7 @@ class ServoMotion:
     position
         Initial angle, at rest [rad].
     acceleration
-        Of every change of speed [rad/s2].
+        Of every change of speed [rad/s^2].
     jitter
         Reversals are late by |N(0, jitter)| [s].
     seed
