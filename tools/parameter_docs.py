@@ -16,9 +16,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import governed, ProfileConfig, PROFILES
 from nodlidar_common.parameters import Limits, limits_of
 from nodlidar_driver.config import DriverConfig
-from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.grid import GridConfig
-from nodlidar_mapper.live import NodeConfig
+from nodlidar_mapper.config import Config as MapperConfig
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.trajectory_config import TrajectoryConfig
 from nodlidar_viewer.config import ViewerConfig
@@ -30,7 +28,7 @@ NODES = {
     'driver': (DriverConfig,),
     'servo': (ServoConfig,),
     'trajectory': (TrajectoryConfig,),
-    'mapper': (NodeConfig, MapperConfig, GridConfig),
+    'mapper': (MapperConfig,),
     'viewer': (ViewerConfig,),
 }
 # Commented out in the YAML files, where they would override the profile, or what the launch knows

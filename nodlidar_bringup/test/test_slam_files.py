@@ -7,7 +7,7 @@ from ament_index_python.packages import get_package_share_directory
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_mapper.live import NodeConfig
+from nodlidar_mapper.config import NodeConfig
 from nodlidar_sim.world.sensor_model import SensorModel
 import pytest
 import yaml

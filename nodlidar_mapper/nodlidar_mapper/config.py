@@ -1,9 +1,58 @@
-"""The parameters of the mapper."""
+"""The parameters of the mapper node; those of its stages stand beside what uses them."""
 
 from dataclasses import dataclass
 
 from nodlidar_common.parameters import parameter
+from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.matching import MatchingConfig
+
+
+@dataclass(frozen=True)
+class NodeConfig:
+    """Node."""
+
+    cloud_topics: tuple[str, ...] = parameter(
+        ('points',),
+        'Topics of deskewed clouds (profile slam), one for each sensor on the robot',
+    )
+    map_frame: str = parameter('map', 'Frame of the map')
+    odom_frame: str = parameter('odom', 'Frame of odometry: TF has the pose of base_frame in it')
+    base_frame: str = parameter('base_link', 'Frame of the robot, whose pose is published')
+    odometry_deadline: float = parameter(
+        0.5,
+        'Longest time that a cloud waits for odometry at its stamp',
+        unit='s',
+        minimum=0.01,
+        maximum=10.0,
+    )
+    odometry_delay: float = parameter(
+        0.0,
+        'Delay of odometry stamps after the measurement; set it in the assembler, too',
+        unit='s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
+    transform_tolerance: float = parameter(
+        0.2,
+        'The transform from map_frame to odom_frame is stamped so far ahead, so that it is never '
+        'late',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    map_folder: str = parameter(
+        '',
+        'Folder of a saved map to be loaded, in which the robot may be anywhere; if empty, a new '
+        'map begins',
+    )
+    map_period: float = parameter(
+        5.0,
+        'Time between two publications of a map that grows; drawing it never takes more than a '
+        'fifth of the time',
+        unit='s',
+        minimum=0.5,
+        maximum=600.0,
+    )
 
 
 @dataclass(frozen=True)
@@ -70,3 +119,8 @@ class MapperConfig(MatchingConfig):
         minimum=0.1,
         maximum=100.0,
     )
+
+
+@dataclass(frozen=True)
+class Config(GridConfig, MapperConfig, NodeConfig):
+    """All parameters of the node."""

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from nodlidar_common.parameters import parameter
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import EmptyMapError, Grid, grid_of, GridConfig
 from nodlidar_mapper.keyframe import Estimate, Keyframe
@@ -21,59 +20,6 @@ import numpy as np
 
 LEAST_COVARIANCE = np.diag([0.01**2] * 6)  # of a pose that a person set [m2], [rad2]
 MOST_PLACES = 1000  # of a path; beyond it, every second one is forgotten
-
-
-@dataclass(frozen=True)
-class NodeConfig:
-    """Node."""
-
-    cloud_topics: tuple[str, ...] = parameter(
-        ('points',),
-        'Topics of deskewed clouds (profile slam), one for each sensor on the robot',
-    )
-    map_frame: str = parameter('map', 'Frame of the map')
-    odom_frame: str = parameter('odom', 'Frame of odometry: TF has the pose of base_frame in it')
-    base_frame: str = parameter('base_link', 'Frame of the robot, whose pose is published')
-    odometry_deadline: float = parameter(
-        0.5,
-        'Longest time that a cloud waits for odometry at its stamp',
-        unit='s',
-        minimum=0.01,
-        maximum=10.0,
-    )
-    odometry_delay: float = parameter(
-        0.0,
-        'Delay of odometry stamps after the measurement; set it in the assembler, too',
-        unit='s',
-        minimum=-1.0,
-        maximum=1.0,
-    )
-    transform_tolerance: float = parameter(
-        0.2,
-        'The transform from map_frame to odom_frame is stamped so far ahead, so that it is never '
-        'late',
-        unit='s',
-        minimum=0.0,
-        maximum=10.0,
-    )
-    map_folder: str = parameter(
-        '',
-        'Folder of a saved map to be loaded, in which the robot may be anywhere; if empty, a new '
-        'map begins',
-    )
-    map_period: float = parameter(
-        5.0,
-        'Time between two publications of a map that grows; drawing it never takes more than a '
-        'fifth of the time',
-        unit='s',
-        minimum=0.5,
-        maximum=600.0,
-    )
-
-
-@dataclass(frozen=True)
-class Config(GridConfig, MapperConfig, NodeConfig):
-    """All parameters of the node."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from nodlidar_common.ros.point_cloud import points_in
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
-from nodlidar_mapper.live import NodeConfig
+from nodlidar_mapper.config import NodeConfig
 from nodlidar_mapper.poses import Array
 from nodlidar_mapper.ros import messages
 from rclpy.clock import ClockType

@@ -11,7 +11,8 @@ from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
-from nodlidar_mapper.live import Config, continued, LiveMapper, load, Progress
+from nodlidar_mapper.config import Config
+from nodlidar_mapper.live import continued, LiveMapper, load, Progress
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.poses import Array, inverse, placed
 from nodlidar_mapper.ros import messages
