@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.geometry import Beams
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.points import POINT
@@ -128,15 +128,10 @@ def _by_mode(log: SensorLog) -> list[Row]:
 
 def _ages(log: SensorLog, mode: str) -> list[NDArray[np.float64]]:
     """Return the age of each cloud's points when it is complete [s]."""
-    pipeline = Pipeline(PipelineConfig(cloud_mode=mode))
-    ages, samples_given = [], 0
-    for scan in log.scans:
-        around = log.samples_around(scan.stamp_ns, scan.end_ns)
-        for k in range(samples_given, around.stop):
-            pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
-        samples_given = around.stop
+    ages = []
+    for outcome in outcomes(log, Pipeline(PipelineConfig(cloud_mode=mode))):
+        around = log.samples_around(outcome.scan.stamp_ns, outcome.scan.end_ns)
         now_ns = log.sample_ns[around.stop - 1]
-        samples = log.sample_ns[around], log.sample_pitch[around]
-        for cloud in pipeline.add_scan(scan, *samples).clouds:
-            ages.append((now_ns - cloud.time_ns) / NS_PER_S)
+        clouds = outcome.assembled.clouds if outcome.assembled is not None else []
+        ages += [(now_ns - cloud.time_ns) / NS_PER_S for cloud in clouds]
     return ages

@@ -5,7 +5,7 @@ With the errors of a URG-04LX-UG01 and an RX-24F, and with ideal devices. Odomet
 
 from dataclasses import dataclass, replace
 
-from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_assembler.clouds.pipeline import Pipeline
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from bench.mapping import CONFIG, DRIVES, recorded
 from bench.report import Row
-from bench.scans import samples_for
 
 Array = NDArray[np.float64]
 
@@ -61,12 +60,9 @@ class Judged:
 
 def level_scans(log: SensorLog, config: LevelScanConfig) -> list[LevelScan]:
     """Return the level scans of a log."""
-    pipeline, scanner = Pipeline(CONFIG), LevelScanner(config)
-    found = []
-    for scan in log.scans:
-        samples = samples_for(scan, log, pipeline)
-        found += scanner.add(pipeline.add_scan(scan, *samples, log.odometry))
-    return found
+    scanner = LevelScanner(config)
+    assembled = (outcome.assembled for outcome in outcomes(log, Pipeline(CONFIG)))
+    return [found for each in assembled if each is not None for found in scanner.add(each)]
 
 
 def true_ranges(world: World, stamp_ns: int, config: LevelScanConfig) -> Array:

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
+from nodlidar_assembler.bags.sensor_log import outcomes
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
-from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log
@@ -69,12 +69,10 @@ def row_of(scene: str, nod: str, duration: float = DURATION) -> Row:
 def _ratios(seen: Recording) -> Iterator[Array]:
     """Yield the errors of the points of each scan, each divided by its sigma."""
     log, pipeline = simulated_log(seen), Pipeline(CONFIG)
-    for number, scan in enumerate(log.scans):
-        try:
-            assembled = pipeline.add_scan(scan, *samples_for(scan, log, pipeline))
-        except PitchError:
+    for number, outcome in enumerate(outcomes(log, pipeline)):
+        if outcome.assembled is None:
             continue  # the first and the last scan lack samples
-        placed, beams = assembled.placed, assembled.beams
+        placed, beams = outcome.assembled.placed, outcome.assembled.beams
         true = beams.direction * seen.true_range[number] + beams.mount.position[:, None]
         x, y, z = true[:, placed.beams]
         cos, sin = (f(seen.true_pitch[number, placed.beams]) for f in (np.cos, np.sin))

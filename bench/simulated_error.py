@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 import math
 
+from nodlidar_assembler.bags.sensor_log import outcomes
 from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_planner.error_budget.parameters import ErrorParameters
@@ -123,26 +123,21 @@ def _assembled(
     seen: Recording, config: PipelineConfig, constant: Constant
 ) -> Iterator[tuple[int, tuple[Array, Array]]]:
     """Yield the number of each scan, and its points [m] by measured and by true ranges, (b, 3)."""
-    log, pipeline = simulated_log(seen), Pipeline(config)
-    sample_ns = log.sample_ns + round(constant.joint_delay * NS_PER_S)
-    margin_ns = pipeline.estimator.margin_ns
-    for number, scan in enumerate(log.scans[:-COOL_DOWN]):
-        start_ns = scan.stamp_ns + round(constant.scan_delay * NS_PER_S)
-        beams = pipeline.beams(scan.geometry)
-        first = np.searchsorted(sample_ns, start_ns - margin_ns, side='right') - 1
-        end_ns = start_ns + int(beams.offset_ns[-1])
-        last = np.searchsorted(sample_ns, end_ns + margin_ns) + 1
-        around = slice(max(first, 0), last)
-        try:
-            pitch = pipeline.estimator.pitch(
-                start_ns, beams.offset, sample_ns[around], log.sample_pitch[around]
+    log, delay_ns = simulated_log(seen), round(constant.scan_delay * NS_PER_S)
+    late = replace(
+        log,
+        scans=[replace(s, stamp_ns=s.stamp_ns + delay_ns) for s in log.scans[:-COOL_DOWN]],
+        sample_ns=log.sample_ns + round(constant.joint_delay * NS_PER_S),
+    )
+    for number, outcome in enumerate(outcomes(late, Pipeline(config))):
+        found = outcome.assembled
+        assert found is not None or number < WARM_UP, outcome.dropped
+        if found is not None:
+            measured, true = (
+                _ends(found.beams, each[number], found.pitch)
+                for each in (seen.ranges, seen.true_range)
             )
-        except PitchError:
-            if number >= WARM_UP:
-                raise
-            continue
-        ranges = (seen.ranges[number], seen.true_range[number])
-        yield number, (_ends(beams, ranges[0], pitch), _ends(beams, ranges[1], pitch))
+            yield number, (measured, true)
 
 
 class _Poses:

@@ -1,13 +1,14 @@
 """A recorded sensor, from a bag or from the simulator, and its assembly offline."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.errors import ScanError
 import numpy as np
 from numpy.typing import NDArray
@@ -45,17 +46,18 @@ class SensorLog:
         return slice(max(first, 0), min(last + 1, len(self.sample_ns)))
 
 
-def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Counter[str]]:
-    """Return a log's clouds, and what was dropped, counted by reason."""
-    clouds: list[Points] = []
-    drops = log.drops.copy()
+def outcomes(log: SensorLog, pipeline: Pipeline) -> Iterator[Outcome]:
+    """Yield what becomes of each scan of a log.
+
+    All samples are known, however late they came; a ScanAssembler waits for them.
+    """
+    margin_ns = pipeline.estimator.margin_ns
     jumps_ns = np.empty(0, dtype=np.int64)
     if log.odometry is not None:
         jumps_ns = log.odometry.jumps_ns(pipeline.motion_limits)
     samples_added = 0
     jumps_before = 0  # until the last scan that was assembled
     for scan in log.scans:
-        margin_ns = pipeline.estimator.margin_ns
         around = log.samples_around(scan.stamp_ns - margin_ns, scan.end_ns + margin_ns)
         for k in range(samples_added, around.stop):
             pipeline.add_sample(int(log.sample_ns[k]), float(log.sample_pitch[k]))
@@ -63,12 +65,23 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
         jumps = int(np.searchsorted(jumps_ns, scan.stamp_ns, side='right'))
         samples = log.sample_ns[around], log.sample_pitch[around]
         try:
-            clouds += pipeline.add_scan(
-                scan, *samples, log.odometry, jumped=jumps > jumps_before
-            ).clouds
-            jumps_before = jumps
+            assembled = pipeline.add_scan(scan, *samples, log.odometry, jumps > jumps_before)
         except ScanError as error:
-            drops[error.reason] += 1
+            yield Outcome(scan, dropped=error.reason)
+        else:
+            jumps_before = jumps
+            yield Outcome(scan, assembled)
+
+
+def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Counter[str]]:
+    """Return a log's clouds, and what was dropped, counted by reason."""
+    clouds: list[Points] = []
+    drops = log.drops.copy()
+    for outcome in outcomes(log, pipeline):
+        if outcome.assembled is None:
+            drops[outcome.dropped] += 1
+        else:
+            clouds += outcome.assembled.clouds
     return clouds, drops
 
 
