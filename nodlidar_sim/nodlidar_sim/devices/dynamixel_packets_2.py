@@ -4,15 +4,13 @@ FF FF FD 00 ID LENGTH INSTRUCTION parameters CRC: length and CRC-16 have two byt
 instruction on, FD follows each FF FF FD (ROBOTIS e-manual, Protocol 2.0).
 """
 
-from collections.abc import Iterator
-
+from nodlidar_sim.devices import dynamixel_packets
 from nodlidar_sim.devices.dynamixel_packets import Instruction
 
 _HEADER, _STUFFED = b'\xff\xff\xfd', b'\xff\xff\xfd\xfd'
 _STATUS = 0x55
 _BEFORE_LENGTH, _OVERHEAD = 5, 7
 _MOST = 1024  # bytes of a packet
-_GAP_NS = 100_000_000
 _POLYNOMIAL = 0x8005
 
 
@@ -39,24 +37,8 @@ def status_packet(servo_id: int, error: int, data: bytes = b'') -> bytes:
     return packet(servo_id, _STATUS, bytes([error]) + data)
 
 
-class InstructionReader:
+class InstructionReader(dynamixel_packets.InstructionReader):
     """Finds instruction packets in a stream that may contain other bytes."""
-
-    def __init__(self) -> None:
-        self._buffer = b''
-        self._last_ns = 0
-
-    def feed(self, data: bytes, now_ns: int) -> Iterator[tuple[Instruction, int]]:
-        """Yield each packet that the data complete, with the number of bytes of data used so far.
-
-        A packet is dropped after a pause of more than 100 ms.
-        """
-        if now_ns - self._last_ns > _GAP_NS:
-            self._buffer = b''
-        self._last_ns = now_ns
-        self._buffer += data
-        while (instruction := self._next()) is not None:
-            yield instruction, len(data) - len(self._buffer)
 
     def _next(self) -> Instruction | None:
         while not _may_begin(self._buffer):
