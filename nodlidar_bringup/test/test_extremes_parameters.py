@@ -7,11 +7,22 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
 from nodlidar_driver.config import DriverConfig
+from nodlidar_mapper.config import Config as MapperConfig
 from nodlidar_planner.plan_scan.options import Request
 from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.trajectory_config import TrajectoryConfig
+from nodlidar_viewer.config import ViewerConfig
 import pytest
 
-CONFIGURATIONS = (AssemblerConfig, DriverConfig, Request, ServoConfig)
+CONFIGURATIONS = (
+    AssemblerConfig,
+    DriverConfig,
+    MapperConfig,
+    Request,
+    ServoConfig,
+    TrajectoryConfig,
+    ViewerConfig,
+)
 EDGES = [
     pytest.param(of, field.name, edge, outward, id=f'{of.__name__}-{field.name}-{edge}')
     for of in CONFIGURATIONS
