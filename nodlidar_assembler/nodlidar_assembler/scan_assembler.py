@@ -230,7 +230,7 @@ class ScanAssembler:
         """Return whether odometry has jumped between the last compensated scan and an instant."""
         before_ns, oldest_ns = self._compensated_until_ns, self._odometry.oldest_ns
         if before_ns is None or oldest_ns is None or before_ns < oldest_ns:
-            return True  # nothing tells how it moved meanwhile
+            return True  # its motion meanwhile is unknown
         try:
             between = self._odometry.around(min(before_ns, begin_ns), begin_ns)
         except OdometryError:

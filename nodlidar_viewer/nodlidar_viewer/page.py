@@ -1,4 +1,4 @@
-"""The page: a viser server, who looks at it, and what it tells in words."""
+"""The page: a viser server, who looks at it, and its texts."""
 
 from __future__ import annotations
 

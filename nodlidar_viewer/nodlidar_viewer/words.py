@@ -1,4 +1,4 @@
-"""What the page tells in words."""
+"""The texts of the page."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

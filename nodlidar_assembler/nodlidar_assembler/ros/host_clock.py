@@ -69,7 +69,7 @@ class HostClock:
         return steady_ns() >= self._settled_ns
 
     def _decided(self, older_ns: int) -> bool:
-        """Return whether it is known if the stamps make the step; tell of it if they do.
+        """Return whether it is known if the stamps make the step; call on_step if they do.
 
         Parameters
         ----------

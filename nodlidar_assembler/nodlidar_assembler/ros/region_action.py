@@ -76,7 +76,7 @@ class RegionAction:
 
     @property
     def mount(self) -> tuple[float, float]:
-        """Limits of the mount [rad]: those that the servo tells, or else the configured ones."""
+        """Limits of the mount [rad]: as the servo states them, or else the configured ones."""
         for status in self._statuses.take():
             if status.pitch_lower_limit < status.pitch_upper_limit:
                 self._mount = status.pitch_lower_limit, status.pitch_upper_limit

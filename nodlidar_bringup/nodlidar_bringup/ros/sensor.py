@@ -189,7 +189,7 @@ class Sensor:
         )
 
     def derived(self) -> list[str]:
-        """Return what the assembler is told of the servo, and of its own place.
+        """Return the assembler's parameters that follow from the servo and the mount.
 
         The files come later and take precedence, also those for all nodes, over which values in
         the place of a file would.
