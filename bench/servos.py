@@ -24,7 +24,7 @@ from nodlidar_sim.world.servo_section import load_servo, servo_names
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.reference import reference_nod, START_NS
+from bench.reference import joints_at, reference_nod, START_NS
 from bench.report import Row
 
 DURATION = 30.0
@@ -36,9 +36,8 @@ IDENTIFIED = {'kt': XL330.kt * 77.5 / 288.4, 'resistance': XL330.resistance}
 GUESSED = ['armature', *(f'friction_{each}' for each in ('viscous', 'coulomb', 'load'))]
 GUESSED += [f'stribeck_{each}' for each in ('coulomb', 'load', 'speed', 'exponent')]
 NODS = {'reference': 1.0, 'half as fast': SLOW}
-SENSOR = SensorModel(joint_rate=100.0, joint_latency=0.0015)
-SLOW_ADAPTER = SensorModel(joint_rate=62.0, joint_latency=0.015)
-PLANNED = {'as planned': SENSOR, 'as planned, 62 Hz': SLOW_ADAPTER}
+SENSOR = joints_at(100.0)
+PLANNED = {'as planned': SENSOR, 'as planned, 62 Hz': joints_at(62.0)}
 TITLE = (
     f'Servos by physics on the reference nod (span 1.2272 rad, pi rad/s) and on one at 1/{SLOW:g} '
     f'of its speed, {DURATION:.0f} s, joint states at 100 Hz; as planned: the fastest of the model'

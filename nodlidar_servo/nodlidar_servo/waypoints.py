@@ -143,7 +143,7 @@ class Planner:
         return abs(pitch - sample.pitch) <= allowed
 
     def _state(self, nod: Nod, time_ns: int) -> tuple[float, float]:
-        """Return pitch [rad] and velocity [rad/s] of the nod with its turns."""
+        """Return pitch [rad] and velocity [rad/s] of the nod with its reversals."""
         return _at(
             leg(nod, math.floor(nod.sweep_at(time_ns)), self._dynamics.acceleration), time_ns
         )

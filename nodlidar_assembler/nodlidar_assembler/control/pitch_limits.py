@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 WINDOW = 1.6  # s, over which the median of the scans is taken
 HYSTERESIS = 0.05  # share by which the range must have changed for the limits to follow
 SECTOR = 0.5236  # rad; points up to this azimuth to either side count
-LEAST_SPAN = 0.2  # rad, between the limits at any range
+LEAST_ADAPTED_SPAN = 0.2  # rad, between the limits at any range
 LEAST_POINTS = 10  # a scan with fewer points that count has no vote
 
 
@@ -54,12 +54,12 @@ class PitchLimitsConfig(BandConfig, NodConfig):
 def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]:
     """Return the pitch limits [rad] that cover the whole band at a horizontal distance [m].
 
-    They are within the configured ones, and LEAST_SPAN apart if these are.
+    They are within the configured ones, and LEAST_ADAPTED_SPAN apart if these are.
     """
     ends = config.band_bottom - config.sensor_height, config.band_top - config.sensor_height
     pitches = (_pitch_of(math.atan2(end, max(distance, 0.0)), config.levelled) for end in ends)
     low, high = sorted(min(max(each, config.pitch_min), config.pitch_max) for each in pitches)
-    least = min(LEAST_SPAN, config.pitch_max - config.pitch_min)
+    least = min(LEAST_ADAPTED_SPAN, config.pitch_max - config.pitch_min)
     if high - low >= least:
         return low, high
     low = max(min((low + high - least) / 2.0, config.pitch_max - least), config.pitch_min)

@@ -29,7 +29,7 @@ def single_sweep(task: Task, fewest_samples: int = 1, pitch_error: float = PITCH
     fewest_samples
         N_s at the highest speed of the servo.
     pitch_error
-        By how much the advance of the servo may differ from turn to turn [rad].
+        By how much the advance of the servo may differ from revolution to revolution [rad].
     """
     row = min(task.cell, task.span)
     share = min(max(1.0 - pitch_error / row, LEAST_ADVANCE), MOST_ADVANCE)
