@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_common.parameters import check, parameter
+from nodlidar_planner.pattern.servo import REVERSAL_ACCELERATION
 
 ESTIMATORS = ('slerp', 'trajectory')
 
@@ -67,7 +68,11 @@ class ErrorParameters:
         maximum=0.1,
     )
     reversal_acceleration: float = parameter(
-        200.0, 'Acceleration of the reversals', unit='rad/s^2', minimum=0.1, maximum=1e5
+        REVERSAL_ACCELERATION,
+        'Acceleration of the reversals',
+        unit='rad/s^2',
+        minimum=0.1,
+        maximum=1e5,
     )
     joint_delay_error: float = parameter(
         0.0005,

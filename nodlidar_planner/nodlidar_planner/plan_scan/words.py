@@ -5,12 +5,9 @@ import math
 
 from nodlidar_planner.choice.plan import Plan
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
-from nodlidar_planner.pattern.servo import MAX_SPEEDS
+from nodlidar_planner.pattern.servo import MAX_SPEEDS, REVERSAL_ACCELERATION
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-
-# Of the reversals without load [rad/s^2]; the servo node's parameter `acceleration`.
-REVERSAL_ACCELERATION = 200.0
 
 
 def notes(task: Task, plan: Plan, servo: str) -> list[str]:
