@@ -92,7 +92,7 @@ class Page:
         """Return a context whose changes all browsers show in one picture."""
         return self._server.atomic()
 
-    def tell(self, notice: str, diagnostics: str, rates: str) -> None:
+    def show_texts(self, notice: str, diagnostics: str, rates: str) -> None:
         """Show what is missing, statuses and rates, as Markdown."""
         for handle, text in (
             (self._notice, notice),
@@ -102,7 +102,7 @@ class Page:
             if handle.content != text:
                 handle.content = text
 
-    def tell_coverage(self, text: str, picture: NDArray[np.uint8]) -> None:
+    def show_coverage(self, text: str, picture: NDArray[np.uint8]) -> None:
         """Show observed coverage, and a picture of the directions seen."""
         self._coverage.content = text
         self._picture.image = picture
@@ -130,7 +130,7 @@ class Page:
                 event.client.send_file_download(name, content, save_immediately=True)
 
     def add_state(self) -> None:
-        """Add what a live sensor tells: coverage, states and rates."""
+        """Add what a live sensor has beside clouds: coverage, states and rates."""
         gui = self._server.gui
         self._notice = gui.add_markdown('', order=0.5)
         with gui.add_folder('Coverage'):
@@ -155,10 +155,10 @@ class Page:
     def _is_local(self, client: viser.ClientHandle) -> bool:
         """Return whether a browser and the page that it shows are of this machine.
 
-        A page of another site that a local browser has open could connect as well; its origin
-        tells.
+        A page of another site that a local browser has open could connect as well: its
+        requests have another origin.
         """
-        # viser has no interface for it; without what is used here, nobody is local.
+        # viser has no interface for it; without what is used here, no browser is local.
         server = getattr(self._server, '_websock_server', None)
         connection = getattr(server, '_live_connections', {}).get(client.client_id)
         try:

@@ -52,7 +52,7 @@ def replay_bag(argv: Sequence[str] | None, description: str | None) -> None:
 
 
 def play(page: Page, player: Player, replay: Replay) -> None:
-    """Show a recording as its player says, while somebody looks."""
+    """Show a recording as its player says, while a browser is connected."""
     last = time.monotonic()
     while True:
         time.sleep(PERIOD)

@@ -67,21 +67,21 @@ class RosCommands:
 
         words: dict[str, str] = {}
 
-        def tell(device: str, text: str) -> None:
+        def report(device: str, text: str) -> None:
             words[device] = f'{device}: {text}'
             answer('; '.join(sorted(words.values())))
 
         def ask() -> None:
             for device, client in self._states.items():
-                silent = partial(tell, device, 'does not answer')
+                silent = partial(report, device, 'does not answer')
                 if client.service_is_ready():
-                    self._await(client.call_async(request), partial(told, device), silent)
+                    self._await(client.call_async(request), partial(changed, device), silent)
                 else:
                     silent()
 
-        def told(device: str, response: Any) -> None:
+        def changed(device: str, response: Any) -> None:
             done = 'started' if on else 'stopped'
-            tell(device, done if response.success else f'cannot be {done} now')
+            report(device, done if response.success else f'cannot be {done} now')
 
         self._put(ask)
 

@@ -1,4 +1,4 @@
-"""What the viewer listens to while somebody looks."""
+"""What the viewer subscribes to while a browser is connected."""
 
 from collections import Counter
 from typing import Any
@@ -15,7 +15,7 @@ from std_msgs.msg import String
 CLOUDS, SCANS, COVERAGE = 'points', 'scan', 'assembler/coverage'
 MODEL, MAP, PATH = 'robot_description', 'map_cloud', 'path'
 DIAGNOSTICS = '/diagnostics'
-RATED = (CLOUDS, SCANS)  # topics whose rate is told
+RATED = (CLOUDS, SCANS)  # topics whose rate is shown
 
 _LATEST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # A slow connection to a page must not slow down the publishers.

@@ -15,7 +15,7 @@ from rclpy.node import Node
 
 
 class ViewerNode(Node):
-    """Shows clouds, scan, robot, map and states; it neither listens nor draws for nobody."""
+    """Shows clouds, scan, robot, map and states; it subscribes and draws only for browsers."""
 
     def __init__(self) -> None:
         super().__init__('viewer')
@@ -30,13 +30,13 @@ class ViewerNode(Node):
         self.get_logger().info(f'open {self.page.address} in a browser')
 
     def _begin(self) -> None:
-        """Begin to listen: somebody looks."""
+        """Subscribe: a browser is connected."""
         if self._view is None:
             self._view = View(self, self.config, self.page)
             self._timer = create_steady_timer(self, 1.0 / self.config.frame_rate, self._step)
 
     def _step(self) -> None:
-        """Draw, or end the view if nobody looks any more."""
+        """Draw, or end the view if no browser is connected any more."""
         if self._view is None:
             return
         if self.page.is_watched:

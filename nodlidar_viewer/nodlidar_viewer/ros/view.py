@@ -1,4 +1,4 @@
-"""What the page shows while somebody looks."""
+"""What the page shows while a browser is connected."""
 
 from collections import Counter, deque
 import time
@@ -53,17 +53,17 @@ class View:
         self._directions = Directions()
         self._waiting: deque[tuple[Any, int]] = deque()  # clouds, with their arrival [ns]
         self._statuses: dict[str, words.Status] = {}
-        self._told_ns = self._heard_ns = steady_ns()
+        self._texts_ns = self._heard_ns = steady_ns()
         self._inputs, self._transforms = Inputs(node), Transforms(node)
 
     def step(self) -> None:
         """Draw what is new."""
         self._transforms.take()
-        seconds = (steady_ns() - self._told_ns) / NS_PER_S
+        seconds = (steady_ns() - self._texts_ns) / NS_PER_S
         with self._page.at_once():
             self._draw()
             if seconds >= WORDS_PERIOD:
-                self._tell(seconds)
+                self._show_texts(seconds)
 
     def end(self) -> None:
         """End the subscriptions, and clear the page."""
@@ -153,21 +153,21 @@ class View:
             points = np.array([[place.x, place.y, place.z] for place in places])
             self._page.scene.show_path(pose.to_parent(points))
 
-    # What is told.
+    # Texts.
 
-    def _tell(self, seconds: float) -> None:
+    def _show_texts(self, seconds: float) -> None:
         now = time.monotonic()
         for array in self._inputs.take(inputs.DIAGNOSTICS):
             for each in array.status:
                 level = int.from_bytes(each.level, 'little')
                 self._statuses[each.name] = words.Status(each.name, level, each.message, now)
-        told = words.diagnostics(self._statuses.values(), now)
-        self._page.tell(self._notice(), told, words.rates(self._inputs.counts, seconds))
+        states = words.diagnostics(self._statuses.values(), now)
+        self._page.show_texts(self._notice(), states, words.rates(self._inputs.counts, seconds))
         self._inputs.counts = Counter(dict.fromkeys(self._inputs.counts, 0))
-        self._told_ns = steady_ns()
+        self._texts_ns = steady_ns()
         for message in self._inputs.take(inputs.COVERAGE):
             text = words.coverage(message.seen, message.largest_hole, message.window, message.cell)
-            self._page.tell_coverage(text, self._directions.picture())
+            self._page.show_coverage(text, self._directions.picture())
 
     def _notice(self) -> str:
         silent = (steady_ns() - self._heard_ns) / NS_PER_S
