@@ -120,7 +120,7 @@ def first_hits(times_ns: Times, pitch: Floats, task: Task) -> Floats:
 
 
 def local_density(xyz: Floats, queries: Floats) -> Floats:
-    """Return the points (n, 3) within NEAR of each query, per area of a disc of it [1/m2]."""
+    """Return the points (n, 3) within NEAR of each query, per area of a disc of it [1/m^2]."""
     squares = (queries**2).sum(axis=1)[:, None] - 2.0 * queries @ xyz.T + (xyz**2).sum(axis=1)
     return np.asarray((squares < NEAR**2).sum(axis=1) / (pi * NEAR**2))
 

@@ -18,7 +18,7 @@ from nodlidar_mapper.saved_map import load_keyframes
 from nodlidar_mapper.surface import Surface
 import numpy as np
 
-LEAST_COVARIANCE = np.diag([0.01**2] * 6)  # of a pose that a person set [m2], [rad2]
+LEAST_COVARIANCE = np.diag([0.01**2] * 6)  # of a pose that a person set [m^2], [rad^2]
 MOST_PLACES = 1000  # of a path; beyond it, every second one is forgotten
 
 

@@ -18,7 +18,7 @@ TIMES = 4  # that are remembered; the clouds of several sensors may come in quic
 SPEED_OVER = 0.1  # time over which the speed is measured, at least [s]
 UNSTEADY = 0.5  # share of the slip along the way that is not always alike; in turns, none is
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
-JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m2], [rad2]
+JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m^2], [rad^2]
 
 
 class Track:

@@ -46,7 +46,7 @@ class UnfittedMotion:
         influence
             Of samples on the fit at them and at the next ones, summed, shape (2,).
         noise
-            Variance of the samples [rad2].
+            Variance of the samples [rad^2].
         """
         memory = MEMORY ** len(left)
         products = np.array([left @ left, left[1:] @ left[:-1]])
@@ -65,14 +65,14 @@ class UnfittedMotion:
         left, usual
             What is left of samples, and the same clipped [rad], shape (n,).
         noise
-            Variance of the samples [rad2].
+            Variance of the samples [rad^2].
         """
         gain = evident(left, noise)
         return np.where(gain > self.gain, gain * left, self.gain * usual)
 
 
 def clipped(left: Array, noise: float) -> Array:
-    """Return what is left of samples (n,) [rad], no larger than usual, with a noise [rad2]."""
+    """Return what is left of samples (n,) [rad], no larger than usual, with a noise [rad^2]."""
     size = np.abs(left)
     median = float(np.partition(size, len(size) // 2)[len(size) // 2])
     limit = CLIPPED * max(median, USUAL * noise**0.5)
@@ -89,7 +89,7 @@ def evident(left: Array, noise: float) -> Array:
     left
         What is left of samples [rad], shape (n,).
     noise
-        Variance of the samples [rad2].
+        Variance of the samples [rad^2].
     """
     square = np.square(left)
     before, here, after = square[:-2], square[1:-1], square[2:]

@@ -53,7 +53,7 @@ class WhiteNoise:
             self._newest_ns = int(time_ns[-1])
 
     def variance(self) -> float:
-        """Return the variance [rad2]; 0 while there are too few samples to tell."""
+        """Return the variance [rad^2]; 0 while there are too few samples to tell."""
         new = sum(len(pitch) for _, pitch in self._new)
         times, pitches = zip((self._time_ns, self._pitch), *self._new, strict=True)
         self._time_ns = np.concatenate(times)[-HISTORY:]

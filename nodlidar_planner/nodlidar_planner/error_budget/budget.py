@@ -37,11 +37,11 @@ class Beams:
     pitch: Array
 
     def from_axis(self, lever: float) -> Array:
-        """Return the squared distance [m2] of the end points from the nod axis, shape (n,)."""
+        """Return the squared distance [m^2] of the end points from the nod axis, shape (n,)."""
         return np.asarray((self.ranges * np.cos(self.azimuth)) ** 2 + lever**2)
 
     def from_base(self) -> Array:
-        """Return the squared horizontal distance [m2] of the end points from there, shape (n,)."""
+        """Return the squared horizontal distance [m^2] of end points from there, shape (n,)."""
         ahead = np.cos(self.azimuth) * np.cos(self.pitch)
         return np.asarray(self.ranges**2 * (ahead**2 + np.sin(self.azimuth) ** 2))
 
@@ -65,7 +65,7 @@ class ErrorBudget:
     Attributes
     ----------
     pitch_variance
-        Mean square error of the estimated pitch [rad2].
+        Mean square error of the estimated pitch [rad^2].
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class ErrorBudget:
         self.pitch_variance = pitch_variance(parameters, swing)
 
     def squares(self, beams: Beams) -> Mapping[str, Array]:
-        """Return the mean square displacement [m2] of each point by source, shape (n,) each."""
+        """Return the mean square displacement [m^2] of each point by source, shape (n,) each."""
         p, shape = self._parameters, np.ones_like(beams.ranges)
         rho2 = beams.from_axis(self._lever)
         turned = rho2 * self._swing.mean_square_speed
@@ -102,12 +102,12 @@ class ErrorBudget:
         return np.asarray(np.sqrt(np.sum(list(self.squares(beams).values()), axis=0)))
 
     def _of_driving(self, beams: Beams) -> Array:
-        """Return the squared speed [m2/s2] with which the robot's motion moves the points."""
+        """Return the squared speed [m^2/s^2] with which the robot's motion moves the points."""
         p = self._parameters
         return p.robot_speed**2 + p.robot_turn_rate**2 * beams.from_base()
 
     def _of_odometry(self, beams: Beams) -> Array:
-        """Return the mean square displacement [m2] against the first point of the cloud.
+        """Return the mean square displacement [m^2] against the first point of the cloud.
 
         Errors of speed v and turn rate w grow to v t and w t, and the wrong heading leads the
         robot aside by speed w t^2 / 2. The means of t^2 and t^4 over a cloud of time T are T^2 / 3

@@ -7,7 +7,7 @@ from nodlidar_planner.error_budget.swing import Swing
 import numpy as np
 
 LEG_JERK = 1e4
-"""Of the jerk on the legs [rad2/s5], fitted to servos by physics; its sixth root counts."""
+"""Of the jerk on the legs [rad^2/s^5], fitted to servos by physics; its sixth root counts."""
 MEMORY = 5
 """Samples to either side that smoothing on a leg uses, roughly."""
 
@@ -16,7 +16,7 @@ _PHASES, _TIMES = 48, 1500  # of the samples and of the nod, at which the motion
 
 
 def pitch_variance(parameters: ErrorParameters, swing: Swing) -> float:
-    """Return the mean square of the error of the estimated pitch [rad2].
+    """Return the mean square of the error of the estimated pitch [rad^2].
 
     It counts against what a perfect encoder would report. Interpolation has the errors of its
     samples and that of the motion between them, which are independent. 'trajectory' chooses
@@ -40,12 +40,12 @@ def pitch_variance(parameters: ErrorParameters, swing: Swing) -> float:
 
 
 def sample_variance(parameters: ErrorParameters) -> float:
-    """Return the mean square error of a joint sample [rad2]: noise, and rounding to steps."""
+    """Return the mean square error of a joint sample [rad^2]: noise, and rounding to steps."""
     return parameters.encoder_noise**2 + parameters.encoder_step**2 / 12.0
 
 
 def sample_covariance(parameters: ErrorParameters, swing: Swing, apart: int = 1) -> float:
-    """Return the mean product of the errors of two samples on a leg, some samples apart [rad2].
+    """Return the mean product of the errors of two samples on a leg, some samples apart [rad^2].
 
     The rounding error is a sawtooth over the pitch, blurred by the noise: its harmonic k has the
     power step^2 / (2 pi^2 k^2), and the noise s of two samples damps it by
@@ -61,7 +61,7 @@ def sample_covariance(parameters: ErrorParameters, swing: Swing, apart: int = 1)
 
 
 def of_samples(parameters: ErrorParameters, swing: Swing) -> float:
-    """Return what the errors of the samples add to an interpolated pitch [rad2].
+    """Return what the errors of the samples add to an interpolated pitch [rad^2].
 
     Linear interpolation at a share u weighs two errors by 1 - u and u. The mean over u of the
     squares of the weights is 2/3, of twice their product 1/3.
@@ -71,7 +71,7 @@ def of_samples(parameters: ErrorParameters, swing: Swing) -> float:
 
 
 def between_samples(parameters: ErrorParameters, swing: Swing) -> float:
-    """Return the mean square error of an interpolation of exact samples [rad2].
+    """Return the mean square error of an interpolation of exact samples [rad^2].
 
     A mean over all phases of nod and samples. On a leg there is none; a reversal loses its tip.
     """
@@ -85,7 +85,7 @@ def between_samples(parameters: ErrorParameters, swing: Swing) -> float:
 
 
 def on_legs(parameters: ErrorParameters, swing: Swing) -> float:
-    """Return the mean square error of the best smoother on a leg [rad2], of jerk LEG_JERK.
+    """Return the mean square error of the best smoother on a leg [rad^2], of jerk LEG_JERK.
 
     The error that MEMORY samples share remains.
     """
@@ -96,7 +96,7 @@ def on_legs(parameters: ErrorParameters, swing: Swing) -> float:
 
 
 def at_reversals(parameters: ErrorParameters, swing: Swing) -> float:
-    """Return the mean square error of the best smoother during a reversal [rad2].
+    """Return the mean square error of the best smoother during a reversal [rad^2].
 
     A reversal changes the acceleration twice by a, so its jerk has the intensity 2 a^2 over its
     duration. If that is shorter than the memory of the smoother, it is a jump of the speed by
@@ -119,9 +119,9 @@ def smoothed(noise: float, intensity: float, order: int) -> float:
     Parameters
     ----------
     noise
-        R [rad2 s].
+        R [rad^2 s].
     intensity, order
-        q [rad2 / s^(2m - 1)] and m.
+        q [rad^2 / s^(2m - 1)] and m.
     """
     power = 0.5 / order
     scale = power / math.sin(math.pi * power)

@@ -38,7 +38,7 @@ class Swing:
 
     @property
     def mean_square_speed(self) -> float:
-        """Mean of the squared speed [rad2/s2].
+        """Mean of the squared speed [rad^2/s^2].
 
         Within a reversal the speed falls and rises linearly, so its mean square there is a third.
         """

@@ -23,7 +23,7 @@ class Spots(NamedTuple):
         Mean range of what each spot covers, weighted by the echo [m], shape (n,); inf without a
         surface.
     echo
-        Brightness times cosine of incidence by range squared, averaged over the spot [1/m2],
+        Brightness times cosine of incidence by range squared, averaged over the spot [1/m^2],
         shape (n,).
     """
 
@@ -124,7 +124,7 @@ def merged(echoes: Echoes, excess: Array) -> Spots:
 
 
 def echo_of(echoes: Echoes) -> Array:
-    """Return the echo [1/m2] of each ray, of the shape of the ranges; 0 without a surface.
+    """Return the echo [1/m^2] of each ray, of the shape of the ranges; 0 without a surface.
 
     It is the brightness times the cosine of incidence by the square of the range.
     """
