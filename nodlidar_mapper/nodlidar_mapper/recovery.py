@@ -17,7 +17,7 @@ from nodlidar_mapper.poses import Array, between, inverse
 from nodlidar_mapper.seen import Seen
 import numpy as np
 
-BEYOND = 0.1  # share of the points near the map, below which the map does not reach there
+UNMAPPED = 0.1  # share of the points near the map, below which the map does not reach there
 NEARBY = 1.0, 0.5  # first area searched around odometry [m], [rad]; each failure doubles it
 UNNOTICED = 1  # times that it doubles while odometry may be right: it may jump by 2 m unnoticed
 FAR_OFF = 3.0  # standard deviations of odometry that are searched, at least
@@ -98,7 +98,7 @@ class Recovery:
             The cloud matched where odometry expects it.
         """
         went_on = guess.paused and not guess.jumped and not self._clouds and not self._jumped
-        if not went_on or found.mapped > BEYOND:
+        if not went_on or found.mapped > UNMAPPED:
             return False
         return clear_share(seen.points, guess.pose, keyframes) >= LEAST_CLEAR
 
