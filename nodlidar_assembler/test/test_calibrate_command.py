@@ -39,6 +39,13 @@ def test_what_is_missing_is_named(capsys):
     assert "there is no 'nowhere'" in capsys.readouterr().err
 
 
+def test_a_topic_that_a_bag_lacks_is_named_with_those_that_it_has(tmp_path, capsys):
+    seen = simulate(load_scene('room', ideal=True), NOD, 0.5, start_ns=10**18)
+    write_bag(seen, tmp_path / 'bag')
+    assert main([str(tmp_path / 'bag'), '--scan', 'front']) == 1
+    assert 'has no topic /front; it has /joint_states' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('way', ['up', 'down'])
 def test_values_and_parameters_are_the_same(way):
     config = AssemblerConfig(

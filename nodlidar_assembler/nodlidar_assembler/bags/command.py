@@ -1,7 +1,7 @@
 """The options of the command assemble_bag, and its table."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 import sys
@@ -66,16 +66,17 @@ def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerCo
     return config
 
 
-def add_topics(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the topics in a bag."""
-    for usual, option in USUAL.values():
+def add_topics(parser: argparse.ArgumentParser, kinds: Iterable[str] = USUAL) -> None:
+    """Add the options of the topics in a bag, of some types of messages."""
+    for usual, option in (USUAL[kind] for kind in kinds):
         said = f'default: {usual}, or the only one of its type'
         parser.add_argument(option, metavar='TOPIC', default='', help=said)
 
 
 def topics_of(arguments: argparse.Namespace) -> Topics:
     """Return the chosen topics, with a leading slash, as in bags."""
-    chosen = arguments.scan, arguments.joint_states, arguments.tf
+    names = (option.lstrip('-').replace('-', '_') for _, option in USUAL.values())
+    chosen = (getattr(arguments, name, '') for name in names)
     return Topics(*(topic and absolute(topic) for topic in chosen))
 
 

@@ -27,6 +27,7 @@ DETERMINED = {
     'x': 0.01,
     'z': 0.01,
 }
+UNITS = {'delay': 's', 'x': 'm', 'z': 'm'}  # of values that are no angles
 # Distance [m] and angle [rad] that surfaces may be off their planes, from coarse to fine.
 GATES = ((0.15, 0.5), (0.12, 0.3), (0.09, 0.2), (0.07, 0.2), (0.07, 0.2))
 STEPS = 4  # of Gauss and Newton at each gate
@@ -98,7 +99,8 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
             break
         if len(names) == 1:
             raise CalibrationError('this scene leaves every value open')
-        undetermined[worst] = f'this scene leaves it open: standard error {errors[worst]:.2g}'
+        error = f'{errors[worst]:.2g} {UNITS.get(worst, "rad")}'
+        undetermined[worst] = f'this scene leaves it open: standard error {error}'
         names = tuple(name for name in names if name != worst)
         coarse = replace(solution.values, **{worst: getattr(start, worst)})
     before = system.thickness(start)

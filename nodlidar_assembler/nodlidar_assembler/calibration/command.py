@@ -6,7 +6,8 @@ import math
 from pathlib import Path
 import sys
 
-from nodlidar_assembler.bags.command import absolute, configuration, WIDTH
+from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN
+from nodlidar_assembler.bags.command import add_topics, configuration, topics_of, WIDTH
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import Beam
 from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
@@ -60,10 +61,10 @@ def calibrate_and_report(
     arguments = _parse(argv, description)
     config = configuration(arguments.params, {})
     if arguments.source == LIVE:
-        log = record(config, arguments.scan, arguments.joint_states, arguments.seconds)
+        topics = arguments.scan or 'scan', arguments.joint_states or 'joint_states'
+        log = record(config, *topics, arguments.seconds)
     else:
-        topics = absolute(arguments.scan), absolute(arguments.joint_states)
-        log = log_of_bag(Path(arguments.source), config, *topics)
+        log = log_of_bag(Path(arguments.source), config, topics_of(arguments))
         for damage in log.damage:
             print(damage, file=sys.stderr)
     up = None if arguments.not_level else upward(tuple(arguments.mount_rpy))
@@ -147,8 +148,5 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
     parser.add_argument(
         '--seconds', type=float, default=SECONDS, help=f'of live; default: {SECONDS:g}'
     )
-    parser.add_argument('--scan', metavar='TOPIC', default='scan', help='default: scan')
-    parser.add_argument(
-        '--joint-states', metavar='TOPIC', default='joint_states', help='default: joint_states'
-    )
+    add_topics(parser, (SCAN, JOINT_STATE))
     return parser.parse_args(argv)

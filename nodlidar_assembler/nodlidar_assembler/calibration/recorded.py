@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN
+from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.bags.read_bag import LogGatherer
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import CalibrationError, Values
@@ -36,18 +36,18 @@ class Recorder(LogGatherer):
         return log
 
 
-def log_of_bag(path: Path, config: AssemblerConfig, scan: str, joint_states: str) -> SensorLog:
+def log_of_bag(path: Path, config: AssemblerConfig, topics: Topics) -> SensorLog:
     """Return the log of a bag's topics.
 
     Raises
     ------
     BagError
-        If the bag cannot be read.
+        If the bag cannot be read, or lacks a topic.
     CalibrationError
         If it has no scans or joint states.
     """
     with BagSource(path) as source:
-        return Recorder(config).read(source, {scan: SCAN, joint_states: JOINT_STATE})
+        return Recorder(config).read(source, source.inputs(topics))
 
 
 def start_values(config: AssemblerConfig) -> Values:
