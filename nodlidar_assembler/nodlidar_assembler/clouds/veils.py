@@ -5,6 +5,7 @@ Over many beams they are a veil from the edge to what is behind it.
 
 from dataclasses import dataclass
 import math
+from typing import Any
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_common.parameters import parameter
@@ -19,7 +20,8 @@ class VeilConfig:
     veil_angle: float = parameter(
         0.2,
         'Points whose connection with a nearer neighbour in the scan is within this angle of the '
-        'beam are taken for mixed pixels and removed; 0 keeps all',
+        'beam, and that are off the line of those before it, are taken for mixed pixels and '
+        'removed; 0 keeps all',
         unit='rad',
         minimum=0.0,
         maximum=1.5,
@@ -41,7 +43,8 @@ def veiled(
     Neighbours at the ranges n < f, an angle d apart, are connected within the angle a of the beam
     if f > n (cos d + sin d / tan a). As the shadow filter of laser_filters, this removes the
     farther of the two: it is the mixed pixel, or the first beam that passes the edge. The nearer
-    one is on the object.
+    one is on the object. A beam that is where the line of those before it leads is kept: it is on
+    a wall that is seen at such a low angle.
 
     Parameters
     ----------
@@ -56,7 +59,29 @@ def veiled(
     ratio = math.cos(apart) + math.sin(apart) / math.tan(config.veil_angle)
     known = np.where(geometry.measured(ranges), ranges, np.nan)
     limit = np.maximum(known * ratio, known + config.veil_step)
+    after = np.flatnonzero(known[1:] > limit[:-1]) + 1
+    before = np.flatnonzero(known[:-1] > limit[1:])
+    beam = np.concatenate([after, before])
+    side = np.repeat([-1, 1], [len(after), len(before)])
     found = np.zeros(len(ranges), dtype=np.bool_)
-    found[1:] = known[1:] > limit[:-1]
-    found[:-1] |= known[:-1] > limit[1:]
+    found[beam[~_continues(known, beam, side, apart)]] = True
     return found
+
+
+def _continues(
+    known: NDArray[np.floating[Any]],
+    beam: NDArray[np.intp],
+    side: NDArray[np.intp],
+    apart: float,
+) -> NDArray[np.bool_]:
+    """Return which beams continue the line of the three on one side of each (-1, 1), shape (m,).
+
+    On a line, 1 / r(i) + 1 / r(i - 2) = 2 cos d / r(i - 1). A beam is on it if that is right to a
+    quarter of its step from the one before, and so for the beam before.
+    """
+    ends = np.full(3, np.nan)
+    chain = np.concatenate([ends, known, ends])[3 + beam + side * np.arange(4)[:, None]]
+    with np.errstate(divide='ignore'):
+        line = 1.0 / (2.0 * math.cos(apart) / chain[1:3] - 1.0 / chain[2:])
+    straight = np.abs(chain[:2] - line) < (chain[:2] - chain[1:3]) / 4.0
+    return np.asarray(straight[0] & straight[1])
