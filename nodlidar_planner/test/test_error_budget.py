@@ -217,6 +217,15 @@ def test_a_late_scan_of_a_driving_robot_is_moved_along():
     assert driving - standing == pytest.approx(1e-4 * (0.25 + 0.64 * (x**2 + y**2)))
 
 
+def test_on_a_full_circle_beams_all_around_count():
+    """The mean of rho^2 is r^2 / 2 + z_off^2; in the window of a URG-04LX it is 0.4 r^2."""
+    beams = beams_at(Task(full_circle=True), 3.0)
+    assert np.mean(beams.from_axis(LEVER)) == pytest.approx(4.5 + LEVER**2)
+    within = np.linspace(Task().window_min, Task().window_max, 10_001)
+    mean = np.mean(beams_at(Task(), 3.0).from_axis(0.0))
+    assert mean == pytest.approx(9.0 * np.mean(np.cos(within) ** 2), rel=0.02)
+
+
 @given(st.floats(0.3, 6.0), st.floats(0.2, 8.0), st.sampled_from(['slerp', 'trajectory']))
 def test_the_sources_add_up(speed, distance, estimator):
     budget = budget_of(Task(), speed, ErrorParameters(estimator=estimator))

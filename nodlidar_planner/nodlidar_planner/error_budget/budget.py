@@ -120,8 +120,10 @@ class ErrorBudget:
 
 
 def beams_at(task: Task, distance: float) -> Beams:
-    """Return beams all over the window of a task's lidar and its limits, at one distance [m]."""
+    """Return beams all over the view of a task's lidar and its limits, at one distance [m]."""
     azimuth = np.linspace(task.window_min, task.window_max, 61)
+    if task.full_circle:
+        azimuth = np.linspace(0.0, math.tau, 60, endpoint=False)
     pitch = np.linspace(task.pitch_min, task.pitch_max, 31)
     both = np.meshgrid(azimuth, pitch)
     return Beams(np.full_like(both[0], distance), *both)
