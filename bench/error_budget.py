@@ -37,6 +37,8 @@ SETUPS = 20
 GRAVITY = 9.81  # m/s2
 ON_EDGE = 2e-3  # difference of range by which a spot covers an edge [m]
 EXACT = ('mount_position_error', 'mount_angle_error', 'joint_delay_error', 'scan_delay_error')
+# What is left of an RX-24F's encoder with its zero calibrated: the deviation from its mean.
+CALIBRATED = {**dict.fromkeys(EXACT, 0.0), 'encoder_error': 0.0016}
 LIDARS: dict[str, dict[str, float]] = {
     'URG-04LX-UG01': {},
     'noise of 1 mm': {'range_noise': 0.001, 'range_noise_growth': 0.0, 'range_bias': 0.0},
@@ -62,14 +64,13 @@ def results() -> list[Row]:
 
 
 def profile_rows() -> list[Row]:
-    """Return the budgets of the profiles with the default nod, mount and stamps exact."""
-    exact = dict.fromkeys(EXACT, 0.0)
+    """Return the budgets of the profiles with the default nod, calibrated."""
     return [
         {
             'lidar': lidar,
             'choice': choice,
             'joint states [Hz]': values['joint_rate'],
-            **_expected(ErrorParameters(**noise, **values, **exact)),  # type: ignore[arg-type]
+            **_expected(ErrorParameters(**noise, **values, **CALIBRATED)),  # type: ignore[arg-type]
         }
         for lidar, noise in LIDARS.items()
         for choice, values in CHOICES.items()

@@ -17,6 +17,8 @@ from nodlidar_planner.error_budget.pitch_error import (
 )
 from nodlidar_planner.error_budget.swing import Swing
 from nodlidar_planner.pattern.task import Task
+from nodlidar_sim.world.servo.encoder import Encoder
+from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -215,6 +217,14 @@ def test_a_late_scan_of_a_driving_robot_is_moved_along():
     x, y, _ = places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch).T
     x = x + LEVER * np.sin(BEAMS.pitch)
     assert driving - standing == pytest.approx(1e-4 * (0.25 + 0.64 * (x**2 + y**2)))
+
+
+def test_by_default_the_encoder_is_that_of_an_rx24f():
+    """Over the nod and many encoders; each has the error of another."""
+    pitch = np.linspace(Task().pitch_min, Task().pitch_max, 100)
+    encoders = [Encoder(load_servo('rx24f'), seed).smooth(pitch) for seed in range(500)]
+    error = np.sqrt(np.mean((np.array(encoders) - pitch) ** 2))
+    assert ErrorParameters().encoder_error == pytest.approx(error, rel=0.05)
 
 
 def test_on_a_full_circle_beams_all_around_count():

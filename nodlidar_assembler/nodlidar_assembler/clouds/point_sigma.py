@@ -32,9 +32,9 @@ class SigmaConfig:
         0.004, 'Standard deviation of a far range, per metre', minimum=0.0, maximum=0.5
     )
     sigma_pitch: float = parameter(
-        0.003,
-        'Standard deviation of the pitch of the lidar, backlash included; default of slerp on an '
-        'RX-24F',
+        0.0047,
+        'Standard deviation of the pitch of the lidar, backlash and encoder included; default of '
+        'slerp on an RX-24F',
         unit='rad',
         minimum=0.0,
         maximum=1.0,

@@ -51,8 +51,8 @@ class ErrorParameters:
         maximum=0.1,
     )
     encoder_error: float = parameter(
-        0.0006,
-        'RMS smooth error of the encoder over the nod',
+        0.0037,
+        'RMS smooth error of the encoder over the nod, with its mean, a wrong zero',
         unit='rad',
         minimum=0.0,
         maximum=0.1,
