@@ -2,10 +2,11 @@
 
 Also the fastest nod that each model is planned for. In the fast mode, commanded as by the servo
 node, joint states at 100 Hz, or at 62 Hz, as with a latency timer of 16 ms. Motion is that of the
-shaft. A reversal is where the shaft is farthest, the middle of a leg where it is level. The lidar
-is a URG-04LX-UG01, but on the XL330-M077 one of 50 g. The last rows are of sets that differ: the
-XL330-M077 with the former lidar, and with the motor identified for the XL330-M288, referred to its
-gear; then others with the armature and friction that are guessed for the RX-64.
+shaft. A reversal is where the shaft is farthest, the middle of a leg where it is level. The
+nonlinearity is that of many encoders. The lidar is a URG-04LX-UG01, but on the XL330-M077 one of
+50 g. The last rows are of sets that differ: the XL330-M077 with the former lidar, and with the
+motor identified for the XL330-M288, referred to its gear; then others with the armature and
+friction that are guessed for the RX-64.
 """
 
 from dataclasses import replace
@@ -18,6 +19,7 @@ from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.nodding import nodding_servo, SETTLING
 from nodlidar_sim.world.sensor_model import SensorModel
+from nodlidar_sim.world.servo.encoder import Encoder
 from nodlidar_sim.world.servo.motion import PhysicalServo
 from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo_section import load_servo, servo_names
@@ -29,6 +31,7 @@ from bench.report import Row
 
 DURATION = 30.0
 EARLIEST = 0.1  # sweeps; a servo that is earlier counts as late on the leg before
+ENCODERS, THINNED = range(300), 100
 SLOW = 2.0  # times the duration of a sweep
 HEAVY = {'load_mass': ServoParameters().load_mass}
 XL330 = load_servo('xl330')
@@ -88,7 +91,7 @@ def _row(name: str, nod_name: str, nod: Nod, sensor: SensorModel, **changes: Any
     taken = time.process_time() - begin
     times_ns = np.arange(START_NS, end_ns, NS_PER_S // 1000)
     lidar, shaft = servo.position(times_ns), servo.shaft_position(times_ns)
-    encoder = servo.smooth_encoder(times_ns)
+    backlash, nonlinearity = lidar - shaft, _nonlinearity(parameters, shaft)
     return {
         'servo': name,
         'nod': nod_name,
@@ -96,11 +99,17 @@ def _row(name: str, nod_name: str, nod: Nod, sensor: SensorModel, **changes: Any
         'no-load speed [rad/s]': parameters.no_load_speed,
         'standstill torque [Nm]': parameters.standstill_torque,
         **motion_figures(servo, nod, times_ns),
-        'backlash, RMS [mrad]': _rms(lidar - shaft) * 1e3,
-        'nonlinearity, RMS [mrad]': _rms(encoder - shaft) * 1e3,
-        'both, RMS [mrad]': _rms(lidar - encoder) * 1e3,
+        'backlash, RMS [mrad]': _rms(backlash) * 1e3,
+        'nonlinearity, RMS [mrad]': _rms(nonlinearity) * 1e3,
+        'both, RMS [mrad]': _rms(backlash[::THINNED] - nonlinearity) * 1e3,
         'times real time': (DURATION + SETTLING) / taken,
     }
+
+
+def _nonlinearity(parameters: ServoParameters, shaft: Array) -> Array:
+    """Return the smooth errors [rad] of many encoders, at every THINNED-th position."""
+    thinned = shaft[::THINNED]
+    return np.stack([Encoder(parameters, seed).smooth(thinned) - thinned for seed in ENCODERS])
 
 
 def motion_figures(servo: PhysicalServo, nod: Nod, times_ns: Times) -> Row:
