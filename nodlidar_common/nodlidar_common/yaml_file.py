@@ -1,6 +1,7 @@
 """Strict reader of YAML files: parameters, scenes and routes."""
 
 from pathlib import Path
+import re
 from typing import Any
 
 from nodlidar_common.errors import NodlidarError, ParameterError
@@ -103,3 +104,11 @@ class _StrictLoader(yaml.SafeLoader):
                 )
             keys.add(key)
         return dict(super().construct_mapping(node, deep))
+
+
+# PyYAML takes 1.0e-3 for a number, but 1e-3 for a text. ROS and YAML 1.2 take both for numbers.
+_StrictLoader.add_implicit_resolver(
+    'tag:yaml.org,2002:float',
+    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'),
+    list('-+.0123456789'),
+)

@@ -14,6 +14,16 @@ def test_what_a_file_has_comes_out(tmp_path):
     assert read_yaml(path) == {'rate': 2.5, 'places': [1, {'name': 'x'}]}
 
 
+@pytest.mark.parametrize('text', ['1e-3', '1E-3', '+1.e-3', '.1e-2', '-2e3', '5.0e+2', '4E2'])
+def test_numbers_with_an_exponent_are_numbers_as_in_ros(text):
+    assert parse_yaml(f'a: {text}', 'f.yaml') == {'a': float(text)}
+
+
+@pytest.mark.parametrize('text', ['1e', 'e5', '1e5m', '"1e5"', '1 e5', '.e5', '2024-1e5'])
+def test_what_only_resembles_one_is_a_text(text):
+    assert parse_yaml(f'a: {text}', 'f.yaml') == {'a': text.strip('"')}
+
+
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
