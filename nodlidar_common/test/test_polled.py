@@ -4,6 +4,7 @@ from builtin_interfaces.msg import Time
 from nodlidar_common.ros.polled import PolledSubscription, taken, WhenWanted
 import pytest
 import rclpy
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -81,6 +82,23 @@ def test_a_wanted_message_wakes_the_node_also_if_it_came_before(listening):
     spin_until(lambda: True)
     assert listener.woke == [1, 2]
     assert [message.sec for message, _ in taken(listener.sub)] in ([], [3])  # on the way or there
+
+
+def test_publishers_that_a_waiting_subscription_cannot_hear_are_reported(listening):
+    listener, spin_until, _ = listening
+    reports = []
+    listener.create_subscription(
+        Time,
+        'more',
+        lambda message: None,
+        QoSProfile(depth=1),
+        callback_group=WhenWanted(),
+        event_callbacks=SubscriptionEventCallbacks(incompatible_qos=reports.append),
+    )
+    unreliable = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    listener.create_publisher(Time, 'more', unreliable)
+    spin_until(lambda: reports)
+    assert reports[0].total_count == 1
 
 
 def test_the_qos_of_a_topic_is_overridden_each_time_and_no_other_s():

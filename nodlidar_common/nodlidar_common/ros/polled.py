@@ -5,6 +5,7 @@ from copy import copy
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import EventHandler
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -24,8 +25,8 @@ class WhenWanted(CallbackGroup):
         self._wanted = wanted
 
     def can_execute(self, entity: Any) -> bool:
-        """Return whether a message may wake the node."""
-        return self._wanted()
+        """Return whether an entity may wake the node: a message if wanted, a QoS event always."""
+        return isinstance(entity, EventHandler) or self._wanted()
 
     def beginning_execution(self, entity: Any) -> bool:
         """Return True: a message that woke the node is passed on."""
