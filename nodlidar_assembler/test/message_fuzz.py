@@ -133,13 +133,11 @@ class Fed:
 
     def feed(self, kind, message, arrived_ns=0):
         self._numbers[kind] += 1
-        if kind == 'tf':
-            if self.node.odometry is not None:
-                self.node.odometry.callback(message)
+        inputs = {'scan': self.node.scans, 'joint': self.node.states, 'tf': self.node.odometry}
+        if inputs[kind] is None:
             return
-        given = self.node.scans if kind == 'scan' else self.node.states
         number = self._numbers[kind]
-        given.callback(
+        inputs[kind].callback(
             message, {'publication_sequence_number': number, 'received_timestamp': arrived_ns}
         )
 

@@ -25,6 +25,7 @@ class Bench:
 
     def __init__(self, node):
         self.history, self.samples, self.backs, self.drops = OdometryHistory(), 0, 0, []
+        self._numbers = count(1)
         survival = Survival(pytest.fail)
         self.tf = TfOdometry(
             node, 'odom', 'pivot', self._sampled, self._went_back, survival, self.drops.append
@@ -38,8 +39,12 @@ class Bench:
         self.backs += 1
         self.history.clear()
 
-    def hear(self, ms, x=0.0, parent='odom', child='base', z=0.0):
-        self.tf.callback(TFMessage(transforms=[transform(ms, x, parent, child, z)]))
+    def hear(self, ms, x=0.0, parent='odom', child='base', z=0.0, number=None):
+        self.hear_all(transform(ms, x, parent, child, z), number=number)
+
+    def hear_all(self, *transforms, number=None):
+        info = {'publication_sequence_number': number or next(self._numbers)}
+        self.tf.callback(TFMessage(transforms=list(transforms)), info)
 
     def mount(self, z=1.0):
         message = TFMessage(transforms=[transform(0, 0.0, 'base', 'pivot', z)])
@@ -201,6 +206,32 @@ def test_of_two_publishers_with_different_clocks_one_is_heard(bench):
     assert set(bench.drops) == {TRANSFORM_OUT_OF_ORDER}
 
 
+@pytest.mark.parametrize('ahead', [0, 1, 700, 5_000])
+def test_two_publishers_of_a_transform_on_the_way_are_told_until_one_ends(bench, ahead):
+    """Their numbers may be equal, as of two programs that start at the same time."""
+    bench.mount()
+    numbers = count(1)
+    for ms, number in zip(range(0, 1_000, 20), numbers, strict=False):
+        bench.hear(ms, parent='odom', child='base', number=number + ahead)
+        bench.hear(ms + 7, parent='odom', child='base', number=number)
+    assert bench.tf.shared == {"the transform to 'base'": 2}
+    for ms, number in zip(range(1_000, 4_000, 20), numbers, strict=False):
+        bench.hear(ms, number=number + ahead)
+    assert bench.tf.shared == {}
+
+
+def test_publishers_of_several_transforms_each_are_one_of_each(bench):
+    """A localisation, a base with two transforms, and wheels that another program has as well."""
+    bench.mount()
+    for k in range(100):
+        bench.hear(10 * k, parent='map', child='odom', number=1 + k)
+        both = (transform(10 * k, 0.0, 'odom', 'foot'), transform(10 * k, 0.0, 'foot', 'base'))
+        bench.hear_all(*both, number=70 + 2 * k)
+        bench.hear(10 * k, parent='base', child='wheel', number=71 + 2 * k)
+        bench.hear(10 * k, parent='base', child='wheel', number=1 + k)
+    assert bench.tf.shared == {}
+
+
 def test_transforms_seconds_apart_are_heard_at_once(bench, monkeypatch):
     for ms in range(0, 9_000, 3_000):
         monkeypatch.setattr(bench.tf, 'node', NodeAt(START + ms * MS))
@@ -326,7 +357,7 @@ def test_a_moving_frame_is_not_fixed(bench):
 def test_a_transform_whose_quaternion_is_not_of_length_1_is_dropped(bench, w):
     wrong = transform(10, 0.0, 'odom', 'base')
     wrong.transform.rotation.w = w
-    bench.tf.callback(TFMessage(transforms=[wrong]))
+    bench.hear_all(wrong)
     assert (bench.drops, bench.samples) == ([TfOdometry.MALFORMED], 0)
 
 

@@ -149,6 +149,7 @@ class Diagnosis:
         active = {
             self._scans.sub.topic_name: publishers,
             f"'{self._joint_name}'": self._states.publishers.active,
+            **({} if self._odometry is None else self._odometry.shared),
         }
         return {what: count for what, count in active.items() if count > 1}
 

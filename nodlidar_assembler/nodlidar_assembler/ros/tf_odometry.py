@@ -11,6 +11,7 @@ from nodlidar_assembler.clouds.time_order import (
     TRANSFORM_OUT_OF_ORDER,
     UNSTAMPED,
 )
+from nodlidar_assembler.inputs.publishers import Publishers
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
 from rclpy.clock import ClockType, JumpThreshold
@@ -88,6 +89,7 @@ class TfOdometry(TransformListener):
                 lambda: self._on_drop(TRANSFORM_OUT_OF_ORDER), longest_fall_ns=TIME_JUMP_NS
             )
         )
+        self._publishers: defaultdict[str, Publishers] = defaultdict(Publishers)
         self._on_sample, self._on_time_back = on_sample, on_time_back
         # Of a simulated clock. Stamps may go back by less, and would seem to be late.
         backward = Duration(nanoseconds=-TIME_JUMP_NS)
@@ -121,9 +123,22 @@ class TfOdometry(TransformListener):
         self.buffer.jump_handle.unregister()
         self._jump_handle.unregister()
 
-    def callback(self, data: TFMessage) -> None:
+    @property
+    def shared(self) -> dict[str, int]:
+        """The transforms between the two frames that several nodes publish, and how many do."""
+        between = self._above(self._frame) ^ self._above(self._odom_frame)
+        return {
+            f"the transform to '{frame}'": publishers.active
+            for frame, publishers in self._publishers.items()
+            if frame in between and publishers.active > 1
+        }
+
+    def callback(self, data: TFMessage, info: dict[str, int]) -> None:
         """Add the transforms of a message."""
         with self._survival.surviving():
+            number = info.get('publication_sequence_number')
+            for frame in {transform.child_frame_id for transform in data.transforms}:
+                self._publishers[frame].note(self._publishers[frame].add(number))
             now_ns = self.node.get_clock().now().nanoseconds
             for transform in self._well_formed(data, self._fixed).transforms:
                 if not time_ns(transform.header.stamp):

@@ -55,10 +55,11 @@ class Diagnosis:
         return progress is not None and bool(progress.estimate.lost)
 
     def _shared(self) -> list[str]:
-        """Return the topics with more than one publisher: clouds of another are a wrong place."""
-        topics = self._node.clouds.silences
+        """Return what has more than one publisher: clouds of another are a wrong place."""
+        topics, odometry = self._node.clouds.silences, self._node.clouds.odometry
         counts = {topic: self._node.count_publishers(topic) for topic in topics}
-        return [f'{count} publishers of {topic}' for topic, count in counts.items() if count > 1]
+        counts |= odometry.shared
+        return [f'{count} publishers of {what}' for what, count in counts.items() if count > 1]
 
     def _note_drops(self) -> None:
         errors = {f'internal error: {k}': n for k, n in self._node.survival.errors.items()}
