@@ -132,9 +132,9 @@ def test_the_assembler_plans_for_the_servo_unless_its_file_says_otherwise(tmp_pa
 
 
 def ended(log, *arguments):
-    """Return the log of a launch that ends by itself."""
+    """Return the log of a launch that ends by itself, with an exit status that says so."""
     with launched_sensor(log, *arguments) as running:
-        running.process.wait(STOP_TIMEOUT)
+        assert running.process.wait(STOP_TIMEOUT) == 1
         return log.read_text()
 
 

@@ -19,11 +19,22 @@ from nodlidar_bringup.ros.launch_arguments import (
     share,
 )
 from nodlidar_bringup.ros.tied_node import tied_node
+from nodlidar_common.errors import NodlidarError
 
 
 def end_all(event: Any, context: LaunchContext) -> Shutdown | None:
-    """Shut down the launch when a process ends, unless it is shutting down already."""
-    return None if context.is_shutdown else Shutdown(reason=f'{event.process_name} ended')
+    """Shut down the launch when a process ends, unless it is shutting down already.
+
+    Raises
+    ------
+    NodlidarError
+        If the process failed: the launch ends with exit status 1, which an action cannot set.
+    """
+    if context.is_shutdown:
+        return None
+    if event.returncode:
+        raise NodlidarError(f'{event.process_name} ended with exit status {event.returncode}')
+    return Shutdown(reason=f'{event.process_name} ended')
 
 
 def text(value: str) -> ParameterValue:
