@@ -145,6 +145,12 @@ def test_malformed_joint_states_are_counted(message):
     assert samples_and_drops(message) == ([], {JointInput.MALFORMED: 1})
 
 
+def test_joint_states_without_a_stamp_are_counted_as_such():
+    message = joint_state(sec=0)
+    message.header.stamp.nanosec = 0
+    assert samples_and_drops(message) == ([], {JointInput.UNSTAMPED: 1})
+
+
 def test_other_joints_are_passed_over_and_the_own_one_is_found_among_them():
     assert samples_and_drops(joint_state(name=['arm', 'leg'])) == ([], {})
     ((_, pitch),), drops = samples_and_drops(joint_state())
@@ -169,7 +175,9 @@ def test_a_joint_of_another_convention_is_taken_as_it_is_meant():
 
 
 def test_a_delay_that_leads_before_1970_is_counted():
-    found = samples_and_drops(joint_state(sec=0), joint_delay=0.5)
+    message = joint_state(sec=0)
+    message.header.stamp.nanosec = 10**8
+    found = samples_and_drops(message, joint_delay=0.5)
     assert found == ([], {JointInput.MALFORMED: 1})
 
 

@@ -53,12 +53,13 @@ class JointInput:
     config
         Name of the joint, zero and direction of its positions, delay of its stamps.
     drops
-        Counter of malformed and misordered joint states.
+        Counter of malformed, unstamped and misordered joint states.
     """
 
     MALFORMED = (
         f'joint state without a position up to {LARGEST:g} rad or a stamp between 1970 and 2038'
     )
+    UNSTAMPED = 'joint state without a stamp'
     OUT_OF_ORDER = 'joint state whose stamp does not fit its neighbours'
 
     def __init__(self, config: JointInputConfig, drops: Counter[str]) -> None:
@@ -97,6 +98,9 @@ class JointInput:
                 self._others.update(message.name[:_MOST_OTHERS])
             return []
         self._heard = True
+        if not time_ns(message.header.stamp):
+            self._drops[self.UNSTAMPED] += 1
+            return []
         index = message.name.index(self._joint_name)
         has_position = index < len(message.position) and abs(message.position[index]) <= LARGEST
         measured_ns = time_ns(message.header.stamp) - self._delay_ns
