@@ -316,15 +316,25 @@ def test_clouds_without_odometry_are_counted_as_such_however_fast_they_come(runn
     assert mapper.clouds.drops[NO_ODOMETRY] == 4
 
 
+def test_in_a_pause_of_odometry_nobody_knows_where_a_cloud_was_taken(running):
+    """The robot goes out and back meanwhile, so that TF would have it at rest all the time."""
+    robot, mapper, until = running
+    drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    robot.send_odometry(5.0, np.eye(4))
+    robot.send_cloud(3.0, planar(0.5, 0.0, 0.6))
+    until(lambda: mapper.clouds.drops == {NO_ODOMETRY: 1})
+    match(running, 5.0, np.eye(4), np.eye(4))
+
+
 def test_of_the_clouds_that_wait_for_odometry_the_newest_ones_are_matched(running):
     robot, mapper, until = running
     drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
     count = MOST_READY + 2
     for k in range(count):
-        robot.send_cloud(2.0 + 0.1 * k, np.eye(4))
+        robot.send_cloud(1.05 + 0.07 * k, np.eye(4))
     until(lambda: mapper.clouds.received == 2 + count)
-    robot.send_odometry(2.1 + 0.1 * count, np.eye(4))
-    last = round(1.9 + 0.1 * count, 6)
+    robot.send_odometry(1.05 + 0.07 * count, np.eye(4))
+    last = round(1.05 + 0.07 * (count - 1), 6)
     until(lambda: seconds_of(mapper.output.progress.estimate.stamp_ns) == last)
     assert mapper.clouds.drops == {BUSY: 2}
     assert len(mapper.output.progress.path) == 2 + MOST_READY

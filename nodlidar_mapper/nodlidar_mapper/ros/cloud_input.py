@@ -1,6 +1,6 @@
 """Clouds that wait for odometry at their stamps."""
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -25,6 +25,7 @@ from sensor_msgs.msg import PointCloud2
 from tf2_ros import TransformException
 
 MOST_READY = 3  # clouds of a topic that wait to be matched, as after a burst of odometry
+MOST_PAUSES = 20  # of odometry; TF keeps ten seconds
 FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
 BUSY = 'cloud that came while others were matched'
 MALFORMED = 'malformed cloud'
@@ -105,11 +106,12 @@ class CloudInput:
         self.received = 0
         self.drops: Counter[str] = Counter()
         self._waiting: list[_Waiting] = []  # in the order of arrival
+        self._forget_pauses()
         self.odometry = TfOdometry(
             node,
             config.odom_frame,
             config.base_frame,
-            lambda *_: on_news(),
+            self._odometry_came,
             self._time_went_back,
             survival,
             lambda reason: self.drops.update([reason]),
@@ -177,8 +179,24 @@ class CloudInput:
         return None if stamp_ns is None else stamp_ns - self._delay_ns
 
     def odometry_of(self, frame: str, instant_ns: int) -> Array | None:
-        """Return a frame's pose in that of odometry at an instant [ns]; None if TF lacks it."""
-        return self._pose_in(self._config.odom_frame, frame, instant_ns + self._delay_ns)
+        """Return a frame's pose in that of odometry at an instant [ns]; None if TF lacks it.
+
+        In a pause of odometry, TF would interpolate, however long that was.
+        """
+        stamp_ns = instant_ns + self._delay_ns
+        if any(begin_ns < stamp_ns < end_ns for begin_ns, end_ns in self._pauses_ns):
+            return None
+        return self._pose_in(self._config.odom_frame, frame, stamp_ns)
+
+    def _odometry_came(self, stamp_ns: int, *_: object) -> None:
+        if pause := self._silence.seconds(stamp_ns):
+            self._pauses_ns.append((stamp_ns - round(pause * NS_PER_S), stamp_ns))
+        self._silence.heard(stamp_ns)
+        self._on_news()
+
+    def _forget_pauses(self) -> None:
+        self._silence = Silence()  # of odometry, by its stamps
+        self._pauses_ns: deque[tuple[int, int]] = deque(maxlen=MOST_PAUSES)
 
     def _pose_in(self, parent: str, frame: str, stamp_ns: int) -> Array | None:
         if stamp_ns < 0:
@@ -204,6 +222,7 @@ class CloudInput:
 
     def _time_went_back(self) -> None:
         self._waiting.clear()
+        self._forget_pauses()
         self._on_time_back()
 
 
