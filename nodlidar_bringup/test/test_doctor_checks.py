@@ -1,6 +1,7 @@
 """Each fault put into facts of a healthy sensor is found and named, with what mends it."""
 
 from dataclasses import replace
+import math
 from pathlib import Path
 import re
 
@@ -188,6 +189,7 @@ FAULTS = [
         'frame_prefix:=',
     ),
     (check_content(replace(CONTENT, positions=[0.1, 0.11])), 'joint stands still', 'supply'),
+    (check_content(replace(CONTENT, positions=[math.nan])), 'no joint position', 'order of the'),
     (check_frames(replace(FRAMES, parents=without('laser'))), 'transform missing', 'model'),
     (check_frames(Frames()), 'transform missing', 'robot_state_publisher'),
     (

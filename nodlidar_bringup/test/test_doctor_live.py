@@ -128,6 +128,16 @@ def test_the_port_of_hardware_that_ros2_control_drives_is_left_alone(capsys):
     assert [each for each in ports if 'servo' in each['text']] == []
 
 
+def test_a_joint_whose_position_is_missing_is_a_fault(capsys):
+    """A message may have fewer positions than names."""
+    with spinning_node('servo', 'short') as servo:
+        states = servo.create_publisher(JointState, 'joint_states', 5)
+        state = JointState(name=['arm', 'nod_joint'], position=[0.0])
+        servo.create_timer(0.05, lambda: states.publish(state))
+        messages = subjects(capsys, '--namespace', '/short')['messages']
+    assert 'no joint position' in [finding['check'] for finding in messages]
+
+
 def test_clouds_of_slow_sweeps_are_no_fault(capsys):
     settings = {'laser_xyz': [0.0, 0.0, 0.08], 'laser_rpy': [0.0] * 3}
     settings |= {'cloud_mode': 'sweep', 'sweeps_per_cloud': 2}

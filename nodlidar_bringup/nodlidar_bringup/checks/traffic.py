@@ -77,7 +77,7 @@ class Content:
     joint_names
         The names of joints in the joint states.
     positions
-        Positions of the nod joint [rad].
+        Positions of the nod joint [rad]; NaN where a joint state has none.
     namespace
         Of the sensor, without a slash at the end.
     """
@@ -153,15 +153,16 @@ def check_content(content: Content) -> list[Finding]:
         text = f"joint_states have no joint '{content.joint_name}', but {names}"
         remedy = f'{LAUNCH} frame_prefix:=... as in the names, or joint_name in assembler_params'
         findings.append(fault('joint missing', text, remedy))
-    if content.positions and math.dist(*_ends(content.positions)) < LEAST_NOD:
-        text = f'the joint stands still at {content.positions[-1]:.3f} rad'
+    positions = [each for each in content.positions if math.isfinite(each)]
+    if content.positions and not positions:
+        text = f"joint_states have no position of '{content.joint_name}'"
+        remedy = 'publish the measured position of each joint in the order of the names'
+        findings.append(fault('no joint position', text, remedy))
+    if positions and max(positions) - min(positions) < LEAST_NOD:
+        text = f'the joint stands still at {positions[-1]:.3f} rad'
         remedy = (
             f'ros2 topic echo --once {content.namespace}/servo/status, and /diagnostics: torque, '
             'the supply of the servo, command_nod of the assembler'
         )
         findings.append(fault('joint stands still', text, remedy))
     return findings
-
-
-def _ends(values: Sequence[float]) -> tuple[tuple[float], tuple[float]]:
-    return (min(values),), (max(values),)

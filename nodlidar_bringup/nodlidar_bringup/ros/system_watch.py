@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+import math
 import time
 from typing import Any
 
@@ -163,8 +164,10 @@ class SystemWatch:
         positions = []
         for _, state in self._arrivals['joint_states']:
             names.update(state.name)
-            if joint_name in state.name and state.position:
-                positions.append(float(state.position[list(state.name).index(joint_name)]))
+            if joint_name in state.name:
+                index = list(state.name).index(joint_name)
+                given = index < len(state.position)
+                positions.append(float(state.position[index]) if given else math.nan)
         share = float(np.mean(valid)) if valid else None
         return Content(share, joint_name, frozenset(names), positions, self._namespace)
 
