@@ -10,6 +10,7 @@ import numpy as np
 from observer import Observer
 import pytest
 from rcl_interfaces.srv import GetParameters
+from rclpy.qos import ReliabilityPolicy
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from tf2_msgs.msg import TFMessage
@@ -128,6 +129,20 @@ def test_the_assembler_plans_for_the_servo_unless_its_file_says_otherwise(tmp_pa
         observer.spin_until(answer.done, 'parameters')
     found = [value.double_value for value in answer.result().values]
     assert found == pytest.approx([speed, 150.0], rel=1e-3)
+    observer.close()
+
+
+@pytest.mark.parametrize('namespace', ['', '/left/'])
+def test_best_effort_scans_are_taken_in_any_namespace(tmp_path, namespace):
+    given = [f'namespace:={namespace}'] if namespace else []
+    observer = Observer()
+    topic = f'/{namespace.strip("/")}/scan'.replace('//', '/')
+    arguments = 'hardware:=real', 'lidar:=ydlidar', 'servo:=none', 'description:=none', *given
+    with launched_sensor(tmp_path / 'launch.log', *arguments):
+        heard = lambda: observer.node.get_subscriptions_info_by_topic(topic)  # noqa: E731
+        observer.spin_until(heard, 'the assembler')
+        qos = [each.qos_profile.reliability for each in heard()]
+    assert qos == [ReliabilityPolicy.BEST_EFFORT]
     observer.close()
 
 

@@ -15,6 +15,7 @@ def share(package: str, path: str) -> str:
 
 
 OTHER_DRIVERS = ('rplidar', 'ldlidar', 'ydlidar', 'urg_node2')  # each has a file in config/lidars
+BEST_EFFORT = ('ydlidar',)  # of these; their scans reach no reliable subscription
 
 DESCRIPTIONS = ('robot', 'ros2_control')  # each is a file in urdf
 

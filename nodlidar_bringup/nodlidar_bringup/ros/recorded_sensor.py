@@ -60,11 +60,9 @@ class RecordedSensor(Sensor):
 
         With own_tf, the transforms are played in the namespace, wherever the bag has them.
         """
-        namespace = self.values['namespace'].strip('/')
-        prefix = f'/{namespace}/' if namespace else '/'
         own = TRANSFORMS if self.values['own_tf'] == 'true' else ()
         played = [*PLAYED, *own]
-        topics = [topic if topic.startswith('/') else prefix + topic for topic in played]
+        topics = [topic if topic.startswith('/') else self.topic(topic) for topic in played]
         command = ['ros2', 'bag', 'play', self._bag, '--clock', str(CLOCK_RATE)]
-        remaps = ['--remap', *(f'/{topic}:={prefix}{topic}' for topic in own)] if own else []
+        remaps = ['--remap', *(f'/{topic}:={self.topic(topic)}' for topic in own)] if own else []
         return [*command, '--topics', *topics, *remaps]

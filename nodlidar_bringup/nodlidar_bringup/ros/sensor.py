@@ -14,6 +14,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_bringup import arguments
 from nodlidar_bringup.ros.launch_arguments import (
     ARGUMENTS,
+    BEST_EFFORT,
     DESCRIPTIONS,
     OTHER_DRIVERS,
     share,
@@ -98,6 +99,11 @@ class Sensor:
     def frame(self, name: str) -> str:
         """Return a frame or joint of this sensor."""
         return f'{self.values["frame_prefix"]}{name}'
+
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic of this sensor."""
+        namespace = self.values['namespace'].strip('/')
+        return f'/{namespace}/{name}' if namespace else f'/{name}'
 
     def port(self, device: str) -> str:
         """Return a device's port: its own, or in simulation the link to its emulator."""
@@ -186,6 +192,8 @@ class Sensor:
             'laser_xyz': arguments.numbers('laser_xyz', self.values['laser_xyz']),
             'laser_rpy': arguments.numbers('laser_rpy', self.values['laser_rpy']),
         }
+        if self.values['lidar'] in BEST_EFFORT:
+            own[f'qos_overrides.{self.topic("scan")}.subscription.reliability'] = 'best_effort'
         if self.values['ego_motion']:
             own['ego_motion'] = self.values['ego_motion']
         if self.values['adapt_limits']:
