@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_sim.world.scene import parse_scene
 from nodlidar_sim.world.section import Section
-from nodlidar_sim.world.servo.encoder import Encoder
+from nodlidar_sim.world.servo.encoder import Encoder, MOST_BLOCKS
 from nodlidar_sim.world.servo.firmware import Compliance, Firmware
 from nodlidar_sim.world.servo.motion import PhysicalServo
 from nodlidar_sim.world.servo.parameters import ServoParameters
@@ -179,6 +179,14 @@ def test_history_is_kept_as_long_as_asked():
 def test_commands_that_make_no_sense_are_refused(goal, speed):
     with pytest.raises(ParameterError):
         PhysicalServo(RX24F).set_goal(NOW, goal, speed)
+
+
+def test_an_encoder_keeps_little_of_a_long_run_and_reads_the_same_again():
+    encoder = Encoder(ServoParameters(tick=TICK, encoder_noise=3.0), 1)
+    periods = np.arange(0, 1_000_000, 999)
+    first = encoder.readings(np.zeros(len(periods)), periods)
+    assert len(encoder._blocks) == MOST_BLOCKS
+    np.testing.assert_array_equal(encoder.readings(np.zeros(len(periods)), periods), first)
 
 
 def test_an_encoder_without_errors_rounds_to_its_ticks():

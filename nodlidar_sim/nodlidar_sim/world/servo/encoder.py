@@ -14,6 +14,7 @@ Times = NDArray[np.int64]
 _WEIGHTS = (0.6, 0.3, 0.1)  # of the harmonics of a turn
 _SEEDS = 2**62 - 1
 _BLOCK = 4096  # periods whose noise is drawn at once
+MOST_BLOCKS = 8  # that are kept; others are drawn again
 
 
 class Encoder:
@@ -68,6 +69,8 @@ class Encoder:
         """Return the noise of a period [ticks]."""
         block, place = divmod(period, _BLOCK)
         if block not in self._blocks:
+            if len(self._blocks) == MOST_BLOCKS:
+                del self._blocks[next(iter(self._blocks))]
             rng = np.random.default_rng([self._seed, 1, block & _SEEDS])  # times before 0, too
             self._blocks[block] = rng.normal(0.0, self._noise, _BLOCK).tolist()
         return self._blocks[block][place]
