@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+import os
 from pathlib import Path
 import re
 from typing import Any
@@ -14,6 +15,7 @@ from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.parameters import limits_of
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
+from nodlidar_mapper.map_files import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.trajectory_config import TrajectoryConfig
@@ -52,7 +54,10 @@ def check(values: Mapping[str, str]) -> None:
 
 
 def check_mapping(values: Mapping[str, str]) -> None:
-    """Raise ParameterError if the mapper cannot use the clouds: it needs deskewed sweeps."""
+    """Raise ParameterError if the map is missing, or the clouds are no deskewed sweeps."""
+    folder = os.path.expanduser(values['map'])
+    if folder and not os.path.isfile(os.path.join(folder, KEYFRAMES)):
+        raise ParameterError('map', f"the folder of a saved map, with '{KEYFRAMES}'", folder)
     if values['profile'] != 'slam':
         raise ParameterError('profile', 'slam with the mapper', values['profile'])
     if values['ego_motion'] not in ('', 'deskew'):

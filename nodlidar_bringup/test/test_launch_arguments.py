@@ -129,7 +129,7 @@ def test_a_file_that_holds_no_parameters_is_named(values, tmp_path, content):
 
 @pytest.mark.parametrize('ego_motion', ['', 'deskew'])
 def test_the_mapper_takes_deskewed_sweeps(ego_motion):
-    check_mapping({'profile': 'slam', 'ego_motion': ego_motion})
+    check_mapping({'map': '', 'profile': 'slam', 'ego_motion': ego_motion})
 
 
 def test_numbers_are_taken_as_they_are():

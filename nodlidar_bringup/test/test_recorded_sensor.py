@@ -13,6 +13,7 @@ from launch import LaunchContext
 from launch_ros.actions import Node
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_common.errors import NodlidarError
+from nodlidar_mapper.map_files import KEYFRAMES
 import pytest
 
 
@@ -32,7 +33,9 @@ def launched(**given):
 
 @pytest.fixture
 def bag_command(tmp_path, monkeypatch):
-    """Let it seem that `ros2 bag` is installed."""
+    """Let it seem that `ros2 bag` is installed, and that there is a bag 'drive'."""
+    (tmp_path / 'drive').mkdir()
+    monkeypatch.chdir(tmp_path)
     index = tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages'
     index.mkdir(parents=True)
     (index / 'ros2bag').touch()
@@ -66,6 +69,17 @@ def test_with_own_tf_the_transforms_are_played_in_the_namespace(bag_command):
 def test_clouds_that_the_mapper_cannot_use_are_refused(bag_command, bag, name, value):
     with pytest.raises(NodlidarError, match=f"'{name}' must be .* with the mapper.*'{value}'"):
         launched(bag=bag, **{name: value})
+
+
+@pytest.mark.parametrize('name', ['bag', 'map'])
+def test_a_path_that_leads_nowhere_is_named_before_anything_starts(bag_command, name):
+    with pytest.raises(NodlidarError, match=f"'{name}' must be .*, but is 'nowhere'"):
+        launched(**{name: 'nowhere'})
+
+
+def test_a_saved_map_is_taken(bag_command, tmp_path):
+    (tmp_path / KEYFRAMES).touch()
+    assert launched(map=str(tmp_path))[1]
 
 
 def test_without_ros2_bag_nothing_starts():

@@ -1,5 +1,6 @@
 """A recorded sensor, for the launch files: a bag in place of the devices."""
 
+import os
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
@@ -7,7 +8,7 @@ from launch import LaunchContext
 from launch.actions import ExecuteProcess
 from launch_ros.actions import Node
 from nodlidar_bringup.ros.sensor import Sensor
-from nodlidar_common.errors import NodlidarError
+from nodlidar_common.errors import NodlidarError, ParameterError
 
 CLOCK_RATE = 100  # Hz, of the time that the nodes follow
 # What the nodes publish themselves must not come from the bag as well.
@@ -40,6 +41,8 @@ class RecordedSensor(Sensor):
         except PackageNotFoundError as error:
             install = 'sudo apt install ros-$ROS_DISTRO-rosbag2'
             raise NodlidarError(f'bag:= needs ros2 bag: {install}') from error
+        if not os.path.exists(bag):
+            raise ParameterError('bag', 'the path of a recorded drive', bag)
         self._bag = bag
 
     def nodes(self) -> list[Any]:
