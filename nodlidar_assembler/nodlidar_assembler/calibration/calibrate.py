@@ -90,19 +90,20 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
     if 'zero' not in names:
         undetermined['zero'] = 'a turn of the whole cloud: without a level floor nothing shows it'
     coarse = replace(start, delay=start.delay + _coarse_delay(beams, start))
-    while True:
-        solution, system = _solve(beams, coarse, start, names, level)
-        assert solution.errors is not None
-        errors = dict(zip(names, solution.errors.tolist(), strict=True))
-        worst = max(names, key=lambda name: errors[name] / DETERMINED[name])
-        if errors[worst] <= DETERMINED[worst]:
-            break
-        if len(names) == 1:
-            raise CalibrationError('this scene leaves every value open')
-        error = f'{errors[worst]:.2g} {UNITS.get(worst, "rad")}'
-        undetermined[worst] = f'this scene leaves it open: standard error {error}'
-        names = tuple(name for name in names if name != worst)
-        coarse = replace(solution.values, **{worst: getattr(start, worst)})
+    solution, system = _solve(beams, coarse, start, names, level)
+    assert solution.errors is not None
+    errors = dict(zip(names, solution.errors.tolist(), strict=True))
+    open_ = [name for name in names if errors[name] > DETERMINED[name]]
+    for name in open_:
+        error = f'{errors.pop(name):.2g} {UNITS.get(name, "rad")}'
+        undetermined[name] = f'this scene leaves it open: standard error {error}'
+    if not errors:
+        raise CalibrationError('this scene leaves every value open')
+    if open_:
+        # The others are those that fit what is left as before. Their errors stay: those with the
+        # open values known would be too small.
+        coarse = replace(solution.values, **{name: getattr(start, name) for name in open_})
+        solution, system = _solve(beams, coarse, start, tuple(errors), level)
     before = system.thickness(start)
     after = system.thickness(solution.values)
     return Calibration(
@@ -145,7 +146,7 @@ def _solve(
             solution = system.system.step(solution)
         values, bend = solution.values, solution.bend
         if level is not None:
-            level = replace(level, limit=max(0.03, 0.5 * level.limit))
+            level = level.narrower()
     return system.system.step(solution, with_errors=True), system
 
 

@@ -1,6 +1,6 @@
 """Floors that are level and walls that are upright, by which the zero of the joint shows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 OFF_LEVEL = 0.1  # a plane farther off is neither a floor nor a wall, at first [rad]
+DOUBTED = 0.03, 3e-3  # a plane so far off counts half, at first and in the end [rad]
+SPREAD = 3e-4  # of floors and walls [rad]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +23,22 @@ class Level:
         Upward in nodlidar_base_link, shape (3,).
     limit
         Angle by which a plane may be off and still count [rad].
+    doubted
+        Angle off at which it counts half [rad].
     """
 
     up: Array
     limit: float = OFF_LEVEL
+    doubted: float = DOUBTED[0]
+
+    def narrower(self) -> 'Level':
+        """Return it for planes that are nearer to level than before."""
+        limit, doubted = max(0.03, 0.5 * self.limit), max(DOUBTED[1], 0.3 * self.doubted)
+        return replace(self, limit=limit, doubted=doubted)
+
+    def weight(self, residuals: Array) -> Array:
+        """Return the weights of residuals [rad]."""
+        return np.asarray(SPREAD**-2.0 / (1.0 + (residuals / self.doubted) ** 2))
 
     @property
     def axis(self) -> Array:

@@ -2,7 +2,8 @@
 
 Each plane has its own excess of the range, as lidars have by brightness and material, and all
 share one that grows with the incidence. The encoder has a smooth error over the nod angle, as
-potentiometers and gears with play have. All are unknowns, with the spread that devices show.
+potentiometers and gears with play have: a Gaussian process. All are unknowns, with the spread that
+devices show.
 """
 
 from dataclasses import dataclass, field, replace
@@ -22,11 +23,16 @@ Array = NDArray[np.float64]
 BEFORE = {'delay': 0.05, 'zero': 0.2, 'roll': 0.1, 'yaw': 0.1, 'x': 0.03, 'z': 0.03}
 BIAS = 0.01  # of ranges: Kneip et al., ICRA 2009, and Okubo et al., 2009, found 5 to 20 mm [m]
 TILT = 0.2  # of the base about its x axis [rad]
-LEVEL = 3e-4  # of floors and walls [rad]
 REDESCENDING = 4.0  # standard deviations; Tukey's biweight ignores what is farther off
-BEND = 3e-3  # of the smooth error of an encoder at each knot, until it is learned [rad]
+BEND = 3e-3  # of the smooth error of an encoder, until it is learned [rad]
 LEAST_BEND = 1e-4  # [rad]
 KNOTS = np.linspace(-1.6, 1.6, 25)  # of nod angle, between which it is linear [rad]
+ALIKE = 0.5  # difference of nod angles whose errors are alike: a few waves per turn [rad]
+ROUGH = 0.1  # share of an encoder's error that is alike nowhere
+MEAN_BEND = 1e-5  # over the beams: the mean belongs to the joint zero [rad]
+# Information of the errors at the knots, whose standard deviation is 1.
+_SMOOTH = np.exp(-0.5 * ((KNOTS - KNOTS[:, None]) / ALIKE) ** 2)
+_OF_KNOTS = np.linalg.inv((1.0 - ROUGH**2) * _SMOOTH + ROUGH**2 * np.eye(len(KNOTS)))
 _OF_PLANE = 4  # unknowns: two slopes, offset, excess of the range
 
 
@@ -101,33 +107,34 @@ class PlaneSystem:
         level_off, level_slopes, level_weight = self._level_rows(before, bases)
         prior_off, prior = self._prior(before)
         weighted = rows.slopes.multiply(rows.weight[:, None]).tocsr()
-        normal = (weighted.T @ rows.slopes).toarray() + np.diag(prior)
+        normal = (weighted.T @ rows.slopes).toarray() + prior
         normal += level_slopes.T @ (level_slopes * level_weight[:, None])
-        right = weighted.T @ rows.off + prior * prior_off
+        right = weighted.T @ rows.off + prior @ prior_off
         right += level_slopes.T @ (level_weight * level_off)
         scale = 1.0 / np.sqrt(np.diag(normal))
-        inverse = np.linalg.inv(normal * np.outer(scale, scale)) * np.outer(scale, scale)
+        outer: Array = np.outer(scale, scale)
+        inverse: Array = np.linalg.inv(normal * outer) * outer
         change = -inverse @ right
         errors = None
         if with_errors:
             scores = rows.slopes.multiply((rows.weight * rows.off)[:, None]).tocsr()
             spreads = spreads_of(scores, self._beams, ends, before.values)
             level_scores = level_slopes * (level_weight * level_off)[:, None]
-            rest = level_scores.T @ level_scores + np.diag(prior)
+            rest = level_scores.T @ level_scores + prior
             spreads = [each + rest for each in spreads]
             errors = standard_errors(_curvature(normal, rows), spreads)[:k]
         after = self._moved(before, bases, change, rows, errors)
-        return replace(after, bend=self._learned_bend(after, np.diag(inverse)))
+        return replace(after, bend=self._learned_bend(after, inverse))
 
-    def _learned_bend(self, after: Solution, variance: Array) -> float:
-        """Return the spread of the encoder's errors [rad], by expectation maximisation."""
-        own = variance[len(self.names) : self._first - 2]
-        position, _ = self._beams.track.at(self._beams.time + after.values.delay)
-        lowest, highest = np.quantile(position - after.values.zero, (0.01, 0.99))
-        seen = np.abs(KNOTS - (lowest + highest) / 2.0) < (highest - lowest) / 2.0
-        if not seen.any():
-            return after.bend
-        return max(LEAST_BEND, float(np.sqrt(np.mean(after.bends[seen] ** 2 + own[seen]))))
+    def _learned_bend(self, after: Solution, covariance: Array) -> float:
+        """Return the spread of the encoder's errors [rad].
+
+        MacKay, "Bayesian Interpolation", Neural Computation, 1992.
+        """
+        own = slice(len(self.names), self._first - 2)
+        known = len(KNOTS) - np.sum(_OF_KNOTS * covariance[own, own]) / after.bend**2
+        square = after.bends @ _OF_KNOTS @ after.bends
+        return max(LEAST_BEND, float(np.sqrt(square / max(known, 0.1))))
 
     def _rows(self, ends: Ends, at: Solution, bases: list[Array]) -> _Rows:
         """Return the rows; their derivatives are at the planes, where no noise biases them."""
@@ -186,7 +193,7 @@ class PlaneSystem:
                     off.append(residual)
                     slopes.append(row)
         residuals = np.array(off)
-        weight = 1.0 / (LEVEL**2 + residuals**2)
+        weight = residuals if self._level is None else self._level.weight(residuals)
         return residuals, np.reshape(slopes, (len(off), size)), weight
 
     def _prior(self, at: Solution) -> tuple[Array, Array]:
@@ -202,7 +209,11 @@ class PlaneSystem:
         off[self._first - 2 : self._first] = at.slant, at.tilt
         spread[self._first + 3 :: _OF_PLANE] = BIAS
         off[self._first + 3 :: _OF_PLANE] = at.biases
-        return off, spread**-2.0
+        information = np.diag(spread**-2.0)
+        own = slice(len(self.names), self._first - 2)
+        share = self._hats(at.values).mean(axis=1)
+        information[own, own] = _OF_KNOTS / at.bend**2 + np.outer(share, share) / MEAN_BEND**2
+        return off, information
 
     def _moved(
         self,
