@@ -45,7 +45,7 @@ def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> in
         If no N_s ever completes.
     """
     guard = QUICK_GUARD * timing_error / task.beam_period
-    return int(_soonest(task, samples, guard, None, 1)[0])
+    return int(_soonest(task, samples, guard, None, 1, iter)[0])
 
 
 def plans(
@@ -91,7 +91,7 @@ def plans(
     if timing_error > 0.0:
         chosen = _robust(task, samples, start_pitch, timing_error, progress)[:count]
     elif objective.only_completion:
-        chosen = _soonest(task, samples, 0.0, start_pitch, count).tolist()
+        chosen = _soonest(task, samples, 0.0, start_pitch, count, progress).tolist()
     else:
         chosen = samples.tolist()
     if timing_error == 0.0:
@@ -108,7 +108,12 @@ def plans(
 
 
 def _soonest(
-    task: Task, samples: Integers, guard: float, start_pitch: float | None, count: int
+    task: Task,
+    samples: Integers,
+    guard: float,
+    start_pitch: float | None,
+    count: int,
+    progress: Progress,
 ) -> Integers:
     """Return the N_s that complete soonest, with the largest guard [samples] that any permits."""
     _check_columns(task)
@@ -116,7 +121,7 @@ def _soonest(
     at_random = task.rows * math.log(task.cells + 1) / task.scan_rate
     while True:
         limit = at_random if guard > 0.0 else math.inf
-        found, _ = soonest(task, samples, guard, count, start_pitch, limit)
+        found, _ = soonest(task, samples, guard, count, start_pitch, limit, progress)
         if len(found):
             return found
         if guard == 0.0:
@@ -150,7 +155,8 @@ def _robust(
     """Return a shortlist, ordered by mean plus 90th percentile under the timing error."""
     error = timing_error / task.beam_period
     shortlists = [
-        _soonest(task, samples, g * error, start_pitch, SHORTLIST)[:SHORTLIST] for g in GUARDS
+        _soonest(task, samples, g * error, start_pitch, SHORTLIST, progress)[:SHORTLIST]
+        for g in GUARDS
     ]
     shortlist = np.unique(np.concatenate(shortlists)).tolist()
     score = {}

@@ -8,6 +8,7 @@ evaluated.
 import math
 from typing import Any
 
+from nodlidar_planner.choice.plan import Progress
 from nodlidar_planner.coverage.coverage import Coverage, reversal_reach
 from nodlidar_planner.pattern.start import pattern_from, phase_at
 from nodlidar_planner.pattern.task import column_runs, Task
@@ -40,6 +41,7 @@ def soonest(
     count: int = 1,
     start_pitch: float | None = None,
     limit: float = math.inf,
+    progress: Progress = iter,
 ) -> tuple[Integers, Floats]:
     """Return the N_s that complete soonest, and their times.
 
@@ -57,13 +59,15 @@ def soonest(
         See `phase_at`.
     limit
         Upper limit of the completion time, exclusive [s].
+    progress
+        Wraps the iteration over the columns, to show progress.
 
     Returns
     -------
     N_s and completion times [s], soonest first; ties in the order of `samples`.
     """
     samples = samples[_bears(task, samples, guard)]
-    search = _Search(task, guard, count, start_pitch, limit)
+    search = _Search(task, guard, count, start_pitch, limit, progress)
     thinning = 1
     while len(samples) > thinning * max(FEW, count):
         thinning *= THINNING
@@ -91,12 +95,19 @@ class _Search:
     """The completion times computed so far, and the bounds that decide which others to compute."""
 
     def __init__(
-        self, task: Task, guard: float, count: int, start_pitch: float | None, limit: float
+        self,
+        task: Task,
+        guard: float,
+        count: int,
+        start_pitch: float | None,
+        limit: float,
+        progress: Progress,
     ) -> None:
         self._task = task
         self._guard = guard
         self._count = count
         self._start_pitch = start_pitch
+        self._progress = progress
         self._times: dict[int, float] = {}
         self._limit = self._to_beat = limit
 
@@ -121,7 +132,7 @@ class _Search:
         """Return lower bounds of the completion times, until few are below the time to beat."""
         starts, widths = column_runs(self._task.column_of_step())
         bound = np.zeros(len(samples))
-        for visited, column in enumerate(spread(len(starts)), start=1):
+        for visited, column in enumerate(self._progress(spread(len(starts))), start=1):
             open_ = np.flatnonzero(bound < self._to_beat)
             if not math.isfinite(self._to_beat) or len(open_) <= FEW:
                 break
