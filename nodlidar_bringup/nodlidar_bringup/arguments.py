@@ -15,7 +15,7 @@ from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.parameters import limits_of
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
-from nodlidar_mapper.map_files import KEYFRAMES
+from nodlidar_mapper.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.config import ServoConfig
 from nodlidar_servo.trajectory_config import TrajectoryConfig

@@ -10,11 +10,11 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import EmptyMapError, Grid, grid_of, GridConfig
 from nodlidar_mapper.keyframe import Estimate, Keyframe
 from nodlidar_mapper.lasting import lasting_surface
-from nodlidar_mapper.map_files import KEYFRAMES, write_map
+from nodlidar_mapper.map_files import write_map
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.pose_graph import Edge
 from nodlidar_mapper.poses import Array
-from nodlidar_mapper.saved_map import load_keyframes
+from nodlidar_mapper.saved_map import KEYFRAMES, load_keyframes
 from nodlidar_mapper.surface import Surface
 import numpy as np
 

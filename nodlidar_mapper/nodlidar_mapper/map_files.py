@@ -11,14 +11,13 @@ from nodlidar_mapper.lasting import lasting_surface
 from nodlidar_mapper.picture import write_picture
 from nodlidar_mapper.pose_graph import Edge
 from nodlidar_mapper.poses import Array
-from nodlidar_mapper.saved_map import save_keyframes
+from nodlidar_mapper.saved_map import KEYFRAMES, save_keyframes
 from nodlidar_mapper.surface import Surface
 import numpy as np
 from plyfile import PlyData, PlyElement
 from scipy.spatial.transform import Rotation
 import yaml
 
-KEYFRAMES = 'keyframes.npz'
 GREY = {FREE: 254, OCCUPIED: 0}  # as map_saver of nav2 writes them; 205 where unknown
 UNKNOWN_GREY = 205
 AXES = ('x', 'y', 'z', 'nx', 'ny', 'nz')

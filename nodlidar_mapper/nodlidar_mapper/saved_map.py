@@ -13,6 +13,7 @@ from nodlidar_mapper.surface import Surface
 import numpy as np
 from numpy.typing import NDArray
 
+KEYFRAMES = 'keyframes.npz'  # name of the file
 FORMAT = 1
 # Points of all keyframes one after the other; `*_counts` are the numbers of each.
 SHAPES: dict[str, tuple[int | str, ...]] = {
