@@ -38,8 +38,8 @@ def beams():
     return seen_beams(np.zeros_like)
 
 
-def seen_beams(encoder_error):
-    """Return beams in the room, where the encoder has an error [rad] at each angle [rad]."""
+def seen_beams(encoder_error, lost=slice(0)):
+    """Return beams in the room: the encoder errs [rad] at each angle [rad]; samples are lost."""
     room = load_scene('room', ideal=True)
     off = (TRUE.x, 0.0, TRUE.z - 0.08, TRUE.roll, 0.0, TRUE.yaw)
     scene = replace(room, lidar=LidarParameters(noise=0.003), misalignment=off)
@@ -52,7 +52,8 @@ def seen_beams(encoder_error):
     scans = [Scan(stamp_ns, geometry, ranges) for stamp_ns, ranges in rows]
     late_ns = seen.joint_stamp_ns + round(TRUE.delay * NS_PER_S)
     position = seen.joint_position + encoder_error(seen.joint_position)
-    return Beam.of(SensorLog(scans, late_ns, position + TRUE.zero))
+    kept = np.delete(np.arange(len(late_ns)), lost)
+    return Beam.of(SensorLog(scans, late_ns[kept], position[kept] + TRUE.zero))
 
 
 def test_values_are_found_with_their_standard_errors(beams):
@@ -83,6 +84,19 @@ def test_a_smooth_error_of_the_encoder_is_not_taken_for_another_arm():
         off = abs(getattr(found.values, name) - getattr(TRUE, name))
         assert off < 0.01, name
         assert off < 4.0 * found.errors[name], name
+
+
+def test_pauses_of_the_joint_states_do_no_harm():
+    """Beams beside a pause have no pitch any more when the delay becomes another."""
+    beams = seen_beams(np.zeros_like, lost=np.r_[200:250, 400:430, 600:700])
+    found = calibrate(beams[::3], Values.of_mount(MountConfig()), UP)
+    assert abs(found.values.delay - TRUE.delay) < 0.5e-3
+
+
+def test_a_delay_that_never_fits_is_refused(beams, monkeypatch):
+    monkeypatch.setattr(module, '_LARGEST_DELAY', 1e-3)
+    with pytest.raises(CalibrationError, match='do not fit'):
+        calibrate(beams[::8], Values.of_mount(MountConfig()), UP)
 
 
 def test_without_level_surfaces_the_zero_stays_open(beams):

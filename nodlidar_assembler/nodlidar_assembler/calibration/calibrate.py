@@ -144,6 +144,8 @@ def _solve(
         solution = replace(system.start, bend=bend)
         for _ in range(STEPS):
             solution = system.system.step(solution)
+            if abs(solution.values.delay - start.delay) > _LARGEST_DELAY:
+                raise CalibrationError('the way up and the way down do not fit: what moves?')
         values, bend = solution.values, solution.bend
         if level is not None:
             level = level.narrower()
