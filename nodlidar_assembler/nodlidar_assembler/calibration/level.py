@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-OFF_LEVEL = 0.1  # a plane farther off is neither a floor nor a wall, at first [rad]
-DOUBTED = 0.03, 3e-3  # a plane so far off counts half, at first and in the end [rad]
+# At first and in the end [rad]:
+OFF_LEVEL = 0.1, 0.03  # a plane farther off is neither a floor nor a wall,
+DOUBTED = 0.03, 3e-3  # ... and one so far off counts half
 SPREAD = 3e-4  # of floors and walls [rad]
 
 
@@ -28,13 +29,13 @@ class Level:
     """
 
     up: Array
-    limit: float = OFF_LEVEL
+    limit: float = OFF_LEVEL[0]
     doubted: float = DOUBTED[0]
 
     def narrower(self) -> 'Level':
         """Return it for planes that are nearer to level than before."""
-        limit, doubted = max(0.03, 0.5 * self.limit), max(DOUBTED[1], 0.3 * self.doubted)
-        return replace(self, limit=limit, doubted=doubted)
+        limit = max(OFF_LEVEL[1], 0.5 * self.limit)
+        return replace(self, limit=limit, doubted=max(DOUBTED[1], 0.3 * self.doubted))
 
     def weight(self, residuals: Array) -> Array:
         """Return the weights of residuals [rad]."""

@@ -12,7 +12,7 @@ from nodlidar_assembler.calibration.beam_model import Beam, Ends, ends_of, upwar
 from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.noise import noise_variance
 from nodlidar_assembler.calibration.plane_search import Labels, Plane
-from nodlidar_assembler.calibration.sandwich import spreads_of, standard_errors
+from nodlidar_assembler.calibration.sandwich import inverse_of, spreads_of, standard_errors
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -97,23 +97,23 @@ class PlaneSystem:
     ) -> None:
         self._beams, self._labels, self.names, self._level = beams, labels, names, level
         self._expected = expected
-        self._first = len(names) + len(KNOTS) + 2
+        self._bends = slice(len(names), len(names) + len(KNOTS))  # of the unknowns
+        self._first = self._bends.stop + 2
 
     def step(self, before: Solution, with_errors: bool = False) -> Solution:
         """Return the solution after a Gauss-Newton step."""
         ends = ends_of(self._beams, before.values, False)
         bases, k = [_basis(plane.normal) for plane in before.planes], len(self.names)
-        rows = self._rows(ends, before, bases)
+        hats = self._hats(before.values)
+        rows = self._rows(ends, before, bases, hats)
         level_off, level_slopes, level_weight = self._level_rows(before, bases)
-        prior_off, prior = self._prior(before)
+        prior_off, prior = self._prior(before, hats)
         weighted = rows.slopes.multiply(rows.weight[:, None]).tocsr()
         normal = (weighted.T @ rows.slopes).toarray() + prior
         normal += level_slopes.T @ (level_slopes * level_weight[:, None])
         right = weighted.T @ rows.off + prior @ prior_off
         right += level_slopes.T @ (level_weight * level_off)
-        scale = 1.0 / np.sqrt(np.diag(normal))
-        outer: Array = np.outer(scale, scale)
-        inverse: Array = np.linalg.inv(normal * outer) * outer
+        inverse = inverse_of(normal)
         change = -inverse @ right
         errors = None
         if with_errors:
@@ -131,19 +131,18 @@ class PlaneSystem:
 
         MacKay, "Bayesian Interpolation", Neural Computation, 1992.
         """
-        own = slice(len(self.names), self._first - 2)
+        own = self._bends
         known = len(KNOTS) - np.sum(_OF_KNOTS * covariance[own, own]) / after.bend**2
         square = after.bends @ _OF_KNOTS @ after.bends
         return max(LEAST_BEND, float(np.sqrt(square / max(known, 0.1))))
 
-    def _rows(self, ends: Ends, at: Solution, bases: list[Array]) -> _Rows:
+    def _rows(self, ends: Ends, at: Solution, bases: list[Array], hats: Array) -> _Rows:
         """Return the rows; their derivatives are at the planes, where no noise biases them."""
         normals = np.array([plane.normal for plane in at.planes])[self._labels].T
         offsets = np.array([plane.offset for plane in at.planes])[self._labels]
         cosine = np.sum(normals * ends.ways, axis=0)
         grazing = 1.0 - np.abs(cosine)
         excess = at.biases[self._labels] + at.slant * grazing
-        hats = self._hats(at.values)
         place = ends.xyz - ends.ways * excess + upward(ends.xyz) * (at.bends @ hats)
         off = np.sum(normals * place, axis=0) - offsets
         true = replace(self._beams, ranges=self._beams.ranges - excess - off / cosine)
@@ -183,36 +182,37 @@ class PlaneSystem:
     def _level_rows(self, at: Solution, bases: list[Array]) -> tuple[Array, Array, Array]:
         """Return residuals [rad], derivatives and weights of what is level or upright."""
         off, slopes, size = [], [], self._first + _OF_PLANE * len(at.planes)
-        if self._level is not None:
-            for number, (plane, basis) in enumerate(zip(at.planes, bases, strict=True)):
-                first = self._first + _OF_PLANE * number
-                for residual, by_tilt, target in self._level.residuals(plane.normal, at.tilt):
-                    row = np.zeros(size)
-                    row[first : first + 2] = basis @ target
-                    row[self._first - 1] = by_tilt
-                    off.append(residual)
-                    slopes.append(row)
+        if self._level is None:
+            return np.zeros(0), np.zeros((0, size)), np.zeros(0)
+        for number, (plane, basis) in enumerate(zip(at.planes, bases, strict=True)):
+            first = self._first + _OF_PLANE * number
+            for residual, by_tilt, target in self._level.residuals(plane.normal, at.tilt):
+                row = np.zeros(size)
+                row[first : first + 2] = basis @ target
+                row[self._first - 1] = by_tilt
+                off.append(residual)
+                slopes.append(row)
         residuals = np.array(off)
-        weight = residuals if self._level is None else self._level.weight(residuals)
-        return residuals, np.reshape(slopes, (len(off), size)), weight
+        return residuals, np.reshape(slopes, (len(off), size)), self._level.weight(residuals)
 
-    def _prior(self, at: Solution) -> tuple[Array, Array]:
+    def _prior(self, at: Solution, hats: Array) -> tuple[Array, Array]:
         """Return each unknown minus its prior mean, where that is known, and the information."""
         planes = len(at.planes)
         off = np.zeros(self._first + _OF_PLANE * planes)
         spread = np.ones(len(off))  # of slopes and offsets: keeps a plane without weight in place
         for column, name in enumerate(self.names):
             off[column] = getattr(at.values, name) - getattr(self._expected, name)
-        known = [*(BEFORE[name] for name in self.names), *[at.bend] * len(KNOTS), BIAS, TILT]
-        spread[: self._first] = known
-        off[len(self.names) : self._first - 2] = at.bends
-        off[self._first - 2 : self._first] = at.slant, at.tilt
+        spread[: self._bends.start] = [BEFORE[name] for name in self.names]
+        spread[self._bends.stop : self._first] = BIAS, TILT
+        off[self._bends] = at.bends
+        off[self._bends.stop : self._first] = at.slant, at.tilt
         spread[self._first + 3 :: _OF_PLANE] = BIAS
         off[self._first + 3 :: _OF_PLANE] = at.biases
         information = np.diag(spread**-2.0)
-        own = slice(len(self.names), self._first - 2)
-        share = self._hats(at.values).mean(axis=1)
-        information[own, own] = _OF_KNOTS / at.bend**2 + np.outer(share, share) / MEAN_BEND**2
+        share = hats.mean(axis=1)
+        information[self._bends, self._bends] = (
+            _OF_KNOTS / at.bend**2 + np.outer(share, share) / MEAN_BEND**2
+        )
         return off, information
 
     def _moved(
@@ -230,7 +230,7 @@ class PlaneSystem:
             normal = plane.normal + one * basis[0] + two * basis[1]
             length = np.linalg.norm(normal)
             planes.append(Plane(normal / length, float((plane.offset + offset) / length)))
-        slant, tilt = change[self._first - 2 : self._first]
+        slant, tilt = change[self._bends.stop : self._first]
         inside = rows.weight > 0.0
         return Solution(
             before.values.moved(self.names, change[: len(self.names)]),
@@ -238,7 +238,7 @@ class PlaneSystem:
             before.tilt + float(tilt),
             before.slant + float(slant),
             before.biases + own[:, 3],
-            before.bends + change[len(self.names) : self._first - 2],
+            before.bends + change[self._bends],
             before.bend,
             errors,
             float(np.sqrt(np.mean(rows.off[inside] ** 2))),

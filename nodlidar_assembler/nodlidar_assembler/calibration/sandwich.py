@@ -47,11 +47,16 @@ def standard_errors(curvature: Array, spreads: list[Array]) -> Array:
     The covariance is a spread between inverses of the curvature. That of groups of either kind
     may be negative by chance; it is at least that of each kind.
     """
-    scale = 1.0 / np.sqrt(np.diag(curvature))
-    outer = np.outer(scale, scale)
-    inverse = np.linalg.inv(curvature * outer) * outer
+    inverse = inverse_of(curvature)
     variances = [np.einsum('ij,jk,ki->i', inverse, spread, inverse) for spread in spreads]
     return np.asarray(np.sqrt(np.max(variances, axis=0)))
+
+
+def inverse_of(matrix: Array) -> Array:
+    """Return the inverse of a symmetric matrix whose rows have different units."""
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    outer: Array = np.outer(scale, scale)
+    return np.asarray(np.linalg.inv(matrix * outer) * outer)
 
 
 def _numbered(group: Labels) -> Labels:
