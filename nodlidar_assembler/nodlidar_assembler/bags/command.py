@@ -75,8 +75,7 @@ def add_topics(parser: argparse.ArgumentParser, kinds: Iterable[str] = USUAL) ->
 
 def topics_of(arguments: argparse.Namespace) -> Topics:
     """Return the chosen topics, with a leading slash, as in bags."""
-    names = (option.lstrip('-').replace('-', '_') for _, option in USUAL.values())
-    chosen = (getattr(arguments, name, '') for name in names)
+    chosen = arguments.scan, arguments.joint_states, getattr(arguments, 'tf', '')
     return Topics(*(topic and absolute(topic) for topic in chosen))
 
 
