@@ -105,6 +105,23 @@ def test_the_robust_choice_completes_sooner_than_the_nominal_one_under_error():
     assert robust.figures.completion_time > nominal.figures.completion_time
 
 
+def test_planning_for_an_error_of_many_steps_halves_the_time_under_it():
+    lidar = {'steps_per_revolution': 1440, 'scan_rate': 40.0, 'azimuth': 2.3562}
+    task = Task(0.3, 4.0, **lidar, window_min=-2.3562, window_max=2.3562)
+    samples = samples_in_band(task, 1.57, 6.0)[::16]
+    error, fresh = 0.003, range(5000, 5040)
+    medians = [
+        np.median(
+            [completion_run(task, best.samples_per_sweep, 0.5, error, seed) for seed in fresh]
+        )
+        for best in (
+            plans(task, samples, Objective(), timing_error=planned_for, count=1)[0]
+            for planned_for in (0.0, error)
+        )
+    ]
+    assert medians[1] <= 0.5 * medians[0]
+
+
 def test_without_error_the_quick_choice_is_the_exact_one():
     assert (
         quick_choice(PUBLISHED, BAND) == plans(PUBLISHED, BAND, Objective())[0].samples_per_sweep

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 Integers = NDArray[np.int64]
 
 # Guards as parts of the timing error. The candidates that complete soonest with a guard do well in
-# simulated runs; which guard is best depends on the error. The quick choice uses one guard, the
-# shortlist has the best SHORTLIST candidates with each.
+# simulated runs; which guard is best depends on lidar, region and error. The quick choice uses one
+# guard, the shortlist has the best SHORTLIST candidates with each.
 QUICK_GUARD = 0.75
-GUARDS = (0.5, 0.75, 1.0)
+GUARDS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 SHORTLIST = 12
-CHOOSING_RUNS = range(40)
+# Runs of each in the shortlist, then of the best third of it, and of the best third of that.
+CHOOSING_RUNS = (4, 12, 40)
 # Holes equal to so many decimals [rad] count as equal; they differ by rounding.
 HOLE_DECIMALS = 10
 
@@ -158,13 +159,17 @@ def _robust(
         _soonest(task, samples, g * error, start_pitch, SHORTLIST, progress)[:SHORTLIST]
         for g in GUARDS
     ]
-    shortlist = np.unique(np.concatenate(shortlists)).tolist()
-    score = {}
-    for n_s in progress(shortlist):
-        pattern = pattern_from(task, n_s, start_pitch)
-        runs = under_error(task, pattern, timing_error, CHOOSING_RUNS)
-        score[n_s] = runs.expected + runs.p90
-    return sorted(shortlist, key=lambda n_s: score[n_s])
+    shortlist: list[int] = np.unique(np.concatenate(shortlists)).tolist()
+    compared = len(shortlist)
+    for runs in CHOOSING_RUNS:
+        score = {}
+        for n_s in progress(shortlist[:compared]):
+            pattern = pattern_from(task, n_s, start_pitch)
+            completion = under_error(task, pattern, timing_error, range(runs))
+            score[n_s] = completion.expected + completion.p90
+        shortlist[:compared] = sorted(score, key=lambda n_s: score[n_s])
+        compared = max(compared // 3, SHORTLIST)
+    return shortlist
 
 
 def _rank(

@@ -26,6 +26,9 @@ from rich.console import Console
 
 SHOWN_UNDER_ERROR = 120  # N_s for which runs under a timing error are drawn
 ON_FRONT_UNDER_ERROR = 60  # N_s considered for the front under a timing error
+# Cells of all N_s together that are considered for the completion under a timing error. It takes a
+# minute, and neighbours are alike.
+CELLS_UNDER_ERROR = 10_000_000
 WIDTH = 100  # of tables on a stdout that is no terminal
 
 
@@ -75,7 +78,7 @@ def find(task: Task, request: Request) -> Answer:
         n_s = request.samples_per_sweep
         plan = evaluate(task, n_s, start, error, objective.hole_after, progress=progress)
         return Answer(task, objective, request.servo, [plan])
-    samples = samples_in_band(task, request.slowest(task), request.fastest(task))
+    samples = _samples(task, request, CELLS_UNDER_ERROR // task.cells)
     count = request.top or (1 if request.json else 10)
     best = plans(task, samples, objective, start, error, count, progress)
     if error == 0.0:
@@ -88,7 +91,7 @@ def find(task: Task, request: Request) -> Answer:
 
 def _on_the_front(task: Task, request: Request) -> Answer:
     """Return the nod at the corner of the front that satisfies a request's limits."""
-    samples = _samples(task, request)
+    samples = _samples(task, request, ON_FRONT_UNDER_ERROR)
     front = Front(task, samples, request.start_pitch, request.error, progress)
     largest = None if request.max_hole is None else math.radians(request.max_hole)
     corner = front.choose(request.time_budget, largest)
@@ -105,17 +108,17 @@ def _on_the_front(task: Task, request: Request) -> Answer:
     return Answer(task, objective, request.servo, [plan], front=front.around(corner))
 
 
-def _samples(task: Task, request: Request) -> NDArray[np.int64]:
-    """Return the N_s to choose from; only some with a timing error, whose runs take long."""
+def _samples(task: Task, request: Request, most_under_error: int) -> NDArray[np.int64]:
+    """Return the N_s to choose from; about so many at most with a timing error, for its runs."""
     if request.samples_per_sweep is not None:
         return np.array([request.samples_per_sweep])
     samples = samples_in_band(task, request.slowest(task), request.fastest(task))
-    return samples if request.error == 0.0 else _thinned(samples, ON_FRONT_UNDER_ERROR)
+    return samples if request.error == 0.0 else _thinned(samples, most_under_error)
 
 
 def _thinned(samples: NDArray[np.int64], most: int) -> NDArray[np.int64]:
     """Return about so many N_s at most, evenly spread."""
-    return samples[:: max(1, len(samples) // most)]
+    return samples[:: max(1, round(len(samples) / max(most, 1)))]
 
 
 def _plot(path: Path, answer: Answer, request: Request) -> None:
