@@ -1,7 +1,7 @@
 """The command plan_scan: what it prints, against enumeration; its errors and its pictures."""
 
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import fields
+from dataclasses import fields, replace
 import io
 import json
 import math
@@ -407,6 +407,17 @@ def test_notes_on_plans():
     assert 'hits is random' in said(1001, error=0.008)
     assert f'{1024 * 4001} are distinct' in said(4001, start_pitch=-0.6136)
     assert 'cannot hit 25 rows' in said(11)
+
+
+def test_a_low_last_row_is_noted_with_limits_that_mend_it():
+    task = Task(0.1, 4.0)
+    said = '\n'.join(notes(task, evaluate(task, 4001), 'RX-24F'))
+    pitch_max = float(re.search(r'0.087 of a cell high.*--pitch-max (\S+) it is whole', said)[1])
+    whole = replace(task, pitch_max=pitch_max)
+    assert whole.rows == task.rows
+    assert 'of a cell high' not in '\n'.join(notes(whole, evaluate(whole, 4001), 'RX-24F'))
+    times = [evaluate(each, 4001).figures.completion_time for each in (whole, task)]
+    assert times[0] < 0.5 * times[1]
 
 
 @pytest.mark.parametrize('samples_per_sweep', [1001, 1401, 2757, 3801, 3901, 4001, 7999])

@@ -128,6 +128,11 @@ class Task:
         return _cells_in(self.span, self.cell, LEFT_OVER)
 
     @property
+    def last_row(self) -> float:
+        """Height of the last row [cells]."""
+        return self.span / self.cell - (self.rows - 1)
+
+    @property
     def cells(self) -> int:
         """Number of cells."""
         return self.columns * self.rows

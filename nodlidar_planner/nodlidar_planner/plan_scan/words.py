@@ -9,6 +9,8 @@ from nodlidar_planner.pattern.servo import MAX_SPEEDS, REVERSAL_ACCELERATION
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 
+LOW_ROW = 0.5  # height of a last row that delays completion [cells]
+
 
 def notes(task: Task, plan: Plan, servo: str) -> list[str]:
     """Return notes for the user of a plan with a servo."""
@@ -43,6 +45,12 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
             f'the lidar has beams in {columns} of the {task.columns} columns: the others are '
             f'outside its view or narrower than its step of '
             f'{angle(math.tau / task.steps_per_revolution)}'
+        )
+    if task.last_row < LOW_ROW:
+        whole = task.pitch_min + task.rows * task.cell
+        yield (
+            f'the last row is {task.last_row:.2g} of a cell high, so beams seldom hit it and '
+            f'completion waits for it: with --pitch-max {whole:.5f} it is whole'
         )
     if plan.samples_per_sweep < task.rows:
         yield f'a sweep of {plan.samples_per_sweep} samples cannot hit {task.rows} rows'
@@ -80,7 +88,7 @@ def _hard_to_reverse(task: Task, plan: Plan, servo: str) -> Iterator[str]:
     """Yield a note if the reversals, parabolas in time, take longer than a sweep or lose a row."""
     duration = 2.0 * plan.speed / REVERSAL_ACCELERATION
     short = plan.speed**2 / (2.0 * REVERSAL_ACCELERATION)
-    outermost = min(task.cell, task.span - (task.rows - 1) * task.cell)
+    outermost = task.cell * min(1.0, task.last_row)
     if duration > plan.sweep_duration:
         yield (
             f'the servo {servo} takes {seconds(duration)} to reverse, at '
