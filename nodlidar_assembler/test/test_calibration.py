@@ -12,8 +12,8 @@ from nodlidar_assembler.calibration.beam_model import (
     ends_of,
     Values,
 )
-from nodlidar_assembler.calibration.calibrate import calibrate
-from nodlidar_assembler.calibration.plane_search import find_planes, Plane
+from nodlidar_assembler.calibration.calibrate import calibrate, GATES
+from nodlidar_assembler.calibration.plane_search import find_planes, Gate, Plane
 from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
 from nodlidar_assembler.clouds.geometry import MountConfig, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
@@ -147,6 +147,7 @@ def test_derivatives_are_those_of_the_ends(beams):
 
 
 HALF = np.array([2.0, 1.5, 1.2])  # of a box around the lidar [m]
+EVEN = Gate(0.05, 0.05, 0.2)
 
 
 def box_beams(count, seed):
@@ -157,9 +158,9 @@ def box_beams(count, seed):
     return ways, to_sides.min(axis=0), to_sides.argmin(axis=0)
 
 
-def planes_seen(ways, ranges):
+def planes_seen(ways, ranges, gate=EVEN):
     ends = Ends(ways * ranges, ways, {}, np.ones(len(ranges), dtype=np.bool_))
-    return find_planes(ranges, ends, 0.05, 0.2)
+    return find_planes(ranges, ends, gate)
 
 
 def test_planes_of_a_box_are_found():
@@ -198,6 +199,22 @@ def test_low_objects_on_a_floor_do_not_belong_to_it():
     assert beside.sum() < 0.02 * block.sum()
 
 
+def test_a_door_does_not_belong_to_its_wall():
+    """It stands out by 5 cm, less than the gate of single beams, which the noise needs."""
+    ways, ranges, _ = box_beams(200_000, 8)
+    to_door = (HALF[0] - 0.05) / ways[0]
+    at = ways * to_door
+    door = (ways[0] > 0.0) & (np.abs(at[1]) < 0.5) & (at[2] < 0.8)
+    ranges = np.where(door, to_door, ranges)
+    ranges += np.random.default_rng(9).normal(0.0, 0.012, len(ranges))
+    planes, labels = planes_seen(ways, ranges, GATES[-1])
+    offsets = np.array([abs(plane.offset) * (plane.normal[0] ** 2 > 0.9) for plane in planes])
+    wall, leaf = (np.flatnonzero(np.abs(offsets - each) < 0.003) for each in (2.0, 1.95))
+    inside = door & (np.abs(at[1]) < 0.3) & (np.abs(at[2]) < 0.6)
+    assert np.isin(labels[inside], leaf).mean() > 0.9
+    assert np.isin(labels[inside], wall).mean() == 0.0
+
+
 def test_too_few_beams_are_refused(beams):
     """With a typed error that says how many there are."""
     with pytest.raises(CalibrationError, match='only 100 beams'):
@@ -215,7 +232,7 @@ def test_a_plane_that_is_seen_only_at_grazing_incidence_does_no_harm(beams):
     start = Values.of_mount(MountConfig())
     some = beams[::20]
     some = some[np.isfinite(ends_of(some, start).xyz[0])]
-    planes, labels = find_planes(some.ranges, ends_of(some, start), 0.05, 0.2)
+    planes, labels = find_planes(some.ranges, ends_of(some, start), EVEN)
     own = labels >= 0
     names = ('delay', 'roll')
     known, unseen = (

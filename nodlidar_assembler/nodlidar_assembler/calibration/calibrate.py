@@ -10,8 +10,8 @@ import math
 
 from nodlidar_assembler.calibration.beam_model import Beam, CalibrationError, ends_of, Values
 from nodlidar_assembler.calibration.level import Level
-from nodlidar_assembler.calibration.plane_search import Cells, find_planes
-from nodlidar_assembler.calibration.plane_system import BEND, PlaneSystem, Solution
+from nodlidar_assembler.calibration.plane_search import Cells, find_planes, Gate
+from nodlidar_assembler.calibration.plane_system import bent_ends, PlaneSystem, Solution
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,8 +28,14 @@ DETERMINED = {
     'z': 0.01,
 }
 UNITS = {'delay': 's', 'x': 'm', 'z': 'm'}  # of values that are no angles
-# Distance [m] and angle [rad] that surfaces may be off their planes, from coarse to fine.
-GATES = ((0.15, 0.5), (0.12, 0.3), (0.09, 0.2), (0.07, 0.2), (0.07, 0.2))
+# How far from coarse to fine a beam [m], a patch [m] and its angle [rad] may be off their plane.
+GATES = (
+    Gate(0.15, 0.15, 0.5),
+    Gate(0.12, 0.12, 0.3),
+    Gate(0.09, 0.06, 0.2),
+    Gate(0.07, 0.03, 0.2),
+    Gate(0.07, 0.02, 0.2),
+)
 STEPS = 4  # of Gauss and Newton at each gate
 DELAYS = np.arange(-0.06, 0.0601, 0.004)  # tried first [s]
 _THICKEST = 0.1  # of a surface in a cube, while the delay is unknown [m]
@@ -138,39 +144,38 @@ def _solve(
     beams: Beam, coarse: Values, start: Values, names: tuple[str, ...], level: Level | None
 ) -> tuple[Solution, '_System']:
     """Return the solution from coarse to fine, with its standard errors."""
-    values, bend = coarse, BEND
-    for gate, angle in GATES:
-        system = _System(beams, (values, start), names, level, (gate, angle))
-        solution = replace(system.start, bend=bend)
+    solution = Solution(coarse, [])
+    for gate in GATES:
+        system = _System(beams, (solution, start), names, level, gate)
+        solution = system.start
         for _ in range(STEPS):
             solution = system.system.step(solution)
             if abs(solution.values.delay - start.delay) > _LARGEST_DELAY:
                 raise CalibrationError('the way up and the way down do not fit: what moves?')
-        values, bend = solution.values, solution.bend
         if level is not None:
             level = level.narrower()
     return system.system.step(solution, with_errors=True), system
 
 
 class _System:
-    """The planes that are found with given values, and their system."""
+    """The planes that are found with a solution so far, and their system."""
 
     def __init__(
         self,
         beams: Beam,
-        values_and_expected: tuple[Values, Values],
+        before_and_expected: tuple[Solution, Values],
         names: tuple[str, ...],
         level: Level | None,
-        gates: tuple[float, float],
+        gate: Gate,
     ) -> None:
-        values, expected = values_and_expected
-        beams = beams[np.isfinite(ends_of(beams, values, False).xyz[0])]
-        planes, labels = find_planes(beams.ranges, ends_of(beams, values, False), *gates)
+        before, expected = before_and_expected
+        beams = beams[np.isfinite(ends_of(beams, before.values, False).xyz[0])]
+        planes, labels = find_planes(beams.ranges, bent_ends(beams, before), gate)
         if not planes:
             raise CalibrationError('the scene shows no planes')
         self._beams, self._labels = beams[labels >= 0], labels[labels >= 0]
         self.system = PlaneSystem(self._beams, self._labels, names, expected, level)
-        self.start = Solution(values, planes, biases=np.zeros(len(planes)))
+        self.start = replace(before, planes=planes, biases=np.zeros(len(planes)))
 
     def thickness(self, values: Values) -> float:
         """Return the RMS distance [m] of the ends from planes fitted to them, given values."""

@@ -11,7 +11,8 @@ Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 CELL = 0.3  # edge of the cubes in which a surface is taken for flat [m]
-EDGE = 0.05  # beams that end so much closer than the gate to another plane do not count [m]
+EDGE = 0.05  # beams that end so much closer than the gate to another plane do not count [m],
+PARALLEL = 0.9  # ... unless this is the cosine of the angle between the two, or more
 GRAZING = 0.15  # cosine of incidence below which a beam does not count
 PATCH = 0.2  # edge of the cubes in which a surface is all of a plane, or is not [m]
 LEAST_SHARE = 0.9  # of the beams towards a patch that end there; else objects stand before it
@@ -80,9 +81,25 @@ class Plane:
     offset: float
 
 
-def find_planes(
-    ranges: Array, ends: Ends, gate: float, angle: float
-) -> tuple[list[Plane], Labels]:
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """How far from its plane something may be.
+
+    Attributes
+    ----------
+    beam, patch
+        Distance of a beam's end, and of the mean of a patch or cube [m]. Less for the latter tells
+        a door from its wall, which noise does not allow for single beams.
+    angle
+        Of a cube [rad].
+    """
+
+    beam: float
+    patch: float
+    angle: float
+
+
+def find_planes(ranges: Array, ends: Ends, gate: Gate) -> tuple[list[Plane], Labels]:
     """Return the large planes, and that of each beam, -1 for none, shape (n,).
 
     Planes grow from the cube with the most points over cubes that are flat and lie in them.
@@ -91,19 +108,19 @@ def find_planes(
     ----------
     ranges, ends
         Of the beams, shape (n,).
-    gate, angle
-        Distance [m] and angle [rad] that a cube may be off its plane.
+    gate
+        How far off its plane what belongs to it may be.
     """
     cells = Cells.of(ends.xyz)
     wide = np.sqrt(np.maximum(cells.variance[:, 1], 0.0)) > _LEAST_SPREAD
-    thin = cells.variance[:, 0] < gate**2
+    thin = cells.variance[:, 0] < gate.beam**2
     free = wide & thin & (cells.count >= _LEAST_IN_CELL)
     planes: list[Plane] = []
     seeds = np.argsort(-cells.count)
     for seed in seeds[free[seeds]]:
         if not free[seed] or len(planes) == MOST_PLANES:
             continue
-        members = _grown(cells, int(seed), free, gate, angle)
+        members = _grown(cells, int(seed), free, gate)
         free[seed] = False
         if members is None or cells.count[members].sum() < LEAST_POINTS * len(ranges):
             continue
@@ -123,17 +140,15 @@ def _kept(planes: list[Plane], labels: Labels) -> tuple[list[Plane], Labels]:
     return [planes[k] for k in kept], renamed[labels + 1]
 
 
-def _grown(
-    cells: Cells, seed: int, free: NDArray[np.bool_], gate: float, angle: float
-) -> Labels | None:
+def _grown(cells: Cells, seed: int, free: NDArray[np.bool_], gate: Gate) -> Labels | None:
     """Return the cubes of the plane that grows from a seed; None if it shrinks to nothing."""
     center = cells.mean[seed]
     plane = Plane(cells.axes[seed, :, 0], float(cells.axes[seed, :, 0] @ center))
     away = np.linalg.norm(cells.mean - center, axis=1)
     members: Labels | None = None
     for reach in _REACHES:
-        parallel = np.abs(cells.axes[:, :, 0] @ plane.normal) > math.cos(angle)
-        within = np.abs(cells.mean @ plane.normal - plane.offset) < gate
+        parallel = np.abs(cells.axes[:, :, 0] @ plane.normal) > math.cos(gate.angle)
+        within = np.abs(cells.mean @ plane.normal - plane.offset) < gate.patch
         members = np.flatnonzero(free & parallel & within & (away < reach))
         if not len(members):
             return None
@@ -151,7 +166,7 @@ def _fit(cells: Cells, members: Labels) -> tuple[Plane, float]:
     return Plane(axes[:, 0], float(axes[:, 0] @ mean)), math.sqrt(max(variance[1], 0.0))
 
 
-def _labels(ranges: Array, ends: Ends, planes: list[Plane], gate: float) -> Labels:
+def _labels(ranges: Array, ends: Ends, planes: list[Plane], gate: Gate) -> Labels:
     """Return the plane on which each beam ends, -1 for none.
 
     Beams are chosen by where they cross a plane, not by where they were measured: else those near
@@ -165,10 +180,15 @@ def _labels(ranges: Array, ends: Ends, planes: list[Plane], gate: float) -> Labe
             beyond = off / along
         met = np.flatnonzero((np.abs(along) > GRAZING) & (beyond < ranges))
         crossing = ends.xyz[:, met] - ends.ways[:, met] * beyond[met]
-        close = np.abs(off[met]) < gate
+        close = np.abs(off[met]) < gate.beam
         patch = np.unique(patches(crossing, PATCH), return_inverse=True)[1]
-        share = (np.bincount(patch, close) / np.bincount(patch))[patch]
-        others = planes[:number] + planes[number + 1 :]
-        clear = [np.abs(each.normal @ crossing - each.offset) > gate + EDGE for each in others]
-        labels[met[close & (share > LEAST_SHARE) & np.all(clear, axis=0)]] = number
+        here = np.bincount(patch, close)
+        share = here / np.bincount(patch)
+        mean = np.bincount(patch, close * off[met]) / np.maximum(here, 1.0)
+        whole = (share > LEAST_SHARE) & (np.abs(mean) < gate.patch)
+        others = [each for each in planes if abs(each.normal @ plane.normal) < PARALLEL]
+        clear = [
+            np.abs(each.normal @ crossing - each.offset) > gate.beam + EDGE for each in others
+        ]
+        labels[met[close & whole[patch] & np.all(clear, axis=0)]] = number
     return labels

@@ -104,7 +104,7 @@ class PlaneSystem:
         """Return the solution after a Gauss-Newton step."""
         ends = ends_of(self._beams, before.values, False)
         bases, k = [_basis(plane.normal) for plane in before.planes], len(self.names)
-        hats = self._hats(before.values)
+        hats = _hats(self._beams, before.values)
         rows = self._rows(ends, before, bases, hats)
         level_off, level_slopes, level_weight = self._level_rows(before, bases)
         prior_off, prior = self._prior(before, hats)
@@ -162,12 +162,6 @@ class PlaneSystem:
             -cosine,
         ]
         return _Rows(off, self._sparse(slopes, len(at.planes)), weight, influence)
-
-    def _hats(self, values: Values) -> Array:
-        """Return the share of each knot in each beam, shape (knots, n)."""
-        position, _ = self._beams.track.at(self._beams.time + values.delay)
-        apart = np.abs(position - values.zero - KNOTS[:, None]) / (KNOTS[1] - KNOTS[0])
-        return np.asarray(np.maximum(1.0 - apart, 0.0))
 
     def _sparse(self, slopes: list[Array], planes: int) -> csr_array:
         """Return the derivatives as a matrix: of values, slant, tilt, and each row's plane."""
@@ -243,6 +237,20 @@ class PlaneSystem:
             errors,
             float(np.sqrt(np.mean(rows.off[inside] ** 2))),
         )
+
+
+def bent_ends(beams: Beam, solution: Solution) -> Ends:
+    """Return where beams end, with the smooth error of the encoder of a solution."""
+    ends = ends_of(beams, solution.values, False)
+    bent = upward(ends.xyz) * (solution.bends @ _hats(beams, solution.values))
+    return replace(ends, xyz=ends.xyz + bent)
+
+
+def _hats(beams: Beam, values: Values) -> Array:
+    """Return the share of each knot in each beam, shape (knots, n)."""
+    position, _ = beams.track.at(beams.time + values.delay)
+    apart = np.abs(position - values.zero - KNOTS[:, None]) / (KNOTS[1] - KNOTS[0])
+    return np.asarray(np.maximum(1.0 - apart, 0.0))
 
 
 def _basis(normal: Array) -> Array:
