@@ -1,110 +1,30 @@
 """Prints every measurement: `python -m bench`, or some: `python -m bench accuracy`."""
 
 import argparse
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 import sys
+from types import ModuleType
 
 from rich import get_console
 from rich.console import Console
 
-from bench import (
-    accuracy,
-    assemble_bag,
-    bandwidth,
-    calibration,
-    clouds,
-    coverage_feedback,
-    devices,
-    drawn_buildings,
-    effects,
-    ego_motion,
-    error_budget,
-    estimators,
-    faults,
-    feedback_loop,
-    hot_paths,
-    late_odometry,
-    level_scan,
-    lidar_clock,
-    limit_changes,
-    live,
-    mapping,
-    network,
-    network_clouds,
-    network_discovery,
-    nod_schedules,
-    odometry_jumps,
-    pareto,
-    phase_lock,
-    pitch_compensation,
-    pitch_motions,
-    planner_speed,
-    processor_time,
-    profiles,
-    published_choice,
-    published_repeats,
-    scan_region,
-    sensing,
-    servos,
-    sigma,
-    slam,
-    stages,
-    standard_packages,
-    unsteady_lidars,
-    veils,
-    viewer,
-)
-from bench.names import parsed
-from bench.page import fill_pages
-from bench.report import commit, record, recorded, recording, table
+import bench
+from bench.cost import hot_paths
+from bench.shared.names import parsed
+from bench.shared.page import fill_pages
+from bench.shared.report import commit, record, recorded, recording, table
 
-MEASUREMENTS = {
-    'hot_paths': hot_paths,
-    'assemble_bag': assemble_bag,
-    'accuracy': accuracy,
-    'pareto': pareto,
-    'effects': effects,
-    'live': live,
-    'processor_time': processor_time,
-    'bandwidth': bandwidth,
-    'calibration': calibration,
-    'network': network,
-    'network_clouds': network_clouds,
-    'network_discovery': network_discovery,
-    'faults': faults,
-    'profiles': profiles,
-    'stages': stages,
-    'estimators': estimators,
-    'pitch_motions': pitch_motions,
-    'sensing': sensing,
-    'clouds': clouds,
-    'ego_motion': ego_motion,
-    'error_budget': error_budget,
-    'mapping': mapping,
-    'drawn_buildings': drawn_buildings,
-    'odometry_jumps': odometry_jumps,
-    'late_odometry': late_odometry,
-    'level_scan': level_scan,
-    'viewer': viewer,
-    'unsteady_lidars': unsteady_lidars,
-    'lidar_clock': lidar_clock,
-    'slam': slam,
-    'scan_region': scan_region,
-    'coverage_feedback': coverage_feedback,
-    'feedback_loop': feedback_loop,
-    'nod_schedules': nod_schedules,
-    'servos': servos,
-    'devices': devices,
-    'phase_lock': phase_lock,
-    'limit_changes': limit_changes,
-    'pitch_compensation': pitch_compensation,
-    'planner_speed': planner_speed,
-    'standard_packages': standard_packages,
-    'veils': veils,
-    'sigma': sigma,
-    'published_choice': published_choice,
-    'published_repeats': published_repeats,
-}
+
+def _measurements() -> dict[str, ModuleType]:
+    """Return the modules with a TITLE, by name; their folders say what they measure."""
+    names = [found.name for found in walk_packages(bench.__path__, 'bench.')]
+    modules = [import_module(name) for name in names if not name.endswith('.__main__')]
+    return {each.__name__.split('.')[-1]: each for each in modules if hasattr(each, 'TITLE')}
+
+
+MEASUREMENTS = _measurements()
 
 
 def main() -> None:

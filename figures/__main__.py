@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from bench.names import parsed
+from bench.shared.names import parsed
 from figures import (
     compensation,
     corner,

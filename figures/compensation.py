@@ -8,8 +8,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from bench.pitch_compensation import ARMS, BINS, drive, DRIVES, variation
-from bench.report import Row, table
+from bench.nod.pitch_compensation import ARMS, BINS, drive, DRIVES, variation
+from bench.shared.report import Row, table
 from figures.saving import save
 
 

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from bench.accuracy import pitch_rms
-from bench.reference import reference_nod, START_NS
-from bench.report import Row, table
+from bench.errors.accuracy import pitch_rms
+from bench.shared.reference import reference_nod, START_NS
+from bench.shared.report import Row, table
 from figures.saving import save
 
 DURATION = 10.0

@@ -22,8 +22,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from bench.published_choice import DISTANCES, figures_of, PUBLISHED, task_at
-from bench.reference import FULL_CIRCLE
+from bench.nod.published_choice import DISTANCES, figures_of, PUBLISHED, task_at
+from bench.shared.reference import FULL_CIRCLE
 from figures.saving import save
 
 STARTS = np.arange(91)

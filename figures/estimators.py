@@ -6,8 +6,8 @@ import matplotlib.pyplot as plt
 from rich.console import Console
 from rich.table import Table
 
-from bench.ego_motion import FILTERED
-from bench.report import recorded, table
+from bench.errors.ego_motion import FILTERED
+from bench.shared.report import recorded, table
 from figures.saving import save
 
 TIMES, DISTANCES = [20, 50, 100, 200, 500, 1000], [10, 20, 50, 100]

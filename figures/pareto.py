@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 
-from bench.pareto import FRONTS, N_S, RMS, SCENE, SCENES
-from bench.report import recorded, Row, table
+from bench.nod.pareto import FRONTS, N_S, RMS, SCENE, SCENES
+from bench.shared.report import recorded, Row, table
 
 COLOURS = dict(zip(SCENES, ('tab:blue', 'tab:orange', 'tab:green'), strict=True))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from bench.report import Row, table
+from bench.shared.report import Row, table
 from figures.repeats import BLOCK, N_L, TASK
 from figures.saving import save
 

@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 from rich.console import Console
 from rich.table import Table
 
-from bench.report import recorded, table
-from bench.sensing import column, ESTIMATORS, REAL, TICKS
+from bench.errors.sensing import column, ESTIMATORS, REAL, TICKS
+from bench.shared.report import recorded, table
 from figures.estimators import COLOURS
 from figures.saving import save
 

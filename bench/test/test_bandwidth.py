@@ -8,8 +8,8 @@ import pytest
 import rclpy
 from sensor_msgs.msg import PointCloud2
 
-from bench.bandwidth import message_type, offered
-from bench.report import recorded
+from bench.network.bandwidth import message_type, offered
+from bench.shared.report import recorded
 
 NODES = {'driver', 'servo', 'assembler', 'mapper'}
 

@@ -4,8 +4,8 @@ from nodlidar_common.nod import NS_PER_S
 import numpy as np
 import pytest
 
-from bench.drawn_buildings import drawn, KINDS, SEEDS
-from bench.reference import START_NS
+from bench.maps.drawn_buildings import drawn, KINDS, SEEDS
+from bench.shared.reference import START_NS
 
 CLEARANCE = 0.25  # m
 HEIGHTS = 0.4, 1.2  # m

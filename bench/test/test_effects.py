@@ -7,8 +7,8 @@ from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
-from bench import effects
-from bench.effects import (
+from bench.devices import effects
+from bench.devices.effects import (
     ALL,
     Figures,
     LIDAR,
@@ -21,7 +21,7 @@ from bench.effects import (
     size_in_words,
     variants,
 )
-from bench.report import recorded
+from bench.shared.report import recorded
 
 NAMES = [field.name for field in fields(Effects)]
 

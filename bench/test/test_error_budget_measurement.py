@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from bench.budget_setups import drawn_setup
-from bench.error_budget import RATIO, row_of
-from bench.simulated_error import cubature
+from bench.errors.budget_setups import drawn_setup
+from bench.errors.error_budget import RATIO, row_of
+from bench.errors.simulated_error import cubature
 
 DRIVING, BY_PHYSICS = 15, 14
 

@@ -12,14 +12,14 @@ from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 import pytest
 
-from bench.fault_errors import errors
-from bench.fault_judgement import Episode, Judge
-from bench.fault_kinds import KINDS, schedule
-from bench.fault_log import Cloud, Published, Status
-from bench.fault_naming import named
-from bench.fault_rows import row
-from bench.fault_truth import Changes, TrueScan, Truth
-from bench.reference import reference_nod, START_NS
+from bench.faults.fault_errors import errors
+from bench.faults.fault_judgement import Episode, Judge
+from bench.faults.fault_kinds import KINDS, schedule
+from bench.faults.fault_log import Cloud, Published, Status
+from bench.faults.fault_naming import named
+from bench.faults.fault_rows import row
+from bench.faults.fault_truth import Changes, TrueScan, Truth
+from bench.shared.reference import reference_nod, START_NS
 
 DURATION = 12.0
 LATENCY_NS = 40_000_000

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench import feedback_loop
-from bench.phase_lock import Faults
+from bench.nod import feedback_loop
+from bench.nod.servo_rig import Faults
 
 
 @pytest.mark.parametrize('lateness', [0.001, 0.003])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.hot_paths import comparison, IN_YARDSTICKS, results, SIZE, VERDICT, WHAT
+from bench.cost.hot_paths import comparison, IN_YARDSTICKS, results, SIZE, VERDICT, WHAT
 
 BEAMS, POINT_STEP = 682, 24
 # No point is twice as far as these in any run on a quiet machine; a loop over beams would be.

@@ -8,8 +8,8 @@ from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
-from bench.level_scan import judged
-from bench.mapping import recorded
+from bench.maps.drives import recorded
+from bench.maps.level_scan import judged
 
 
 def driven(name):

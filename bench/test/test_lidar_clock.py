@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bench.lidar_clock import errors, Lidar, LINES, RESETS, WRAP_AT, WRAP_MS
+from bench.devices.lidar_clock import errors, Lidar, LINES, RESETS, WRAP_AT, WRAP_MS
 
 
 def test_the_timer_wraps_when_it_should():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.limit_changes import change, KINDS
+from bench.nod.limit_changes import change, KINDS
 
 
 @pytest.mark.parametrize('kind', [kind for kind in KINDS if kind != 'far away'])

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from bench.machines import Line, Machines, NoRightsError
+from bench.network.machines import Line, Machines, NoRightsError
 
 ADDRESS = '10.77.0.1', 5000
 

@@ -6,11 +6,11 @@ says so.
 
 import pytest
 
-from bench.machines import Line
-from bench.network import BEST_EFFORT, ENVIRONMENT, LOSSY, profiles
-from bench.network_judgement import account
-from bench.network_rig import NetworkRig
-from bench.relay import joined
+from bench.network.machines import Line
+from bench.network.network import BEST_EFFORT, ENVIRONMENT, LOSSY, profiles
+from bench.network.network_judgement import account
+from bench.network.network_rig import NetworkRig
+from bench.network.relay import joined
 
 LINE = Line(loss=0.1, delay=0.02, jitter=0.005)
 

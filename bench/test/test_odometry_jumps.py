@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bench.odometry_jumps import judged, with_jump
+from bench.maps.odometry_jumps import judged, with_jump
 
 NS = 10**9
 STAMPS = np.arange(6) * NS

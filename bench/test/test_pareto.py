@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from bench import pareto
-from bench.reference import START_NS
+from bench.nod import pareto
+from bench.shared.reference import START_NS
 from figures import pareto as pareto_figure
 
 

@@ -6,7 +6,7 @@ from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
-from bench.pitch_compensation import ARMS, drive, DRIVES, of_finest_grid, repeats, variation
+from bench.nod.pitch_compensation import ARMS, drive, DRIVES, of_finest_grid, repeats, variation
 
 FRAMES = 300
 

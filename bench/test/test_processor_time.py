@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from bench import processor_time
+from bench.cost import processor_time
 
 
 def test_ratios_are_those_of_the_medians_to_the_first_set_up():

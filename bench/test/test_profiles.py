@@ -5,8 +5,9 @@ from nodlidar_bringup.ros.launched import keep_apart
 import pytest
 import yaml
 
-from bench.profiles import COMPUTATION, DEFAULT_NOD, DISTANCE, FEEDBACK_RATE, results
-from bench.report import RESULTS
+from bench.cost.profiles import COMPUTATION, DEFAULT_NOD, DISTANCE, results
+from bench.shared.reference import FEEDBACK_RATE
+from bench.shared.report import RESULTS
 
 PROFILE_FILES = RESULTS.parent.parent / 'nodlidar_bringup' / 'config' / 'profiles'
 

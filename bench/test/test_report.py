@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from bench import page, report
 from bench.__main__ import MEASUREMENTS
+from bench.shared import page, report
 
 ROWS = [
     {'what': 'a', 'time [ms]': 1.23456789, 'count': np.int64(4001)},

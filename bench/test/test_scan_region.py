@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bench.scan_region import scanned
+from bench.nod.scan_region import scanned
 
 
 def test_the_predicted_time_holds_for_a_servo_by_physics():

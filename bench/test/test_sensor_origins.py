@@ -9,7 +9,7 @@ from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 
-from bench.mapping import CONFIG, recorded
+from bench.maps.drives import CONFIG, recorded
 
 CELL = 0.1  # m
 

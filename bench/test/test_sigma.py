@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.sigma import BELOW, BELOW_TWO, row_of, SLOW
+from bench.errors.sigma import BELOW, BELOW_TWO, row_of, SLOW
 
 
 @pytest.mark.parametrize('scene', ['corridor', 'corner'])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.slam import drive, followed, USES
+from bench.maps.slam import drive, followed, USES
 
 DURATION = 12.0
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bench.unsteady_lidars import DRIFTS, N_L, NOT_WHOLE, revolutions, seen, STEADY
+from bench.devices.unsteady_lidars import DRIFTS, N_L, NOT_WHOLE, revolutions, seen, STEADY
 
 
 @pytest.mark.parametrize('name', [STEADY, NOT_WHOLE, DRIFTS])

@@ -7,9 +7,18 @@ from nodlidar_sim.world.scene import parse_scene
 import numpy as np
 import pytest
 
-from bench.reference import START_NS
-from bench.veil_scenes import drawn_room, shipped_scenes
-from bench.veils import counted, LIDARS, LOST, NODDING, removed_points, STILL, still, veil_points
+from bench.errors.veil_scenes import drawn_room, shipped_scenes
+from bench.errors.veils import (
+    counted,
+    LIDARS,
+    LOST,
+    NODDING,
+    removed_points,
+    STILL,
+    still,
+    veil_points,
+)
+from bench.shared.reference import START_NS
 
 # The upright edge of a screen at 1.5 m, before a wall at 3 m.
 EDGE = parse_scene(

@@ -7,7 +7,7 @@ from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
 import pytest
 
-from bench.published_choice import DISTANCES
+from bench.nod.published_choice import DISTANCES
 from figures.coverage import frequencies_of, maps_of, STARTS
 from figures.test.enumeration import crossings
 

@@ -258,8 +258,9 @@ def test_make(command):
 @starting('python', '-m')
 def test_bench(command):
     module, *name = shlex.split(command)[2:]
-    path = f'{module}.{name[0]}' if '.' not in module else module
-    assert (WORKSPACE / f'{path.replace(".", "/")}.py').exists()
+    folder = WORKSPACE / module.replace('.', '/')
+    assert (folder / '__main__.py').exists()
+    assert name[0].startswith('--') or list(folder.rglob(f'{name[0]}.py'))
 
 
 def runs_until_interrupted(command, line):

@@ -1,0 +1,1 @@
+"""Time, bytes and latency: of computation, of nodes, of the page."""

@@ -1,0 +1,147 @@
+"""Cost and accuracy of each profile in the room: with the errors of real devices, and ideal.
+
+Computation is the work on arrays, from scans and joint samples to the cloud message and the
+observed coverage. Callbacks are those of the real node, publishing included, without the time in
+which rclpy receives messages. `python -m bench live` includes that and the other nodes.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.clouds.pipeline import Pipeline
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.scene_monitor import SceneMonitor
+from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.ros.cloud_message import cloud_message
+from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
+from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.sensor_model import SensorModel
+import numpy as np
+
+from bench.cost.replay import messages_of, times_per_scan
+from bench.errors.accuracy import pitch_rms
+from bench.shared.reference import (
+    FEEDBACK_RATE,
+    joints_at,
+    real_room,
+    SAMPLES_PER_SWEEP,
+    simulated_room,
+)
+from bench.shared.report import Row
+from bench.shared.scans import latency, samples_for
+from bench.shared.timing import interleaved
+
+DURATION = 20.0
+ROUNDS = 7
+SCANS_PER_S = 10
+BALANCED = 'balanced'
+ERROR, COMPUTATION = 'distance to balanced', 'computation to balanced'
+DISTANCE, IDEAL = 'RMS distance, real devices [mm]', 'RMS distance, ideal devices [mm]'
+DEFAULT_NOD = 'the same, default nod [mm]'
+SEEDS = range(6)
+TITLE = (
+    f'Profiles: the room, {DURATION:.0f} s at N_s = {SAMPLES_PER_SWEEP}, or the default '
+    f'{AssemblerConfig.samples_per_sweep}; URG-04LX-UG01 on an RX-24F, means of {len(SEEDS)} '
+    f'runs, or ideal devices; distance to the surfaces, beams up to {FAR:g} m'
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """RMS distance to the surfaces with real and ideal devices [m], latency, times per scan [s].
+
+    `pitch` is the RMS error of pitch with real devices [rad], `default_nod` as `surface` with the
+    nod of the default parameters.
+    """
+
+    pitch: float
+    surface: float
+    default_nod: float
+    ideal: float
+    latency: float
+    computation: float
+    callbacks: float
+
+
+def results(rounds: int = ROUNDS) -> list[Row]:
+    """Return errors, latency and times of each profile, and their ratios to balanced."""
+    sensors = {name: joints_at(rate) for name, rate in FEEDBACK_RATE.items()}
+    recordings = {name: real_room(DURATION, sensor) for name, sensor in sensors.items()}
+    ideal = {name: simulated_room(DURATION, sensor=sensor) for name, sensor in sensors.items()}
+    computation = computation_times(recordings, rounds)
+    callbacks = callback_times(recordings, rounds)
+    found = {
+        name: Found(
+            pitch_rms(recordings[name], Pipeline(config).estimator),
+            _mean_rms(sensors[name], config, SAMPLES_PER_SWEEP),
+            _mean_rms(sensors[name], config, config.samples_per_sweep),
+            _surface_rms(ideal[name], config),
+            latency(simulated_log(recordings[name]), Pipeline(config)),
+            computation[name],
+            callbacks[name],
+        )
+        for name, config in ((name, PROFILES[name]) for name in FEEDBACK_RATE)
+    }
+    return [_row(name, own, found[BALANCED]) for name, own in found.items()]
+
+
+def _row(name: str, own: Found, balanced: Found) -> Row:
+    return {
+        'profile': name,
+        'joint states [Hz]': FEEDBACK_RATE[name],
+        'RMS pitch error [mrad]': own.pitch * 1e3,
+        DISTANCE: own.surface * 1e3,
+        DEFAULT_NOD: own.default_nod * 1e3,
+        ERROR: own.surface / balanced.surface,
+        IDEAL: own.ideal * 1e3,
+        'latency after the last beam [ms]': own.latency * 1e3,
+        'computation per scan [us]': own.computation * 1e6,
+        COMPUTATION: own.computation / balanced.computation,
+        'callbacks per scan [us]': own.callbacks * 1e6,
+        'callbacks to balanced': own.callbacks / balanced.callbacks,
+    }
+
+
+def _mean_rms(sensor: SensorModel, config: AssemblerConfig, samples_per_sweep: int) -> float:
+    runs = (
+        real_room(DURATION, sensor, seed=seed, samples_per_sweep=samples_per_sweep)
+        for seed in SEEDS
+    )
+    return float(np.mean([_surface_rms(run, config) for run in runs]))
+
+
+def _surface_rms(simulated: Recording, config: AssemblerConfig) -> float:
+    clouds, _ = assemble_log(near_beams(simulated_log(simulated)), Pipeline(config))
+    squares = [surface_rms(cloud, simulated.world) ** 2 * len(cloud.data) for cloud in clouds]
+    return float(np.sqrt(sum(squares) / sum(len(cloud.data) for cloud in clouds)))
+
+
+def computation_times(recordings: dict[str, Recording], rounds: int) -> dict[str, float]:
+    """Return the time of all computation per scan [s]."""
+    logs = {name: simulated_log(simulated) for name, simulated in recordings.items()}
+    actions = {name: partial(_compute, log, PROFILES[name]) for name, log in logs.items()}
+    times = interleaved(actions, rounds)
+    return {
+        name: own / len(log.scans)
+        for (name, log), (own, _) in zip(logs.items(), times, strict=True)
+    }
+
+
+def _compute(log: SensorLog, config: AssemblerConfig) -> None:
+    """Process the arrays of a log as the node does."""
+    pipeline, monitor = Pipeline(config), SceneMonitor(config)
+    for k, scan in enumerate(log.scans[3:-3]):
+        assembled = pipeline.add_scan(scan, *samples_for(scan, log, pipeline))
+        for cloud in assembled.clouds:
+            cloud_message(cloud, config.frame_id)
+        monitor.cover(assembled)
+        if config.coverage_window > 0.0 and k % SCANS_PER_S == 0:
+            monitor.covered()
+
+
+def callback_times(recordings: dict[str, Recording], rounds: int) -> dict[str, float]:
+    """Return the time that the node's callbacks take per scan [s]."""
+    messages = {name: messages_of(simulated_log(r)) for name, r in recordings.items()}
+    replays = {name: ([f'profile:={name}'], m) for name, m in messages.items()}
+    return times_per_scan(replays, rounds)

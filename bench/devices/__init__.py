@@ -1,0 +1,1 @@
+"""Emulated servos and lidars, and the effects of the simulator."""

@@ -1,0 +1,1 @@
+"""Errors of pitch and points, and what estimates or removes them."""

@@ -1,0 +1,178 @@
+"""The pitch of the beams on motions that no estimator assumes, and on servos by physics.
+
+Motions in closed form start from the reference nod with reversals of 200 rad/s^2. The error counts
+against the motion that the encoder sees; what backlash and the encoder's nonlinearity add, which
+no joint sample shows, stands beside.
+"""
+
+from collections.abc import Callable
+import math
+import time
+
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_sim.nodding import nodding_servo
+from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.sensor_model import SensorModel
+from nodlidar_sim.world.servo_section import load_servo, servo_names
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.shared.reference import reference_nod, SPAN, START_NS
+from bench.shared.report import Row
+
+Array = NDArray[np.float64]
+Times = NDArray[np.int64]
+Position = Callable[[Times], Array]
+
+DURATION = 40.0
+SETTLING = 3.0  # of an estimator that learns [s]
+RATES = (62.0, 100.0)  # of the joint states, as through an adapter with a latency of 16 or 1 ms
+FILTER_STEP = 1e-4  # s
+VIBRATION_STEP = 5e-4  # s
+VIBRATIONS = 200  # frequencies of a band
+TITLE = f'RMS pitch error on different motions, N_s = 4001, {DURATION:.0f} s, RX-24F encoder'
+
+
+def results() -> list[Row]:
+    """Return the RMS pitch errors of slerp and trajectory, by motion and rate."""
+    closed = [
+        _row(name, rate, motion, motion, _rounded(motion))
+        for rate in RATES
+        for name, motion in motions().items()
+    ]
+    return closed + [_servo_row(name, rate) for rate in RATES for name in servo_names()]
+
+
+def motions() -> dict[str, Position]:
+    """Return the motions in closed form: pitch [rad] at times [ns]."""
+    nod = reference_nod()
+    end_ns = START_NS + round((DURATION + 1.0) * NS_PER_S)
+    ideal = triangle_motion(nod, START_NS - NS_PER_S, end_ns).position
+
+    def warped(times_ns: Times) -> Array:
+        pitch = ideal(times_ns)
+        warp = 0.03 * SPAN / np.pi / 2.0 * np.sin(2.0 * np.pi * pitch / SPAN)
+        return np.asarray(pitch + warp)
+
+    def sine(times_ns: Times) -> Array:
+        return np.asarray(-SPAN / 2.0 * np.cos(np.pi * nod.sweeps(times_ns)))
+
+    return {
+        'lines and parabolas (ideal)': ideal,
+        **{f'lag of {ms:g} ms': _lagging(ideal, ms * 1e-3) for ms in (3.0, 10.0, 25.0)},
+        'ripple, 2 mrad at 8 Hz': _rippled(ideal, 2e-3, 8.0),
+        'ripple, 2 mrad at 20 Hz': _rippled(ideal, 2e-3, 20.0),
+        'ripple, 4 mrad at 12 Hz': _rippled(ideal, 4e-3, 12.0),
+        'vibration, 2 mrad at 37 Hz': _rippled(ideal, 2e-3, 37.0),
+        'vibration, 4 mrad at 48 Hz': _rippled(ideal, 4e-3, 48.0),
+        'vibration, 2 mrad RMS, 20 to 45 Hz': _shaken(ideal, 2e-3, 20.0, 45.0),
+        'speed off by 3 % along the leg': warped,
+        'sine': sine,
+    }
+
+
+def _rippled(ideal: Position, amplitude: float, frequency: float) -> Position:
+    def position(times_ns: Times) -> Array:
+        phase = 2.0 * np.pi * frequency * ((times_ns - START_NS) / NS_PER_S)
+        return np.asarray(ideal(times_ns) + amplitude * np.sin(phase))
+
+    return position
+
+
+def _shaken(ideal: Position, deviation: float, lowest: float, highest: float) -> Position:
+    """Return a motion with vibrations of many frequencies in a band [Hz]."""
+    rng = np.random.default_rng(1)
+    time_s = np.arange(-0.5, DURATION + 1.0, VIBRATION_STEP)
+    shake = np.zeros(len(time_s))
+    for frequency in np.linspace(lowest, highest, VIBRATIONS):
+        shake += np.sin(2.0 * np.pi * (frequency * time_s + rng.uniform()))
+    shake *= deviation / np.sqrt(VIBRATIONS / 2.0)
+
+    def position(times_ns: Times) -> Array:
+        return np.asarray(
+            ideal(times_ns) + np.interp((times_ns - START_NS) / NS_PER_S, time_s, shake)
+        )
+
+    return position
+
+
+def _lagging(ideal: Position, lag: float) -> Position:
+    """Return a motion behind a first-order lag [s], by its impulse response."""
+    past = np.arange(0.0, 12.0 * lag, FILTER_STEP)
+    weight = np.exp(-past / lag)
+    weight /= weight.sum()
+    grid_ns = START_NS + np.arange(
+        -NS_PER_S // 2, round(DURATION * NS_PER_S), round(FILTER_STEP * NS_PER_S)
+    )
+    lagged = np.convolve(ideal(grid_ns), weight)[: len(grid_ns)]
+
+    def position(times_ns: Times) -> Array:
+        return np.interp((times_ns - START_NS) / NS_PER_S, (grid_ns - START_NS) / NS_PER_S, lagged)
+
+    return position
+
+
+def _rounded(motion: Position) -> Position:
+    tick = SensorModel().joint_tick
+
+    def encoder(times_ns: Times) -> Array:
+        return np.asarray(np.rint(motion(times_ns) / tick) * tick)
+
+    return encoder
+
+
+def _servo_row(name: str, rate: float) -> Row:
+    sensor = SensorModel(joint_rate=rate, joint_latency=0.0015 if rate > 62.0 else 0.016)
+    end_ns = START_NS + round((DURATION + 1.0) * NS_PER_S)
+    servo = nodding_servo(load_servo(name), reference_nod(), sensor, START_NS, end_ns, seed=1)
+    return _row(f'servo {name}', rate, servo.shaft_position, servo.position, servo.encoder)
+
+
+def _row(name: str, rate: float, shaft: Position, lidar: Position, encoder: Position) -> Row:
+    """Return a row for the motion of the shaft and of the lidar, and what the encoder reports."""
+    sample_ns = START_NS + np.rint(np.arange(DURATION * rate) / rate * NS_PER_S).astype(np.int64)
+    sample_pitch = encoder(sample_ns)
+    errors = {
+        name: _errors(name, sample_ns, sample_pitch, shaft) for name in ('slerp', 'trajectory')
+    }
+    slerp, trajectory = (_rms(error) for error, _ in errors.values())
+    return {
+        'motion': name,
+        'joint states [Hz]': rate,
+        'slerp [mrad]': slerp * 1e3,
+        'trajectory [mrad]': trajectory * 1e3,
+        'trajectory to slerp': trajectory / slerp,
+        'lidar to shaft, RMS [mrad]': _rms(lidar(sample_ns) - shaft(sample_ns)) * 1e3,
+        'time of trajectory [us]': errors['trajectory'][1] * 1e6,
+    }
+
+
+def _errors(
+    estimator: str, sample_ns: Times, sample_pitch: Array, shaft: Position
+) -> tuple[Array, float]:
+    """Return the pitch errors of all beams [rad], and the median time of a scan [s]."""
+    sensor = SensorModel()
+    estimate = PitchEstimator(EstimatorConfig(estimator=estimator))
+    scans = round((DURATION - 1.0) / sensor.scan_time)
+    beams_ns = sensor.beam_times_ns(START_NS, scans, 1.0)
+    pitches, times = [], []
+    for times_ns in beams_ns[5:]:
+        offset = (times_ns - times_ns[0]) / NS_PER_S
+        first = np.searchsorted(sample_ns, times_ns[0] - estimate.margin_ns, side='right') - 1
+        last = np.searchsorted(sample_ns, times_ns[-1] + estimate.margin_ns) + 1
+        around = slice(first, last)
+        samples = sample_ns[around], sample_pitch[around]
+        begin = time.perf_counter()
+        pitches.append(estimate.pitch(int(times_ns[0]), offset, *samples))
+        times.append(time.perf_counter() - begin)
+    settled = slice(math.ceil(SETTLING / sensor.scan_time), None)
+    errors = [
+        pitch - shaft(times_ns)
+        for pitch, times_ns in zip(pitches[settled], beams_ns[5:][settled], strict=True)
+    ]
+    return np.array(errors), float(np.median(times))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

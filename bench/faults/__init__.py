@@ -1,0 +1,1 @@
+"""The launched system while parts of it fail."""

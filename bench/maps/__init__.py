@@ -1,0 +1,1 @@
+"""Drives of a robot: maps, level scans, odometry, SLAM."""

@@ -1,0 +1,138 @@
+"""Maps of drives through scenes: how far trajectory and map are off, and what they cost.
+
+With the errors of a URG-04LX-UG01 and an RX-24F, and with ideal devices but 10 mm of range noise.
+Odometry has errors of scale and slip. Paths are aligned at the first cloud, where the map begins,
+and by the best fit.
+"""
+
+from dataclasses import dataclass, replace
+import time
+
+from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
+from nodlidar_mapper.poses import Array, inverse, moved, planar
+from nodlidar_sim.simulation import Recording
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from bench.maps.drives import CONFIG, DRIVES, recorded, rms, scene_of, true_poses
+from bench.shared.reference import START_NS
+from bench.shared.report import Row
+
+TITLE = 'Mapped drives, worst of the seeds; errors of trajectories as a share of the path'
+SEEDS = range(1, 6)
+FASTER = (1.0, 2.0)  # than the scene's route
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mapped:
+    """A mapped drive.
+
+    Attributes
+    ----------
+    path
+        Its length [m].
+    live, final, odometry
+        RMS errors of the positions as known at the time, at the end, and by odometry [m].
+    fitted
+        RMS error at the end after the best fit of the whole path, as evo and others state it [m].
+    surface
+        RMS distance of the map's points from the true surfaces [m].
+    seconds
+        Computing time of each cloud [s], shape (n,).
+    lost, loops
+        Clouds that did not fit the map, and loops closed.
+    """
+
+    path: float
+    live: float
+    final: float
+    odometry: float
+    fitted: float
+    surface: float
+    seconds: Array
+    lost: int
+    loops: int
+
+
+def mapped(recording: Recording, config: MapperConfig | None = None) -> Mapped:
+    """Map a recording, and compare it with the truth."""
+    log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
+    mapper, found, seconds, by_odometry = Mapper(config or MapperConfig()), [], [], []
+    for cloud in clouds_of(log, CONFIG):
+        points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
+        begin = time.process_time()
+        found.append(mapper.add(cloud.stamp_ns, points, odometry, age=age_of(cloud)))
+        seconds.append(time.process_time() - begin)
+        by_odometry.append(odometry)
+    truth = true_poses(recording, np.array([each.stamp_ns for each in found]))
+    mount = by_odometry[0][2, 3]
+    truth[:, 2, 3] = mount
+    final = [mapper.pose_of(each) for each in found]
+    surface = lasting_surface(mapper.keyframes)
+    to_odom = truth[0] @ inverse(final[0])
+    x, y, yaw = recording.world.scene.base_start
+    in_world = moved(planar(x, y, yaw) @ to_odom, surface.points)
+    stamps = np.full(len(in_world), START_NS, dtype=np.int64)
+    off = recording.world.surface_distance_in_world(in_world, stamps)
+    way = np.linalg.norm(np.diff(truth[:, :3, 3], axis=0), axis=1)
+    return Mapped(
+        float(way.sum()),
+        rms(truth, [each.pose for each in found]),
+        rms(truth, final),
+        rms(truth, by_odometry),
+        best_fit(truth, final),
+        float(np.sqrt(np.mean(off**2))),
+        np.array(seconds),
+        sum(bool(each.lost) for each in found[1:]),
+        mapper.loops,
+    )
+
+
+def best_fit(truth: Array, poses: list[Array]) -> float:
+    """Return the RMS error of positions after the best rotation and shift [m]."""
+    places, true = np.stack(poses)[:, :3, 3], truth[:, :3, 3]
+    _, root = Rotation.align_vectors(true - true.mean(axis=0), places - places.mean(axis=0))
+    return float(root / np.sqrt(len(places)))
+
+
+def results() -> list[Row]:
+    """Return the errors and the cost of each drive, with real and with ideal devices."""
+    return [
+        _row(name, route, duration, faster, ideal)
+        for name, route, duration in DRIVES
+        for faster in FASTER
+        for ideal in (False, True)
+    ]
+
+
+def errors_of(runs: list[Mapped]) -> Row:
+    """Return the worst errors of several drives, the mean loops, and all clouds not matched."""
+    return {
+        'path [m]': max(run.path for run in runs),
+        'odometry [%]': 100.0 * max(run.odometry / run.path for run in runs),
+        'live [%]': 100.0 * max(run.live / run.path for run in runs),
+        'final [%]': 100.0 * max(run.final / run.path for run in runs),
+        'final, best fit [%]': 100.0 * max(run.fitted / run.path for run in runs),
+        'map [mm]': 1e3 * max(run.surface for run in runs),
+        'loops': sum(run.loops for run in runs) / len(runs),
+        'clouds not matched': sum(run.lost for run in runs),
+    }
+
+
+def _row(name: str, route: str | None, duration: float, faster: float, ideal: bool) -> Row:
+    scene = scene_of(name, route, faster, ideal)
+    runs = [mapped(recorded(scene, duration / faster, seed)) for seed in SEEDS]
+    seconds = np.concatenate([run.seconds for run in runs])
+    speed = max(leg.velocity[0] for leg in scene.base_legs)
+    return {
+        'scene': name,
+        'devices': 'ideal, 10 mm of noise' if ideal else 'real',
+        'speed [m/s]': speed,
+        **errors_of(runs),
+        'computation per cloud [ms]': 1e3 * float(np.median(seconds)),
+        '99 % [ms]': 1e3 * float(np.percentile(seconds, 99)),
+    }

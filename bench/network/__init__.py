@@ -1,0 +1,1 @@
+"""Several machines: bandwidth, lost packets, discovery."""

@@ -1,0 +1,1 @@
+"""The nod: its phase, limits, schedules, and what it covers."""

@@ -1,0 +1,108 @@
+"""How long the scan of a region takes with a servo by physics, over the time that is predicted.
+
+In virtual time: the servo at byte level, its joint states, the assembly, the node's choice and its
+commands. Regions, objects and the instants of the goals are random.
+"""
+
+from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_assembler.control.region_plan import Region, region_plan
+from nodlidar_assembler.control.region_scan import RegionScan
+from nodlidar_assembler.scan_assembler import ScanAssembler
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_servo.config import ServoConfig
+from nodlidar_sim.world.servo_section import load_servo
+import numpy as np
+
+from bench.nod.servo_rig import LATENCY_TIMER, Rig, SHORT_LATENCY_TIMER, TRUE_BEAM_NS, URG
+from bench.shared.reference import START_NS
+from bench.shared.report import Row
+
+GOALS = 20
+TITLE = f'Scans of {GOALS} random regions: time taken over time predicted, servos by physics'
+SERVOS = {
+    ('rx24f', 100): SHORT_LATENCY_TIMER,
+    ('rx24f', 62): LATENCY_TIMER,
+    ('mx28', 100): SHORT_LATENCY_TIMER,
+    ('xl430', 100): SHORT_LATENCY_TIMER,
+}
+FIRST_NS = 6 * NS_PER_S  # the servo is on the nod
+ARRIVAL_NS = 5_000_000  # of a scan, after its last beam
+WITHIN = 0.1
+
+
+def results() -> list[Row]:
+    """Return how the times taken compare with those predicted."""
+    return [_row(*servo) for servo in SERVOS]
+
+
+def _row(servo: str, rate: int) -> Row:
+    taken = np.array([scanned(servo, rate, seed) for seed in range(GOALS)])
+    ratio = taken[:, 0] / taken[:, 1]
+    return {
+        'servo': servo,
+        'joint states [Hz]': rate,
+        'median predicted [s]': float(np.median(taken[:, 1])),
+        'taken / predicted, median': float(np.median(ratio)),
+        'least': float(ratio.min()),
+        'largest': float(ratio.max()),
+        f'within {WITHIN:.0%} [share]': float(np.mean(np.abs(ratio - 1.0) <= WITHIN)),
+        'all seen [share]': float(np.mean(taken[:, 2])),
+    }
+
+
+def region_of(rng: np.random.Generator) -> Region:
+    """Return a random region of at least 0.1 by 0.2 rad, and an object of at least two steps."""
+    low, high = np.sort(rng.uniform(-0.78, 0.78, 2))
+    right, left = np.sort(rng.uniform(-2.08, 2.08, 2))
+    distance = rng.uniform(0.5, 5.0)
+    size = rng.uniform(0.05, 0.3)
+    if high - low < 0.1 or left - right < 0.2 or not 0.0123 < size / distance < 0.5:
+        return region_of(rng)
+    return Region(low, high, right, left, size, distance)
+
+
+def scanned(servo: str, rate: int, seed: int) -> tuple[float, float, bool]:
+    """Return the time taken and the time predicted [s], and whether every cell was seen."""
+    rng = np.random.default_rng(seed)
+    region, goal_ns = region_of(rng), START_NS + FIRST_NS + round(rng.uniform(0, 2e9))
+    rig, config = Rig(load_servo(servo), seed, SERVOS[servo, rate]), AssemblerConfig()
+    assembler, controller = ScanAssembler(config), NodController(config)
+    mount = ServoConfig().pitch_lower_limit, ServoConfig().pitch_upper_limit
+    ranges = np.full(URG.beams, 2.0, dtype=np.float32)
+    going: RegionScan | None = None
+    sent_ns = revolution = 0
+    arrival_ns = round((URG.beams - 1) * TRUE_BEAM_NS) + ARRIVAL_NS
+
+    def command() -> None:
+        nonlocal sent_ns
+        if controller.command is not None:
+            nod, start_ns = controller.command
+            rig.commands.accept(nod, rig.clock(), start_ns)
+            sent_ns = rig.clock()
+
+    while going is None or not going.is_over:
+        for sample in rig.loop.cycle():
+            assembler.add_joint_sample(sample.stamp_ns, sample.pitch)
+        now_ns = rig.clock()
+        begin_ns = START_NS + round(revolution * 1024 * TRUE_BEAM_NS)
+        if now_ns >= begin_ns + arrival_ns:
+            revolution += 1
+            approaching = controller.approaching
+            controller.add_scan(URG, begin_ns)
+            assembler.add_scan(Scan(begin_ns, URG, ranges), now_ns)
+            if approaching:
+                command()
+        if now_ns - sent_ns > NS_PER_S / config.command_rate:
+            command()
+        if going is None and now_ns >= goal_ns:
+            plan = region_plan(region, controller.view.config, controller.view.task, mount)
+            going = RegionScan(plan, now_ns, controller.take_over(plan.shape, now_ns))
+            command()
+        for outcome in assembler.ready(now_ns):
+            if going is not None and outcome.assembled is not None:
+                going.add(outcome.assembled)
+        if going is not None:
+            going.check(now_ns)
+    return going.duration, going.predicted_time, going.success

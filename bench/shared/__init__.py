@@ -1,0 +1,1 @@
+"""What the measurements share: recording, pages, the reference set-up, timing."""

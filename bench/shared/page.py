@@ -1,0 +1,66 @@
+"""Pages with tables of recorded measurements, each between two marks."""
+
+import re
+
+from bench.shared.report import markdown, recorded, RESULTS
+
+PAGES = tuple(
+    RESULTS.parent.parent / page
+    for page in (
+        'README.md',
+        'nodlidar_driver/README.md',
+        'nodlidar_servo/README.md',
+        'docs/calibration.md',
+        'docs/error_budget.md',
+        'docs/faults.md',
+        'docs/hardware.md',
+        'docs/lidars.md',
+        'docs/mapping.md',
+        'docs/moving_robot.md',
+        'docs/network.md',
+        'docs/tradeoffs.md',
+        'docs/nod_schedules.md',
+        'docs/physics.md',
+        'docs/publication.md',
+        'docs/services.md',
+        'docs/slam.md',
+        'docs/viewer.md',
+    )
+)
+_MARKED = re.compile(
+    r'(<!-- bench: (\w+)(?: where (.*?) = (.*?))?(?:: (.*?))? -->\n).*?(<!-- end -->)', re.DOTALL
+)
+
+
+def filled(text: str) -> str:
+    """Return a page with the recorded rows between its marks.
+
+    The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``. With ``NAME: one; two``
+    the table has only these columns, and only the rows that have all of them. With ``NAME where
+    COLUMN = this | that``, which comes before the colon, it has only these rows.
+
+    Raises
+    ------
+    KeyError
+        If no row has the columns.
+    """
+    return _MARKED.sub(_table, text)
+
+
+def _table(mark: re.Match[str]) -> str:
+    begin, name, by, values, columns, end = mark.groups()
+    rows = recorded(name)['rows']
+    if by is not None:
+        rows = [row for row in rows if str(row[by]) in values.split(' | ')]
+    if columns is not None:
+        names = columns.split('; ')
+        rows = [{name: row[name] for name in names} for row in rows if row.keys() >= set(names)]
+        if not rows:
+            raise KeyError(columns)
+    return f'{begin}{markdown(rows)}\n{end}'
+
+
+def fill_pages() -> None:
+    """Write the recorded rows into all pages."""
+    for page in PAGES:
+        page.write_text(filled(page.read_text()))
