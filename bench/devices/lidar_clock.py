@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 import math
 
-from nodlidar_driver.device_clock import DeviceClock
-from nodlidar_driver.time_mode import ClockError, enough_replies, TimeReply
+from nodlidar_driver.clock.device_clock import DeviceClock
+from nodlidar_driver.clock.time_mode import ClockError, enough_replies, TimeReply
 import numpy as np
 from numpy.typing import NDArray
 

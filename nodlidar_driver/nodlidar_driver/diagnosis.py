@@ -9,7 +9,7 @@ from typing import Any
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
 from nodlidar_driver.lidar import Lidar, Scan
-from nodlidar_driver.scan_account import MISSED, ScanAccount, SETTLING
+from nodlidar_driver.scip.scan_account import MISSED, ScanAccount, SETTLING
 from nodlidar_driver.state import LidarState, Link
 
 _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning

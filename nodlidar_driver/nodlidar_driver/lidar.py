@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import PortError
 from nodlidar_common.serial_port import SerialPort
-from nodlidar_driver.device_clock import DeviceClock, ScanTime
-from nodlidar_driver.identity import Capabilities
-from nodlidar_driver.scan import ranges, ScanWindow
-from nodlidar_driver.scan_account import ScanAccount, SETTLING, TIMESTAMP
-from nodlidar_driver.scip_client import RawScan, ScipClient
-from nodlidar_driver.time_mode import enough_replies
+from nodlidar_driver.clock.device_clock import DeviceClock, ScanTime
+from nodlidar_driver.clock.time_mode import enough_replies
+from nodlidar_driver.scip.identity import Capabilities
+from nodlidar_driver.scip.scan import ranges, ScanWindow
+from nodlidar_driver.scip.scan_account import ScanAccount, SETTLING, TIMESTAMP
+from nodlidar_driver.scip.scip_client import RawScan, ScipClient
 import numpy as np
 from numpy.typing import NDArray
 

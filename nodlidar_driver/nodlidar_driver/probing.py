@@ -6,10 +6,10 @@ from typing import Any
 
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.diagnosis import Diagnosis
-from nodlidar_driver.identity import Capabilities, State, Version
 from nodlidar_driver.lidar import Lidar, Scan
-from nodlidar_driver.scan import ScanWindow
-from nodlidar_driver.scan_account import ScanAccount
+from nodlidar_driver.scip.identity import Capabilities, State, Version
+from nodlidar_driver.scip.scan import ScanWindow
+from nodlidar_driver.scip.scan_account import ScanAccount
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 import math
 
-from nodlidar_driver.identity import Capabilities, State, Version
 from nodlidar_driver.lidar import Lidar
-from nodlidar_driver.scan_account import ScanAccount
+from nodlidar_driver.scip.identity import Capabilities, State, Version
+from nodlidar_driver.scip.scan_account import ScanAccount
 
 
 @dataclass(frozen=True, slots=True)

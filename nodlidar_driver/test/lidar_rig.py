@@ -1,9 +1,9 @@
 """What the driver's tests share: an emulated lidar and its truth, in virtual time or not."""
 
-from nodlidar_driver.identity import Capabilities
 from nodlidar_driver.lidar import Lidar
-from nodlidar_driver.scan import scan_window
-from nodlidar_driver.scan_account import ScanAccount
+from nodlidar_driver.scip.identity import Capabilities
+from nodlidar_driver.scip.scan import scan_window
+from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np

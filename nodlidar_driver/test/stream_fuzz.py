@@ -6,8 +6,8 @@ from lidar_rig import START_NS
 from nodlidar_common import scip
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.lidar import Lidar
-from nodlidar_driver.scan import ScanWindow
-from nodlidar_driver.scan_account import ScanAccount
+from nodlidar_driver.scip.scan import ScanWindow
+from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np

@@ -1,7 +1,7 @@
 """The mapping of the lidar's clock against a simulated truth."""
 
-from nodlidar_driver.device_clock import DeviceClock
-from nodlidar_driver.time_mode import ClockError, enough_replies, TimeReply
+from nodlidar_driver.clock.device_clock import DeviceClock
+from nodlidar_driver.clock.time_mode import ClockError, enough_replies, TimeReply
 import numpy as np
 import pytest
 

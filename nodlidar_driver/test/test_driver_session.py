@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from lidar_rig import before, FULL, Rig, START_NS
 from nodlidar_common.errors import DeviceError, PortError, StoppedError
 from nodlidar_driver.lidar import Lidar
-from nodlidar_driver.scan import ScanWindow
-from nodlidar_driver.scip_answer import STOP
-from nodlidar_driver.scip_client import ScipClient
+from nodlidar_driver.scip.scan import ScanWindow
+from nodlidar_driver.scip.scip_answer import STOP
+from nodlidar_driver.scip.scip_client import ScipClient
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.ports.virtual_port import VirtualPort
 import numpy as np

@@ -2,9 +2,9 @@
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from nodlidar_driver.envelope import least, lower_line
-from nodlidar_driver.revolution import fit_truncated, RevolutionTimes
-from nodlidar_driver.timer import unwrapped
+from nodlidar_driver.clock.envelope import least, lower_line
+from nodlidar_driver.clock.revolution import fit_truncated, RevolutionTimes
+from nodlidar_driver.clock.timer import unwrapped
 import numpy as np
 import pytest
 

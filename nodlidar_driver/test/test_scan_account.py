@@ -2,7 +2,7 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_driver.scan_account import MISSED, REASONS, ScanAccount
+from nodlidar_driver.scip.scan_account import MISSED, REASONS, ScanAccount
 
 GOOD, SILENT = 'good', 'silent'
 FATES = st.sampled_from([GOOD, SILENT, *(reason for reason in REASONS if reason != MISSED)])

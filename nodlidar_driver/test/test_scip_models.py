@@ -14,8 +14,8 @@ from nodlidar_common.guard import Guard
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.lidar import Lidar
-from nodlidar_driver.scan_account import ScanAccount
-from nodlidar_driver.scip_answer import STOP
+from nodlidar_driver.scip.scan_account import ScanAccount
+from nodlidar_driver.scip.scip_answer import STOP
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals

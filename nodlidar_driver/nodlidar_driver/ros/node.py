@@ -11,9 +11,9 @@ from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.diagnosis import Diagnosis
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.ros.messages import arrival_message, fill_scan, scan_template
-from nodlidar_driver.scan_account import ScanAccount
-from nodlidar_driver.scip_answer import STOP
-from nodlidar_driver.scip_port import READ_TIMEOUT
+from nodlidar_driver.scip.scan_account import ScanAccount
+from nodlidar_driver.scip.scip_answer import STOP
+from nodlidar_driver.scip.scip_port import READ_TIMEOUT
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import LaserScan, TimeReference

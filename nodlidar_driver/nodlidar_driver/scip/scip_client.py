@@ -9,11 +9,12 @@ from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard_process import ATTEMPTS as STOP_ATTEMPTS
 from nodlidar_common.scip import ScipError
 from nodlidar_common.serial_port import SerialPort
-from nodlidar_driver import identity
-from nodlidar_driver import scip_status as status_of
-from nodlidar_driver.scan import ScanWindow
-from nodlidar_driver.scan_account import CHECKSUM, INCOMPLETE, RESYNC, VERIFYING
-from nodlidar_driver.scip_answer import (
+from nodlidar_driver.clock.time_mode import TimeReply
+from nodlidar_driver.scip import identity
+from nodlidar_driver.scip import scip_status as status_of
+from nodlidar_driver.scip.scan import ScanWindow
+from nodlidar_driver.scip.scan_account import CHECKSUM, INCOMPLETE, RESYNC, VERIFYING
+from nodlidar_driver.scip.scip_answer import (
     message_length,
     quit_status,
     refused,
@@ -21,8 +22,7 @@ from nodlidar_driver.scip_answer import (
     STOP,
     timer,
 )
-from nodlidar_driver.scip_port import READ_TIMEOUT, ScipPort
-from nodlidar_driver.time_mode import TimeReply
+from nodlidar_driver.scip.scip_port import READ_TIMEOUT, ScipPort
 import numpy as np
 from numpy.typing import NDArray
 

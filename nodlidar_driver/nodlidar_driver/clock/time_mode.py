@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_driver.envelope import least
-from nodlidar_driver.revolution import even_times, RevolutionTimes
-from nodlidar_driver.timer import unwrapped
+from nodlidar_driver.clock.envelope import least
+from nodlidar_driver.clock.revolution import even_times, RevolutionTimes
+from nodlidar_driver.clock.timer import unwrapped
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass
 
-from nodlidar_driver.stamp_check import IRREGULAR_MS, SPEED_RANGE
+from nodlidar_driver.clock.stamp_check import IRREGULAR_MS, SPEED_RANGE
 import numpy as np
 from numpy.typing import NDArray
 

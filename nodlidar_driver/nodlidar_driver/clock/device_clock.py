@@ -4,9 +4,9 @@ Host time is that of a steady clock, such as CLOCK_MONOTONIC. Three quantities a
 from the data that show it best:
 
 - the time of step 0 on the device's clock, finer than its milliseconds, from the evenness of the
-  revolutions (:mod:`nodlidar_driver.revolution`);
+  revolutions (:mod:`nodlidar_driver.clock.revolution`);
 - the drift between the clocks, from the earliest arrivals of the last 30 s
-  (:mod:`nodlidar_driver.arrivals`);
+  (:mod:`nodlidar_driver.clock.arrivals`);
 - the absolute offset, from the earliest answers of time mode at connection. Scans arrive a fixed
   but unknown latency after step 0. The offset of time mode reveals it during the first seconds;
   from then on the offset is the earliest arrivals less the latency.
@@ -19,12 +19,12 @@ to be aligned again by time mode.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_driver.arrivals import Arrivals, WINDOW_MS
-from nodlidar_driver.envelope import least
-from nodlidar_driver.revolution import RevolutionTimes
-from nodlidar_driver.stamp_check import StampCheck
-from nodlidar_driver.time_mode import check_answers, ClockError, Replies, TimeReply
-from nodlidar_driver.timer import unwrapped
+from nodlidar_driver.clock.arrivals import Arrivals, WINDOW_MS
+from nodlidar_driver.clock.envelope import least
+from nodlidar_driver.clock.revolution import RevolutionTimes
+from nodlidar_driver.clock.stamp_check import StampCheck
+from nodlidar_driver.clock.time_mode import check_answers, ClockError, Replies, TimeReply
+from nodlidar_driver.clock.timer import unwrapped
 import numpy as np
 from numpy.typing import NDArray
 

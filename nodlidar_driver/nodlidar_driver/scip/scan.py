@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_driver.identity import Capabilities
+from nodlidar_driver.scip.identity import Capabilities
 import numpy as np
 from numpy.typing import NDArray
 

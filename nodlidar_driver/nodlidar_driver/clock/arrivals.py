@@ -3,7 +3,7 @@
 from dataclasses import replace
 import math
 
-from nodlidar_driver.envelope import Line, lower_line
+from nodlidar_driver.clock.envelope import Line, lower_line
 import numpy as np
 from numpy.typing import NDArray
 

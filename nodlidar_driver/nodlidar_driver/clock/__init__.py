@@ -1,0 +1,1 @@
+"""When a scan was taken, by the clocks of lidar and host."""
