@@ -8,11 +8,11 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.sample import Sample
+from nodlidar_servo.device.servo import Servo
 from nodlidar_servo.following import Following
-from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.sample import Sample
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort

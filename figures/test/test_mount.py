@@ -7,7 +7,7 @@ import re
 from xml.etree import ElementTree
 
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.device.config import ServoConfig
 import numpy as np
 import pytest
 from urdf_parser_py.urdf import URDF

@@ -17,8 +17,8 @@ from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_mapper.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.trajectory_config import TrajectoryConfig
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.world.scene import load_scene

@@ -15,7 +15,7 @@ from nodlidar_bringup.checks.reports import check_reports, Report
 from nodlidar_bringup.checks.traffic import check_content, check_traffic, Content, Traffic
 from nodlidar_bringup.checks.transforms import check_frames, Frames
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.device.config import ServoConfig
 import pytest
 
 WORKSPACE = Path(__file__).parents[2]

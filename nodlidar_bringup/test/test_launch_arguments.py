@@ -18,9 +18,9 @@ from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import Nod
 from nodlidar_planner.pattern.servo import MAX_SPEEDS, shortest_by_mean_speed
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.models import MODELS
-from nodlidar_servo.trajectory_config import TrajectoryConfig
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.models.models import MODELS
+from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.servo_models import EMULATED
 import numpy as np
 import pytest

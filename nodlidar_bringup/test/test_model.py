@@ -4,7 +4,7 @@ from math import pi
 from pathlib import Path
 
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.device.config import ServoConfig
 from nodlidar_sim.world.scene import load_scene, scene_names
 from nodlidar_sim.world.servo.parameters import ServoParameters
 import numpy as np

@@ -10,7 +10,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_bringup.arguments import tf_rate
 from nodlidar_common.parameters import check, limits_of
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.device.config import ServoConfig
 import pytest
 import yaml
 

@@ -12,7 +12,6 @@ PACKAGES = sorted(path.parent.name for path in WORKSPACE.glob('nodlidar_*/setup.
 
 # Folders besides ros/ that import modules of the folder above them.
 UPWARD = {
-    'nodlidar_servo.setup',  # the bus, the models and the parameters of the node
     'nodlidar_assembler.calibration',  # reads the parameters, config.py
     'nodlidar_assembler.bags',  # runs scan_assembler.py, which lies in the package's root
 }

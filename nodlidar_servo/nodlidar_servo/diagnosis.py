@@ -8,12 +8,12 @@ from typing import Any
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
 from nodlidar_common.tracking import Progress
-from nodlidar_servo.command_report import CommandReport, phase_figures
+from nodlidar_servo.bus.replies import LateReplyError, status_names
+from nodlidar_servo.device.sample import Sample
+from nodlidar_servo.device.servo import Servo
 from nodlidar_servo.following import Following
-from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.replies import LateReplyError, status_names
-from nodlidar_servo.sample import Sample
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.nod.command_report import CommandReport, phase_figures
+from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.servo_loop import LoopFigures
 from nodlidar_servo.state import Link, ServoState
 

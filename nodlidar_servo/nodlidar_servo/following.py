@@ -4,7 +4,7 @@ import math
 
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.tracking import Drive, Measured
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.device.config import ServoConfig
 
 RETRY = 1.5
 """Time [s] for which the torque stays off before the next attempt."""

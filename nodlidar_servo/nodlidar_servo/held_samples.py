@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from nodlidar_servo.sample import Sample
+from nodlidar_servo.device.sample import Sample
 
 
 class HeldSamples:

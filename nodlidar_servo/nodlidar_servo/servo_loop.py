@@ -6,12 +6,12 @@ from dataclasses import dataclass, field, replace
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.tracking import Progress
+from nodlidar_servo.bus.replies import LateReplyError, ReplyError
+from nodlidar_servo.device.sample import Sample
+from nodlidar_servo.device.servo import Servo
 from nodlidar_servo.following import Following
 from nodlidar_servo.held_samples import HeldSamples
-from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.replies import LateReplyError, ReplyError
-from nodlidar_servo.sample import Sample
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.nod.nod_commands import NodCommands
 
 _DOUBT = 0.05  # s; longest doubt about a sample, or two cycles if longer
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from nodlidar_common.tracking import Progress
-from nodlidar_servo.preparation import MotorLimits
-from nodlidar_servo.sample import Sample
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.device.preparation import MotorLimits
+from nodlidar_servo.device.sample import Sample
+from nodlidar_servo.device.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures
 
 

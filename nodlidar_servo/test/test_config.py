@@ -1,6 +1,6 @@
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.device.config import ServoConfig
 import pytest
 
 

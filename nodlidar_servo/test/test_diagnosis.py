@@ -2,11 +2,11 @@ from types import SimpleNamespace
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.preparation import MotorLimits
+from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.diagnosis import Diagnosis
-from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.preparation import MotorLimits
-from nodlidar_servo.sample import Sample
+from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.servo_loop import LoopFigures
 import pytest
 

@@ -5,8 +5,8 @@ import termios
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import PortError
-from nodlidar_servo.dynamixel_bus import DynamixelBus
-from nodlidar_servo.replies import (
+from nodlidar_servo.bus.dynamixel_bus import DynamixelBus
+from nodlidar_servo.bus.replies import (
     CorruptReplyError,
     NoAnswerError,
     RefusedError,

@@ -8,9 +8,9 @@ from nodlidar_common.dynamics import arrival_speed, check_nod, Dynamics, shortes
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_common.tracking import NodTracker
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.models import MODELS
-from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.models.models import MODELS
+from nodlidar_servo.nod.nod_commands import NodCommands
 import numpy as np
 import pytest
 from test_tracking import follow, Measured

@@ -1,7 +1,7 @@
 from types import SimpleNamespace
 
 from nodlidar_common.errors import PortError
-from nodlidar_servo.latency import reduce_latency
+from nodlidar_servo.bus.latency import reduce_latency
 import pytest
 
 

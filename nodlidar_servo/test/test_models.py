@@ -3,8 +3,8 @@ import struct
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_servo.control_table import signed, TABLE_1
-from nodlidar_servo.models import MODELS, PitchScale
+from nodlidar_servo.models.control_table import signed, TABLE_1
+from nodlidar_servo.models.models import MODELS, PitchScale
 import pytest
 
 RX24F = MODELS['RX-24F']

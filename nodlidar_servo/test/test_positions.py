@@ -1,8 +1,8 @@
 from nodlidar_common.nod import Nod
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.models import MODELS
-from nodlidar_servo.positions import PositionCheck
-from nodlidar_servo.replies import PositionError
+from nodlidar_servo.bus.replies import PositionError
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.positions import PositionCheck
+from nodlidar_servo.models.models import MODELS
 from nodlidar_sim.devices.rx_motor import TICK
 import numpy as np
 import pytest

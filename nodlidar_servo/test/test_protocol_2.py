@@ -5,13 +5,13 @@ import math
 import re
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.control_table import TABLE_1, TABLE_2
-from nodlidar_servo.models import MODELS
-from nodlidar_servo.packets import PROTOCOL_1, PROTOCOL_2
-from nodlidar_servo.replies import NoAnswerError, RefusedError, status_names
-from nodlidar_servo.servo import Servo
-from nodlidar_servo.torque_off import torque_off
+from nodlidar_servo.bus.packets import PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.bus.replies import NoAnswerError, RefusedError, status_names
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.servo import Servo
+from nodlidar_servo.device.torque_off import torque_off
+from nodlidar_servo.models.control_table import TABLE_1, TABLE_2
+from nodlidar_servo.models.models import MODELS
 from nodlidar_sim.devices import x_table as table
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.servo_models import make_emulator

@@ -1,4 +1,4 @@
-from nodlidar_servo.reply_timeout import LONGEST, ReplyTimeout
+from nodlidar_servo.bus.reply_timeout import LONGEST, ReplyTimeout
 import pytest
 
 SIZE = 22  # a read of 8 bytes and its reply: 220 us at 1 Mbit/s

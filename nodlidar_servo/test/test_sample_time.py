@@ -1,4 +1,4 @@
-from nodlidar_servo.sample_time import sample_time_ns, UsualExcess, WireTime
+from nodlidar_servo.device.sample_time import sample_time_ns, UsualExcess, WireTime
 import pytest
 
 RX24F_READ = WireTime.of_read(request=8, reply=14, baud_rate=1_000_000, delay_ns=0)

@@ -2,9 +2,9 @@ from contextlib import suppress
 import math
 
 from nodlidar_common.errors import DeviceError, PortError
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.replies import LateReplyError, NoAnswerError, ReplyError
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.bus.replies import LateReplyError, NoAnswerError, ReplyError
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.servo import Servo
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.rx_motor import SPEED_UNIT, TICK

@@ -5,13 +5,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError, PortError
 from nodlidar_common.nod import Nod
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.control_table import TABLE_1
+from nodlidar_servo.bus.replies import CorruptReplyError, LateReplyError, NoAnswerError
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.servo import Servo
 from nodlidar_servo.following import Following
-from nodlidar_servo.models import MODELS
-from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.replies import CorruptReplyError, LateReplyError, NoAnswerError
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.models.control_table import TABLE_1
+from nodlidar_servo.models.models import MODELS
+from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.servo_loop import LoopFigures, LOST_AFTER, Schedule, ServoLoop
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices import x_table

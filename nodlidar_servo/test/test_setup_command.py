@@ -6,9 +6,9 @@ from dataclasses import replace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import DeviceError, ParameterError
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.packets import PROTOCOL_1, PROTOCOL_2
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.bus.packets import PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.servo import Servo
 from nodlidar_servo.setup.command import (
     check_lidar,
     main,

@@ -7,12 +7,12 @@ import struct
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import DeviceError
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.packets import PROTOCOL_1, PROTOCOL_STS
-from nodlidar_servo.replies import status_names
-from nodlidar_servo.servo import Servo
+from nodlidar_servo.bus.packets import PROTOCOL_1, PROTOCOL_STS
+from nodlidar_servo.bus.replies import status_names
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.servo import Servo
+from nodlidar_servo.models.sts_table import TABLE_STS
 from nodlidar_servo.setup.dialogue import Dialogue, Wish
-from nodlidar_servo.sts_table import TABLE_STS
 from nodlidar_sim.devices import sts_table as table
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.sts_servo import BIT_RATES, StsEmulator, TICK

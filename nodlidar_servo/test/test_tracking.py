@@ -8,7 +8,7 @@ from nodlidar_common.dynamics import arrival_speed, check_nod, Dynamics, shortes
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.tracking import NodTracker
-from nodlidar_servo.models import MODELS, PitchScale
+from nodlidar_servo.models.models import MODELS, PitchScale
 from nodlidar_sim.world.servo_motion import ServoMotion
 import numpy as np
 import pytest

@@ -1,6 +1,6 @@
 """By when a joint of ros2_control has to follow: five of its sweeps, or five seconds and one."""
 
-from nodlidar_servo.trajectory_diagnosis import OffNod
+from nodlidar_servo.trajectory.trajectory_diagnosis import OffNod
 import pytest
 
 S = 10**9

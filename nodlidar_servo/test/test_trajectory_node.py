@@ -12,8 +12,8 @@ from nodlidar_common.nod import Nod
 from nodlidar_common.ros.messages import nod_to_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.joint_sample import JointSample
 from nodlidar_servo.ros.trajectory_node import sample_of
+from nodlidar_servo.trajectory.joint_sample import JointSample
 import pytest
 import rclpy
 from rclpy.context import Context

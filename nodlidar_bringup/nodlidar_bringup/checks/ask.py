@@ -13,8 +13,8 @@ import time
 from nodlidar_bringup.checks.ports import Answer, LIDAR, Port, SERVO
 from nodlidar_common.errors import PortError
 from nodlidar_common.serial_port import close_port, open_port, port_errors, TCP
-from nodlidar_servo.models import MODELS
-from nodlidar_servo.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.bus.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.models.models import MODELS
 from nodlidar_servo.setup.registers import HEAD, protocol_of, registers_of
 from nodlidar_servo.setup.search import answers, BROADCAST, PING, READ, streams
 

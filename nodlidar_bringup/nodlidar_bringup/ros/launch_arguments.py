@@ -5,7 +5,7 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
-from nodlidar_servo.models import MODELS
+from nodlidar_servo.models.models import MODELS
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 
 

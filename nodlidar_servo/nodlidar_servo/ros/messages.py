@@ -9,9 +9,9 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Progress
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.joint_config import JointConfig
-from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.sample import Sample
+from nodlidar_servo.device.sample import Sample
+from nodlidar_servo.nod.joint_config import JointConfig
+from nodlidar_servo.nod.nod_commands import NodCommands
 from sensor_msgs.msg import JointState
 
 

@@ -9,22 +9,22 @@ from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.config import ServoConfig
+from nodlidar_servo.bus.latency import reduce_latency
+from nodlidar_servo.bus.reply_timeout import LONGEST
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.sample import Sample
+from nodlidar_servo.device.servo import Servo
+from nodlidar_servo.device.torque_off import torque_off
 from nodlidar_servo.diagnosis import Diagnosis
 from nodlidar_servo.following import Following
-from nodlidar_servo.latency import reduce_latency
-from nodlidar_servo.nod_commands import NodCommands
-from nodlidar_servo.reply_timeout import LONGEST
+from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.messages import (
     fill_joint_state,
     joint_state_template,
     status_message,
     take_command,
 )
-from nodlidar_servo.sample import Sample
-from nodlidar_servo.servo import Servo
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
-from nodlidar_servo.torque_off import torque_off
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState

@@ -17,13 +17,13 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Drive, NodTracker, Progress
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.joint_sample import joint_sample, JointSample
-from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.messages import status_message, take_command
 from nodlidar_servo.ros.trajectory_message import trajectory_message
-from nodlidar_servo.trajectory_config import TrajectoryConfig
-from nodlidar_servo.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
-from nodlidar_servo.waypoints import held, Planner, stop
+from nodlidar_servo.trajectory.joint_sample import joint_sample, JointSample
+from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_servo.trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
+from nodlidar_servo.trajectory.waypoints import held, Planner, stop
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState

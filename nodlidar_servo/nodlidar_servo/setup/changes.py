@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.control_table import REVERSED, TIME_BASED
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.models.control_table import REVERSED, TIME_BASED
 from nodlidar_servo.setup.condition import Condition
 from nodlidar_servo.setup.registers import rate_code, registers_of
 

@@ -15,8 +15,8 @@ import sys
 from nodlidar_common.command_line import LineParser, run
 from nodlidar_common.serial_port import close_port, open_port, port_errors, SerialPort
 from nodlidar_common.whole_file import whole_file
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.models import MODELS
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.models.models import MODELS
 from nodlidar_servo.setup.dialogue import Dialogue, Result, Wish
 from nodlidar_servo.setup.errors import LidarError, NoServoError
 

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from nodlidar_servo.models import MODELS, ServoModel
-from nodlidar_servo.packets import PROTOCOL_2
-from nodlidar_servo.replies import HARDWARE_ERRORS, status_names
+from nodlidar_servo.bus.packets import PROTOCOL_2
+from nodlidar_servo.bus.replies import HARDWARE_ERRORS, status_names
+from nodlidar_servo.models.models import MODELS, ServoModel
 from nodlidar_servo.setup.errors import WrongModelError
 from nodlidar_servo.setup.registers import registers_of
 from nodlidar_servo.setup.search import Found

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from nodlidar_common.parameters import check
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.replies import NoAnswerError
+from nodlidar_servo.bus.replies import NoAnswerError
+from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.setup.changes import Change, needed_changes
 from nodlidar_servo.setup.condition import Condition
 from nodlidar_servo.setup.errors import NoServoError, SeveralServosError, WrongModelError

@@ -7,10 +7,10 @@ the STS3215 by Feetech's SCServo library (SMS_STS.h).
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from nodlidar_servo.control_table import ControlTable, TABLE_1, TABLE_2
-from nodlidar_servo.models import MODELS
-from nodlidar_servo.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2, PROTOCOL_STS
-from nodlidar_servo.sts_table import TABLE_STS
+from nodlidar_servo.bus.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2, PROTOCOL_STS
+from nodlidar_servo.models.control_table import ControlTable, TABLE_1, TABLE_2
+from nodlidar_servo.models.models import MODELS
+from nodlidar_servo.models.sts_table import TABLE_STS
 
 _REGISTERS_1 = {
     'model number': (0, 2), 'firmware': (2, 1), 'ID': (3, 1), 'bit rate': (4, 1),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import re
 
 from nodlidar_common.serial_port import port_errors, SerialPort
-from nodlidar_servo.packets import Answer, PacketFormat, PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.bus.packets import Answer, PacketFormat, PROTOCOL_1, PROTOCOL_2
 from nodlidar_servo.setup.errors import LidarError
 
 OpenAt = Callable[[int], AbstractContextManager[SerialPort]]

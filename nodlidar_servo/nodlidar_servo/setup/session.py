@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from nodlidar_servo.packets import Answer
-from nodlidar_servo.replies import NoAnswerError, RefusedError, ReplyError
+from nodlidar_servo.bus.packets import Answer
+from nodlidar_servo.bus.replies import NoAnswerError, RefusedError, ReplyError
 from nodlidar_servo.setup.changes import Change
 from nodlidar_servo.setup.condition import Condition
 from nodlidar_servo.setup.errors import LockedError, NotWrittenError, SharedIdError

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 import math
 
-from nodlidar_servo.control_table import ControlTable, TABLE_1, TABLE_2
-from nodlidar_servo.sts_table import TABLE_STS
+from nodlidar_servo.models.control_table import ControlTable, TABLE_1, TABLE_2
+from nodlidar_servo.models.sts_table import TABLE_STS
 
 
 @dataclass(frozen=True, slots=True)

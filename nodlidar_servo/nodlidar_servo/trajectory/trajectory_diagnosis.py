@@ -8,8 +8,8 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
 from nodlidar_common.tracking import Progress
-from nodlidar_servo.command_report import CommandReport, phase_figures
-from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.nod.command_report import CommandReport, phase_figures
+from nodlidar_servo.nod.nod_commands import NodCommands
 
 _WINDOW, _SHORTEST = 1.5, 1.0  # s, that rates are taken over, and at least
 _STATES = 'joint states'

@@ -5,9 +5,9 @@ By Feetech's SCServo library (SMS_STS.h) and LeRobot's tables for Feetech, which
 
 import struct
 
-from nodlidar_servo.control_table import ControlTable, Present, PRESENT_1, SetUp, signed
-from nodlidar_servo.packets import PROTOCOL_STS
-from nodlidar_servo.replies import STS_ERRORS
+from nodlidar_servo.bus.packets import PROTOCOL_STS
+from nodlidar_servo.bus.replies import STS_ERRORS
+from nodlidar_servo.models.control_table import ControlTable, Present, PRESENT_1, SetUp, signed
 
 _SIGN = 0x8000  # of positions and speeds
 _EEPROM = struct.Struct('<3xH2xBBHHBBBHxB13xB')  # 0..33: model number to operating mode

@@ -4,8 +4,8 @@ import re
 
 from dynamixel_sdk import INST_WRITE
 from nodlidar_common.guard import StopRequest
-from nodlidar_servo.control_table import ControlTable
-from nodlidar_servo.packets import PacketFormat
+from nodlidar_servo.bus.packets import PacketFormat
+from nodlidar_servo.models.control_table import ControlTable
 
 
 def torque_off(servo_id: int, table: ControlTable) -> StopRequest:

@@ -7,8 +7,8 @@ each model; the model files of dynamixel_hardware_interface have the same addres
 from dataclasses import dataclass
 import struct
 
-from nodlidar_servo.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
-from nodlidar_servo.replies import HARDWARE_ERRORS
+from nodlidar_servo.bus.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.bus.replies import HARDWARE_ERRORS
 
 CLOCKWISE_BIT = 0x400
 """In present speed and load of Protocol 1.0: set for clockwise (falling ticks)."""

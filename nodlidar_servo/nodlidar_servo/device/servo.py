@@ -5,19 +5,19 @@ from contextlib import suppress
 
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.serial_port import SerialPort
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.dynamixel_bus import DynamixelBus
-from nodlidar_servo.positions import PositionCheck
-from nodlidar_servo.preparation import (
+from nodlidar_servo.bus.dynamixel_bus import DynamixelBus
+from nodlidar_servo.bus.replies import LateReplyError, NoAnswerError, Reply, ReplyError
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.positions import PositionCheck
+from nodlidar_servo.device.preparation import (
     hardware_errors,
     prepare,
     set_watchdog,
     write_position_gain,
     write_torque_limit,
 )
-from nodlidar_servo.replies import LateReplyError, NoAnswerError, Reply, ReplyError
-from nodlidar_servo.sample import Sample
-from nodlidar_servo.sample_time import excess_ns, sample_time_ns, UsualExcess, WireTime
+from nodlidar_servo.device.sample import Sample
+from nodlidar_servo.device.sample_time import excess_ns, sample_time_ns, UsualExcess, WireTime
 
 _ATTEMPTS_TO_STOP = 8
 _SPARE = 6  # bytes before those that measure may be read, too

@@ -1,8 +1,8 @@
 """Refuses positions that the servo cannot have reached."""
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_servo.models import ServoModel
-from nodlidar_servo.replies import PositionError
+from nodlidar_servo.bus.replies import PositionError
+from nodlidar_servo.models.models import ServoModel
 
 _SLACK_TICKS = 2
 _STRONGER = 1.5  # times that acceleration

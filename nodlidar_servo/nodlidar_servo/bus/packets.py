@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from nodlidar_servo.replies import REFUSALS, status_names, STS_ERRORS
+from nodlidar_servo.bus.replies import REFUSALS, status_names, STS_ERRORS
 
 _RESULTS = {
     1: 'result fail', 2: 'instruction', 3: 'CRC', 4: 'data range', 5: 'data length',

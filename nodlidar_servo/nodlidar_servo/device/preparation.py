@@ -4,16 +4,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from nodlidar_common.errors import DeviceError, ParameterError
-from nodlidar_servo.config import ServoConfig
-from nodlidar_servo.control_table import ControlTable, SetUp
-from nodlidar_servo.dynamixel_bus import DynamixelBus
-from nodlidar_servo.models import MODELS
-from nodlidar_servo.replies import (
+from nodlidar_servo.bus.dynamixel_bus import DynamixelBus
+from nodlidar_servo.bus.replies import (
     HARDWARE_ERRORS,
     NoAnswerError,
     RefusedError,
     status_names,
 )
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.models.control_table import ControlTable, SetUp
+from nodlidar_servo.models.models import MODELS
 
 _RETURN_DELAY_UNIT_NS = 2000
 _SETUP = 'the command `ros2 run nodlidar_servo setup` sets it right'

@@ -1,7 +1,7 @@
 """What a node reports about its nod commands and the phase."""
 
 from nodlidar_common.tracking import Progress
-from nodlidar_servo.nod_commands import NodCommands
+from nodlidar_servo.nod.nod_commands import NodCommands
 
 
 class CommandReport:

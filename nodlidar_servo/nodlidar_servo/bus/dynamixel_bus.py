@@ -17,15 +17,15 @@ from dynamixel_sdk import (
     PortHandler,
 )
 from nodlidar_common.serial_port import port_errors, SerialPort
-from nodlidar_servo.packets import Answer, PacketFormat, PROTOCOL_1
-from nodlidar_servo.replies import (
+from nodlidar_servo.bus.packets import Answer, PacketFormat, PROTOCOL_1
+from nodlidar_servo.bus.replies import (
     CorruptReplyError,
     NoAnswerError,
     RefusedError,
     Reply,
     ReplyError,
 )
-from nodlidar_servo.reply_timeout import LONGEST, ReplyTimeout
+from nodlidar_servo.bus.reply_timeout import LONGEST, ReplyTimeout
 
 INST_REBOOT = 8  # of Protocol 2.0 only
 

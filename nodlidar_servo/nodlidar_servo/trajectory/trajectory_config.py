@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.parameters import parameter
-from nodlidar_servo.joint_config import JointConfig
+from nodlidar_servo.nod.joint_config import JointConfig
 
 _MIN_SPEED = 0.01  # rad/s; the least max_speed. A slower nod over a tiny span has countless legs
 

@@ -8,7 +8,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.phase import LONGEST_LEAD
 from nodlidar_common.tracking import NodTracker
-from nodlidar_servo.joint_config import JointConfig
+from nodlidar_servo.nod.joint_config import JointConfig
 
 FARTHEST_START = 60.0
 """A command may precede its start by up to this time [s]; a later start is a mistake."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
-from nodlidar_servo.joint_config import JointConfig
-from nodlidar_servo.models import MODELS, PitchScale
+from nodlidar_servo.models.models import MODELS, PitchScale
+from nodlidar_servo.nod.joint_config import JointConfig
 
 
 @dataclass(frozen=True)

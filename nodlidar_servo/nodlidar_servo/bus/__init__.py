@@ -1,0 +1,1 @@
+"""The bus: packets, replies, and how long to wait for them."""

@@ -1,0 +1,1 @@
+"""One servo: parameters, preparation, measurements and their time."""

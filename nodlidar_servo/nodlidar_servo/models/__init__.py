@@ -1,0 +1,1 @@
+"""The supported servo models, and their registers."""

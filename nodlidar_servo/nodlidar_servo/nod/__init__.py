@@ -1,0 +1,1 @@
+"""The nod command in effect, whatever moves the joint."""

@@ -1,0 +1,1 @@
+"""A joint that ros2_control moves."""
