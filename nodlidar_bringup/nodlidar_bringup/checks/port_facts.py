@@ -6,8 +6,8 @@ from pathlib import Path
 
 from nodlidar_bringup.checks.ports import Port
 from nodlidar_common.serial_port import TCP
+from nodlidar_servo.bus.latency import latency_timer, TTY_CLASS
 
-TTY_CLASS = Path('/sys/class/tty')
 PROCESSES = Path('/proc')
 
 
@@ -28,7 +28,6 @@ def port_facts(
     target = os.path.realpath(path)
     if not os.path.exists(target):
         return Port(device, path, exists=False, target=target)
-    described = tty_class / os.path.basename(target) / 'device'
     return Port(
         device,
         path,
@@ -36,8 +35,8 @@ def port_facts(
         group=_group(target),
         target=target,
         users=_users(target, processes),
-        usb_id=_usb_id(described),
-        latency_timer=_latency_timer(described),
+        usb_id=_usb_id(tty_class / os.path.basename(target) / 'device'),
+        latency_timer=latency_timer(target, tty_class),
     )
 
 
@@ -80,10 +79,3 @@ def _usb_id(described: Path) -> str:
             continue
         return f'{vendor}:{product}'
     return ''
-
-
-def _latency_timer(described: Path) -> int | None:
-    try:
-        return int((described / 'latency_timer').read_text())
-    except (OSError, ValueError):
-        return None

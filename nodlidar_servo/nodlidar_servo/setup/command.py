@@ -15,6 +15,7 @@ import sys
 from nodlidar_common.command_line import LineParser, run
 from nodlidar_common.serial_port import close_port, open_port, port_errors, SerialPort
 from nodlidar_common.whole_file import whole_file
+from nodlidar_servo.bus.latency import latency_timer
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.models.models import MODELS
 from nodlidar_servo.setup.dialogue import Dialogue, Result, Wish
@@ -132,12 +133,8 @@ def _agrees(question: str) -> bool:
 
 
 def _warn_of_latency(port: Port) -> None:
-    timer = Path('/sys/class/tty') / Path(port.path).resolve().name / 'device/latency_timer'
-    try:
-        latency = int(timer.read_text())
-    except (OSError, ValueError):
-        return
-    if latency > 1:
+    latency = latency_timer(port.path)
+    if latency is not None and latency > 1:
         print(
             f'WRONG: the adapter holds replies back for up to {latency} ms:'
             ' ros2 run nodlidar_bringup install_udev_rules'
