@@ -14,9 +14,9 @@ import tempfile
 import time
 
 from nodlidar_common.errors import NodlidarError
+from nodlidar_common.terminal import progress_bar
 import numpy as np
 from rich import get_console
-from rich.progress import Progress
 
 from bench.faults.fault_errors import errors
 from bench.faults.fault_judgement import Episode, Judge, Judgement
@@ -89,8 +89,7 @@ def _span(episode: Episode) -> tuple[int, int]:
 def _episodes(rig: Rig, duration: float, seed: int, only: str) -> Iterator[Episode]:
     """Yield a time without faults, then one fault after the other."""
     kinds, rng = schedule(seed, only), np.random.default_rng(seed)
-    console = get_console()
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    with progress_bar(console=get_console()) as progress:
         task = progress.add_task('no fault', total=duration)
         if not rig.recorder.spin_until(rig.recorder.healthy, START_TIMEOUT):
             raise UnhealthyError(f'no clouds come: see {rig.folder}/launch_1.log')

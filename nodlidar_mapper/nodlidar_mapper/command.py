@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-import sys
 import time
 from typing import TypeVar
 
@@ -16,6 +15,7 @@ from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import check
+from nodlidar_common.terminal import progress_bar, result_console
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.grid import GridConfig
 from nodlidar_mapper.map_files import write_map
@@ -23,13 +23,9 @@ from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.odometry_delay import is_worth_setting, KNOWN_ERROR, odometry_delay
 from nodlidar_mapper.offline import estimates
 import numpy as np
-from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 Config = TypeVar('Config', MapperConfig, GridConfig)
-
-WIDTH = 100  # of a table that does not go to a terminal
 
 
 def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
@@ -51,10 +47,8 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     cells = _given(arguments.params, GridConfig())
     log = read_drive(arguments.bag, config, topics_of(arguments))
     clouds, drops = clouds_in(log, Pipeline(config))
-    console = Console(stderr=True)
-    hidden = not console.is_terminal or console.is_dumb_terminal
-    bar = track(clouds, 'mapping', console=console, transient=True, disable=hidden)
-    found = estimates(mapper, bar, log, config)
+    with progress_bar() as bar:
+        found = estimates(mapper, bar.track(clouds, description='mapping'), log, config)
     poses = np.stack([mapper.pose_of(each) for each in found])
     stamps_ns = [each.stamp_ns for each in found]
     matched = np.array([not each.lost for each in found])
@@ -85,7 +79,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
         table.add_row(name, str(value))
     for damage in log.damage:
         table.add_row('note', damage)
-    Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False).print(table)
+    result_console().print(table)
 
 
 def _late(delay: float, error: float, known: float) -> str:

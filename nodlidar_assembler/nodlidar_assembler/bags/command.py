@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-import sys
 from typing import Any
 
 from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, write_clouds
@@ -18,11 +17,8 @@ from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import check
-from rich.console import Console
-from rich.progress import Progress
+from nodlidar_common.terminal import progress_bar, result_console
 from rich.table import Table
-
-WIDTH = 100  # of a table that does not go to a terminal
 
 
 def assemble(argv: Sequence[str] | None, description: str | None) -> None:
@@ -40,8 +36,7 @@ def assemble(argv: Sequence[str] | None, description: str | None) -> None:
     arguments = _parse(argv, description)
     config = configuration(arguments.params, _chosen(arguments))
     summary = _with_bar(arguments.bag, arguments.output, config, topics_of(arguments))
-    console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
-    console.print(summary_table(summary, arguments.output))
+    result_console().print(summary_table(summary, arguments.output))
 
 
 def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerConfig:
@@ -108,9 +103,7 @@ def summary_table(summary: Summary, output: Path) -> Table:
 
 
 def _with_bar(bag: Path, output: Path, config: AssemblerConfig, topics: Topics) -> Summary:
-    console = Console(stderr=True)
-    redraws = console.is_terminal and not console.is_dumb_terminal
-    with Progress(console=console, transient=True, disable=not redraws) as progress:
+    with progress_bar() as progress:
         task = progress.add_task(f'assembling {bag}', total=1.0)
 
         def show(now_ns: int, first_ns: int, last_ns: int) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import sys
 
 from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN
-from nodlidar_assembler.bags.command import add_topics, configuration, topics_of, WIDTH
+from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import Beam
 from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
@@ -19,8 +19,8 @@ from nodlidar_assembler.calibration.recorded import (
 )
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.command_line import LineParser
+from nodlidar_common.terminal import result_console
 from nodlidar_common.whole_file import whole_file
-from rich.console import Console
 from rich.table import Table
 import yaml
 
@@ -70,8 +70,7 @@ def calibrate_and_report(
     up = None if arguments.not_level else upward(tuple(arguments.mount_rpy))
     beams = Beam.of(log, config.max_range or math.inf)
     found = calibrate(beams, start_values(config), up)
-    console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
-    console.print(result_table(found, arguments.output))
+    result_console().print(result_table(found, arguments.output))
     write(arguments.output, found, config)
 
 

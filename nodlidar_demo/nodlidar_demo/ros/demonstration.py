@@ -17,6 +17,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.terminal import progress_bar
 from nodlidar_common.whole_file import named
 from nodlidar_demo.delivery import read_delivery, read_start_ns
 from nodlidar_demo.evaluation import (
@@ -180,9 +181,8 @@ def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console)
 
 
 def _progress(console: Console) -> Progress:
-    redraws = console.is_terminal and not console.is_dumb_terminal
     columns = TextColumn('{task.description}'), BarColumn(), TimeRemainingColumn()
-    return Progress(*columns, console=console, disable=not redraws)
+    return progress_bar(*columns, console=console, stays=True)
 
 
 def _counts(recorder: Recorder) -> str:

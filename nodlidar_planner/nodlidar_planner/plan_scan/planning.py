@@ -5,9 +5,9 @@ from dataclasses import replace
 import json
 import math
 from pathlib import Path
-import sys
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.terminal import result_console
 from nodlidar_planner.choice.choice import plans
 from nodlidar_planner.choice.front import Front
 from nodlidar_planner.choice.objective import Objective
@@ -22,14 +22,12 @@ from nodlidar_planner.plan_scan.progress import progress
 from nodlidar_planner.plan_scan.table import Answer, as_json, print_answer
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
 
 SHOWN_UNDER_ERROR = 120  # N_s for which runs under a timing error are drawn
 ON_FRONT_UNDER_ERROR = 60  # N_s considered for the front under a timing error
 # Cells of all N_s together that are considered for the completion under a timing error. It takes a
 # minute, and neighbours are alike.
 CELLS_UNDER_ERROR = 10_000_000
-WIDTH = 100  # of tables on a stdout that is no terminal
 
 
 def plan_scan(argv: Sequence[str] | None) -> None:
@@ -58,9 +56,7 @@ def _plan_scan(task: Task, request: Request, errors: ErrorParameters) -> None:
         write_error_picture(Path(request.plot), task, answer.plans[0].speed, errors)
     elif request.plot is not None:
         _plot(Path(request.plot), answer, request)
-    console = Console(
-        width=None if sys.stdout.isatty() else WIDTH, markup=False, highlight=False, emoji=False
-    )
+    console = result_console()
     if request.json:
         alternatives = request.top is not None and request.top > 1
         console.out(json.dumps(as_json(answer, alternatives), indent=2, allow_nan=False))

@@ -5,8 +5,7 @@ from operator import length_hint
 import time
 from typing import TypeVar
 
-from rich.console import Console
-from rich.progress import Progress
+from nodlidar_common.terminal import progress_bar
 
 T = TypeVar('T')
 
@@ -14,13 +13,8 @@ BAR_AFTER = 0.5  # s, before a progress bar appears
 
 
 def progress(items: Iterable[T]) -> Iterator[T]:
-    """Yield items, with a progress bar on stderr once that takes longer than BAR_AFTER.
-
-    No bar is shown if stderr is no terminal, or one that cannot redraw a line (TERM=dumb).
-    """
-    console = Console(stderr=True)
-    redraws = console.is_terminal and not console.is_dumb_terminal
-    bar = Progress(console=console, transient=True, disable=not redraws)
+    """Yield items, with a progress bar on stderr once that takes longer than BAR_AFTER."""
+    bar = progress_bar()
     work = bar.add_task('evaluating nods', total=length_hint(items) or None)
     began, shown = time.monotonic(), False
     try:

@@ -93,10 +93,9 @@ def parameter_file(parameters: dict[str, object]) -> str:
 
 
 def _with_progress(port: Port, options: argparse.Namespace) -> Result:
-    from rich.console import Console
-    from rich.progress import Progress
+    from nodlidar_common.terminal import progress_bar
 
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    with progress_bar() as progress:
         task = progress.add_task('looking for a servo')
 
         def tried(done: int, of: int) -> None:
