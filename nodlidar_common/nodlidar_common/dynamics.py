@@ -6,6 +6,8 @@ import math
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 
+REVERSAL_ACCELERATION = 200.0  # of an RX-24F without load [rad/s^2]
+
 
 @dataclass(frozen=True, slots=True)
 class Dynamics:

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.parameters import check, parameter
-from nodlidar_planner.pattern.servo import REVERSAL_ACCELERATION
 
 ESTIMATORS = ('slerp', 'trajectory')
 

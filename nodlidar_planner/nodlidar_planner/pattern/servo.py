@@ -7,8 +7,6 @@ import math
 MAX_SPEED = 6.0
 MAX_ACCELERATION = 150.0
 TIMING_ERROR = 0.003
-# Of the reversals without load [rad/s^2]: the servo node's parameter `acceleration`.
-REVERSAL_ACCELERATION = 200.0
 # Mean speed of the nod [rad/s] that each servo is planned for, with a URG-04LX-UG01 on it, but a
 # lidar of 50 g on the XL330-M077, which is weak: what they hold in simulation over
 # 1.2272 rad (`python -m bench servos`). They reach the limits within 10 %, and their reversals

@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 import math
 
+from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_planner.choice.plan import Plan
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
-from nodlidar_planner.pattern.servo import MAX_SPEEDS, REVERSAL_ACCELERATION
+from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 

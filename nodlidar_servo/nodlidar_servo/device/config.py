@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from nodlidar_common.dynamics import Dynamics
+from nodlidar_common.dynamics import Dynamics, REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_servo.models.models import MODELS, PitchScale
@@ -34,7 +34,7 @@ class ServoConfig(JointConfig):
     )
     invert: bool = parameter(False, 'The beams go down as the position of the servo rises')
     acceleration: float = parameter(
-        200.0,
+        REVERSAL_ACCELERATION,
         'Acceleration that the servo reaches with its load; commands that need more are refused',
         unit='rad/s^2',
         minimum=1.0,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import math
 from typing import Any, Protocol
 
+from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.world.servo.firmware import Compliance
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-REVERSAL_ACCELERATION = 200.0  # of an unloaded RX-24F [rad/s^2]
 SINCE_EVER_NS = -(2**62)  # earlier than any stamp; differences do not overflow
 
 

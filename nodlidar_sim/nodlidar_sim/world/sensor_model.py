@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
+from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import check, parameter
-from nodlidar_sim.world.motion import REVERSAL_ACCELERATION
 import numpy as np
 from numpy.typing import NDArray
 

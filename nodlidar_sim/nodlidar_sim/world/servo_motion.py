@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.world.motion import (
     Array,
     PiecewiseMotion,
-    REVERSAL_ACCELERATION,
     SINCE_EVER_NS,
     Times,
 )
