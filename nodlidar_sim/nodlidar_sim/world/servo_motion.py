@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
-from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.world.motion import (
     Array,
@@ -14,7 +13,7 @@ from nodlidar_sim.world.motion import (
     SINCE_EVER_NS,
     Times,
 )
-from nodlidar_sim.world.servo.firmware import Compliance
+from nodlidar_sim.world.servo.firmware import check_goal, Compliance
 import numpy as np
 
 
@@ -129,10 +128,7 @@ class ServoMotion:
         ParameterError
             If the goal is not finite, the speed limit not positive, or the time too long ago.
         """
-        if not math.isfinite(goal):
-            raise ParameterError('goal', 'finite', goal)
-        if not speed_limit > 0.0:
-            raise ParameterError('speed_limit', 'above 0 rad/s', speed_limit)
+        check_goal(goal, speed_limit)
         start_ns = now_ns
         if self._delay is not None:
             position, velocity = self._state(now_ns)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_sim.world.servo.parameters import PERIOD, ServoParameters
 
 
@@ -95,3 +96,11 @@ class Firmware:
         margin, gain = self._up if error > 0.0 else self._down
         beyond = abs(error) - margin
         return math.copysign(max(gain * beyond, self._punch), error) if beyond > 0.0 else 0.0
+
+
+def check_goal(goal: float, speed_limit: float) -> None:
+    """Raise ParameterError unless goal [rad] and speed limit [rad/s] make a motion."""
+    if not math.isfinite(goal):
+        raise ParameterError('goal', 'finite', goal)
+    if not speed_limit > 0.0:
+        raise ParameterError('speed_limit', 'above 0 rad/s', speed_limit)

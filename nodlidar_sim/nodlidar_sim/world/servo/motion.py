@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeVar
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.world.servo.encoder import Encoder
-from nodlidar_sim.world.servo.firmware import Compliance, Firmware, Loop
+from nodlidar_sim.world.servo.firmware import check_goal, Compliance, Firmware, Loop
 from nodlidar_sim.world.servo.parameters import PERIOD, ServoParameters
 from nodlidar_sim.world.servo.plant import Motion, Plant
 import numpy as np
@@ -119,10 +119,7 @@ class PhysicalServo:
         ParameterError
             If the goal is not finite, the speed limit not positive, or the time too long ago.
         """
-        if not math.isfinite(goal):
-            raise ParameterError('goal', 'finite', goal)
-        if not speed_limit > 0.0:
-            raise ParameterError('speed_limit', 'above 0 rad/s', speed_limit)
+        check_goal(goal, speed_limit)
         self._change(now_ns)
         if self._target is None:
             last = self._states[-1]
