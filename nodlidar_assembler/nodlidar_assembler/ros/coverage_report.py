@@ -8,10 +8,10 @@ from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.runtime_coverage import Covered
 from nodlidar_assembler.ros.nod_commander import NodCommander
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_msgs.msg import Coverage
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 
 class CoverageReport:
@@ -49,7 +49,7 @@ class CoverageReport:
             Coverage,
             '~/coverage',
             QoSProfile(depth=10),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            qos_overriding_options=OVERRIDABLE,
         )
         updater.add('coverage', self._report)
 

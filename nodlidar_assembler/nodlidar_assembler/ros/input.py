@@ -6,10 +6,10 @@ from typing import Any
 from message_filters import Subscriber
 from nodlidar_assembler.inputs.publishers import Publishers
 from nodlidar_common.ros.polled import taken, WhenWanted
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 
 class Input(Subscriber):
@@ -49,7 +49,7 @@ class Input(Subscriber):
             kind,
             topic,
             qos_profile=QoSProfile(depth=depth),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            qos_overriding_options=OVERRIDABLE,
             **options,
         )
 

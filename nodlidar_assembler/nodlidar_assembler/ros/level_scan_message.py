@@ -10,9 +10,9 @@ from nodlidar_assembler.clouds.level_scan import (
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.qos import OVERRIDABLE
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import LaserScan
 from tf2_ros import StaticTransformBroadcaster
 from transforms3d.quaternions import mat2quat
@@ -33,7 +33,7 @@ class LevelScanPublisher:
             LaserScan,
             'level_scan',
             QoSProfile(depth=10),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            qos_overriding_options=OVERRIDABLE,
         )
 
     def add(self, assembled: Assembled) -> None:

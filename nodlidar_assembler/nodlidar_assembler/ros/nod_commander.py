@@ -11,12 +11,12 @@ from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_to_message
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.msg import NodCommand
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 # In intervals of command_rate: from when on a scan takes a command along, which wakes nobody up,
 # and when a timer publishes one without a scan.
@@ -53,7 +53,7 @@ class NodCommander:
             NodCommand,
             'nod_command',
             QoSProfile(depth=1),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            qos_overriding_options=OVERRIDABLE,
         )
         self._interval_ns = NS_PER_S / config.command_rate
         self._published_ns = 0

@@ -26,11 +26,11 @@ from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 
 # Messages that wait while the node is busy or stopped: for ten seconds.
@@ -54,7 +54,7 @@ class Assembler(Node):
             PointCloud2,
             'points',
             QoSProfile(depth=10),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            qos_overriding_options=OVERRIDABLE,
         )
         self._level_scan: LevelScanPublisher | None = None
         if self.config.level_scan != 'off':

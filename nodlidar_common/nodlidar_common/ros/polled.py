@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator
 from copy import copy
 from typing import Any
 
+from nodlidar_common.ros.qos import OVERRIDABLE
 from rclpy.callback_groups import CallbackGroup
 from rclpy.event_handler import EventHandler
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 
 class WhenWanted(CallbackGroup):
@@ -57,7 +57,7 @@ class PolledSubscription:
             lambda message: None,
             copy(qos),  # overriding changes it
             callback_group=WhenWanted(),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            qos_overriding_options=OVERRIDABLE,
         )
 
     def take(self) -> list[Any]:

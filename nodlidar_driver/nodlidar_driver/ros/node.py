@@ -6,6 +6,7 @@ from nodlidar_common.host_time import HostTime
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.diagnosis import Diagnosis
@@ -15,7 +16,6 @@ from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
 from nodlidar_driver.scip.scip_port import READ_TIMEOUT
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import LaserScan, TimeReference
 
 _DEPTH = 100  # scans kept for a reliable subscriber that pauses for some seconds
@@ -29,16 +29,15 @@ class DriverNode(DeviceNode):
         self._host_time = HostTime()
         self.configure()
         self._lidar: Lidar | None = None
-        overridable = QoSOverridingOptions.with_default_policies()
         self._scans = self.create_lifecycle_publisher(
-            LaserScan, 'scan', QoSProfile(depth=_DEPTH), qos_overriding_options=overridable
+            LaserScan, 'scan', QoSProfile(depth=_DEPTH), qos_overriding_options=OVERRIDABLE
         )
         self.sole_topic = self._scans.topic_name
         self._arrivals = self.create_lifecycle_publisher(
             TimeReference,
             '~/arrival',
             QoSProfile(depth=_DEPTH),
-            qos_overriding_options=overridable,
+            qos_overriding_options=OVERRIDABLE,
         )
 
     def configure(self) -> None:

@@ -10,6 +10,7 @@ from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.point_cloud import points_in
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
@@ -19,7 +20,6 @@ from nodlidar_mapper.ros import messages
 from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
 from tf2_ros import TransformException
@@ -125,7 +125,7 @@ class CloudInput:
             topic,
             partial(self._arrived, topic, silence),
             QoSProfile(depth=5),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            qos_overriding_options=OVERRIDABLE,
         )
         return str(subscription.topic_name), silence
 

@@ -10,6 +10,7 @@ from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import Config
@@ -20,7 +21,6 @@ from nodlidar_msgs.srv import MapFolder
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
 
@@ -55,7 +55,7 @@ class MapOutput:
                 kind,
                 topic,
                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
-                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+                qos_overriding_options=OVERRIDABLE,
             )
             for kind, topic in (
                 (PathMessage, 'path'),

@@ -8,6 +8,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
@@ -22,7 +23,6 @@ from nodlidar_mapper.ros.map_output import MapOutput
 from nodlidar_mapper.saved_map import SavedMapError
 import numpy as np
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from tf2_ros import TransformBroadcaster
 
 STEP_PERIOD = 0.05  # s: map -> odom, and the results of the threads
@@ -43,9 +43,8 @@ class MapperNode(Node):
         self._given: tuple[Array, Array] | None = None  # map -> odom that a person set, covariance
         self._matching = Background()
         self._broadcaster = TransformBroadcaster(self)
-        overridable = QoSOverridingOptions.with_default_policies()
         self._pose = self.create_publisher(
-            PoseWithCovarianceStamped, 'pose', 10, qos_overriding_options=overridable
+            PoseWithCovarianceStamped, 'pose', 10, qos_overriding_options=OVERRIDABLE
         )
         self.output = MapOutput(self, self.config, self._continue_with)
         self.clouds = CloudInput(
@@ -56,7 +55,7 @@ class MapperNode(Node):
             'initialpose',
             self._pose_was_set,
             1,
-            qos_overriding_options=overridable,
+            qos_overriding_options=OVERRIDABLE,
         )
         self.diagnosis = Diagnosis(self)
         topics = ', '.join(self.config.cloud_topics)

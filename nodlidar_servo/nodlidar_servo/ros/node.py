@@ -7,6 +7,7 @@ from nodlidar_common.host_time import HostTime
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.bus.latency import reduce_latency
@@ -26,7 +27,6 @@ from nodlidar_servo.ros.messages import (
 )
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 
 STATUS_PERIOD = 0.2  # s
@@ -43,12 +43,11 @@ class ServoNode(DeviceNode):
         self._host_time = HostTime()
         self.configure()
         self._servo: Servo | None = None
-        overridable = QoSOverridingOptions.with_default_policies()
         self._joint_states = self.create_lifecycle_publisher(
-            JointState, 'joint_states', QoSProfile(depth=50), qos_overriding_options=overridable
+            JointState, 'joint_states', QoSProfile(depth=50), qos_overriding_options=OVERRIDABLE
         )
         self._status = self.create_lifecycle_publisher(
-            NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=overridable
+            NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=OVERRIDABLE
         )
         self._status_ns = 0
         self.sole_topic = self.create_subscription(
@@ -56,7 +55,7 @@ class ServoNode(DeviceNode):
             'nod_command',
             self._on_command,
             QoSProfile(depth=10),
-            qos_overriding_options=overridable,
+            qos_overriding_options=OVERRIDABLE,
         ).topic_name
 
     def configure(self) -> None:

@@ -13,6 +13,7 @@ from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.polled import PolledSubscription
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Drive, NodTracker, Progress
@@ -25,11 +26,9 @@ from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
 from nodlidar_servo.trajectory.waypoints import held, Planner, stop
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
-OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 MOST_STATES = 500  # kept between two trajectories; half a second of a controller at 1 kHz
 
 

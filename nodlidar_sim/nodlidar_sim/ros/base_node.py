@@ -8,6 +8,7 @@ from nav_msgs.msg import Odometry
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer
 from nodlidar_sim.world.base import motion_of, relative
 from nodlidar_sim.world.commanded import CommandedBase
@@ -17,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import TimeReference
 from tf2_ros import TransformBroadcaster
 
@@ -60,16 +60,15 @@ class BaseNode(Node):
         self._host_time, self._is_running = clock, is_running
         self._last_ns = clock()
         self._last_pose = odometer.poses(np.array([self._last_ns]))
-        overridable = QoSOverridingOptions.with_default_policies()
         self._publisher = self.create_publisher(
-            Odometry, 'odom', 50, qos_overriding_options=overridable
+            Odometry, 'odom', 50, qos_overriding_options=OVERRIDABLE
         )
         self._broadcaster = TransformBroadcaster(self)
         self._publish_start(odometer.start_ns)
         if commanded is not None:
             self._commanded = commanded
             self.create_subscription(
-                Twist, 'cmd_vel', self._drive, 10, qos_overriding_options=overridable
+                Twist, 'cmd_vel', self._drive, 10, qos_overriding_options=OVERRIDABLE
             )
         create_steady_timer(self, PERIOD, self.sample)
 
