@@ -8,7 +8,6 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.inputs.silence import Silence
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
@@ -16,6 +15,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.silence import Silence
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 

@@ -1,6 +1,6 @@
 """When an input is silent, by the time that usually passes between its messages."""
 
-from nodlidar_assembler.inputs.silence import LEAST_SILENCE, Silence
+from nodlidar_common.silence import LEAST_SILENCE, Silence
 import pytest
 
 S = 1_000_000_000
