@@ -11,6 +11,7 @@ import math
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import Beam, Values
 from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
+from nodlidar_assembler.calibration.command import ROWS
 from nodlidar_assembler.clouds.geometry import MountConfig
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.pose import Pose
@@ -28,14 +29,6 @@ JOINT_RATE = 100.0  # Hz
 SAMPLES = 7547  # per sweep: the default nod
 DEGREE = math.radians(1.0)
 PUT_IN = Values(8e-3, 1.5 * DEGREE, DEGREE, 0.0, DEGREE, 0.005, 0.0, 0.085)
-UNITS = {
-    'delay': ('ms', 1e3),
-    'zero': ('deg', 1.0 / DEGREE),
-    'roll': ('deg', 1.0 / DEGREE),
-    'yaw': ('deg', 1.0 / DEGREE),
-    'x': ('mm', 1e3),
-    'z': ('mm', 1e3),
-}
 TITLE = (
     f'Calibration from {DURATION:.0f} s in static scenes, joint states at {JOINT_RATE:.0f} Hz, '
     'errors of the lidar on'
@@ -120,7 +113,7 @@ def _scene(case: Case, true: Values, rng: np.random.Generator) -> Scene:
 
 
 def _row(name: str, runs: list[tuple[Calibration, Values]], value: str) -> Row:
-    unit, scale = UNITS[value]
+    _, unit, scale = ROWS[value]
     known = [(found, true) for found, true in runs if value not in found.undetermined]
     row: Row = {'case': name, 'value': f'{value} [{unit}]', 'runs': len(runs)}
     row['determined'] = len(known)
