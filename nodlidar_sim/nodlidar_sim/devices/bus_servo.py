@@ -74,3 +74,21 @@ class BusServo:
     def _handle(self, instruction: Instruction, at_ns: int) -> None:
         """Execute a packet at the time at which it was complete, and answer it."""
         raise NotImplementedError
+
+
+def data_for(servo_id: int, servos: bytes, size: int) -> bytes | None:
+    """Return a servo's part of a synchronous write, None if it has none.
+
+    Parameters
+    ----------
+    servo_id
+        Of the servo.
+    servos
+        ID and data of each servo, one after the other.
+    size
+        Of the data of each [bytes].
+    """
+    for begin in range(0, len(servos) - size, size + 1):
+        if servos[begin] == servo_id:
+            return servos[begin + 1 : begin + 1 + size]
+    return None

@@ -1,6 +1,6 @@
 """A Dynamixel of the RX, AX or MX series at byte level: Protocol 1.0, control table and motor."""
 
-from nodlidar_sim.devices.bus_servo import BusServo
+from nodlidar_sim.devices.bus_servo import BusServo, data_for
 from nodlidar_sim.devices.dynamixel_packets import (
     BROADCAST,
     Instruction,
@@ -144,8 +144,5 @@ class RxServoEmulator(BusServo):
         """Write this servo's part of: address, size, then ID and data of each servo."""
         if len(parameters) < 2:
             return Errors.INSTRUCTION
-        step = parameters[1] + 1
-        for begin in range(2, len(parameters) - step + 1, step):
-            if parameters[begin] == self.table[ID]:
-                return self._write(parameters[:1] + parameters[begin + 1 : begin + step])
-        return Errors.NONE
+        data = data_for(self.table[ID], parameters[2:], parameters[1])
+        return Errors.NONE if data is None else self._write(parameters[:1] + data)

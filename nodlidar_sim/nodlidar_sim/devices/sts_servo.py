@@ -7,6 +7,7 @@ How a motor that has shut itself down is revived is a guess: by any write to its
 import math
 
 from nodlidar_sim.devices import sts_table as table
+from nodlidar_sim.devices.bus_servo import data_for
 from nodlidar_sim.devices.dynamixel_packets import (
     BROADCAST,
     Instruction,
@@ -100,10 +101,9 @@ class StsEmulator(PositionServo):
 
     def _sync_write(self, parameters: bytes) -> None:
         """Write this servo's part of: address, size, then ID and data of each servo."""
-        step = parameters[1] + 1
-        for begin in range(2, len(parameters) - step + 1, step):
-            if parameters[begin] == self.table[table.ID]:
-                self.table.write(parameters[0], parameters[begin + 1 : begin + step])
+        data = data_for(self.table[table.ID], parameters[2:], parameters[1])
+        if data is not None:
+            self.table.write(parameters[0], data)
 
     def _update(self, now_ns: int) -> None:
         """Apply the registers at a time [ns]."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from nodlidar_sim.devices import x_table as table
+from nodlidar_sim.devices.bus_servo import data_for
 from nodlidar_sim.devices.dynamixel_packets import BROADCAST, Instruction
 from nodlidar_sim.devices.dynamixel_packets_2 import InstructionReader, status_packet
 from nodlidar_sim.devices.position_servo import PositionServo
@@ -187,11 +188,9 @@ class XServoEmulator(PositionServo):
 
     def _sync_write(self, address: int, parameters: bytes) -> int:
         """Write this servo's part of: address, size, then ID and data of each servo."""
-        step = int.from_bytes(parameters[2:4], 'little') + 1
-        for begin in range(4, len(parameters) - step + 1, step):
-            if parameters[begin] == self.table[table.ID]:
-                return self._write(address, parameters[begin + 1 : begin + step])
-        return 0
+        size = int.from_bytes(parameters[2:4], 'little')
+        data = data_for(self.table[table.ID], parameters[4:], size)
+        return 0 if data is None else self._write(address, data)
 
     def _reboot(self) -> None:
         """Set the registers of RAM to their defaults."""
