@@ -54,7 +54,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         '--scene',
         default='room',
-        help=f'{", ".join(scene_names())} or the path of a YAML file [default: room]',
+        help=f'{", ".join(scene_names())} or the path of a YAML file',
     )
     parser.add_argument(
         '--route',
@@ -66,27 +66,33 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         '--base', choices=['route', 'odometry', 'cmd_vel'], default='route',
         help='route: follow the route without publishing odometry; odometry: also publish odom '
-        'and its transform, as a node; cmd_vel: follow that topic and publish [default: route]',
+        'and its transform, as a node; cmd_vel: follow that topic and publish',
     )  # fmt: skip
     parser.add_argument(
         '--cmd-vel-timeout', type=float, default=0.5, metavar='S',
-        help='time for which a cmd_vel is valid [s] [default: 0.5]',
+        help='time for which a cmd_vel is valid [s]',
     )  # fmt: skip
-    parser.add_argument('--seed', type=int, default=0, help='of all random effects [default: 0]')
+    parser.add_argument('--seed', type=int, default=0, help='of all random effects')
     parser.add_argument(
         '--latency-timer', type=float, default=0.0, metavar='MS',
-        help="of the servo's USB adapter [ms]; 16 limits the servo to 62 Hz [default: 0]",
+        help="of the servo's USB adapter [ms]; 16 limits the servo to 62 Hz",
     )  # fmt: skip
     parser.add_argument(
         '--servo-model', choices=tuple(EMULATED), default='RX-24F', metavar='MODEL',
-        help=f'{", ".join(EMULATED)}; its physics replace those of the scene [default: RX-24F]',
+        help=f'{", ".join(EMULATED)}; its physics replace those of the scene',
     )  # fmt: skip
     parser.add_argument(
         '--lidar-model', choices=tuple(SCIP_MODELS), default='URG-04LX-UG01', metavar='MODEL',
-        help=f'{", ".join(SCIP_MODELS)}, with the errors of the scene [default: URG-04LX-UG01]',
+        help=f'{", ".join(SCIP_MODELS)}, with the errors of the scene',
     )  # fmt: skip
     parser.add_argument('--scip11', action='store_true', help='the lidar powers up in SCIP 1.1')
     options = parser.parse_args(without_ros_args(arguments))
+    _check(options, parser)
+    return options
+
+
+def _check(options: argparse.Namespace, parser: LineParser) -> None:
+    """Exit with one line and status 2 if an option is not allowed."""
     if options.lidar_link is None and options.servo_link is None:
         parser.error('no device to emulate: set --lidar-link, --servo-link or both')
     if not 0.0 < options.cmd_vel_timeout <= _LONGEST_TIMEOUT:
@@ -97,7 +103,6 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         parser.error(f'--latency-timer must be {allowed}, but is {options.latency_timer}')
     if options.seed < 0:
         parser.error(f'--seed must be at least 0, but is {options.seed}')
-    return options
 
 
 def make_devices(
