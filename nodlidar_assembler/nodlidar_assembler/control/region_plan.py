@@ -165,15 +165,15 @@ def _in_view(view: Task, region: Region) -> Task:
 
 def _with_cells(task: Task, region: Region, config: NodConfig, step: float) -> Task:
     """Return the task with equally high rows of cells, each of whose columns has a beam."""
+    for key, width in (('pitch_max', task.span), ('azimuth_max', 2.0 * task.azimuth)):
+        if width < step:
+            limit = f'above {key[:-3]}min by at least {step:.4g} rad, a step of the lidar'
+            raise ParameterError(key, limit, getattr(region, key))
     if region.cell:
         size, distance = 2.0 * math.sin(region.cell / 2.0), 1.0
     else:
         size = region.object_size or config.object_size
         distance = region.object_distance or config.object_distance
-    for key, width in (('pitch_max', task.span), ('azimuth_max', 2.0 * task.azimuth)):
-        if width < step:
-            limit = f'above {key[:-3]}min by at least {step:.4g} rad, a step of the lidar'
-            raise ParameterError(key, limit, getattr(region, key))
     task = replace(task, object_size=size, distance=distance)
     if task.cell < step:
         raise _too_small(region, distance, step)
@@ -183,12 +183,16 @@ def _with_cells(task: Task, region: Region, config: NodConfig, step: float) -> T
         key = 'cell' if region.cell else 'object_size'
         limit = f'so large that the region has at most {MOST_CELLS} cells'
         raise ParameterError(key, limit, region.cell or size)
+    return _without_sliver(task, step)
+
+
+def _without_sliver(task: Task, step: float) -> Task:
+    """Return the task without a last column narrower than a step, which may have no beam."""
     rest = 2.0 * task.azimuth - (task.columns - 1) * task.cell
-    if not task.full_circle and task.columns > 1 and rest < step:
-        # Less than a step, which may have no beam, is left out.
-        narrower = task.azimuth - rest / 2.0
-        task = replace(task, azimuth=narrower, centre=task.centre - rest / 2.0)
-    return task
+    if task.full_circle or task.columns == 1 or rest >= step:
+        return task
+    half = rest / 2.0
+    return replace(task, azimuth=task.azimuth - half, centre=task.centre - half)
 
 
 def _too_small(region: Region, distance: float, step: float) -> ParameterError:
