@@ -88,9 +88,7 @@ class RecordedMotion:
         return np.asarray(rates[after])
 
 
-def lidar_rms(
-    log: SensorLog, scene: Scene, start_ns: int, seed: int = 0, veil_angle: float = 0.0
-) -> float:
+def lidar_rms(log: SensorLog, scene: Scene, start_ns: int, veil_angle: float = 0.0) -> float:
     """Return the RMS distance [m] to the true surfaces that the errors of the lidar alone cause.
 
     The scans of a log are measured anew, with the log's motion for the true one, and placed by it.
@@ -101,14 +99,12 @@ def lidar_rms(
         Its scans give the instants of the beams, and range_max.
     scene, start_ns
         The scene, and when its objects and its base leave their start [ns].
-    seed
-        Of the errors of the lidar.
     veil_angle
         Of the filter of mixed pixels; 0 for none.
     """
     motion = RecordedMotion(log)
     world = World(scene, motion, start_ns=start_ns)
-    lidar, pipeline = Lidar(scene.lidar, world, start_ns, seed), Pipeline(PipelineConfig())
+    lidar, pipeline = Lidar(scene.lidar, world, start_ns, 0), Pipeline(PipelineConfig())
     veils = VeilConfig(veil_angle=veil_angle)
     squares, count = 0.0, 0
     for scan in log.scans:

@@ -86,8 +86,7 @@ def parse(argv: Sequence[str] | None, description: str | None) -> argparse.Names
 
 def _demo(options: argparse.Namespace, console: Console) -> None:
     scene = load_scene(options.scene, options.route, ideal=options.ideal)
-    output = options.output
-    bag = output / 'bag'
+    output, bag = options.output, options.output / 'bag'
     output.mkdir(parents=True, exist_ok=True)
     if bag.exists():
         shutil.rmtree(bag)
@@ -98,25 +97,29 @@ def _demo(options: argparse.Namespace, console: Console) -> None:
     with launched_sensor(output / 'launch.log', *arguments) as sensor:
         record(bag, options.duration, sensor, console)
     with console.status('Measuring'):
-        config = AssemblerConfig()
-        log = read_bag(bag, config)
-        start_ns = read_start_ns(bag) if scene.moves else log.scans[0].stamp_ns
-        world = World(scene, ServoMotion(), start_ns=start_ns)
-        lidar = 0.0
-        if not scene.lidar.ideal:
-            lidar = lidar_rms(near_beams(log), scene, start_ns, veil_angle=VEIL_ANGLE)
-        rms, filtered = (
-            {e: surface_rms(points_of(near_beams(log), e, angle), world) for e in ESTIMATORS}
-            for angle in (0.0, VEIL_ANGLE)
-        )
-        rms_by_odometry = {}
-        if scene.drives:
-            log = replace(log, odometry=read_odometry(bag, config))
-            rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
+        log, distances = _measured(bag, scene)
         _draw(log, scene, output, f"'{scene.name}', {options.duration:g} s")
-    distances = Distances(rms, filtered, rms_by_odometry, lidar)
     print_report(log, read_delivery(bag), distances, console)
     console.print(f'{output}/: cloud.ply, cloud.png, bag, launch.log')
+
+
+def _measured(bag: Path, scene: Scene) -> tuple[SensorLog, Distances]:
+    """Return what was recorded in a scene, and the distances of its points to the surfaces."""
+    config = AssemblerConfig()
+    log = read_bag(bag, config)
+    near = near_beams(log)
+    start_ns = read_start_ns(bag) if scene.moves else log.scans[0].stamp_ns
+    world = World(scene, ServoMotion(), start_ns=start_ns)
+    lidar = 0.0 if scene.lidar.ideal else lidar_rms(near, scene, start_ns, VEIL_ANGLE)
+    rms, filtered = (
+        {e: surface_rms(points_of(near, e, angle), world) for e in ESTIMATORS}
+        for angle in (0.0, VEIL_ANGLE)
+    )
+    rms_by_odometry = {}
+    if scene.drives:
+        log = replace(log, odometry=read_odometry(bag, config))
+        rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
+    return log, Distances(rms, filtered, rms_by_odometry, lidar)
 
 
 def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
