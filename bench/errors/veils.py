@@ -149,14 +149,14 @@ def removed_points(seen: Recording) -> Mask:
     return np.array([veiled(scan.ranges, scan.geometry, CONFIG) for scan in scans])
 
 
-def time_per_scan(rounds: int = ROUNDS) -> float:
+def time_per_scan() -> float:
     """Return the time of the filter for a scan of the room [s]."""
     room = next(scene for scene in shipped_scenes() if scene.name == 'room')
     lidar = load_lidar(LIDARS[0])
     seen = simulate(replace(room, lidar=lidar), reference_nod(), 0.2, start_ns=START_NS)
     scan = simulated_log(seen).scans[-1]
     given: tuple[NDArray[np.float32], ScanGeometry] = scan.ranges, scan.geometry
-    [(seconds, _)] = interleaved({'filter': lambda: veiled(*given, CONFIG)}, rounds)
+    [(seconds, _)] = interleaved({'filter': lambda: veiled(*given, CONFIG)}, ROUNDS)
     return float(seconds)
 
 

@@ -58,10 +58,10 @@ class Mapped:
     loops: int
 
 
-def mapped(recording: Recording, config: MapperConfig | None = None) -> Mapped:
+def mapped(recording: Recording) -> Mapped:
     """Map a recording, and compare it with the truth."""
     log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
-    mapper, found, seconds, by_odometry = Mapper(config or MapperConfig()), [], [], []
+    mapper, found, seconds, by_odometry = Mapper(MapperConfig()), [], [], []
     for cloud in clouds_of(log, CONFIG):
         points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()

@@ -120,8 +120,6 @@ class Machines:
     ----------
     line
         Behaviour of the line; may be set at any time.
-    seed
-        Of the losses and the jitter.
 
     Attributes
     ----------
@@ -132,7 +130,7 @@ class Machines:
         and to it.
     """
 
-    def __init__(self, line: Line, seed: int = 1) -> None:
+    def __init__(self, line: Line) -> None:
         self.line = line
         self.robot = Machine('10.77.0.1/24')
         try:
@@ -141,7 +139,7 @@ class Machines:
             self.robot.close()
             raise
         self.sent, self.lost = [0, 0], [0, 0]
-        self._rng = np.random.default_rng(seed)
+        self._rng = np.random.default_rng(1)  # of losses and jitter
         self._cards = (self.robot.card, self.far.card)
         self._queue: list[tuple[float, int, int, bytes]] = []
         self._number = 0

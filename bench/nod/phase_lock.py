@@ -77,12 +77,10 @@ def results() -> list[Row]:
     ]
 
 
-def locked_rig(
-    nod: str, servo: Faults | ServoParameters, latency_timer: float, duration: float = DURATION
-) -> Rig:
-    """Return a rig after a nod of a duration [s]."""
+def locked_rig(nod: str, servo: Faults | ServoParameters, latency_timer: float) -> Rig:
+    """Return a rig after DURATION of a nod."""
     rig = Rig(servo, seed=1, latency_timer=latency_timer)
-    rig.run(NODS[nod](rig), START_NS + round((SETTLING + duration) * NS_PER_S))
+    rig.run(NODS[nod](rig), START_NS + round((SETTLING + DURATION) * NS_PER_S))
     return rig
 
 

@@ -79,7 +79,6 @@ def real_room(
 
 def simulated_room(
     duration: float,
-    reversal_error: float = 0.0,
     sensor: SensorModel | None = None,
     velocity: tuple[float, float] = STANDING,
 ) -> Recording:
@@ -89,15 +88,10 @@ def simulated_room(
     ----------
     duration
         In seconds.
-    reversal_error
-        White error of the instants of the reversals, standard deviation [s]; there is no other
-        effect.
     sensor
         By default the reference sensor.
     velocity
         Of the base, constant [m/s, rad/s].
     """
-    room = load_scene('room', ideal=True)
-    effects = replace(room.effects, servo_jitter=reversal_error)
-    scene = replace(room, effects=effects, base_velocity=velocity)
+    scene = replace(load_scene('room', ideal=True), base_velocity=velocity)
     return simulate(scene, reference_nod(), duration, start_ns=START_NS, sensor=sensor)

@@ -11,17 +11,15 @@ from nodlidar_servo.bus.latency import latency_timer, TTY_CLASS
 PROCESSES = Path('/proc')
 
 
-def port_facts(
-    device: str, path: str, tty_class: Path = TTY_CLASS, processes: Path = PROCESSES
-) -> Port:
+def port_facts(device: str, path: str, tty_class: Path = TTY_CLASS) -> Port:
     """Return what the system says about a port, without opening it.
 
     Parameters
     ----------
     device, path
         The device that should be there, and its device file or ``tcp://ADDRESS:PORT``.
-    tty_class, processes
-        Folders in which the system describes serial ports and processes.
+    tty_class
+        Folder in which the system describes serial ports.
     """
     if path.startswith(TCP):
         return Port(device, path)
@@ -34,7 +32,7 @@ def port_facts(
         may_use=os.access(target, os.R_OK | os.W_OK),
         group=_group(target),
         target=target,
-        users=_users(target, processes),
+        users=_users(target),
         usb_id=_usb_id(tty_class / os.path.basename(target) / 'device'),
         latency_timer=latency_timer(target, tty_class),
     )
@@ -48,10 +46,10 @@ def _group(path: str) -> str:
         return str(number)
 
 
-def _users(target: str, processes: Path) -> tuple[str, ...]:
+def _users(target: str) -> tuple[str, ...]:
     """Return the programs that have a file open, as far as this user may see them."""
     users = []
-    for folder in processes.glob('[0-9]*'):
+    for folder in PROCESSES.glob('[0-9]*'):
         try:
             if any(os.readlink(file) == target for file in (folder / 'fd').iterdir()):
                 users.append(f'{_program(folder)} (process {folder.name})')

@@ -16,10 +16,10 @@ from nodlidar_planner.sweeps.schedule import coprime_from
 LEAST_ADVANCE, MOST_ADVANCE = 0.4, 0.85
 
 
-def single_sweep(task: Task, fewest_samples: int = 1, pitch_error: float = PITCH_ERROR) -> int:
+def single_sweep(task: Task, fewest_samples: int = 1) -> int:
     """Return the N_s, coprime with N_L, whose one sweep hits every cell.
 
-    From one revolution to the next, the nod advances by a cell less the error of the pitch, and by
+    From one revolution to the next, the nod advances by a cell less PITCH_ERROR, and by
     MOST_ADVANCE at most. If that is slower than MIN_SPEED, it is the N_s of that speed.
 
     Parameters
@@ -28,11 +28,9 @@ def single_sweep(task: Task, fewest_samples: int = 1, pitch_error: float = PITCH
         Region, cells and lidar.
     fewest_samples
         N_s at the highest speed of the servo.
-    pitch_error
-        By how much the advance of the servo may differ from revolution to revolution [rad].
     """
     row = min(task.cell, task.span)
-    share = min(max(1.0 - pitch_error / row, LEAST_ADVANCE), MOST_ADVANCE)
+    share = min(max(1.0 - PITCH_ERROR / row, LEAST_ADVANCE), MOST_ADVANCE)
     samples = math.ceil(task.span / (share * row) * task.steps_per_revolution)
     slowest = math.floor(task.speed(1) / MIN_SPEED)
     samples = max(min(samples, slowest), fewest_samples)
