@@ -16,7 +16,6 @@ from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
 from nodlidar_sim.simulation import Recording
-from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 
 from bench.cost.replay import messages_of, times_per_scan
@@ -74,8 +73,8 @@ def results(rounds: int = ROUNDS) -> list[Row]:
     found = {
         name: Found(
             pitch_rms(recordings[name], Pipeline(config).estimator),
-            _mean_rms(sensors[name], config, SAMPLES_PER_SWEEP),
-            _mean_rms(sensors[name], config, config.samples_per_sweep),
+            mean_rms(name, SAMPLES_PER_SWEEP),
+            mean_rms(name, config.samples_per_sweep),
             _surface_rms(ideal[name], config),
             latency(simulated_log(recordings[name]), Pipeline(config)),
             computation[name],
@@ -103,12 +102,14 @@ def _row(name: str, own: Found, balanced: Found) -> Row:
     }
 
 
-def _mean_rms(sensor: SensorModel, config: AssemblerConfig, samples_per_sweep: int) -> float:
+def mean_rms(profile: str, samples_per_sweep: int, seeds: range = SEEDS) -> float:
+    """Return the mean of several runs' RMS distance to the surfaces, with real devices [m]."""
+    sensor = joints_at(FEEDBACK_RATE[profile])
     runs = (
         real_room(DURATION, sensor, seed=seed, samples_per_sweep=samples_per_sweep)
-        for seed in SEEDS
+        for seed in seeds
     )
-    return float(np.mean([_surface_rms(run, config) for run in runs]))
+    return float(np.mean([_surface_rms(run, PROFILES[profile]) for run in runs]))
 
 
 def _surface_rms(simulated: Recording, config: AssemblerConfig) -> float:

@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 import math
-from time import perf_counter
+from time import thread_time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -148,9 +148,9 @@ def test_a_choice_hardly_delays_a_command():
     for distance in np.geomspace(0.3, 4.0, 15):
         adapting = adaptation(MOUNT)
         adapting.limits.update(START_NS, np.full(50, distance))
-        begin = perf_counter()
+        begin = thread_time()
         adapting.shape(START_NS, BEAM)
-        costs.append(perf_counter() - begin)
+        costs.append(thread_time() - begin)
     assert np.median(costs) < 0.05
 
 

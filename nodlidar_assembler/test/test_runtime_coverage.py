@@ -2,7 +2,7 @@
 
 from itertools import product
 import math
-from time import perf_counter
+from time import thread_time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -118,10 +118,10 @@ def test_a_scan_costs_less_than_a_millisecond():
     scans = [nod_beams(task, pattern, 1024 * k + 44, 682) for k in range(200)]
     costs = []
     for scan in scans:
-        begin = perf_counter()
+        begin = thread_time()
         coverage.add(*scan)
         coverage.covered()
-        costs.append(perf_counter() - begin)
+        costs.append(thread_time() - begin)
     assert np.median(costs[100:]) < 1e-3
 
 

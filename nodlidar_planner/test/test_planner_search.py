@@ -24,11 +24,11 @@ def completions(task, samples, guard=0.0, start_pitch=None):
 
 
 def test_the_choice_is_the_best_of_all_and_much_quicker_than_going_through_all():
-    start = time.perf_counter()
+    start = time.thread_time()
     found, times = soonest(PUBLISHED, BAND, count=5)
-    middle = time.perf_counter()
+    middle = time.thread_time()
     expected = completions(PUBLISHED, BAND)
-    ratio = (time.perf_counter() - middle) / (middle - start)
+    ratio = (time.thread_time() - middle) / (middle - start)
     order = np.argsort(expected, kind='stable')[:5]
     assert np.array_equal(found, BAND[order])
     assert np.array_equal(times, expected[order])

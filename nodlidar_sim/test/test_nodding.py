@@ -90,6 +90,6 @@ def test_every_set_nods_as_far_as_it_can(name):
 
 
 def test_the_fast_mode_is_much_faster_than_the_motion():
-    begin = time.perf_counter()
+    begin = time.thread_time()
     nodding_servo(RX24F, NOD, SensorModel(), START_NS, START_NS + 10 * S)
-    assert time.perf_counter() - begin < 20.0 / 15.0  # 50 times unless the machine is loaded
+    assert time.thread_time() - begin < 20.0 / 15.0  # usually 50 times
