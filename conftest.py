@@ -23,7 +23,10 @@ settings.load_profile('any machine')
 # Of Fast DDS up to ROS 2 Jazzy, and since Kilted.
 PROFILE_VARIABLES = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
 LOOPBACK = Path(__file__).parent / 'tools/loopback.xml'
-STARTS_NODES = re.compile(r'rclpy|node_bench|launched|subprocess|LaunchedSensor')
+# A program that a test waits for to its end, subprocess.run, may run beside others.
+STARTS_NODES = re.compile(
+    '(import|from) rclpy|node_bench|launched_sensor|LaunchedSensor|NetworkRig|Popen|ExecuteProcess'
+)
 
 
 @pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the marks in the same hook
