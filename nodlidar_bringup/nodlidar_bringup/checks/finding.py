@@ -26,7 +26,7 @@ class Finding:
     text
         What was found, in a sentence.
     remedy
-        What mends it, a command where there is one; empty if nothing is wrong.
+        What fixes it, a command where there is one; empty if nothing is wrong.
     """
 
     level: Level

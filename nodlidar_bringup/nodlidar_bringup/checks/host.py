@@ -68,9 +68,9 @@ def check_host(host: Host) -> list[Finding]:
 
 
 def _check_clock(host: Host) -> list[Finding]:
-    mend = 'sudo timedatectl set-ntp true'
+    remedy = 'sudo timedatectl set-ntp true'
     if host.now_ns < EARLIEST_NS:
-        return [fault('clock never set', 'the system clock is before 2025', mend)]
+        return [fault('clock never set', 'the system clock is before 2025', remedy)]
     if abs(host.clock_step) > LARGEST_STEP:
         text = f'the system clock was set by {host.clock_step * 1e3:+.0f} ms while it was watched'
         remedy = 'use a service that slews the clock: sudo apt install chrony'
@@ -79,7 +79,7 @@ def _check_clock(host: Host) -> list[Finding]:
         return [unknown('clock', 'the kernel does not say whether its clock is synchronised')]
     if not host.synchronised:
         text = 'the system clock is not synchronised; that matters with more than one computer'
-        return [warning('clock not synchronised', text, mend)]
+        return [warning('clock not synchronised', text, remedy)]
     return [good('clock', 'the system clock is synchronised and steady')]
 
 

@@ -59,16 +59,16 @@ def _check_domain(network: Network) -> list[Finding]:
 
 
 def _check_discovery(network: Network) -> list[Finding]:
-    mend = 'export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST'
+    remedy = 'export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST'
     if network.discovery_range not in _RANGES:
         text = f"ROS_AUTOMATIC_DISCOVERY_RANGE is '{network.discovery_range}'"
-        return [fault('discovery', f'{text}, which ROS does not know', mend)]
+        return [fault('discovery', f'{text}, which ROS does not know', remedy)]
     if network.discovery_range == 'OFF':
         text = 'ROS_AUTOMATIC_DISCOVERY_RANGE is OFF: no node hears another one'
-        return [fault('discovery', text, mend)]
+        return [fault('discovery', text, remedy)]
     if network.localhost_only:
         text = 'ROS_LOCALHOST_ONLY is outdated and overrides the discovery range'
-        return [warning('discovery', text, f'unset ROS_LOCALHOST_ONLY; {mend}')]
+        return [warning('discovery', text, f'unset ROS_LOCALHOST_ONLY; {remedy}')]
     return []
 
 

@@ -216,12 +216,12 @@ def _to_wake(port: Port) -> str:
             f' any bit rate: {_setup(port)}'
         )
     if port.path.startswith(TCP):
-        mend = (
+        remedy = (
             'check supply, network cable and address of the lidar, end other programs that use it'
         )
     else:
-        mend = 'pull the USB cable of the lidar out and plug it in (5 V, 0.5 A)'
-    return f'{mend}; then ros2 run nodlidar_driver probe --port {port.path}'
+        remedy = 'pull the USB cable of the lidar out and plug it in (5 V, 0.5 A)'
+    return f'{remedy}; then ros2 run nodlidar_driver probe --port {port.path}'
 
 
 def _check_servo(port: Port, settings: ServoSettings) -> list[Finding]:

@@ -10,7 +10,7 @@ from nodlidar_bringup.checks.ports import INSTALL_RULES
 NODES = (*SOURCES.values(), 'mapper')
 """Nodes of ours that report; all others of a robot do so on the same topic."""
 
-# What mends a report that has these words; the first that matches.
+# What fixes a report that has these words; the first that matches.
 _REMEDIES = (
     ('latency|holds replies back', INSTALL_RULES),
     (
