@@ -1,6 +1,7 @@
 """Servos of Protocol 2.0: set up, measured and driven as those of 1.0."""
 
 from dataclasses import replace
+from functools import partial
 import math
 import re
 
@@ -13,7 +14,6 @@ from nodlidar_servo.device.torque_off import torque_off
 from nodlidar_servo.models.control_table import TABLE_1, TABLE_2
 from nodlidar_servo.models.models import MODELS
 from nodlidar_sim.devices import x_table as table
-from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.servo_models import make_emulator
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
@@ -22,32 +22,13 @@ from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
+from servo_bench import ServoBench, START_NS
 
-START_NS = 1_800_000_000_000_000_000
 ONE_MEGABIT = 3
 CONFIG = ServoConfig(model='XL430-W250')
 
 
-class Bench:
-    """An X servo at a pitch, in virtual time, seen from both sides."""
-
-    def __init__(self, **options):
-        self.motion = ServoMotion(0.2)
-        self.emulator = XServoEmulator(self.motion, baud=ONE_MEGABIT, **options)
-        self.faults = FaultyDevice(self.emulator)
-        self.clock = VirtualClock(START_NS)
-        self.port = VirtualPort(self.faults, self.clock)
-
-    def connect(self, config=CONFIG):
-        servo = Servo(self.port, config, self.clock)
-        servo.connect()
-        return servo
-
-    def __getitem__(self, register):
-        return self.emulator.table[register]
-
-    def __setitem__(self, register, value):
-        self.emulator.table[register] = value
+Bench = partial(ServoBench, XServoEmulator, CONFIG, baud=ONE_MEGABIT)
 
 
 def connected(emulator, config):

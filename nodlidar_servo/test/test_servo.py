@@ -1,4 +1,5 @@
 from contextlib import suppress
+from functools import partial
 import math
 
 from nodlidar_common.errors import DeviceError, PortError
@@ -6,46 +7,17 @@ from nodlidar_servo.bus.replies import LateReplyError, NoAnswerError, ReplyError
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.servo import Servo
 from nodlidar_sim.devices import rx_table as table
-from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.rx_motor import SPEED_UNIT, TICK
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.servo_models import EMULATED
-from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.servo_motion import ServoMotion
-import numpy as np
 import pytest
+from servo_bench import ServoBench
 
-START_NS = 1_800_000_000_000_000_000
 ONE_MEGABIT = 1
 CONFIG = ServoConfig()
 
 
-class Bench:
-    """A servo at some pitch, in virtual time, seen from both sides."""
-
-    def __init__(self, pitch=0.2, **options):
-        self.motion = ServoMotion(pitch)
-        self.emulator = RxServoEmulator(self.motion, baud=ONE_MEGABIT, **options)
-        self.faults = FaultyDevice(self.emulator)
-        self.clock = VirtualClock(START_NS)
-        self.port = VirtualPort(self.faults, self.clock)
-
-    def connect(self, config=CONFIG):
-        servo = Servo(self.port, config, self.clock)
-        servo.connect()
-        return servo
-
-    def __getitem__(self, register):
-        return self.emulator.table[register]
-
-    def __setitem__(self, register, value):
-        self.emulator.table[register] = value
-
-    def pitch(self, time_ns):
-        return float(self.motion.position(np.array([time_ns]))[0])
-
-    def pass_time(self, seconds):
-        self.clock.advance_to(self.clock() + round(seconds * 1e9))
+Bench = partial(ServoBench, RxServoEmulator, CONFIG, baud=ONE_MEGABIT)
 
 
 def test_a_servo_from_the_factory_is_set_up():

@@ -10,53 +10,34 @@ from nodlidar_common.errors import DeviceError
 from nodlidar_servo.bus.packets import PROTOCOL_1, PROTOCOL_STS
 from nodlidar_servo.bus.replies import status_names
 from nodlidar_servo.device.config import ServoConfig
-from nodlidar_servo.device.servo import Servo
 from nodlidar_servo.models.sts_table import TABLE_STS
 from nodlidar_servo.setup.dialogue import Dialogue, Wish
 from nodlidar_sim.devices import sts_table as table
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.sts_servo import BIT_RATES, StsEmulator, TICK
-from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.ports.virtual_port import VirtualPort
 import numpy as np
 import pytest
+from servo_bench import ServoBench
 
-START_NS = 1_800_000_000_000_000_000
 CONFIG = ServoConfig(model='STS3215')
 
 
-class Bench:
-    """An STS3215 at a pitch, in virtual time, seen from both sides."""
+class Bench(ServoBench):
+    """An STS3215, or another servo, that `setup` can set up."""
 
     def __init__(self, kind=StsEmulator, **options):
-        self.motion = ServoMotion(0.2)
-        self.emulator = kind(self.motion, **options)
-        self.clock = VirtualClock(START_NS)
-
-    @property
-    def port(self):
-        return VirtualPort(self.emulator, self.clock)
-
-    def connect(self, config=CONFIG):
-        servo = Servo(self.port, config, self.clock)
-        servo.connect()
-        return servo
+        super().__init__(kind, CONFIG, **options)
 
     @contextmanager
     def open_at(self, rate):
         self.emulator.host_bit_rate = rate
-        yield self.port
+        yield VirtualPort(self.emulator, self.clock)
 
     def set_up(self):
         return Dialogue(self.open_at, lambda question: True, lambda line: None).set_up(
             Wish(level=False)
         )
-
-    def __getitem__(self, register):
-        return self.emulator.table[register]
-
-    def __setitem__(self, register, value):
-        self.emulator.table[register] = value
 
 
 def test_a_servo_is_set_up():
