@@ -100,35 +100,35 @@ def test_plan_scan(command):
     assert plan_scan([*fewer, *options(command)]) == (2 if refused else 0)
 
 
+@pytest.fixture
+def demo_bag(tmp_path, monkeypatch):
+    """Return a function that leaves the bag of a scene where the demo leaves its own."""
+
+    def record(scene, duration):
+        nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
+        (tmp_path / 'demo_output').mkdir()
+        recording = simulate(load_scene(scene, ideal=True), nod, duration, start_ns=10**18)
+        write_bag(recording, tmp_path / 'demo_output' / 'bag')
+        monkeypatch.chdir(tmp_path)
+
+    return record
+
+
 @starting('ros2', 'run', 'nodlidar_assembler', 'assemble_bag')
-def test_assemble_bag(command, tmp_path, monkeypatch):
-    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
-    write_bag(
-        simulate(load_scene('room', ideal=True), nod, 2.0, start_ns=10**18), tmp_path / 'bag'
-    )
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / 'demo_output').mkdir()
-    (tmp_path / 'bag').rename(tmp_path / 'demo_output' / 'bag')
+def test_assemble_bag(command, demo_bag):
+    demo_bag('room', 2.0)
     assert assemble_bag(options(command)) == 0
 
 
 @starting('ros2', 'run', 'nodlidar_assembler', 'calibrate')
-def test_calibrate(command, tmp_path, monkeypatch):
-    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
-    (tmp_path / 'demo_output').mkdir()
-    still = simulate(load_scene('room', ideal=True), nod, 1.5, start_ns=10**18)
-    write_bag(still, tmp_path / 'demo_output' / 'bag')
-    monkeypatch.chdir(tmp_path)
+def test_calibrate(command, demo_bag):
+    demo_bag('room', 1.5)
     assert calibrate(options(command)) == 0
 
 
 @starting('ros2', 'run', 'nodlidar_mapper', 'map_bag')
-def test_map_bag(command, tmp_path, monkeypatch):
-    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
-    (tmp_path / 'demo_output').mkdir()
-    drive = simulate(load_scene('corridor', ideal=True), nod, 3.0, start_ns=10**18)
-    write_bag(drive, tmp_path / 'demo_output' / 'bag')
-    monkeypatch.chdir(tmp_path)
+def test_map_bag(command, demo_bag):
+    demo_bag('corridor', 3.0)
     assert map_bag(options(command)) == 0
 
 
@@ -138,12 +138,8 @@ def test_mapper(command):
 
 
 @starting('ros2', 'run', 'nodlidar_viewer', 'view_bag')
-def test_view_bag(command, tmp_path, monkeypatch):
-    nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, 10**18)
-    (tmp_path / 'demo_output').mkdir()
-    drive = simulate(load_scene('corridor', ideal=True), nod, 2.0, start_ns=10**18)
-    write_bag(drive, tmp_path / 'demo_output' / 'bag')
-    monkeypatch.chdir(tmp_path)
+def test_view_bag(command, demo_bag):
+    demo_bag('corridor', 2.0)
     runs_until_interrupted(command, 'in a browser')
 
 
