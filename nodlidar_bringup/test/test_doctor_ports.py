@@ -7,7 +7,7 @@ import socket
 import threading
 import time
 
-from nodlidar_bringup.checks.ask import ask, PING_2
+from nodlidar_bringup.checks.ask import ask
 from nodlidar_bringup.checks.finding import Level
 from nodlidar_bringup.checks.port_facts import port_facts
 from nodlidar_bringup.checks.ports import (
@@ -21,6 +21,7 @@ from nodlidar_bringup.checks.ports import (
 from nodlidar_common.serial_port import open_port
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices import x_table
+from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
@@ -50,26 +51,13 @@ def x_servo(mode=3, **options):
     return emulated
 
 
-class Silent:
-    """A device without power."""
-
-    def receive(self, data, now_ns):
-        pass
-
-    def transmit(self, now_ns):
-        return b''
-
-    def next_event_ns(self):
-        return None
-
-
-class Protocol2(Silent):
+class Protocol2(SilentDevice):
     """Answers a ping of Protocol 2.0 with the example of ROBOTIS' e-Manual: ID 1, model 1030."""
 
     reply = b''
 
     def receive(self, data, now_ns):
-        if PING_2 in data:
+        if bytes.fromhex('FFFFFD00FE0300013142') in data:
             self.reply = bytes.fromhex('FFFFFD00010700550006042665 5D')
 
     def transmit(self, now_ns):
@@ -88,7 +76,7 @@ class Protocol2(Silent):
             servo(baud=34, servo_id=5, wheel=True),
             {'wrong bit rate', 'wrong ID', 'wheel mode'},
         ),
-        (lidar(), Silent(), {'no answer'}),
+        (lidar(), SilentDevice(), {'no answer'}),
         (lidar(), StreamingLidar(), {'wrong device'}),
         (StreamingLidar(), servo(), set()),
         (servo(), StreamingLidar(), {'ports swapped'}),

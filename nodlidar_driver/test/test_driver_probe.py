@@ -13,6 +13,7 @@ from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.probe import main
 from nodlidar_driver.probing import probe, residual
 from nodlidar_driver.scan_picture import picture
+from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
@@ -128,21 +129,8 @@ def test_errors_are_in_words(arguments, status, text, capsys):
     assert text in capsys.readouterr().err
 
 
-class Silent:
-    """A device that never answers."""
-
-    def receive(self, data, now_ns):
-        pass
-
-    def transmit(self, now_ns):
-        return b''
-
-    def next_event_ns(self):
-        return None
-
-
 def test_a_port_without_a_lidar_is_named(capsys):
-    with PseudoTerminals({'lidar': Silent()}) as ports:
+    with PseudoTerminals({'lidar': SilentDevice()}) as ports:
         assert main(['--port', ports['lidar']]) == 1
     error = capsys.readouterr().err
     assert 'no lidar of SCIP 2.0 answers' in error

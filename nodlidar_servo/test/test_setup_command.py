@@ -30,6 +30,7 @@ from nodlidar_servo.setup.registers import rate_code, rate_of
 from nodlidar_servo.setup.search import answers, rare_rates, RATES_1
 from nodlidar_sim.devices import rx_table as rx
 from nodlidar_sim.devices import x_table as x
+from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.shared_bus import SharedBus
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
@@ -209,21 +210,10 @@ def test_interrupted_writing_leaves_the_torque_off():
     assert device.table[x.TORQUE_ENABLE] == 0
 
 
-class Silent:
-    def receive(self, data, now_ns):
-        pass
-
-    def transmit(self, now_ns):
-        return b''
-
-    def next_event_ns(self):
-        return None
-
-
 @pytest.mark.parametrize(
     ('device', 'wish', 'error', 'words'),
     [
-        (Silent(), {}, NoServoError, 'check its supply'),
+        (SilentDevice(), {}, NoServoError, 'check its supply'),
         (make(XServoEmulator), {'model': 'RX-24F'}, WrongModelError, 'XL430-W250, not RX-24F'),
         (make(XServoEmulator, model=1030), {}, WrongModelError, 'model number 1030'),
         (make(RxServoEmulator, {rx.LOCK: 1}), {}, LockedError, 'power off and on'),

@@ -19,7 +19,6 @@ from nodlidar_servo.setup.registers import HEAD, protocol_of, registers_of
 from nodlidar_servo.setup.search import answers, BROADCAST, PING, READ, streams
 
 BIT_RATES = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000)
-PING_2 = PROTOCOL_2.encode(BROADCAST, PING, b'')
 _LIDAR_WAIT, _SERVO_WAIT = 0.6, 0.04  # s; a lidar answers once a revolution, to each command
 _LIDAR_RATE = 115_200
 _NAMES = {model.number: model.name for model in MODELS.values()}

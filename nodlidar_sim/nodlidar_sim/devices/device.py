@@ -28,3 +28,18 @@ class ChecksBitRate(Protocol):
     """A device that checks the bit rate of its host's port [bit/s], None if unknown."""
 
     host_bit_rate: int | None
+
+
+class SilentDevice:
+    """A device without power: it takes what comes, and never answers."""
+
+    def receive(self, data: bytes, now_ns: int) -> None:
+        """Take bytes."""
+
+    def transmit(self, now_ns: int) -> bytes:
+        """Return nothing."""
+        return b''
+
+    def next_event_ns(self) -> int | None:
+        """Return that nothing is pending."""
+        return None
