@@ -85,7 +85,9 @@ class ScipPort:
         StoppedError
             If `keep_going` returns False.
         """
-        while (end := self._buffer.find(_END)) < 0:
+        searched = 0
+        while (end := self._buffer.find(_END, searched)) < 0:
+            searched = max(len(self._buffer) - len(_END) + 1, 0)
             self._fill(expected - len(self._buffer), min(timeout, self._timeout))
         message = bytes(self._buffer[:end])
         del self._buffer[: end + len(_END)]
