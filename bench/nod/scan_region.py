@@ -4,7 +4,7 @@ In virtual time: the servo at byte level, its joint states, the assembly, the no
 commands. Regions, objects and the instants of the goals are random.
 """
 
-from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.control.region_plan import Region, region_plan
@@ -28,7 +28,7 @@ SERVOS = {
     ('xl430', 100): SHORT_LATENCY_TIMER,
 }
 FIRST_NS = 6 * NS_PER_S  # the servo is on the nod
-ARRIVAL_NS = 5_000_000  # of a scan, after its last beam
+SCAN_NS = round((URG.beams - 1) * TRUE_BEAM_NS) + 5_000_000  # from its first beam to its arrival
 WITHIN = 0.1
 
 
@@ -63,46 +63,72 @@ def region_of(rng: np.random.Generator) -> Region:
     return Region(low, high, right, left, size, distance)
 
 
+class Sensor:
+    """Servo, lidar, assembly and the node's choice of the nod, in virtual time."""
+
+    def __init__(self, servo: str, rate: int, seed: int) -> None:
+        self.rig = Rig(load_servo(servo), seed, SERVOS[servo, rate])
+        self._config = AssemblerConfig()
+        self._assembler, self._controller = (
+            ScanAssembler(self._config),
+            NodController(self._config),
+        )
+        self._ranges = np.full(URG.beams, 2.0, dtype=np.float32)
+        self._sent_ns = self._revolution = 0
+
+    def cycle(self) -> None:
+        """Do one cycle of the servo, then what scan and nod command are due."""
+        for sample in self.rig.loop.cycle():
+            self._assembler.add_joint_sample(sample.stamp_ns, sample.pitch)
+        begin_ns = START_NS + round(self._revolution * 1024 * TRUE_BEAM_NS)
+        if self.rig.clock() >= begin_ns + SCAN_NS:
+            self._scan(begin_ns)
+        if self.rig.clock() - self._sent_ns > NS_PER_S / self._config.command_rate:
+            self._command()
+
+    def assembled(self) -> list[Assembled]:
+        """Return the scans that are assembled by now."""
+        outcomes = self._assembler.ready(self.rig.clock())
+        return [each.assembled for each in outcomes if each.assembled is not None]
+
+    def begin(self, region: Region) -> RegionScan:
+        """Take the nod over for a region."""
+        now_ns, view = self.rig.clock(), self._controller.view
+        mount = ServoConfig().pitch_lower_limit, ServoConfig().pitch_upper_limit
+        plan = region_plan(region, view.config, view.task, mount)
+        scan = RegionScan(plan, now_ns, self._controller.take_over(plan.shape, now_ns))
+        self._command()
+        return scan
+
+    def _scan(self, begin_ns: int) -> None:
+        self._revolution += 1
+        approaching = self._controller.approaching
+        self._controller.add_scan(URG, begin_ns)
+        self._assembler.add_scan(Scan(begin_ns, URG, self._ranges), self.rig.clock())
+        if approaching:
+            self._command()
+
+    def _command(self) -> None:
+        if self._controller.command is not None:
+            nod, start_ns = self._controller.command
+            self.rig.commands.accept(nod, self.rig.clock(), start_ns)
+            self._sent_ns = self.rig.clock()
+
+
 def scanned(servo: str, rate: int, seed: int) -> tuple[float, float, bool]:
     """Return the time taken and the time predicted [s], and whether every cell was seen."""
     rng = np.random.default_rng(seed)
     region, goal_ns = region_of(rng), START_NS + FIRST_NS + round(rng.uniform(0, 2e9))
-    rig, config = Rig(load_servo(servo), seed, SERVOS[servo, rate]), AssemblerConfig()
-    assembler, controller = ScanAssembler(config), NodController(config)
-    mount = ServoConfig().pitch_lower_limit, ServoConfig().pitch_upper_limit
-    ranges = np.full(URG.beams, 2.0, dtype=np.float32)
+    sensor = Sensor(servo, rate, seed)
     going: RegionScan | None = None
-    sent_ns = revolution = 0
-    arrival_ns = round((URG.beams - 1) * TRUE_BEAM_NS) + ARRIVAL_NS
-
-    def command() -> None:
-        nonlocal sent_ns
-        if controller.command is not None:
-            nod, start_ns = controller.command
-            rig.commands.accept(nod, rig.clock(), start_ns)
-            sent_ns = rig.clock()
-
     while going is None or not going.is_over:
-        for sample in rig.loop.cycle():
-            assembler.add_joint_sample(sample.stamp_ns, sample.pitch)
-        now_ns = rig.clock()
-        begin_ns = START_NS + round(revolution * 1024 * TRUE_BEAM_NS)
-        if now_ns >= begin_ns + arrival_ns:
-            revolution += 1
-            approaching = controller.approaching
-            controller.add_scan(URG, begin_ns)
-            assembler.add_scan(Scan(begin_ns, URG, ranges), now_ns)
-            if approaching:
-                command()
-        if now_ns - sent_ns > NS_PER_S / config.command_rate:
-            command()
+        sensor.cycle()
+        now_ns = sensor.rig.clock()
         if going is None and now_ns >= goal_ns:
-            plan = region_plan(region, controller.view.config, controller.view.task, mount)
-            going = RegionScan(plan, now_ns, controller.take_over(plan.shape, now_ns))
-            command()
-        for outcome in assembler.ready(now_ns):
-            if going is not None and outcome.assembled is not None:
-                going.add(outcome.assembled)
+            going = sensor.begin(region)
+        for assembled in sensor.assembled():
+            if going is not None:
+                going.add(assembled)
         if going is not None:
             going.check(now_ns)
     return going.duration, going.predicted_time, going.success
