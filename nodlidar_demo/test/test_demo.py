@@ -87,12 +87,3 @@ def test_a_full_disk_is_told_with_the_name_of_the_bag(tmp_path, monkeypatch):
         demonstration.record(tmp_path / 'bag', 1.0, None, Console())
     assert caught.value.filename == str(tmp_path / 'bag')
     assert not rclpy.ok()
-
-
-@pytest.mark.parametrize(('term', 'redrawn'), [('xterm', True), ('dumb', False)])
-def test_progress_is_shown_where_a_line_can_be_redrawn(monkeypatch, term, redrawn):
-    monkeypatch.setenv('TERM', term)
-    shown = io.StringIO()
-    with demonstration._progress(Console(file=shown, force_terminal=True)) as progress:
-        progress.add_task('waiting for the first cloud', total=1.0)
-    assert ('waiting' in shown.getvalue()) == redrawn
