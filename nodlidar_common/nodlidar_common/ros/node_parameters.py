@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import Field, fields, replace
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of, misspelt, type_in_words
@@ -73,34 +73,51 @@ def declare(
     check(config)
     for remark in misspelt(node._parameter_overrides, values):
         node.get_logger().warning(remark)
-    current = [config]
-    by_name = {f.name: f for f in fields(config_class)}  # type: ignore[arg-type]
+    settable = _Settable(config, on_change, is_configured)
+    node.add_on_set_parameters_callback(settable.validate)
+    node.add_post_set_parameters_callback(settable.apply)
+    return config
 
-    def changed(parameters: list[Parameter]) -> Config:
-        own = {p.name: _value(by_name[p.name], p.value) for p in parameters if p.name in by_name}
-        new = replace(current[0], **own)  # type: ignore
-        check(new)
-        return new
 
-    def validate(parameters: list[Parameter]) -> SetParametersResult:
+class _Settable(Generic[Config]):
+    """The configuration that results as its parameters are set."""
+
+    def __init__(
+        self,
+        config: Config,
+        on_change: Callable[[Config], None] | None,
+        is_configured: Callable[[], bool] | None,
+    ) -> None:
+        self._config, self._on_change, self._is_configured = config, on_change, is_configured
+        self._fields = {f.name: f for f in fields(config)}  # type: ignore[arg-type]
+
+    def validate(self, parameters: list[Parameter]) -> SetParametersResult:
+        """Return whether parameters may be set, else why not."""
         try:
-            new = changed(parameters)
-            if is_configured is not None and is_configured():
-                _check_live(current[0], new)
+            new = self._changed(parameters)
+            if self._is_configured is not None and self._is_configured():
+                _check_live(self._config, new)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def apply(parameters: list[Parameter]) -> None:
-        new = changed(parameters)
-        if new != current[0]:
-            current[0] = new
-            if on_change is not None:
-                on_change(new)
+    def apply(self, parameters: list[Parameter]) -> None:
+        """Pass the configuration on if parameters have changed it."""
+        new = self._changed(parameters)
+        if new != self._config:
+            self._config = new
+            if self._on_change is not None:
+                self._on_change(new)
 
-    node.add_on_set_parameters_callback(validate)
-    node.add_post_set_parameters_callback(apply)
-    return config
+    def _changed(self, parameters: list[Parameter]) -> Config:
+        own = {
+            p.name: _value(self._fields[p.name], p.value)
+            for p in parameters
+            if p.name in self._fields
+        }
+        new = replace(self._config, **own)  # type: ignore
+        check(new)
+        return new
 
 
 def _check_live(old: Any, new: Any) -> None:
