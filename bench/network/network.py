@@ -57,7 +57,7 @@ def results() -> list[Row]:
     return [measured(case) for case in CASES]
 
 
-def measured(case: Case, duration: float = DURATION) -> Row:
+def measured(case: Case) -> Row:
     """Return the row of a case."""
     environment = ENVIRONMENT | profiles(case.profiles)
     with (
@@ -72,8 +72,8 @@ def measured(case: Case, duration: float = DURATION) -> Row:
             rig.until_clouds(1)
             first = time.monotonic() - begin
             sent = list(machines.sent)
-            time.sleep(duration)
-            rates = (np.array(machines.sent) - sent) / duration / 1e3
+            time.sleep(DURATION)
+            rates = (np.array(machines.sent) - sent) / DURATION / 1e3
             rig.end_scans()
             time.sleep(SETTLED)
         found = account(rig.here(), rig.there(), rig.truth)

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-import sys
 import tempfile
 import time
 
@@ -11,7 +10,7 @@ import numpy as np
 from bench.network.machines import Line, Machines
 from bench.network.network import DEFAULT, ENVIRONMENT, LOSSY, profiles
 from bench.network.network_listener import arrivals
-from bench.network.network_rig import listening, process_at, Site
+from bench.network.network_rig import listening, Site, talking
 from bench.shared.report import Row
 
 COUNT = 30
@@ -49,7 +48,7 @@ def results() -> list[Row]:
     return [measured(case) for case in CASES]
 
 
-def measured(case: Case, count: int = COUNT) -> Row:
+def measured(case: Case) -> Row:
     """Return the row of a case."""
     size, period = SIZES[case.of]
     environment = ENVIRONMENT | profiles(case.profiles)
@@ -57,21 +56,15 @@ def measured(case: Case, count: int = COUNT) -> Row:
         robot, far = (Site(each, environment) for each in (machines.robot, machines.far))
         file = Path(name) / 'there'
         topic = f'points=sensor_msgs/msg/PointCloud2={case.reliability}'
-        command = [
-            sys.executable,
-            '-m',
-            'bench.network.network_talker',
-            f'{size}',
-            f'{count}',
-            f'{period}',
-            '1.0',
-        ]
-        with listening(far, file, [topic]), process_at(robot, Path(name) / 'talker', command):
+        with (
+            listening(far, file, [topic]),
+            talking(robot, Path(name) / 'talker', size, COUNT, period, 1.0),
+        ):
             _until_first(file)
             machines.line = Line(case.loss, DELAY, JITTER)
             begin = time.monotonic()
-            while sum(1 for _ in arrivals(file)) < count:
-                if time.monotonic() - begin > count * period + _SETTLED:
+            while sum(1 for _ in arrivals(file)) < COUNT:
+                if time.monotonic() - begin > COUNT * period + _SETTLED:
                     break
                 time.sleep(0.1)
         found = list(arrivals(file))[1:]  # the first one came before
@@ -82,7 +75,7 @@ def measured(case: Case, count: int = COUNT) -> Row:
         'lost packets [%]': 100.0 * case.loss,
         'reliability': case.reliability.replace('_', ' '),
         'profiles': case.profiles,
-        'arrived [%]': 100.0 * len(found) / (count - 1),
+        'arrived [%]': 100.0 * len(found) / (COUNT - 1),
         'late, median [ms]': float(np.median(late)) if late else None,
         'late, longest [ms]': max(late, default=None),
     }

@@ -7,14 +7,13 @@ network namespaces.
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-import sys
 import tempfile
 import time
 
 from bench.network.machines import Line, Machines
 from bench.network.network import DEFAULT, ENVIRONMENT, LOSSY, profiles
 from bench.network.network_listener import arrivals
-from bench.network.network_rig import listening, process_at, Site
+from bench.network.network_rig import listening, process_at, Site, talking
 from bench.shared.report import Row
 
 PATIENCE = 8.0  # s; after it, nodes are not expected to find each other
@@ -77,16 +76,7 @@ def measured(setup: Setup) -> Row:
             stack.enter_context(process_at(own, folder / 'server.log', server))
         topic = 'points=sensor_msgs/msg/PointCloud2'
         stack.enter_context(listening(far, folder / 'there', [topic]))
-        command = [
-            sys.executable,
-            '-m',
-            'bench.network.network_talker',
-            '1000',
-            '1000',
-            '0.02',
-            '0',
-        ]
-        stack.enter_context(process_at(robot, folder / 'talker.log', command))
+        stack.enter_context(talking(robot, folder / 'talker.log', 1000, 1000, 0.02, 0.0))
         begin = time.monotonic()
         first = None
         while first is None and time.monotonic() - begin < PATIENCE:

@@ -178,6 +178,14 @@ def listening(site: Site, file: Path, topics: list[str]) -> AbstractContextManag
     return process_at(site, file.with_suffix('.log'), command)
 
 
+def talking(
+    site: Site, log: Path, size: int, count: int, period: float, pause: float
+) -> AbstractContextManager[Any]:
+    """Run a node that publishes clouds; see bench.network.network_talker."""
+    numbers = [f'{number}' for number in (size, count, period, pause)]
+    return process_at(site, log, [sys.executable, '-m', 'bench.network.network_talker', *numbers])
+
+
 def _end(process: subprocess.Popen[bytes]) -> None:
     """End a process as Ctrl-C does, by force if necessary."""
     process.send_signal(signal.SIGINT)
