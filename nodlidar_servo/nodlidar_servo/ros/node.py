@@ -29,6 +29,7 @@ from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
+_DEPTH = 1000  # joint states kept for a reliable subscriber that pauses for some seconds
 STATUS_PERIOD = 0.2  # s
 # s; samples are published together with those of as much time before. Most of a message's cost is
 # that processors and their caches turn to it, here and where it arrives.
@@ -44,7 +45,10 @@ class ServoNode(DeviceNode):
         self.configure()
         self._servo: Servo | None = None
         self._joint_states = self.create_lifecycle_publisher(
-            JointState, 'joint_states', QoSProfile(depth=50), qos_overriding_options=OVERRIDABLE
+            JointState,
+            'joint_states',
+            QoSProfile(depth=_DEPTH),
+            qos_overriding_options=OVERRIDABLE,
         )
         self._status = self.create_lifecycle_publisher(
             NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=OVERRIDABLE
