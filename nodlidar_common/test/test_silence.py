@@ -43,5 +43,32 @@ def test_a_silence_is_over_with_the_next_message_and_does_not_count_as_usual():
     assert silence.seconds(last_ns + round(60.6 * S)) == pytest.approx(0.6)
 
 
+@pytest.mark.parametrize('stall', [9.0, 20.0])
+def test_messages_that_waited_for_a_process_do_not_make_their_interval_seem_short(stall):
+    """Sweeps of 1.5 s, the process stood still: those of meanwhile come at once."""
+    silence, period = Silence(10.0), 1.5
+    arrivals = [k * period for k in range(10)]
+    begin = arrivals[-1]
+    end = begin + stall
+    arrivals += [end] * int(stall / period)
+    for k, arrival in enumerate(arrivals):
+        silence.heard(round(arrival * S), round(k * period * S))
+    for k in range(len(arrivals), len(arrivals) + 10):
+        arrival_ns = round(k * period * S)  # as ever
+        assert silence.seconds(arrival_ns - 1) == 0.0
+        silence.heard(arrival_ns, arrival_ns)
+    assert silence.seconds(arrival_ns + 7 * S) == pytest.approx(7.0)
+
+
+def test_where_simulated_time_is_slow_that_of_the_host_is_usual():
+    """Scans at 10 Hz of a simulation that takes ten times as long: one each second."""
+    silence = Silence()
+    for k in range(10):
+        silence.heard(k * S, round(0.1 * k * S))
+        assert silence.seconds(k * S + round(0.45 * S)) == 0.0
+    assert silence.seconds(9 * S + round(3.9 * S)) == 0.0
+    assert silence.seconds(9 * S + round(4.1 * S)) == pytest.approx(4.1)
+
+
 def test_what_never_came_is_not_silent():
     assert Silence().seconds(3600 * S) == 0.0

@@ -75,7 +75,7 @@ class Diagnosis:
         """Count a scan."""
         now_ns = steady_ns()
         self.counts.update(scans=1, beams=len(scan.ranges))
-        self._scan_silence.heard(now_ns)
+        self._scan_silence.heard(now_ns, scan.stamp_ns)
         if self._range_ns is None or scan.geometry.measured(scan.ranges).any():
             self._range_ns = now_ns
 
@@ -85,7 +85,7 @@ class Diagnosis:
         self._latency = (now_ns - int(cloud.time_ns[-1])) / NS_PER_S
 
     def _sample_arrived(self, time_ns: int, pitch: float) -> None:
-        self._joint_silence.heard(steady_ns())
+        self._joint_silence.heard(steady_ns(), time_ns)
 
     def _silences(self) -> dict[str, float]:
         """Return the silent inputs, with the duration of their silence [s]."""
