@@ -8,13 +8,16 @@ import re
 from typing import Any
 
 from nodlidar_assembler.clouds.geometry import MountConfig
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameter_file import file_values, read_parameters
 from nodlidar_common.parameters import check as check_parameters
-from nodlidar_common.parameters import limits_of
+from nodlidar_common.parameters import check_ranges, limits_of
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
+from nodlidar_driver.config import DriverConfig
+from nodlidar_mapper.config import Config as MapperConfig
 from nodlidar_mapper.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
@@ -22,6 +25,7 @@ from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.world.scene import load_scene
+from nodlidar_viewer.config import ViewerConfig
 import xacro
 
 _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
@@ -29,6 +33,13 @@ _FARTHEST = 1000.0  # [m, rad]
 _FASTEST = 1000.0  # [Hz], of robot_state_publisher, which counts in milliseconds
 # Moves the transforms into the namespace of a node, as nav2 does for several robots.
 OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
+# The servo's file is for one of two nodes: see servo_config.
+_CONFIGURATIONS: dict[str, type[Any]] = {
+    'driver': DriverConfig,
+    'assembler': AssemblerConfig,
+    'mapper': MapperConfig,
+    'viewer': ViewerConfig,
+}
 _FRAME_PREFIX = re.compile(r'([A-Za-z0-9_][A-Za-z0-9_./-]*)?')
 
 
@@ -191,14 +202,24 @@ def check_frame_prefix(text: str) -> None:
 
 
 def check_parameter_file(name: str, path: str) -> None:
-    """Raise ParameterError if a parameter file is missing or malformed.
+    """Raise ParameterError if a parameter file is missing or malformed, or a value out of range.
 
-    ROS itself would start the node with its defaults if the file is missing.
+    ROS itself would start the node with its defaults if the file is missing, and the node would
+    find a value that is out of range only when the others have started.
     """
     try:
         read_parameters(path)
     except YamlError as error:
         raise ParameterError(name, f'a YAML file of parameters ({error})', path) from error
+    node = name.removesuffix('_params')
+    if node not in _CONFIGURATIONS:
+        return
+    try:
+        check_ranges(_CONFIGURATIONS[node], file_values(Path(path), node, _CONFIGURATIONS[node]))
+    except YamlError:
+        raise
+    except ParameterError as error:
+        raise YamlError(path, str(error)) from error
 
 
 def robot_description(path: str, arguments: Mapping[str, str]) -> str:

@@ -7,6 +7,7 @@ from nodlidar_bringup.arguments import (
     calibrated,
     check,
     check_mapping,
+    check_parameter_file,
     joint_limits,
     numbers,
     robot_description,
@@ -125,6 +126,36 @@ def test_a_file_that_holds_no_parameters_is_named(values, tmp_path, content):
         check(values | {'servo_params': str(path)})
     assert str(path) in str(caught.value)
     assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('node', 'text', 'words'),
+    [
+        ('driver', 'skip: -1', "'skip' must be between 0 and"),
+        (
+            'assembler',
+            'deadline: 99.0',
+            "'deadline' must be between 0.001 and 10.0 s, but is 99.0",
+        ),
+        ('assembler', 'deadline: .nan', "'deadline' must be finite"),
+        ('assembler', "cloud_mode: 'tilt'", "'cloud_mode' must be one of"),
+        ('assembler', 'deadline: 1', "'deadline' must be of type float, but is 1"),
+        ('viewer', 'port: -1', "'port' must be"),
+        ('mapper', 'map_period: 0.0', "'map_period' must be"),
+    ],
+)
+@pytest.mark.parametrize('section', ['/**', None, '/left/{}'])
+def test_a_value_out_of_range_is_named_with_its_file_before_any_node_starts(
+    tmp_path, node, text, words, section
+):
+    path = tmp_path / 'wrong.yaml'
+    section = (section or '{}').format(node)
+    path.write_text(
+        f'other: {{ros__parameters: {{skip: x}}}}\n{section}: {{ros__parameters: {{{text}}}}}\n'
+    )
+    with pytest.raises(NodlidarError) as caught:
+        check_parameter_file(f'{node}_params', str(path))
+    assert str(caught.value).startswith(f"'{path}': {words}")
 
 
 @pytest.mark.parametrize('ego_motion', ['', 'deskew'])

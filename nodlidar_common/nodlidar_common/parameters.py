@@ -11,7 +11,7 @@ Traceback (most recent call last):
 nodlidar_common.errors.ParameterError: 'rate' must be at least 1.0 Hz, but is 0.5
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, Field, field, fields
 from difflib import get_close_matches
 import math
@@ -100,15 +100,19 @@ def check(config: Any) -> None:
     ParameterError
         If a field is out of range, or does not pass ``check_together``.
     """
-    for config_field in fields(config):
-        limits = limits_of(config_field)
-        value = getattr(config, config_field.name)
-        if not limits.allow(value):
-            allowed = limits.in_words() if _is_finite(value) else 'finite'
-            raise ParameterError(config_field.name, allowed, value)
+    check_ranges(type(config), {each.name: getattr(config, each.name) for each in fields(config)})
     for each_class in reversed(type(config).__mro__):
         if 'check_together' in vars(each_class):
             vars(each_class)['check_together'](config)
+
+
+def check_ranges(config_class: type[Any], values: Mapping[str, Any]) -> None:
+    """Check the range of some fields of a configuration; raises ParameterError."""
+    for config_field in fields(config_class):
+        limits, name = limits_of(config_field), config_field.name
+        if name in values and not limits.allow(values[name]):
+            allowed = limits.in_words() if _is_finite(values[name]) else 'finite'
+            raise ParameterError(name, allowed, values[name])
 
 
 def _is_finite(value: object) -> bool:
