@@ -20,6 +20,7 @@ JOINT_WENT_BACK = 'joint states went back in time'
 NO_ODOMETRY_BEFORE = 'no odometry before it'
 NO_ODOMETRY_AFTER = 'no odometry after it before the deadline'
 ODOMETRY_WENT_BACK = 'odometry went back in time'
+ONE_INSTANT = 'scans whose beams share one instant: set time_increment'
 
 _Bracketed = tuple[Scan, JointSamples]
 
@@ -220,7 +221,7 @@ class ScanAssembler:
         except OdometryError as error:
             return self._without_odometry(scan, samples, error.reason)
         if scan.geometry.time_increment == 0.0:
-            self._deviations['all beams of one instant: time_increment is 0'] += 1
+            self._deviations[ONE_INSTANT] += 1
         if odometry is not None:
             self._compensated_until_ns = end_ns
         known = odometry or self._odometry_since(scan.stamp_ns)

@@ -10,6 +10,7 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.node import Assembler
+from nodlidar_assembler.scan_assembler import ONE_INSTANT
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns
@@ -156,6 +157,21 @@ def test_a_lidar_that_sees_nothing_is_named(log):
     with bench('deadline:=0.05') as running:
         running.spin_until(lambda: warned(running))
     assert sent > 3
+
+
+def test_scans_that_state_no_times_of_their_beams_are_warned_of(log):
+    timeless = [
+        replace(scan, geometry=replace(scan.geometry, time_increment=0.0))
+        for scan in log.scans[:10]
+    ]
+
+    def warned(running):
+        states = [s for array in running.out[DiagnosticArray] for s in array.status]
+        return any(s.level == DiagnosticStatus.WARN and ONE_INSTANT in s.message for s in states)
+
+    with bench() as running:
+        running.feed(replace(log, scans=timeless))
+        running.spin_until(lambda: warned(running))
 
 
 def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):

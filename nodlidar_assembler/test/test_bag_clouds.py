@@ -15,6 +15,7 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
+from nodlidar_assembler.scan_assembler import ONE_INSTANT
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from plyfile import PlyData
@@ -247,7 +248,7 @@ def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_
         np.testing.assert_allclose(xyz_of(points), xyz_of(others), atol=1e-6)
         np.testing.assert_allclose(points['time'], others['time'], atol=1e-8)
     summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
-    assert summary.assembler.remarks == {'all beams of one instant: time_increment is 0': 40}
+    assert summary.assembler.remarks == {ONE_INSTANT: 40}
 
 
 def test_a_scan_without_its_joint_states_is_dropped_at_the_deadline(simulated, tmp_path):

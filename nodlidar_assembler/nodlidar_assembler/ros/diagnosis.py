@@ -11,6 +11,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
+from nodlidar_assembler.scan_assembler import ONE_INSTANT
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
@@ -134,10 +135,10 @@ class Diagnosis:
         return f'odometry is stamped {ahead:.2f} s in the future: synchronise the clocks'
 
     def _losses(self) -> Counter[str]:
-        """Return the numbers of drops, losses and internal errors so far."""
-        losses = Counter(
-            {f'dropped: {why}': n for why, n in self._assembly.assembler.drops.items()}
-        )
+        """Return the numbers of drops, losses, wrong clouds and internal errors so far."""
+        assembler = self._assembly.assembler
+        losses = Counter({f'dropped: {why}': n for why, n in assembler.drops.items()})
+        losses[ONE_INSTANT] = assembler.remarks.get(ONE_INSTANT, 0)
         for name, one in (('scans', self._scans), ('joint states', self._states)):
             losses[f'lost before they arrived: {name}'] = one.publishers.lost
         losses.update({f'internal error: {k}': n for k, n in self._survival.errors.items()})
