@@ -23,6 +23,7 @@ from spline_controller import SplineController
 from trajectory_msgs.msg import JointTrajectory
 
 TIMEOUT = 20.0
+HOUR_NS = 3600 * 10**9
 MAIN = 'from nodlidar_servo.ros.trajectory_node import main; main()'
 
 
@@ -30,9 +31,10 @@ def test_joint_states_without_a_value_of_the_joint_are_no_measurements():
     def measured(stamp_ns, **values):
         message = JointState(name=['wheel', 'nod_joint'], **values)
         message.header.stamp = time_message(stamp_ns)
-        return sample_of(message, 'nod_joint', before)
+        return sample_of(message, 'nod_joint', before, lambda stamp_ns: stamp_ns > 1)
 
     before = JointSample(10**9, 0.1, 0.0)
+    assert measured(1, position=[1.0, 0.2]) is None
     assert measured(2 * 10**9) is None
     assert measured(2 * 10**9, position=[1.0]) is None
     assert measured(10**9, position=[1.0, 0.2]) is None
@@ -56,6 +58,8 @@ class Robot:
         self.start_ns = 0  # of the nod
         self.controller = SplineController(0.1)
         self.states_stop, self.states_late_ns, self.ends = False, 0, []
+        self.unstamped = False
+        self.ahead = 0  # every so many joint states, one is stamped an hour ahead
         self.spare = 0  # from the latest arrival of a trajectory to its end [ns]
         self._commands = self.node.create_publisher(NodCommand, 'nod_command', 10)
         self._states = self.node.create_publisher(JointState, 'joint_states', 10)
@@ -85,6 +89,10 @@ class Robot:
         self.pitches.append(pitch)
         other = JointState(name=['wheel', 'nod_joint'], position=[1.0, pitch], velocity=[])
         other.header.stamp = time_message(now_ns - self.states_late_ns)
+        if self.unstamped:
+            other.header.stamp = time_message(0)
+        if self.ahead and len(self.pitches) % self.ahead == 0:
+            other.header.stamp = time_message(now_ns + HOUR_NS)
         if not self.states_stop:
             self._states.publish(other)
 
@@ -225,6 +233,32 @@ def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
     with running('autostart:=true', 'reconnect_delay:=0.1'):
         robot.until(lambda: 'clocks' in robot.message, 'not diagnosed')
     assert robot.controller.points == []
+
+
+def test_joint_states_without_a_stamp_are_named_and_nothing_moves(robot):
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.unstamped = True
+    robot.start_controller()
+    with running('autostart:=true', 'reconnect_delay:=0.1'):
+        robot.until(lambda: 'have no stamp' in robot.message, 'not diagnosed')
+        assert 'clocks' not in robot.message
+    assert robot.controller.points == []
+
+
+def test_single_joint_states_of_another_time_are_left_out_and_counted(robot):
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.start_controller()
+    with running('autostart:=true', 'reconnect_delay:=0.1'):
+        robot.until(robot.is_in_phase, 'not in phase')
+        robot.ahead = 20
+        robot.statuses.clear()
+        robot.until(lambda: 'joint states with a wrong stamp' in robot.message, 'not diagnosed')
+        robot.pitches.clear()
+        robot.until(lambda: len(robot.pitches) > 200, 'no joint states')
+        assert all(status.following for status in robot.statuses)
+        assert min(robot.pitches) == pytest.approx(-0.3, abs=0.02)
+        assert max(robot.pitches) == pytest.approx(0.4, abs=0.02)
+    assert robot.controller.refusals == []
 
 
 def test_the_qos_of_its_topics_can_be_overridden(robot):

@@ -1,6 +1,6 @@
 """The lifecycle node of a joint that ros2_control moves: nod commands in, trajectories out."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 import math
 import sys
@@ -21,7 +21,7 @@ from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.messages import status_message, take_command
 from nodlidar_servo.ros.trajectory_message import trajectory_message
-from nodlidar_servo.trajectory.joint_sample import joint_sample, JointSample
+from nodlidar_servo.trajectory.joint_sample import joint_sample, JointSample, JointStamps
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
 from nodlidar_servo.trajectory.waypoints import held, Planner, stop
@@ -33,14 +33,21 @@ MOST_STATES = 500  # kept between two trajectories; half a second of a controlle
 
 
 def sample_of(
-    message: JointState, joint_name: str, before: JointSample | None
+    message: JointState,
+    joint_name: str,
+    before: JointSample | None,
+    believe: Callable[[int], bool],
 ) -> JointSample | None:
-    """Return the measurement of a joint; None if there is none later than the one before."""
-    if joint_name not in message.name:
+    """Return the measurement of a joint; None if there is none later than the one before.
+
+    Its stamp [ns] must be believed.
+    """
+    stamp_ns = time_ns(message.header.stamp)
+    if joint_name not in message.name or not believe(stamp_ns):
         return None
     index = message.name.index(joint_name)
     pitch, velocity = _value(message.position, index), _value(message.velocity, index)
-    return joint_sample(time_ns(message.header.stamp), pitch, velocity, before)
+    return joint_sample(stamp_ns, pitch, velocity, before)
 
 
 def _value(values: Sequence[float], index: int) -> float:
@@ -84,7 +91,7 @@ class TrajectoryNode(DeviceNode):
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
         self._sample: JointSample | None = None
         self._arrived_ns = 0
-        self._late = 0.0  # arrival of the latest sample after its stamp [s]
+        self._stamps = JointStamps(self.config.joint_timeout)
         self._is_moving = False
         self._off_nod = OffNod()
         self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self._commands)
@@ -149,18 +156,14 @@ class TrajectoryNode(DeviceNode):
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
 
     def _check(self) -> None:
-        """Raise DeviceError without a controller or joint states, or if the clocks differ."""
+        """Raise DeviceError without a controller or joint states, or if their stamps are wrong."""
         if not self._trajectory.get_subscription_count():
             raise DeviceError(f"no controller listens on '{self._trajectory.topic_name}'")
         age, timeout = (steady_ns() - self._arrived_ns) / NS_PER_S, self.config.joint_timeout
+        if self._stamps.trouble:
+            raise DeviceError(f"joint states of '{self.config.joint_name}' {self._stamps.trouble}")
         if self._sample is None or age > timeout:
             raise DeviceError(f"no joint states of '{self.config.joint_name}' for {timeout:g} s")
-        if abs(self._late) > timeout:
-            raise DeviceError(
-                f"joint states of '{self.config.joint_name}' are stamped {self._late:.3f} s before"
-                ' they arrive: the clocks of this node and of the controller manager differ;'
-                ' synchronise them, or set use_sim_time alike'
-            )
 
     def _is_recent(self, sample: JointSample) -> bool:
         """Return whether a sample is of the last joint_timeout."""
@@ -171,11 +174,14 @@ class TrajectoryNode(DeviceNode):
         """Return the measurements since the last call; the last one is kept."""
         samples = []
         for message in self._joint_states.take():
-            if (sample := sample_of(message, self.config.joint_name, self._sample)) is not None:
+            sample = sample_of(message, self.config.joint_name, self._sample, self._is_of_now)
+            if sample is not None:
                 samples.append(sample)
                 self._sample, self._arrived_ns = sample, steady_ns()
-                self._late = (self._now_ns() - sample.stamp_ns) / NS_PER_S
         return samples
+
+    def _is_of_now(self, stamp_ns: int) -> bool:
+        return self._stamps.believe(stamp_ns, self._now_ns())
 
     def _progress(self, tracker: NodTracker) -> Progress:
         speed = cruising_speed(tracker.nod, self.config.acceleration)
@@ -191,6 +197,7 @@ class TrajectoryNode(DeviceNode):
         self.diagnosis.state = replace(
             state,
             samples=state.samples + samples,
+            refused=self._stamps.refused,
             pitch=pitch,
             progress=progress,
             follow_by_ns=follow_by_ns,

@@ -12,7 +12,7 @@ from nodlidar_servo.nod.command_report import CommandReport, phase_figures
 from nodlidar_servo.nod.nod_commands import NodCommands
 
 _WINDOW, _SHORTEST = 1.5, 1.0  # s, that rates are taken over, and at least
-_STATES = 'joint states'
+_STATES, _REFUSED = 'joint states', 'joint states with a wrong stamp'
 _LONGEST_WAY = 5.0  # s to the nod, and more if a sweep is longer
 
 
@@ -21,6 +21,7 @@ class NodJointState:
     """What the thread that sends trajectories passes on: replaced as a whole."""
 
     samples: int = 0  # so far
+    refused: int = 0  # for their stamps, so far
     pitch: float = math.nan  # rad
     progress: Progress | None = None
     follow_by_ns: int | None = None  # steady time by when the joint has to be on the nod
@@ -75,12 +76,15 @@ class TrajectoryDiagnosis:
     def next_report(self, now_ns: int) -> Report:
         """Return the state at a time [ns] of the steady clock."""
         state = self.state
-        self._recent.add(now_ns, Counter({_STATES: state.samples}))
+        self._recent.add(now_ns, Counter({_STATES: state.samples, _REFUSED: state.refused}))
         duration = self._recent.duration
         rate = self._recent.counts[_STATES] / duration if duration >= _SHORTEST else 0.0
         figures = {'joint states per second': f'{rate:.1f}', 'pitch [rad]': f'{state.pitch:.4f}'}
         figures |= self._commands.figures(now_ns) | phase_figures(state.progress)
+        figures[_REFUSED] = str(state.refused)
         warnings = self._commands.new_refusals()
+        if refused := self._recent.counts[_REFUSED]:
+            warnings.append(f'{refused} {_REFUSED}')
         if not self._commands.are_current(now_ns):
             warnings.append('no nod command to follow: the joint is stopped')
         return Report(figures, tuple(warnings), self._errors(now_ns))
