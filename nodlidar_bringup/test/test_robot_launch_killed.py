@@ -29,6 +29,7 @@ def wait_until(condition, what):
     [
         ('launch', signal.SIGKILL),
         ('launch', signal.SIGSEGV),
+        ('launch of a servo node that is stopped', signal.SIGKILL),
         ('servo', signal.SIGKILL),
         ('all', signal.SIGKILL),
     ],
@@ -47,7 +48,9 @@ def test_a_kill_ends_all_nodes_with_torque_and_laser_off(tmp_path, victim, end):
         nodes = {each.name(): each for each in processes}
         if victim == 'all':
             os.killpg(running.process.pid, end)
-        elif victim == 'launch':
+        elif 'launch' in victim:
+            if 'stopped' in victim:
+                nodes['servo'].send_signal(signal.SIGSTOP)
             running.process.send_signal(end)
         else:
             nodes[victim].send_signal(end)

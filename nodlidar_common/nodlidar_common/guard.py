@@ -2,7 +2,8 @@
 
 A node that is killed or crashes cannot switch its motor or laser off. A small process waits for
 the end of a pipe that only the node holds open. When the node has ended for any reason, the
-process sends the stop request on the node's port until the device confirms it.
+process sends the stop request on the node's port until the device confirms it. A node that a
+launch has started and that does not end with it, because it is stopped or hangs, is killed.
 """
 
 from contextlib import suppress

@@ -3,6 +3,7 @@
 It runs by its path and imports little, so that it starts fast and stays small.
 """
 
+from contextlib import suppress
 import os
 import re
 import select
@@ -14,6 +15,10 @@ READY = b'ready'
 DISMISSED = b'dismissed'
 ATTEMPTS = 10
 ANSWER_TIMEOUT = 0.15  # s; longer than a rotation of the lidar, which answers once in each
+LAUNCH = 'NODLIDAR_LAUNCH'
+"""Environment variable with the number of the process that the node has to end with."""
+
+LONGEST_END = 3.0  # s that a node has to end after its launch has ended
 _LONGEST_ANSWER = 4096
 
 
@@ -53,13 +58,28 @@ def _is_confirmed(port: int, confirmation: bytes) -> bool:
     return False
 
 
+def _kill_without_launch(node: int) -> None:
+    """Return when the node has ended; kill it if it does not end although its launch has.
+
+    The kernel sends it SIGTERM then. A node that is stopped, or hangs, does not react.
+    """
+    with suppress(OSError):  # on a kernel before 5.3
+        launch = os.pidfd_open(int(os.environ[LAUNCH]))
+        ended = select.select([sys.stdin, launch], [], [])[0]
+        if sys.stdin not in ended and not select.select([sys.stdin], [], [], LONGEST_END)[0]:
+            os.kill(node, signal.SIGKILL)
+
+
 def main(port: str, device: str, request: str, confirmation: str) -> None:
     """Wait for the end of standard input, then switch the device off unless dismissed."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
+    node = os.getppid()
     sys.stdout.buffer.write(READY)
     sys.stdout.close()
     os.close(1)
+    if LAUNCH in os.environ:
+        _kill_without_launch(node)
     if sys.stdin.buffer.read() == DISMISSED:
         return
     try:

@@ -9,7 +9,7 @@ import sys
 import time
 import tty
 
-from nodlidar_common.guard_process import ATTEMPTS, switch_off
+from nodlidar_common.guard_process import ATTEMPTS, LAUNCH, switch_off
 import pytest
 
 LONGEST = 20.0  # s; only a failing test waits so long
@@ -49,6 +49,15 @@ def device():
 
 
 @pytest.fixture
+def launch(monkeypatch):
+    """Start a process that the node has to end with."""
+    with subprocess.Popen(['sleep', '600']) as process:
+        monkeypatch.setenv(LAUNCH, str(process.pid))
+        yield process
+        process.kill()
+
+
+@pytest.fixture
 def node(device):
     """Start a process that has a guard; it does what it reads, a line of Python at a time."""
     with subprocess.Popen(
@@ -77,6 +86,24 @@ def test_a_killed_node_s_device_is_stopped_until_it_confirms(device, node, end):
     os.write(device.master, b'noise OK')
     assert 'the node of the motor was killed: the motor is off now' in node.stderr.read()
     assert node.wait(LONGEST) == -end
+
+
+def test_a_node_that_is_stopped_is_killed_when_its_launch_has_ended(device, launch, node):
+    node.send_signal(signal.SIGSTOP)
+    launch.kill()
+    device.wait_for(b'OFF')
+    os.write(device.master, b'OK')
+    assert 'the motor is off now' in node.stderr.read()
+    assert node.wait(LONGEST) == -signal.SIGKILL
+
+
+def test_a_node_that_ends_with_its_launch_is_not_killed(device, launch, node):
+    launch.kill()
+    order(node, 'guard.dismiss()')
+    order(node, 'sys.exit(7)')
+    assert node.wait(LONGEST) == 7
+    assert node.stderr.read() == ''
+    assert not select.select([device.master], [], [], 0)[0]
 
 
 def test_what_kills_the_whole_process_group_spares_the_guard(device, node):

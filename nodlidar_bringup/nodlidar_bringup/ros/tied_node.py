@@ -11,11 +11,16 @@ from launch import LaunchContext
 from launch_ros.actions import Node
 from launch_ros.substitutions import ExecutableInPackage
 from nodlidar_common.errors import NodlidarError
+from nodlidar_common.guard_process import LAUNCH
 
 # Asks the kernel to send SIGTERM when the parent ends, then starts the node, unless the launch has
 # already ended and the parent is another process. SIGINT is ignored until the node handles it: a
-# node that is interrupted earlier would print a traceback. launch sends SIGTERM after 5 s.
-_PREFIX = 'setpriv --pdeathsig TERM sh -c \'trap "" INT; test $PPID -eq {} && exec "$0" "$@"\''
+# node that is interrupted earlier would print a traceback. launch sends SIGTERM after 5 s. The
+# guard of its device kills a node that does not react (nodlidar_common.guard).
+_PREFIX = (
+    'setpriv --pdeathsig TERM sh -c '
+    f'\'trap "" INT; export {LAUNCH}=$PPID; test $PPID -eq {{}} && exec "$0" "$@"\''
+)
 
 
 def tied_node(context: LaunchContext, package: str, executable: str, **options: Any) -> Node:
