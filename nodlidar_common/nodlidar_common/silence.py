@@ -28,6 +28,11 @@ class Silence:
         self._last_ns: tuple[int, int] | None = None  # arrival and stamp
         self._intervals_ns: deque[int] = deque(maxlen=_REMEMBERED)
 
+    @property
+    def ever_heard(self) -> bool:
+        """Whether a message has come."""
+        return self._last_ns is not None
+
     def heard(self, now_ns: int, stamp_ns: int = 0) -> None:
         """Note a message and, where it may have waited, its stamp [ns]."""
         now = now_ns, stamp_ns

@@ -103,7 +103,7 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
         With the path of a file that cannot be written.
     """
     if progress is None:
-        raise EmptyMapError('there is no map yet')
+        raise EmptyMapError('nothing to save: no cloud was matched since the start or load_map')
     folder = folder.expanduser()
     surface, _ = write_map(
         folder, progress.keyframes, progress.edges, progress.stamps_ns, progress.path, config

@@ -159,7 +159,7 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
     robot, _, until = running
     refused = call(robot, until, 'save_map', tmp_path / 'none')
     assert not refused.success
-    assert 'no map yet' in refused.message
+    assert 'no cloud was matched' in refused.message
     poses = [planar(0.3 * k, 0.05 * k, 0.1 * k) for k in range(6)]
     odometry = [poses[0], *(DRIFT @ pose for pose in poses[1:])]
     drive(running, 0, poses, odometry)
@@ -185,6 +185,8 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
     # The robot was carried while the mapper had another map: it is found by its clouds.
     loaded = call(robot, until, 'load_map', tmp_path / 'map')
     assert loaded.success, loaded.message
+    refused = call(robot, until, 'save_map', tmp_path / 'none')
+    assert refused.message.endswith('no cloud was matched since the start or load_map')
     carried, counted = planar(-1.5, -1.0, -2.5), planar(3.0, 3.0, 1.0)
     assert not drive(running, 10, [carried] * 12, [counted] * 12)[-1].lost
     np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), carried, atol=0.03)
@@ -304,7 +306,7 @@ def test_a_folder_of_nobody_is_answered_and_logged(running, capfd):
     assert not answer.success
     assert 'home directory' in answer.message
     assert 'RuntimeError' in capfd.readouterr().err
-    assert 'no map yet' in call(robot, until, 'save_map', 'anywhere').message
+    assert 'no cloud was matched' in call(robot, until, 'save_map', 'anywhere').message
 
 
 def test_clouds_without_odometry_are_counted_as_such_however_fast_they_come(running):
@@ -448,6 +450,18 @@ def test_height_and_tilt_are_those_of_odometry_if_planar(running, height, tilt):
 
 
 TWO = ['-p', "cloud_topics:=['points', 'other/points']"]
+
+
+@pytest.mark.parametrize('running', [TWO], indirect=True)
+def test_a_topic_without_any_cloud_is_named_when_there_are_others(running):
+    robot, _, until = running
+    until(robot.words)
+    robot.send_two(True, False)
+    until(lambda: any('no cloud on /other/points yet' in words for words in robot.words()))
+    assert not any('no cloud on /points yet' in words for words in robot.words())
+    robot.heard['/diagnostics'].clear()
+    robot.send_two(False, True)
+    until(lambda: robot.words() and 'yet' not in robot.words()[-1].replace('matched yet', ''))
 
 
 @pytest.mark.parametrize('running', [TWO], indirect=True)

@@ -42,13 +42,20 @@ class Diagnosis:
 
     def _state(self) -> object:
         self._note_drops()
-        return list(self._silent()), self._lost(), bool(self._recent.counts), self._shared()
+        silent = list(self._silent()), self._unheard()
+        return silent, self._lost(), bool(self._recent.counts), self._shared()
 
     def _silent(self) -> dict[str, float]:
         """Return since when there is no cloud [s], for each topic that is silent."""
         now_ns, silences = steady_ns(), self._node.clouds.silences
         seconds = {topic: silence.seconds(now_ns) for topic, silence in silences.items()}
         return {topic: silent for topic, silent in seconds.items() if silent}
+
+    def _unheard(self) -> list[str]:
+        """Return the topics without a cloud so far, if there are clouds of another one."""
+        silences = self._node.clouds.silences
+        unheard = [topic for topic, silence in silences.items() if not silence.ever_heard]
+        return unheard if len(unheard) < len(silences) else []
 
     def _lost(self) -> bool:
         progress = self._node.output.progress
@@ -102,6 +109,8 @@ class Diagnosis:
             status.summary(DiagnosticStatus.ERROR, text)
         for topic, silent in self._silent().items():
             status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud on {topic} for {silent:.1f} s')
+        for topic in self._unheard():
+            status.mergeSummary(DiagnosticStatus.WARN, f'no cloud on {topic} yet')
         for text in self._shared():
             status.mergeSummary(DiagnosticStatus.WARN, text)
         for what, count in self._recent.counts.most_common(1):
