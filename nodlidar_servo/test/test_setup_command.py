@@ -26,11 +26,12 @@ from nodlidar_servo.setup.errors import (
     SharedIdError,
     WrongModelError,
 )
-from nodlidar_servo.setup.registers import rate_code, rate_of
-from nodlidar_servo.setup.search import answers, rare_rates, RATES_1
+from nodlidar_servo.setup.registers import rate_code, rate_of, registers_of
+from nodlidar_servo.setup.search import answers, Found, is_shared, rare_rates, RATES_1
 from nodlidar_sim.devices import rx_table as rx
 from nodlidar_sim.devices import x_table as x
 from nodlidar_sim.devices.device import SilentDevice
+from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.shared_bus import SharedBus
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
@@ -236,6 +237,22 @@ def test_two_servos_of_one_id_are_named(kind, table, delay):
     servos = make(kind, pitch=0.3), make(kind, pitch=-0.2, return_delay=delay)
     with pytest.raises(SharedIdError, match='two servos have this ID'):
         Line(SharedBus(servos)).set_up()
+
+
+@pytest.mark.parametrize(
+    ('kind', 'packets'), [(RxServoEmulator, PROTOCOL_1), (XServoEmulator, PROTOCOL_2)]
+)
+@pytest.mark.parametrize('late_ms', [60, 110, 160])
+def test_replies_that_come_late_on_a_busy_host_are_not_those_of_a_second_servo(
+    kind, packets, late_ms
+):
+    """Each of the first one, two or three requests gets no reply in time."""
+    servo = make(kind)
+    where, device = registers_of(packets).table, FaultyDevice(servo)
+    device.stalled_until_ns = CLOCK() + late_ms * 1_000_000
+    with Line(device)(servo.bit_rate) as port:
+        found = Found(packets, round(servo.bit_rate), 1)
+        assert not is_shared(port, found, where.present, where.present_size)
 
 
 @pytest.mark.parametrize(('kind', 'table'), KINDS)
