@@ -3,6 +3,7 @@
 Devices and recordings are emulated; what takes long is only checked: launch, make, bench.
 """
 
+from contextlib import contextmanager
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 import os
@@ -21,6 +22,8 @@ from nodlidar_bringup.doctor import main as doctor
 from nodlidar_bringup.install_udev_rules import main as install_udev_rules
 from nodlidar_common.nod import Nod
 from nodlidar_demo.ros.demonstration import parse
+from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.probe import main as probe
 from nodlidar_mapper.map_bag import main as map_bag
 from nodlidar_planner.plan_scan.command import main as plan_scan
@@ -29,6 +32,7 @@ from nodlidar_sim.bag import write_bag
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.servo_motion import ServoMotion
@@ -203,11 +207,20 @@ def test_driver(command):
 
 
 @starting('ros2', 'run', 'nodlidar_driver', 'probe')
-def test_probe(command, capsys):
-    lidar = UrgEmulator(lambda times_ns, azimuth: 2.5 + azimuth, start_ns=time.time_ns())
-    with PseudoTerminals({'lidar': lidar}) as ports:
-        there = ['--port', ports['lidar'], '--seconds', '0.1']
-        assert probe([*options(command), *there]) == 0
+def test_probe(command, monkeypatch, capsys):
+    """In virtual time: a busy host is too slow to date scans, and probe says so."""
+    clock = VirtualClock(time.time_ns())
+    emulator = UrgEmulator(lambda times_ns, azimuth: 2.5 + azimuth, start_ns=clock())
+
+    @contextmanager
+    def connected(options, account):
+        port = VirtualPort(emulator, clock, 1.0)
+        lidar = Lidar(port, DriverConfig().window, clock, DriverConfig().timeout, account)
+        lidar.connect()
+        yield lidar
+
+    monkeypatch.setattr('nodlidar_driver.probe._connected', connected)
+    assert probe(options(command)) == 0
     assert 'URG-04LX-UG01' in capsys.readouterr().out
 
 
