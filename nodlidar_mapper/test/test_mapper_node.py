@@ -28,6 +28,7 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2
 from tf2_ros import Buffer, TransformBroadcaster, TransformListener
 
+LONGEST = 60.0  # s; only a failing test waits so long
 START_NS = 1_700_000_000 * 10**9
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DRIFT = planar(0.05, -0.04, 0.02)  # of odometry, between the first cloud and the others
@@ -104,10 +105,10 @@ def running(request):
     for node in (robot, mapper):
         executor.add_node(node)
 
-    def until(condition, timeout=20.0):
-        end = robot.get_clock().now().nanoseconds + timeout * 1e9
+    def until(condition):
+        end = time.monotonic() + LONGEST
         while not condition():
-            assert robot.get_clock().now().nanoseconds < end, mapper.clouds.drops
+            assert time.monotonic() < end, mapper.clouds.drops
             executor.spin_once(timeout_sec=0.05)
 
     until(lambda: mapper.count_publishers('points') and robot.count_publishers('map'))
@@ -347,8 +348,9 @@ def test_there_is_no_odometry_before_time_begins(running):
     assert running[1].clouds.odometry_of('base_link', 500_000_000) is None
 
 
-def test_a_map_that_stays_as_it_is_is_not_drawn_again(running):
+def test_a_map_that_stays_as_it_is_is_not_drawn_again(running, monkeypatch):
     robot, mapper, until = running
+    monkeypatch.setattr(map_output, 'SHARE', 1.0)  # however long drawing takes on a busy host
     mapper.output._config = replace(mapper.output._config, map_period=0.5)
     drive(running, 0, [np.eye(4)] * FIRST, [np.eye(4)] * FIRST)  # these are mapped again
 
