@@ -107,7 +107,7 @@ def test_before_the_mount_is_known_there_is_no_odometry_and_no_sample(node):
     bench = Bench(node)
     bench.hear(0)
     assert bench.samples == 0
-    assert 'pivot' in bench.tf.missing_input
+    assert bench.tf.missing_input.startswith("no transform from 'odom' to 'pivot'; `ros2 run")
     bench.mount()
     assert (bench.samples, bench.tf.missing_input) == (1, '')
     bench.tf.unregister()
@@ -359,6 +359,25 @@ def test_a_transform_whose_quaternion_is_not_of_length_1_is_dropped(bench, w):
     wrong.transform.rotation.w = w
     bench.hear_all(wrong)
     assert (bench.drops, bench.samples) == ([TfOdometry.MALFORMED], 0)
+
+
+def test_what_is_missing_between_the_frames_is_named(bench):
+    bench.hear(0, parent='base', child='arm')
+    assert bench.tf.missing_input.startswith("no transform from 'odom' to 'base'; `ros2 run")
+    bench.hear(10, parent='map', child='odom')
+    assert bench.tf.missing_input.startswith("no transform from 'map' to 'base'; `ros2 run")
+    bench.hear(20)
+    bench.hear(30)
+    bench.hear(40, parent='map', child='odom')
+    assert (bench.samples > 0, bench.tf.missing_input) == (True, '')
+
+
+def test_a_loop_of_fixed_frames_is_no_way(node):
+    bench = Bench(node)
+    loop = transform(0, 0.0, 'base', 'pivot'), transform(0, 0.0, 'pivot', 'base')
+    bench.tf.static_callback(TFMessage(transforms=list(loop)))
+    assert bench.tf.missing_input.startswith("no transform from 'odom' to 'pivot'; `ros2 run")
+    bench.tf.unregister()
 
 
 def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):

@@ -220,6 +220,17 @@ class TfOdometry(TransformListener):
             name = self._parents.get(name)
         return found
 
+    def _gap(self) -> str:
+        """Return which transform is missing between the two frames; empty if none is."""
+        frames = self._odom_frame, self._frame
+        if not self._above(self._odom_frame).isdisjoint(self._above(self._frame)):
+            return ''
+        begin, end = (
+            min(self._above(each) - self._parents.keys(), default=each) for each in frames
+        )
+        doctor = '`ros2 run nodlidar_bringup doctor` examines the frames'
+        return f"no transform from '{begin}' to '{end}'; {doctor}"
+
     def _sample(self) -> None:
         """Pass on the latest pose if it is later than the last one."""
         try:
@@ -231,7 +242,7 @@ class TfOdometry(TransformListener):
             at = Time(nanoseconds=latest.nanoseconds, clock_type=ClockType.ROS_TIME)
             pose = self.buffer.lookup_transform(self._odom_frame, self._frame, at).transform
         except TransformException as error:
-            self.missing_input = str(error)
+            self.missing_input = self._gap() or str(error).strip()
             return
         p, q = pose.translation, pose.rotation
         self.newest_ns, self.missing_input = latest.nanoseconds, ''
