@@ -214,8 +214,12 @@ def check_parameter_file(name: str, path: str) -> None:
     node = name.removesuffix('_params')
     if node not in _CONFIGURATIONS:
         return
+    config_class = _CONFIGURATIONS[node]
     try:
-        check_ranges(_CONFIGURATIONS[node], file_values(Path(path), node, _CONFIGURATIONS[node]))
+        values = file_values(Path(path), node, config_class)
+        check_ranges(config_class, values)
+        if node != 'assembler':  # it gets parameters from elsewhere, too
+            check_parameters(config_class(**values))
     except YamlError:
         raise
     except ParameterError as error:
