@@ -281,3 +281,14 @@ def test_uneven_answers_of_time_mode_still_align_the_clocks():
         replies.append(TimeReply(world.stamp(), now_ns - 2_000_000, now_ns))
     errors = world.errors(DeviceClock(100.0, 70.9, replies), 300)
     assert np.abs(errors[100:]).max() < 0.5
+
+
+@pytest.mark.parametrize('period', [80.0, 120.0, 125.0, 133.3, 140.0])
+@pytest.mark.parametrize('seed', range(5))
+def test_of_a_motor_at_another_speed_than_the_lidar_states_no_scans_are_dated(period, seed):
+    """Every third to seventh of such stamps is whole nominal revolutions after the first."""
+    world = World(seed, period=period)
+    clock, times = world.clock(), []
+    with pytest.raises(ClockError, match='its motor turns at another speed'):
+        times.extend(world.scan(clock)[1] for _ in range(20))
+    assert len([time for time in times if time is not None]) <= 1

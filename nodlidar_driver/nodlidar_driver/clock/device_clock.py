@@ -174,7 +174,10 @@ class DeviceClock:
     def _refuse(self) -> None:
         self._refused += 1
         if self._refused >= _MOST_REFUSED:
-            raise ClockError("the scans' time stamps do not fit the lidar's clock")
+            raise ClockError(
+                "the scans' time stamps do not fit the lidar's clock, or its motor turns at "
+                'another speed than it states: switch the lidar off and on'
+            )
 
     def _add_arrival(self, zeros_ms: NDArray[np.float64], arrived_ms: float) -> None:
         if self._arrivals.is_early(float(zeros_ms[-1]), arrived_ms):

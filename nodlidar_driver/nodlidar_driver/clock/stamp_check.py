@@ -1,6 +1,7 @@
 """Decides which of the lidar's time stamps to believe: those that continue even revolutions."""
 
 from collections import deque
+from itertools import pairwise
 
 IRREGULAR_MS = 1.5  # if a revolution deviates by more, the motor changed its speed
 SPEED_RANGE = 0.12  # share by which the motor's speed can be changed (command CR)
@@ -34,6 +35,7 @@ class StampCheck:
         self._believed: int | None = None
         self._hint = [] if hint_ms is None else [hint_ms]
         self._doubted: deque[int] = deque(maxlen=3)
+        self._latest: deque[int] = deque(maxlen=3)
 
     def believe(self, stamp_ms: int, period_ms: float) -> list[int]:
         """Check the next scan's stamp (without wraps).
@@ -51,7 +53,11 @@ class StampCheck:
             Stamps that are now believed, ascending, this one last; empty if it is in doubt.
         """
         last = self._believed
-        if last is not None and _continues(last, stamp_ms, period_ms):
+        self._latest.append(stamp_ms)
+        if self._turns_at_another_speed():
+            self._doubted.append(stamp_ms)
+            believed = []
+        elif last is not None and _continues(last, stamp_ms, period_ms):
             believed = [stamp_ms]
         else:
             self._doubted.append(stamp_ms)
@@ -63,6 +69,16 @@ class StampCheck:
             self._doubted.clear()
             self._hint.clear()
         return believed
+
+    def _turns_at_another_speed(self) -> bool:
+        """Return whether the last stamps are even, but at a speed that the motor cannot have.
+
+        Any of them may be a whole number of nominal revolutions after a believed one.
+        """
+        steps = [later - earlier for earlier, later in pairwise(self._latest)]
+        if len(steps) < 2 or max(steps) - min(steps) > IRREGULAR_MS:
+            return False
+        return not self._motor_explains(self._latest[0], self._latest[1])
 
     def _agreeing(self, period_ms: float) -> list[int]:
         """Return the newest stamp and one that it continues, or the last three if even."""
