@@ -159,7 +159,7 @@ def box_beams(count, seed):
 
 
 def planes_seen(ways, ranges, gate=EVEN):
-    ends = Ends(ways * ranges, ways, {}, np.ones(len(ranges), dtype=np.bool_))
+    ends = Ends(ways * ranges, ways, {})
     return find_planes(ranges, ends, gate)
 
 

@@ -168,14 +168,11 @@ class Ends:
         Unit vectors along the beams.
     moves
         Derivatives by the calibration's values, by their names.
-    upward
-        Whether the nod moves up, shape (n,).
     """
 
     xyz: Array
     ways: Array
     moves: dict[str, Array]
-    upward: NDArray[np.bool_]
 
 
 def ends_of(beams: Beam, values: Values, with_moves: bool = True) -> Ends:
@@ -195,7 +192,7 @@ def ends_of(beams: Beam, values: Values, with_moves: bool = True) -> Ends:
     xyz = _nodded(local, cos, sin)
     ways = _nodded(direction, cos, sin)
     if not with_moves:
-        return Ends(xyz, ways, {}, speed > 0.0)
+        return Ends(xyz, ways, {})
     up = upward(xyz)
     of_roll = np.cross(rotation[:, 0], direction.T).T * beams.ranges
     of_yaw = np.stack([-direction[1], direction[0], np.zeros(len(beams))]) * beams.ranges
@@ -209,7 +206,7 @@ def ends_of(beams: Beam, values: Values, with_moves: bool = True) -> Ends:
         'y': np.stack([nothing, one, nothing]),
         'z': _nodded(np.stack([nothing, nothing, one]), cos, sin),
     }
-    return Ends(xyz, ways, moves, speed > 0.0)
+    return Ends(xyz, ways, moves)
 
 
 def upward(xyz: Array) -> Array:

@@ -118,7 +118,7 @@ class PlaneSystem:
         errors = None
         if with_errors:
             scores = rows.slopes.multiply((rows.weight * rows.off)[:, None]).tocsr()
-            spreads = spreads_of(scores, self._beams, ends, before.values)
+            spreads = spreads_of(scores, self._beams, ends)
             level_scores = level_slopes * (level_weight * level_off)[:, None]
             rest = level_scores.T @ level_scores + prior
             spreads = [each + rest for each in spreads]
