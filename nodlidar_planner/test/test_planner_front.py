@@ -3,7 +3,7 @@
 from itertools import pairwise
 import math
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.front import Front, RUNS
@@ -50,8 +50,16 @@ def holes_after_every_sample(task, samples, start):
     )
 
 
+ALIKE_BUT_FOR_ROUNDING = (
+    Task(pitch_min=0.0, pitch_max=1.0, full_circle=True, steps_per_revolution=10),
+    np.array([1, 4, 7]),
+    0.36685556322186513,
+)
+
+
 @settings(max_examples=60)
 @given(bands(), st.floats(0.0, 1.0))
+@example(ALIKE_BUT_FOR_ROUNDING, 0.25)
 def test_a_time_gives_the_smallest_hole_and_when_it_first_is_there(band, part):
     task, samples, _ = band
     holes = holes_after_every_sample(*band)

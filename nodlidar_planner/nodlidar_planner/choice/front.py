@@ -35,8 +35,9 @@ RUNS = range(15)
 FEW = 8
 # A corner is shown among others at so many times before and after it, spaced by this factor.
 OTHERS, FACTOR = 4, math.sqrt(2.0)
-# Holes that differ by less count as equal [rad]: more than the rounding of the search.
-_ROUNDING = 1e-11
+# Holes that differ by less count as equal [rad]: phases are rounded to 1e-8 of a sample, which may
+# be 3 rad high.
+_ROUNDING = 4e-8
 
 
 @dataclass(frozen=True, slots=True)
