@@ -11,7 +11,8 @@ from dataclasses import dataclass, field, replace
 from nodlidar_assembler.calibration.beam_model import Beam, Ends, ends_of, upward, Values
 from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.noise import noise_variance
-from nodlidar_assembler.calibration.plane_search import Labels, Plane
+from nodlidar_assembler.calibration.plane_search import Labels, PATCH, patches, Plane
+from nodlidar_assembler.calibration.relief import Relief
 from nodlidar_assembler.calibration.sandwich import inverse_of, spreads_of, standard_errors
 import numpy as np
 from numpy.typing import NDArray
@@ -66,12 +67,13 @@ class Solution:
 
 @dataclass(frozen=True, slots=True)
 class _Rows:
-    """Residuals [m], their derivatives (n, unknowns), weights, and slopes of the influence."""
+    """Residuals [m], derivatives (n, unknowns), weights, slopes of the influence, and relief."""
 
     off: Array
     slopes: csr_array
     weight: Array
     influence: Array
+    relief: Relief
 
 
 class PlaneSystem:
@@ -108,16 +110,16 @@ class PlaneSystem:
         rows = self._rows(ends, before, bases, hats)
         level_off, level_slopes, level_weight = self._level_rows(before, bases)
         prior_off, prior = self._prior(before, hats)
-        weighted = rows.slopes.multiply(rows.weight[:, None]).tocsr()
-        normal = (weighted.T @ rows.slopes).toarray() + prior
+        normal = rows.relief.normal(rows.slopes, rows.weight) + prior
         normal += level_slopes.T @ (level_slopes * level_weight[:, None])
-        right = weighted.T @ rows.off + prior @ prior_off
+        pull = rows.weight * rows.relief.without(rows.off, rows.weight)
+        right = rows.slopes.T @ pull + prior @ prior_off
         right += level_slopes.T @ (level_weight * level_off)
         inverse = inverse_of(normal)
         change = -inverse @ right
         errors = None
         if with_errors:
-            scores = rows.slopes.multiply((rows.weight * rows.off)[:, None]).tocsr()
+            scores = rows.slopes.multiply(pull[:, None]).tocsr()
             spreads = spreads_of(scores, self._beams, ends)
             level_scores = level_slopes * (level_weight * level_off)[:, None]
             rest = level_scores.T @ level_scores + prior
@@ -150,6 +152,8 @@ class PlaneSystem:
         far = np.clip(off / np.sqrt(variance) / REDESCENDING, -1.0, 1.0) ** 2
         weight = (1.0 - far) ** 2 / variance
         influence = (1.0 - far) * (1.0 - 5.0 * far) / variance
+        # By where the beams cross their planes: else the noise would choose the patches.
+        relief = Relief.of(off, weight, self._patches(place - ends.ways * (off / cosine)))
         tangents = np.array(bases)[self._labels]
         on_plane = ends_of(true, at.values)
         slopes = [
@@ -161,7 +165,14 @@ class PlaneSystem:
             -np.ones(len(off)),
             -cosine,
         ]
-        return _Rows(off, self._sparse(slopes, len(at.planes)), weight, influence)
+        weight, influence = weight * relief.counts, influence * relief.counts
+        return _Rows(off, self._sparse(slopes, len(at.planes)), weight, influence, relief)
+
+    def _patches(self, xyz: Array) -> Labels:
+        """Return the patch of its plane in which each beam ends [m], (3, n); shape (n,)."""
+        cube = np.unique(patches(xyz, PATCH), return_inverse=True)[1]
+        own = cube * (int(self._labels.max()) + 1) + self._labels
+        return np.asarray(np.unique(own, return_inverse=True)[1])
 
     def _sparse(self, slopes: list[Array], planes: int) -> csr_array:
         """Return the derivatives as a matrix: of values, slant, tilt, and each row's plane."""
@@ -263,6 +274,8 @@ def _curvature(normal: Array, rows: _Rows) -> Array:
 
     Where most beams are outliers, there may be no minimum; then it is the normal matrix.
     """
-    more = rows.slopes.multiply((rows.influence - rows.weight)[:, None]).tocsr()
-    curvature = normal + np.asarray((more.T @ rows.slopes).toarray())
+    by_influence, by_weight = (
+        rows.relief.normal(rows.slopes, each) for each in (rows.influence, rows.weight)
+    )
+    curvature = normal + by_influence - by_weight
     return curvature if np.linalg.eigvalsh(curvature)[0] > 0.0 else normal
