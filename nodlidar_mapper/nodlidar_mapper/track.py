@@ -18,6 +18,7 @@ TIMES = 4  # that are remembered; the clouds of several sensors may come in quic
 SPEED_OVER = 0.1  # time over which the speed is measured, at least [s]
 UNSTEADY = 0.5  # share of the slip along the way that is not always alike; in turns, none is
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
+CERTAIN = np.diag([1e-10] * 6)  # covariance of what is not estimated [m^2], [rad^2]
 JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m^2], [rad^2]
 
 
@@ -39,6 +40,8 @@ class Track:
     def __init__(self, config: MapperConfig) -> None:
         self._config = config
         self._odometer = Odometer(config.odometry_slip)
+        self._fixed = np.ones((6, 6), dtype=np.bool_)  # not estimated, and so not uncertain
+        self._fixed[np.ix_(config.free, config.free)] = False
         self._stamp_ns = 0
         self._odometry = np.eye(4)
         self._seconds: deque[float] = deque(maxlen=TIMES)  # between clouds
@@ -65,6 +68,7 @@ class Track:
         added = self._count(stamp_ns, odometry)
         guess = self._guess = np.asarray(self.pose @ self._last_motion)
         self.covariance = carried(self.covariance, guess[:3, 3] - self.pose[:3, 3]) + added
+        self.covariance[self._fixed] = CERTAIN[self._fixed]
         return guess
 
     def seen(self, points: Array, age: Array, lidar: Array) -> Seen:

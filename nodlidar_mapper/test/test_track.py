@@ -1,7 +1,7 @@
 """The pose by odometry, and how certain it is."""
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.poses import planar
+from nodlidar_mapper.poses import carried, planar
 from nodlidar_mapper.track import Track
 import numpy as np
 import pytest
@@ -75,6 +75,18 @@ def test_an_error_of_the_heading_becomes_one_of_the_place():
     np.testing.assert_allclose(more[:2, :2], [[(10.0 * YAW) ** 2, 0.0], [0.0, 0.0]], atol=1e-9)
     # Places that are too far along x are those of headings turned too far to the right.
     np.testing.assert_allclose(more[0, 5], -10.0 * YAW**2)
+
+
+@pytest.mark.parametrize(('freedom', 'tilts'), [('planar', False), ('spatial', True)])
+def test_a_tilt_that_is_not_estimated_does_not_move_a_lidar_above_the_robot(freedom, tilts):
+    track = Track(MapperConfig(freedom=freedom))
+    for k in range(100):
+        pose = planar(0.3 * k, 0.0, 0.0)
+        track.predicted(k * NS, pose)
+        track.learn(pose, np.diag([1e4, 1e4, 0.0, 0.0, 0.0, 1e4]))
+        track.move_to(pose, k * NS, pose)
+    above = carried(track.covariance, np.array([0.0, 0.0, 1.0]))
+    assert (above[0, 0] > 1.01 * track.covariance[0, 0]) == tilts
 
 
 def test_odometry_that_was_right_all_the_way_is_believed_more():
