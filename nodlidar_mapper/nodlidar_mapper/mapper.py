@@ -243,7 +243,8 @@ class Mapper:
         """Return why a match is not believed; empty if it is."""
         if found.share < self._config.least_share:
             return f'{found.share:.0%} of the points near the map lie on it'
-        clear = clear_share(seen.points, found.pose, [self.keyframes[i] for i in self._near])
+        near = [self.keyframes[i] for i in self._near]
+        clear = clear_share(seen.points, found.pose, near, found.on)
         if clear < self._config.least_clear:
             return f'{1.0 - clear:.0%} of the points are in space that was seen to be free'
         return self._recovery.doubt(found, clear)

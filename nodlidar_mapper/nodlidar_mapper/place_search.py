@@ -89,7 +89,7 @@ def best_place(
     alike = [each for each in places if fit_of(each) >= ALIKE * highest]
     best = min(alike, key=lambda each: between(each.pose, area.pose)[0])
     others = [fit_of(each) for each in places if _differ(each.pose, best.pose)]
-    clear = clear_share(seen.points, best.pose, keyframes)
+    clear = clear_share(seen.points, best.pose, keyframes, best.on)
     return Place(best, fit_of(best), clear, max(others, default=0.0))
 
 
@@ -98,10 +98,16 @@ def fit_of(found: Match) -> float:
     return found.share * found.mapped
 
 
-def clear_share(points: Array, pose: Array, keyframes: Sequence[Keyframe]) -> float:
+def clear_share(
+    points: Array,
+    pose: Array,
+    keyframes: Sequence[Keyframe],
+    on: NDArray[np.bool_] | None = None,
+) -> float:
     """Return the share of points that the nearest keyframes do not see through.
 
-    At a wrong place, walls stand where others have seen that there is nothing.
+    At a wrong place, walls stand where others have seen that there is nothing. A beam that ends
+    far beyond a point on a mapped surface, as far along a floor, went over it.
 
     Parameters
     ----------
@@ -111,6 +117,8 @@ def clear_share(points: Array, pose: Array, keyframes: Sequence[Keyframe]) -> fl
         Of its frame in the map.
     keyframes
         Of the map.
+    on
+        Which of the points lie on a surface of the map, shape (n,).
     """
     places = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
     near = np.argsort(np.linalg.norm(places - pose[:3, 3], axis=1))[:NEAREST]
@@ -125,7 +133,10 @@ def clear_share(points: Array, pose: Array, keyframes: Sequence[Keyframe]) -> fl
     judged = np.isfinite(beyond) & (beyond > -THROUGH)
     if np.count_nonzero(judged) < LEAST_JUDGED:
         return 1.0
-    return float(np.mean(beyond[judged] < THROUGH))
+    clear = beyond < THROUGH
+    if on is not None:
+        clear |= np.tile(on, len(near))
+    return float(np.mean(clear[judged]))
 
 
 def _differ(one: Array, other: Array) -> bool:

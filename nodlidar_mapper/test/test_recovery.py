@@ -73,6 +73,24 @@ def test_odometry_says_nothing_of_the_place_in_a_saved_map():
         assert mapper.add(k * NS, cloud(OBLONG, turned, seed=k), here).lost
 
 
+def floor(*below):
+    """Return rows of points on a floor 1 m below the lidar, at angles below the level [deg]."""
+    angle, azimuth = np.meshgrid(np.radians(below), np.linspace(-np.pi, np.pi, 180))
+    away = 1.0 / np.tan(angle.ravel())
+    x, y = away * np.cos(azimuth.ravel()), away * np.sin(azimuth.ravel())
+    return np.column_stack([x, y, -np.ones(len(x))])
+
+
+def test_beams_go_over_a_floor_not_through_it():
+    """Between two rows of a keyframe, the floor is 0.4 m nearer than the farther row."""
+    keyframe = Keyframe(0, np.eye(4), Surface.joined([]), floor(14.2, 20.0, 26.0))
+    points = floor(15.7, 15.8)
+    assert clear_share(points, np.eye(4), [keyframe]) < 0.8
+    on = np.ones(len(points), dtype=np.bool_)
+    assert clear_share(points, np.eye(4), [keyframe], on) == 1.0
+    assert clear_share(points, np.eye(4), [keyframe], ~on) < 0.8
+
+
 def test_points_in_free_space_are_counted():
     mapper, pose = mapped(CROOKED)
     points = cloud(CROOKED, pose, seed=9)
