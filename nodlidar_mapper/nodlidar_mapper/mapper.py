@@ -12,7 +12,7 @@ from nodlidar_mapper.keyframe import Estimate, Keyframe, surface_in_map
 from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.loops import around, loop_at
 from nodlidar_mapper.matching import Match, match
-from nodlidar_mapper.place_search import clear_share
+from nodlidar_mapper.place_search import ALIKE, clear_share
 from nodlidar_mapper.pose_graph import Edge, MATCHED, optimized, step
 from nodlidar_mapper.poses import Array, carried, inverse, lever, moved
 from nodlidar_mapper.recovery import Guess, Recovery
@@ -167,11 +167,12 @@ class Mapper:
         guess = predicted @ mount
         way = guess[:3, 3] - predicted[:3, 3]  # from the robot to the cloud's frame
         covariance = carried(self._track.covariance, way)
-        age = np.zeros(len(cloud.points)) if cloud.age is None else cloud.age
-        seen = self._track.seen(moved(mount, cloud.points), age, mount[:3, 3]).moved(robot)
-        seen = seen[(np.abs(seen.points) < FARTHEST).all(axis=1)]  # NaN is not
-        seen = seen.thinned(self._config.point_spacing)
+        seen = self._seen(cloud)
         found = self._matched(seen, guess, covariance)
+        # What the first clouds show of odometry is no slip: it is learned.
+        if found.share < ALIKE and self._first is None and not self._track.jump:
+            slipped = self._matched(seen, guess, covariance, slips=True)
+            found = min(found, slipped, key=lambda each: each.cost)
         lost = NO_MAP if begins else self._lost(found, seen)
         if lost and not begins and self._first is not None:
             self._begin_anew()
@@ -180,7 +181,7 @@ class Mapper:
             found, lost = self._searched(cloud, seen, guess, covariance, found, lost)
         elif not lost:
             of_robot = lever(way).T @ found.information @ lever(way)
-            self._track.learn(found.pose @ robot, of_robot)
+            self._track.learn(found.pose @ robot, of_robot, found.believed)
         pose = guess if lost else found.pose
         if not lost or begins:
             self._recent.append((pose, seen))
@@ -234,10 +235,19 @@ class Mapper:
         self._local = empty
         self._recent.clear()
 
-    def _matched(self, seen: Seen, guess: Array, covariance: Array) -> Match:
+    def _seen(self, cloud: _Cloud) -> Seen:
+        """Return the points of a cloud in its frame, without the errors of odometry."""
+        mount, age = cloud.mount, np.zeros(len(cloud.points)) if cloud.age is None else cloud.age
+        seen = self._track.seen(moved(mount, cloud.points), age, mount[:3, 3])
+        seen = seen.moved(inverse(mount))
+        seen = seen[(np.abs(seen.points) < FARTHEST).all(axis=1)]  # NaN is not
+        return seen.thinned(self._config.point_spacing)
+
+    def _matched(self, seen: Seen, guess: Array, covariance: Array, slips: bool = False) -> Match:
         if not len(self._local.points):
-            return Match(guess, np.zeros((6, 6)), 0.0, 0.0, np.inf)
-        return match(seen, self._local, guess, inverted(covariance), self._config)
+            return Match.none(guess, len(seen.points))
+        prior = inverted(covariance)
+        return match(seen, self._local, guess, prior, self._config, slips=slips)
 
     def _lost(self, found: Match, seen: Seen) -> str:
         """Return why a match is not believed; empty if it is."""

@@ -5,6 +5,8 @@ weights. A point does not match a plane that it would be behind: the other side 
 Directions that no surface shows, as along a corridor or over a bare floor, keep the odometry.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +16,7 @@ from nodlidar_mapper.poses import Array, change_between, corrected, lever
 from nodlidar_mapper.seen import Seen
 from nodlidar_mapper.surface import Surface
 import numpy as np
+from numpy.typing import NDArray
 
 FREEDOMS = {'planar': [0, 1, 5], 'spatial': [0, 1, 2, 3, 4, 5]}
 ITERATIONS = 20
@@ -23,6 +26,9 @@ SHOWN = 0.2  # standard deviation of a direction that a match shows, at most [m]
 # A normal may be wrong by this [rad]: by noise, and by errors of the lidar that come along with
 # the robot, as where a floor seems to rise around it. X-ICP (Tuna et al. 2022) takes 10 degrees.
 TILT = 0.2
+# If wheels may have slipped, errors of odometry are Student's t with so few degrees of freedom,
+# and weights begin so many times narrower than the reach: a wall that is far off still pulls.
+TAILS, WIDE = 4.0, 8.0
 CORRELATION = 30.0  # points of a cloud err alike: so many count as one
 
 
@@ -72,6 +78,13 @@ class Match:
         Share of these that lie on it.
     residual
         RMS distance of those from it [m].
+    cost
+        How improbable the points and the way from the guess are, where wheels may slip: the
+        negative logarithm, up to a constant.
+    believed
+        Share of its information with which the prior counted; 1 unless wheels may have slipped.
+    on
+        Which points lie on the surface, shape (n,).
     """
 
     pose: Array
@@ -79,6 +92,16 @@ class Match:
     mapped: float
     share: float
     residual: float
+    cost: float
+    believed: float
+    on: NDArray[np.bool_]
+
+    @classmethod
+    def none(cls, guess: Array, count: int) -> Match:
+        """Return that of a cloud of so many points that is not near any surface."""
+        return cls(
+            guess, np.zeros((6, 6)), 0.0, 0.0, np.inf, np.inf, 1.0, np.zeros(count, np.bool_)
+        )
 
     def shown(self, free: Sequence[int]) -> int:
         """Return in how many directions of the free coordinates the surface shows the pose."""
@@ -93,6 +116,7 @@ def match(
     prior: Array,
     config: MatchingConfig,
     reach: float | None = None,
+    slips: bool = False,
 ) -> Match:
     """Return where a cloud fits a surface, each point on the side from which it was seen.
 
@@ -110,15 +134,19 @@ def match(
         Parameters.
     reach
         Farthest surface that a point may belong to at first [m]; by default that of the config.
+    slips
+        Whether wheels may have slipped: the more the surfaces contradict the prior, the less it is
+        believed.
     """
-    free = config.free
-    pose, information = guess, np.zeros((6, 6))
-    mapped, share, residual = 0.0, 0.0, np.inf
+    free, noise = config.free, config.range_error
+    found = Match.none(guess, len(seen.points))
     reach = reach or config.reach
+    width = reach / WIDE if slips else noise
     surface = surface.visible(seen.moved(guess))
     if not len(surface.points):
-        return Match(guess, information, 0.0, 0.0, np.inf)
+        return found
     for _ in range(ITERATIONS):
+        pose = found.pose
         here = seen.moved(pose)
         distance, nearest = surface.tree.query(here.points, distance_upper_bound=reach)
         near = np.isfinite(distance)
@@ -128,19 +156,29 @@ def match(
             break  # at the border of the map; the step before counts
         on, normal = here.points[near], normals[near]
         off = np.einsum('ni,ni->n', on - surface.points[nearest[near]], normal)
-        weight = 1.0 / (config.range_error**2 + (off / 2.0) ** 2) / CORRELATION
+        weight = 1.0 / (1.0 + (off / (2.0 * width)) ** 2) / noise**2 / CORRELATION
         information, pull = _equations(on - pose[:3, 3], normal, weight, off, free)
-        pull -= prior @ change_between(guess, pose)
+        change = change_between(guess, pose)
+        far = float(change @ prior @ change)
+        believed = min((TAILS + len(free)) / (TAILS + far), 1.0) if slips else 1.0
+        pull -= believed * (prior @ change)
         step = np.zeros(6)
-        step[free] = solved((information + prior)[np.ix_(free, free)], pull[free])
+        step[free] = solved((information + believed * prior)[np.ix_(free, free)], pull[free])
+        fits = near.copy()
+        fits[near] = np.abs(off) < 5.0 * noise
+        share, mapped = float(np.mean(fits[near])), float(np.mean(near))
+        residual = float(np.sqrt(np.mean(off[fits[near]] ** 2))) if fits.any() else np.inf
         pose = corrected(pose, step)
-        fits = np.abs(off) < 5.0 * config.range_error
-        share, mapped = float(np.mean(fits)), float(np.mean(near))
-        residual = float(np.sqrt(np.mean(off[fits] ** 2))) if fits.any() else np.inf
-        if np.abs(step).max() < CONVERGED:
+        away = np.full(len(near), config.reach / 2.0)
+        away[near] = off
+        cost = 2.0 / CORRELATION * float(np.log1p((away / (2.0 * noise)) ** 2).sum())
+        cost += (TAILS + len(free)) / 2.0 * float(np.log1p(far / TAILS))
+        found = Match(pose, information, mapped, share, residual, cost, believed, fits)
+        if np.abs(step).max() < CONVERGED and width == noise:
             break
         reach = max(0.7 * reach, config.reach / 2.0)
-    return Match(pose, information, mapped, share, residual)
+        width = max(0.5 * width, noise)
+    return found
 
 
 def _equations(

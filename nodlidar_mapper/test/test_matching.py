@@ -61,6 +61,24 @@ def test_a_cloud_is_found_from_nearby(dx, dy, turn, yaw):
     assert found.share > 0.99
 
 
+@settings(max_examples=25)
+@given(st.floats(-math.pi, math.pi), st.floats(0.15, 0.3))
+def test_wheels_that_slip_are_not_believed(direction, slip):
+    """Odometry that is known to 6 mm went up to 50 times as far without the robot."""
+    pose = planar(0.4, 0.1, 0.3)
+    cloud = seen_at(pose, ROOM.points[::3])
+    gone = slip * np.array([math.cos(direction), math.sin(direction)])
+    guess = corrected(pose, np.array([*gone, 0.0, 0.0, 0.0, 0.0]))
+    prior = np.diag([0.006**-2] * 3 + [0.005**-2] * 3)
+    found = match(cloud, ROOM, guess, prior, MatchingConfig(), slips=True)
+    np.testing.assert_allclose(found.pose, pose, atol=1e-3)
+    # Student's t in 3 coordinates: the more standard deviations away, the less.
+    assert found.believed == pytest.approx(7.0 / (4.0 + (slip / 0.006) ** 2), rel=0.05)
+    assert found.cost < match(cloud, ROOM, guess, prior, MatchingConfig()).cost
+    assert found.on.mean() > 0.99
+    assert match(cloud, ROOM, pose, prior, MatchingConfig(), slips=True).believed == 1.0
+
+
 @settings(max_examples=10)
 @given(st.tuples(*[st.floats(-0.04, 0.04)] * 6))
 def test_all_six_coordinates_are_found_if_they_are_free(change):

@@ -38,6 +38,22 @@ def test_a_jump_of_odometry_does_not_carry_the_robot_away(jump):
         np.testing.assert_allclose(found.map_from_odometry @ odometry, here, atol=0.02)
 
 
+def test_wheels_that_turn_on_the_spot_do_not_carry_the_robot_away():
+    """Odometry goes on for 1 m, and bends each cloud by the 0.25 m that it goes meanwhile."""
+    mapper, pose = mapped(CROOKED)
+    rng = np.random.default_rng(1)
+    for k in range(6, 14):
+        slip = 0.25 if k < 10 else 0.0
+        odometry = pose @ planar(0.25 * min(k - 5, 4), 0.0, 0.0)
+        points = cloud(CROOKED, pose, seed=k)
+        age = rng.uniform(0.0, 1.0, len(points))
+        bent = points - age[:, None] * [slip, 0.0, 0.0]
+        found = mapper.add(k * NS, bent, odometry, age=age)
+        assert not found.lost
+        assert between(found.pose, pose)[0] < 0.18  # the bend is 0 to 0.25
+    assert between(found.pose, pose)[0] < 0.01
+
+
 def test_a_robot_that_was_carried_is_lost_until_it_is_found():
     mapper, pose = mapped(CROOKED)
     before = mapper.add(6 * NS, cloud(CROOKED, pose, seed=6), pose)

@@ -89,6 +89,24 @@ def test_a_tilt_that_is_not_estimated_does_not_move_a_lidar_above_the_robot(free
     assert (above[0, 0] > 1.01 * track.covariance[0, 0]) == tilts
 
 
+def test_wheels_that_slipped_once_are_no_lesson():
+    """The pose is as uncertain as the slip was, and odometry is corrected by nothing."""
+    track = Track(MapperConfig())
+    for k in range(20):
+        pose = planar(0.3 * k, 0.0, 0.0)
+        track.predicted(k * NS, pose)
+        track.learn(pose, np.eye(6) * 1e6)
+        track.move_to(pose, k * NS, pose)
+    there = track.predicted(20 * NS, planar(0.3 * 20, 0.0, 0.0))
+    before = track.covariance[0, 0]
+    stood = planar(there[0, 3] - 0.3, 0.0, 0.0)
+    track.learn(stood, np.zeros((6, 6)), before / 0.3**2)
+    assert track.covariance[0, 0] == pytest.approx(0.3**2)
+    track.move_to(stood, 20 * NS, planar(0.3 * 20, 0.0, 0.0))
+    after = track.predicted(21 * NS, planar(0.3 * 21, 0.0, 0.0))
+    np.testing.assert_allclose(after[0, 3] - stood[0, 3], 0.3, atol=1e-3)
+
+
 def test_odometry_that_was_right_all_the_way_is_believed_more():
     """At first, it may miscount by a share, and turn by two thirds of it per metre.
 
