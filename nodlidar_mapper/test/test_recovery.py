@@ -50,7 +50,7 @@ def test_wheels_that_turn_on_the_spot_do_not_carry_the_robot_away():
         bent = points - age[:, None] * [slip, 0.0, 0.0]
         found = mapper.add(k * NS, bent, odometry, age=age)
         assert not found.lost
-        assert between(found.pose, pose)[0] < 0.18  # the bend is 0 to 0.25
+        assert between(found.pose, pose)[0] < max(slip, 0.02)  # within what the cloud is bent by
     assert between(found.pose, pose)[0] < 0.01
 
 
