@@ -49,7 +49,7 @@ class Cells:
     @classmethod
     def of(cls, xyz: Array, size: float = CELL) -> 'Cells':
         """Return the cubes of points (3, n)."""
-        of_point = np.unique(patches(xyz, size), return_inverse=True)[1].ravel()
+        of_point = patches(xyz, size)
         count = np.bincount(of_point).astype(np.float64)
         mean = np.stack([np.bincount(of_point, row) / count for row in xyz], axis=1)
         off = xyz - mean[of_point].T
@@ -68,9 +68,10 @@ class Cells:
 
 
 def patches(xyz: Array, size: float) -> Labels:
-    """Return a number for the cube of each point (3, n), by the edge of the cubes [m]."""
+    """Return the number, from 0, of the cube of each point (3, n), given the edge of cubes [m]."""
     index = np.floor(xyz / size).astype(np.int64) + (1 << 20)
-    return np.asarray((index[0] << 42) + (index[1] << 21) + index[2])
+    cube = (index[0] << 42) + (index[1] << 21) + index[2]
+    return np.asarray(np.unique(cube, return_inverse=True)[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +182,7 @@ def _labels(ranges: Array, ends: Ends, planes: list[Plane], gate: Gate) -> Label
         met = np.flatnonzero((np.abs(along) > GRAZING) & (beyond < ranges))
         crossing = ends.xyz[:, met] - ends.ways[:, met] * beyond[met]
         close = np.abs(off[met]) < gate.beam
-        patch = np.unique(patches(crossing, PATCH), return_inverse=True)[1]
+        patch = patches(crossing, PATCH)
         here = np.bincount(patch, close)
         share = here / np.bincount(patch)
         mean = np.bincount(patch, close * off[met]) / np.maximum(here, 1.0)

@@ -110,8 +110,8 @@ class PlaneSystem:
         rows = self._rows(ends, before, bases, hats)
         level_off, level_slopes, level_weight = self._level_rows(before, bases)
         prior_off, prior = self._prior(before, hats)
-        normal = rows.relief.normal(rows.slopes, rows.weight) + prior
-        normal += level_slopes.T @ (level_slopes * level_weight[:, None])
+        of_others = prior + level_slopes.T @ (level_slopes * level_weight[:, None])
+        normal = of_others + rows.relief.normal(rows.slopes, rows.weight)
         pull = rows.weight * rows.relief.without(rows.off, rows.weight)
         right = rows.slopes.T @ pull + prior @ prior_off
         right += level_slopes.T @ (level_weight * level_off)
@@ -124,7 +124,7 @@ class PlaneSystem:
             level_scores = level_slopes * (level_weight * level_off)[:, None]
             rest = level_scores.T @ level_scores + prior
             spreads = [each + rest for each in spreads]
-            errors = standard_errors(_curvature(normal, rows), spreads)[:k]
+            errors = standard_errors(_curvature(normal, of_others, rows), spreads)[:k]
         after = self._moved(before, bases, change, rows, errors)
         return replace(after, bend=self._learned_bend(after, inverse))
 
@@ -170,8 +170,7 @@ class PlaneSystem:
 
     def _patches(self, xyz: Array) -> Labels:
         """Return the patch of its plane in which each beam ends [m], (3, n); shape (n,)."""
-        cube = np.unique(patches(xyz, PATCH), return_inverse=True)[1]
-        own = cube * (int(self._labels.max()) + 1) + self._labels
+        own = patches(xyz, PATCH) * (int(self._labels.max()) + 1) + self._labels
         return np.asarray(np.unique(own, return_inverse=True)[1])
 
     def _sparse(self, slopes: list[Array], planes: int) -> csr_array:
@@ -269,13 +268,11 @@ def _basis(normal: Array) -> Array:
     return np.asarray(np.linalg.svd(normal[None, :])[2][1:])
 
 
-def _curvature(normal: Array, rows: _Rows) -> Array:
-    """Return the normal matrix with what the shape of the weights adds to the curvature.
+def _curvature(normal: Array, of_others: Array, rows: _Rows) -> Array:
+    """Return the normal matrix, with the curvature that the shape of the beams' weights has.
 
-    Where most beams are outliers, there may be no minimum; then it is the normal matrix.
+    `of_others` is what the normal matrix has beside the beams. Where most of these are outliers,
+    there may be no minimum; then it is the normal matrix.
     """
-    by_influence, by_weight = (
-        rows.relief.normal(rows.slopes, each) for each in (rows.influence, rows.weight)
-    )
-    curvature = normal + by_influence - by_weight
+    curvature = of_others + rows.relief.normal(rows.slopes, rows.influence)
     return curvature if np.linalg.eigvalsh(curvature)[0] > 0.0 else normal

@@ -18,8 +18,7 @@ PATCH = 0.4  # edge of the cubes in which errors of a surface are alike [m]
 
 def spreads_of(scores: csr_array, beams: Beam, ends: Ends) -> list[Array]:
     """Return the spreads of the beams' scores (n, unknowns), by scan and by patch of surface."""
-    groups = (beams.scan, patches(ends.xyz, PATCH))
-    return [_spread(scores, np.unique(group, return_inverse=True)[1]) for group in groups]
+    return [_spread(scores, group) for group in (beams.scan, patches(ends.xyz, PATCH))]
 
 
 def _spread(scores: csr_array, group: Labels) -> Array:
