@@ -33,10 +33,10 @@ class Cells:
     of_point
         Cube of each point, shape (n,).
     count, mean, scatter
-        Number, mean [m] and mean products of the points' offsets from it [m2], shapes (c,),
+        Number, mean [m] and mean products of the points' offsets from it [m^2], shapes (c,),
         (c, 3), (c, 3, 3).
     variance, axes
-        Eigenvalues [m2], ascending, (c, 3), and eigenvectors in columns, (c, 3, 3).
+        Eigenvalues [m^2], ascending, (c, 3), and eigenvectors in columns, (c, 3, 3).
     """
 
     of_point: Labels

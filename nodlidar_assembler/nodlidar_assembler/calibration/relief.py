@@ -29,7 +29,7 @@ class Relief:
     patch
         Of each beam, shape (n,).
     variance
-        Of the offsets of most patches [m2].
+        Of the offsets of most patches [m^2].
     counts
         By how much each beam counts for its patch, from 0 to 1, shape (n,).
     """
@@ -40,7 +40,7 @@ class Relief:
 
     @classmethod
     def of(cls, off: Array, weight: Array, patch: Labels) -> 'Relief':
-        """Return the relief that residuals (n,) [m] with weights [1/m2] show, given patches."""
+        """Return the relief that residuals (n,) [m] with weights [1/m^2] show, given patches."""
         known = np.maximum(np.bincount(patch, weight), np.finfo(np.float64).tiny)
         mean = np.bincount(patch, weight * off) / known
         used = known > LEAST_KNOWN * np.median(known)

@@ -34,7 +34,7 @@ MISSED_WITHIN = 0.1  # ... by an angle within this range [rad]
 SCORE_MEMORY = 0.997  # weight of a sample in the score, over that of the next one
 NOISE_MEMORY = 0.96  # the same in the learned noise
 LEARN_EVERY = 4  # scans, as the encoder's step and noise change slowly
-LEAST_VARIANCE = 1e-10  # of a prediction [rad2]
+LEAST_VARIANCE = 1e-10  # of a prediction [rad^2]
 
 
 @dataclass(slots=True)
@@ -88,10 +88,10 @@ class PitchSmoother:
     def __init__(self) -> None:
         self._step = np.inf  # of the encoder, inf if unknown [rad]
         # Width of the range of angles that the encoder reports as one [rad], and the variance of
-        # the error that it causes [rad2].
+        # the error that it causes [rad^2].
         self._cell, self._rounding = LEAST_STEP, LEAST_STEP**2 / 12.0
         self._white_noise = WhiteNoise()
-        self._noise = np.zeros_like(ROUGHNESS)  # beyond rounding, for each spline [rad2]
+        self._noise = np.zeros_like(ROUGHNESS)  # beyond rounding, for each spline [rad^2]
         self._noise_known = False
         self._unfitted = UnfittedMotion()
         self._score = np.zeros(len(ROUGHNESS))  # log probability of each spline
@@ -185,7 +185,7 @@ class PitchSmoother:
         Parameters
         ----------
         error, variance
-            Of each spline [rad], [rad2], shape (m, k).
+            Of each spline [rad], [rad^2], shape (m, k).
         """
         scale = 1.0 / np.sqrt(variance + self._noise + LEAST_VARIANCE)
         half = self._cell / 2.0
@@ -251,6 +251,6 @@ def _around(sample_ns: Times, start_ns: int, end_ns: int) -> slice:
 
 
 def _weight(error: Array, variance: Array) -> Array:
-    """Return the weights of samples with errors [rad] of a variance [rad2] if left out, (n,)."""
+    """Return the weights of samples with errors [rad] of a variance [rad^2] if left out, (n,)."""
     far = FAR_OFF**2 * variance
     return np.asarray(far / np.maximum(error**2, far))

@@ -20,12 +20,12 @@ Array = NDArray[np.float64]
 
 KNOT_NS = 10_000_000
 KNOT = KNOT_NS / NS_PER_S
-ROUGHNESS = np.array([[2e3], [3e5]])  # q0 of each spline [rad2/s5]
+ROUGHNESS = np.array([[2e3], [3e5]])  # q0 of each spline [rad^2/s^5]
 NU = 0.3  # the smaller, the heavier the tails
 STRIDE = 2.0  # expectation maximisation is slow: each of its steps is taken so many times
-RIDGE = 1e-6  # keeps a spline finite where no sample is [1 / rad2]
-MOST_INTENSITY = 1e14  # of a jump by 100 rad in an interval; beyond it, rounding is all [rad2/s5]
-ACCELERATION = 1e4  # that no servo reaches, for the same reason [rad/s2]
+RIDGE = 1e-6  # keeps a spline finite where no sample is [1/rad^2]
+MOST_INTENSITY = 1e14  # of a jump by 100 rad in an interval; beyond, rounding is all [rad^2/s^5]
+ACCELERATION = 1e4  # that no servo reaches, for the same reason [rad/s^2]
 CACHED = 64  # lengths of windows, which differ by the gaps between samples
 
 # Four basis functions, as polynomials of the share of an interval.
@@ -44,11 +44,11 @@ class Splines(NamedTuple):
     coefficients
         Shape (m, c).
     pitch, variance
-        At the samples [rad], [rad2], shape (m, n).
+        At the samples [rad], [rad^2], shape (m, n).
     intensity
         q of each interval, improved by these samples, shape (m, c - 3).
     information
-        Of the samples: with which each counts, over its variance [1 / rad2], shape (m, n).
+        Of the samples: with which each counts, over its variance [1/rad^2], shape (m, n).
     spread
         Root of the covariance of each spline at the samples [rad], shape (m, n, c).
     """
@@ -84,7 +84,7 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
     place, pitch
         Of the samples, in knots from the first one, and [rad], shape (n,).
     noise
-        Variance of the samples, for each spline [rad2], shape (m, 1).
+        Variance of the samples, for each spline [rad^2], shape (m, 1).
     weight
         With which each sample counts, shape (n,).
     intensity
