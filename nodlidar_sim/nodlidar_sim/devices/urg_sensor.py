@@ -4,6 +4,7 @@ Section numbers are those of Hokuyo's specification C-42-03320B.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from nodlidar_common import scip
 from nodlidar_sim.devices.urg_clock import UrgClock
@@ -26,6 +27,18 @@ from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.devices.urg_settings import UrgSettings
 
 _OPEN_IN_FIRMWARE_UPDATE = (b'VV', b'II', b'RS')
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command: its whole line, the characters of its parameters, and when it is executed.
+
+    It is executed at the end of the revolution.
+    """
+
+    line: bytes
+    parameters: bytes
+    revolution: Revolution
 
 
 class UrgSensor:
@@ -134,17 +147,17 @@ class UrgSensor:
         size, action = _COMMANDS[letters]
         if len(parameters) != size:
             raise CommandError(size_status(len(parameters), size))
-        return action(self, line, parameters, revolution)
+        return action(self, Command(line, parameters, revolution))
 
     # The commands (section 8): each returns the lines of its answer or raises CommandError.
 
-    def _version(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
+    def _version(self, command: Command) -> list[bytes]:
         return version_lines(self._clock.model)
 
-    def _parameters(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
+    def _parameters(self, command: Command) -> list[bytes]:
         return parameter_lines(self._clock.model)
 
-    def _status(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
+    def _status(self, command: Command) -> list[bytes]:
         malfunction = self.faults.malfunction
         status = f'Malfunction {malfunction}' if malfunction else 'Sensor works well.'
         if self.firmware_update:
@@ -155,11 +168,11 @@ class UrgSensor:
             self.stream is not None,
             self._clock.speed,
             f'{self.settings.bit_rate}[bps]',
-            self._clock.timer(revolution.end_ns),
+            self._clock.timer(command.revolution.end_ns),
             status,
         )
 
-    def _laser_on(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
+    def _laser_on(self, command: Command) -> list[bytes]:
         if self.faults.malfunction:
             raise CommandError(b'01')
         if self.laser:
@@ -167,37 +180,36 @@ class UrgSensor:
         self.laser = True
         return []
 
-    def _quit(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
+    def _quit(self, command: Command) -> list[bytes]:
         self._stop()
         return []
 
-    def _reset(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
+    def _reset(self, command: Command) -> list[bytes]:
         self.settings.reset()
-        return self._partial_reset(line, parameters, revolution)
+        return self._partial_reset(command)
 
-    def _partial_reset(
-        self, line: bytes, parameters: bytes, revolution: Revolution
-    ) -> list[bytes]:
-        self._clock.reset_timer(revolution.end_ns)
+    def _partial_reset(self, command: Command) -> list[bytes]:
+        self._clock.reset_timer(command.revolution.end_ns)
         self.firmware_update = self.settings.high_sensitivity = False
         self.faults.clear()
-        return self._quit(line, parameters, revolution)
+        return self._quit(command)
 
-    def _time(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
-        if parameters == b'1':
+    def _time(self, command: Command) -> list[bytes]:
+        if command.parameters == b'1':
             if not self._time_mode:
                 raise CommandError(b'04')
-            return [scip.add_sum(scip.encode([self._clock.timer(revolution.end_ns)], 4))]
-        if parameters not in (b'0', b'2'):
+            return [scip.add_sum(scip.encode([self._clock.timer(command.revolution.end_ns)], 4))]
+        if command.parameters not in (b'0', b'2'):
             raise CommandError(b'01')
-        enter = parameters == b'0'
+        enter = command.parameters == b'0'
         if enter == self._time_mode:
             raise CommandError(b'02' if enter else b'03')
         self._time_mode = enter
         self._stop()
         return []
 
-    def _stream_scans(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
+    def _stream_scans(self, command: Command) -> list[bytes]:
+        line, parameters = command.line, command.parameters
         request = scan_request(line, parameters, self._clock.model.last_requestable)
         interval = number(parameters[10:11], b'06')
         count = number(parameters[11:13], b'07')
@@ -206,23 +218,24 @@ class UrgSensor:
         self.stream = Stream(request, line[:13], line[15:], interval, count or None)
         return []
 
-    def _one_scan(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
-        request = scan_request(line, parameters, self._clock.model.last_requestable)
+    def _one_scan(self, command: Command) -> list[bytes]:
+        last = self._clock.model.last_requestable
+        request = scan_request(command.line, command.parameters, last)
         self._check_sound()
         if not self.laser:
             raise CommandError(b'10')
-        return request.lines(revolution)
+        return request.lines(command.revolution)
 
     def _check_sound(self) -> None:
         if self.faults.malfunction:
             raise CommandError(b'%02d' % self.faults.malfunction)
 
-    def _set(self, line: bytes, parameters: bytes, revolution: Revolution) -> list[bytes]:
-        self.settings.set(line[:2], parameters)
+    def _set(self, command: Command) -> list[bytes]:
+        self.settings.set(command.line[:2], command.parameters)
         return []
 
 
-_Action = Callable[[UrgSensor, bytes, bytes, Revolution], list[bytes]]
+_Action = Callable[[UrgSensor, Command], list[bytes]]
 
 _COMMANDS: dict[bytes, tuple[int, _Action]] = {  # number of parameter characters, action
     b'VV': (0, UrgSensor._version),
