@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import Field, fields
-from importlib import resources
-from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from nodlidar_common.yaml_file import parse_yaml, read_yaml
+from nodlidar_sim.world import shipped
 from nodlidar_sim.world.section import Section
 
-_SUFFIX = '.yaml'
 _MOST = 1e6  # magnitude of a value, in its unit
 _Parameters = TypeVar('_Parameters')
 
@@ -30,13 +27,12 @@ class DeviceSection(Generic[_Parameters]):
     """
 
     def __init__(self, device: str, kind: type[_Parameters]) -> None:
-        self._device, self._kind = device, kind
+        self._device, self._kind, self._folder = device, kind, f'{device}s'
         self._fields: tuple[Field[Any], ...] = fields(kind)  # type: ignore[arg-type]
 
     def names(self) -> list[str]:
         """Return the names of the package's sets."""
-        files = self._folder.iterdir()
-        return sorted(Path(f.name).stem for f in files if f.name.endswith(_SUFFIX))
+        return shipped.names(self._folder)
 
     def read(self, scene: Section) -> _Parameters | None:
         """Return the parameters of a scene; None if it has no such section.
@@ -61,21 +57,11 @@ class DeviceSection(Generic[_Parameters]):
         assert parameters is not None
         return parameters
 
-    @property
-    def _folder(self) -> Any:
-        return resources.files('nodlidar_sim').joinpath(f'{self._device}s')
-
     def _set(self, section: Section, model: str) -> dict[str, Any]:
         """Return the values of a set."""
-        if model in self.names():
-            name = model + _SUFFIX
-            text = (self._folder / name).read_text(encoding='utf-8')
-            found = Section(parse_yaml(text, name), name)
-        elif Path(model).suffix == _SUFFIX:
-            found = Section(read_yaml(Path(model)), Path(model).name)
-        else:
-            limit = f'one of {", ".join(self.names())}, or a path that ends in {_SUFFIX}'
-            raise section.error('model', limit, model)
+        found = shipped.find(self._folder, model)
+        if found is None:
+            raise section.error('model', shipped.allowed(self._folder), model)
         values = self._values(found)
         self._parameters(found, {})
         return values

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nodlidar_common.parameters import parameter
+from nodlidar_common.parameters import check, parameter
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,6 +52,9 @@ class Effects:
         minimum=0.0,
         maximum=1.0,
     )
+
+    def __post_init__(self) -> None:
+        check(self)
 
     @property
     def affect_odometry(self) -> bool:

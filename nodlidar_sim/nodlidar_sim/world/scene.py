@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from importlib import resources
 from pathlib import Path
 
-from nodlidar_common.parameters import check
 from nodlidar_common.pose import Pose
-from nodlidar_common.yaml_file import parse_yaml, read_yaml
+from nodlidar_common.yaml_file import parse_yaml
+from nodlidar_sim.world import shipped
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.lidar_section import lidar_parameters
@@ -20,8 +19,6 @@ from nodlidar_sim.world.section import SceneError, Section
 from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo_section import servo_parameters
 from nodlidar_sim.world.shapes import Shape
-
-_SUFFIX = '.yaml'
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,12 +100,12 @@ class Scene:
 
 def scene_names() -> list[str]:
     """Return the names of the package's scenes."""
-    return _shipped('scenes')
+    return shipped.names('scenes')
 
 
 def route_names() -> list[str]:
     """Return the names of the package's routes."""
-    return _shipped('routes')
+    return shipped.names('routes')
 
 
 def load_scene(
@@ -134,30 +131,17 @@ def load_scene(
 
 def parse_scene(text: str, name: str) -> Scene:
     """Return the scene of a YAML text; raises as `load_scene`."""
-    root = _parse(text, name)
+    root = Section(parse_yaml(text, f'{name}.yaml'), f'{name}.yaml')
     return _scene(root, root.section('base', {}))
-
-
-def _shipped(kind: str) -> list[str]:
-    files = resources.files('nodlidar_sim').joinpath(kind).iterdir()
-    return sorted(Path(f.name).stem for f in files if f.name.endswith(_SUFFIX))
 
 
 def _load(name_or_path: str | Path, kind: str) -> Section:
     """Return the content of a file of a kind, 'scene' or 'route', by name or path."""
-    names = _shipped(f'{kind}s')
-    if str(name_or_path) in names:
-        shipped = resources.files('nodlidar_sim').joinpath(f'{kind}s') / f'{name_or_path}{_SUFFIX}'
-        return _parse(shipped.read_text(encoding='utf-8'), str(name_or_path))
-    path = Path(name_or_path)
-    if path.suffix != _SUFFIX:
-        limit = f'one of {", ".join(names)}, or a path that ends in {_SUFFIX}'
-        raise SceneError(kind, limit, str(path))
-    return Section(read_yaml(path), path.name)
-
-
-def _parse(text: str, name: str) -> Section:
-    return Section(parse_yaml(text, name + _SUFFIX), name + _SUFFIX)
+    folder = f'{kind}s'
+    found = shipped.find(folder, name_or_path)
+    if found is None:
+        raise SceneError(kind, shipped.allowed(folder), str(name_or_path))
+    return found
 
 
 def _scene(root: Section, base: Section) -> Scene:
@@ -203,7 +187,5 @@ def _scene(root: Section, base: Section) -> Scene:
 def _effects(section: Section) -> Effects:
     values = {f.name: section.number(f.name, 0.0) for f in fields(Effects)}
     section.close()
-    effects = Effects(**values)
     with section.locating():
-        check(effects)
-    return effects
+        return Effects(**values)
