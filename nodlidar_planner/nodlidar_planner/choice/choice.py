@@ -88,23 +88,15 @@ def plans(
     if timing_error > 0.0 and not objective.only_completion:
         raise ParameterError('timing_error', '0 s unless completion alone counts', timing_error)
     fewest = int(samples.min())
-    chosen: list[int]
     if timing_error > 0.0:
-        chosen = _robust(task, samples, start_pitch, timing_error, progress)[:count]
-    elif objective.only_completion:
-        chosen = _soonest(task, samples, 0.0, start_pitch, count, progress).tolist()
+        chosen = _robust(task, samples, start_pitch, timing_error, progress)
     else:
-        chosen = samples.tolist()
-    if timing_error == 0.0:
-        ranks = {n_s: _rank(task, n_s, objective, start_pitch) for n_s in progress(chosen)}
-        served = [n_s for n_s in ranks if math.isfinite(ranks[n_s][0])]
-        chosen = sorted(served, key=lambda n_s: ranks[n_s])[:count]
-    if not chosen:
-        _check_columns(task)
-        raise _no_rows(task)
+        if objective.only_completion:
+            samples = _soonest(task, samples, 0.0, start_pitch, count, progress)
+        chosen = _ranked(task, samples, objective, start_pitch, progress)
     return [
         evaluate(task, n_s, start_pitch, timing_error, objective.hole_after, fewest)
-        for n_s in progress(chosen)
+        for n_s in progress(chosen[:count])
     ]
 
 
@@ -170,6 +162,22 @@ def _robust(
         shortlist[:compared] = sorted(score, key=lambda n_s: score[n_s])
         compared = max(compared // 3, SHORTLIST)
     return shortlist
+
+
+def _ranked(
+    task: Task,
+    samples: Integers,
+    objective: Objective,
+    start_pitch: float | None,
+    progress: Progress,
+) -> list[int]:
+    """Return the N_s that serve the objective, best first; raises ParameterError if none does."""
+    ranks = {n_s: _rank(task, n_s, objective, start_pitch) for n_s in progress(samples.tolist())}
+    served = [n_s for n_s in ranks if math.isfinite(ranks[n_s][0])]
+    if not served:
+        _check_columns(task)
+        raise _no_rows(task)
+    return sorted(served, key=lambda n_s: ranks[n_s])
 
 
 def _rank(
