@@ -163,7 +163,8 @@ def test_an_error_of_the_pitch_turns_the_point_about_the_axis():
     assert squares('backlash', backlash=0.004) == pytest.approx(per_rad2 * 0.002**2, rel=1e-4)
     found = squares('backlash', backlash=0.004, deflection=0.001)
     assert found == pytest.approx(per_rad2 * 0.003**2, rel=1e-4)
-    assert squares('backlash', encoder_error=0.003) == pytest.approx(per_rad2 * 9e-6, rel=1e-4)
+    found = squares('encoder error', encoder_error=0.003)
+    assert found == pytest.approx(per_rad2 * 9e-6, rel=1e-4)
     found = squares('pitch estimate', encoder_noise=0.002)
     assert found == pytest.approx(per_rad2 * 2.0 / 3.0 * 0.002**2, rel=1e-2)
 

@@ -40,7 +40,7 @@ def test_the_table_has_a_row_per_source_in_millimetres(capsys):
     table = capsys.readouterr().out.partition('RMS error of a point')[2]
     rows = {line[:18].strip(): line[18:].split() for line in table.splitlines()[1:]}
     assert rows['range noise'] == ['6.3', '7.2', '10.0', '13.4', '17.1', '20.9']
-    assert {'pitch estimate', 'backlash', 'mount', 'odometry', 'total'} < set(rows)
+    assert {'pitch estimate', 'backlash', 'encoder error', 'mount', 'total'} < set(rows)
     # Noise of a step: neighbours err independently, by 4/3 steps squared of 13/12.
     error = 0.004 * math.sqrt(2.0 / 3.0 * 13.0 / 12.0)
     assert f'pitch estimated to {error * 1e3:.1f}' in table
