@@ -13,9 +13,8 @@ from nodlidar_driver.scip.scan_account import MISSED, ScanAccount, SETTLING
 from nodlidar_driver.state import LidarState, Link
 
 _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
-_RATE_SCANS = (
-    10  # expected in the time over which the rate is taken: one more or less does not matter
-)
+# Expected in the time over which the rate is taken: one more or less does not matter.
+_RATE_SCANS = 10
 _DRIFT_WARNING_PPM = 450.0  # beyond this the drift may leave the range of the estimate
 _LATE_WARNING = 0.01  # s; a scan that is later waited for the host or in the line
 _MEAN_LATE_WARNING = 0.002  # s; scans that are later on average do so again and again

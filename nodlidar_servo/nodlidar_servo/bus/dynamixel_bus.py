@@ -38,7 +38,7 @@ _FILLER = bytes(140)
 _LONGEST_FILLER = 0.005  # s
 
 
-class OpenPort(PortHandler):
+class SdkPort(PortHandler):
     """The SDK's port handler on an open port: its reads block, its errors are PortErrors.
 
     A read is short only after the port's timeout, so that a packet timeout needs no clock, or
@@ -132,7 +132,7 @@ class DynamixelBus:
         clock: Callable[[], int],
         packets: PacketFormat = PROTOCOL_1,
     ) -> None:
-        self._port = OpenPort(stream, clock)
+        self._port = SdkPort(stream, clock)
         self._id = servo_id
         self._packets = packets
         self._timeout = ReplyTimeout(baud_rate)

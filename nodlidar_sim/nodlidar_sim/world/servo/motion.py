@@ -10,7 +10,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.world.servo.encoder import Encoder
 from nodlidar_sim.world.servo.firmware import check_goal, Compliance, Firmware, Loop
 from nodlidar_sim.world.servo.parameters import PERIOD, ServoParameters
-from nodlidar_sim.world.servo.plant import Motion, Plant
+from nodlidar_sim.world.servo.plant import Bodies, Plant
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,13 +20,13 @@ Number = TypeVar('Number', float, Array)
 
 PERIOD_NS = round(PERIOD * NS_PER_S)
 _IDLE = 10_000  # periods at rest without torque, beyond which time is skipped
-_SHAFT, _LIDAR = 0, 2  # places in a Motion
+_SHAFT, _LIDAR = 0, 2  # places in Bodies
 
 
 class State(NamedTuple):
     """Motion and firmware at the start of a period; warmth [K], and torque of the motor [Nm]."""
 
-    motion: Motion
+    motion: Bodies
     loop: Loop
     warmth: float
     torque: float

@@ -32,7 +32,7 @@ COPPER = 0.0039
 
 GRAVITY = 9.81
 
-Motion = tuple[float, float, float, float]
+Bodies = tuple[float, float, float, float]
 """Position [rad] and velocity [rad/s] of the shaft, then of the lidar."""
 
 
@@ -63,7 +63,7 @@ class Plant:
         self._drive = self._brake = 0.0  # torque at rest and damping by the motor, in a period
         self._damping = 2.0 * CONTACT_DAMPING * math.sqrt(p.stiffness * p.contact_inertia)
 
-    def advance(self, motion: Motion, duty: float | None, warmth: float) -> Motion:
+    def advance(self, motion: Bodies, duty: float | None, warmth: float) -> Bodies:
         """Return the motion after a period.
 
         Parameters
@@ -81,7 +81,7 @@ class Plant:
             motion = move(*motion)
         return motion if abs(motion[0]) < self._p.stop else self._stopped(motion)
 
-    def _stopped(self, motion: Motion) -> Motion:
+    def _stopped(self, motion: Bodies) -> Bodies:
         """Return a motion beyond a stop as at rest there."""
         stop = math.copysign(self._p.stop, motion[0])
         return (stop, 0.0, stop, 0.0) if self._rigid else (stop, 0.0, *motion[2:])
@@ -126,14 +126,14 @@ class Plant:
         slowed = abs(free) - step * friction
         return math.copysign(slowed / inertia, free) if slowed > 0.0 else 0.0
 
-    def _as_one(self, shaft: float, speed: float, _: float, __: float) -> Motion:
+    def _as_one(self, shaft: float, speed: float, _: float, __: float) -> Bodies:
         speed = self._speed(speed, self.load(shaft))
         shaft += self._step * speed
         return shaft, speed, shaft, speed
 
     def _with_backlash(
         self, shaft: float, speed: float, lidar: float, lidar_speed: float
-    ) -> Motion:
+    ) -> Bodies:
         step = self._step
         contact = self._contact(shaft - lidar, speed - lidar_speed)
         lidar_speed += step * (self.load(lidar) + contact) / self._lidar_inertia
