@@ -1,4 +1,4 @@
-"""The page: a viser server, who looks at it, and its texts."""
+"""The page: a viser server, and who looks at it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ from urllib.parse import urlsplit
 from nodlidar_common.errors import ParameterError
 from nodlidar_viewer.config import ViewerConfig
 from nodlidar_viewer.scene import BY_AGE, BY_HEIGHT, Scene
-import numpy as np
-from numpy.typing import NDArray
 import viser
 
 ONLY_LOOKS = 'Controls are shown on the machine of the sensor only (`remote_control`).'
@@ -69,7 +67,7 @@ class Page:
         self._server.initial_camera.position = CAMERA
         self._server.initial_camera.look_at = LOOK_AT
         self.scene = Scene(self._server.scene)
-        self._add_words(on_save)
+        self._add_buttons(on_save)
         self._server.on_client_connect(self._connected)
 
     @property
@@ -92,26 +90,11 @@ class Page:
         """Return a context whose changes all browsers show in one picture."""
         return self._server.atomic()
 
-    def show_texts(self, notice: str, diagnostics: str, rates: str) -> None:
-        """Show what is missing, statuses and rates, as Markdown."""
-        for handle, text in (
-            (self._notice, notice),
-            (self._diagnostics, diagnostics),
-            (self._rates, rates),
-        ):
-            if handle.content != text:
-                handle.content = text
-
-    def show_coverage(self, text: str, picture: NDArray[np.uint8]) -> None:
-        """Show observed coverage, and a picture of the directions seen."""
-        self._coverage.content = text
-        self._picture.image = picture
-
     def stop(self) -> None:
         """Close the page."""
         self._server.stop()
 
-    def _add_words(self, on_save: Callable[[], tuple[str, bytes]]) -> None:
+    def _add_buttons(self, on_save: Callable[[], tuple[str, bytes]]) -> None:
         gui = self._server.gui
         gui.configure_theme(show_share_button=False, show_logo=False)
         gui.main_panel.dock_right()
@@ -128,22 +111,6 @@ class Page:
             if event.client is not None:
                 name, content = on_save()
                 event.client.send_file_download(name, content, save_immediately=True)
-
-    def add_state(self) -> None:
-        """Add what a live sensor has beside clouds: coverage, states and rates."""
-        gui = self._server.gui
-        self._notice = gui.add_markdown('', order=0.5)
-        with gui.add_folder('Coverage'):
-            self._coverage = gui.add_markdown('not heard yet')
-            self._picture = gui.add_image(
-                np.zeros((8, 24, 3), dtype=np.uint8),
-                label='Directions seen, ahead in the middle; red: not seen',
-                format='png',
-            )
-        with gui.add_folder('State'):
-            self._diagnostics = gui.add_markdown('')
-        with gui.add_folder('Rates', expand_by_default=False):
-            self._rates = gui.add_markdown('')
 
     def _connected(self, client: viser.ClientHandle) -> None:
         self._on_open()

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+import math
 import re
 
 LEVELS = ('OK', 'WARNING', 'ERROR', 'STALE')
@@ -62,10 +63,10 @@ def rates(counts: Mapping[str, int], seconds: float) -> str:
 
 def coverage(seen: float, hole: float, window: float, cell: float) -> str:
     """Return observed coverage in words: share of cells seen, angles [rad], time [s]."""
-    size = f'{57.3 * cell:.1f}°'
+    size = f'{math.degrees(cell):.1f}°'
     if hole <= 0.0:
         return f'**{seen:.1%}** of the cells of {size} seen in {window:.0f} s, no hole'
     return (
         f'**{seen:.1%}** of the cells of {size} seen in {window:.0f} s; largest hole '
-        f'{57.3 * hole:.1f}°'
+        f'{math.degrees(hole):.1f}°'
     )

@@ -1,6 +1,5 @@
 """What the viewer subscribes to while a browser is connected."""
 
-from collections import Counter
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -33,27 +32,26 @@ TOPICS: dict[str, tuple[Any, QoSProfile]] = {
 
 
 class Inputs:
-    """Subscribes to all topics of the page.
-
-    Attributes
-    ----------
-    counts
-        Number of messages of the topics in RATED.
-    """
+    """Subscribes to all topics of the page."""
 
     def __init__(self, node: Node) -> None:
         self._subscriptions = {
             topic: PolledSubscription(node, message_type, topic, qos)
             for topic, (message_type, qos) in TOPICS.items()
         }
-        self.counts = Counter(dict.fromkeys(RATED, 0))
+        self._counts = dict.fromkeys(RATED, 0)
 
     def take(self, topic: str) -> list[Any]:
         """Return the messages of a topic since the last call, the oldest first."""
         messages = self._subscriptions[topic].take()
-        if topic in self.counts:
-            self.counts[topic] += len(messages)
+        if topic in self._counts:
+            self._counts[topic] += len(messages)
         return messages
+
+    def new_counts(self) -> dict[str, int]:
+        """Return the number of messages of the topics in RATED since the last call."""
+        counts, self._counts = self._counts, dict.fromkeys(RATED, 0)
+        return counts
 
     def end(self) -> None:
         """End all subscriptions."""

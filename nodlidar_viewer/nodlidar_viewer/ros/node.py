@@ -11,6 +11,7 @@ from nodlidar_viewer.page import Page
 from nodlidar_viewer.point_file import ply_bytes
 from nodlidar_viewer.ros.commands import RosCommands
 from nodlidar_viewer.ros.view import View
+from nodlidar_viewer.state_panel import StatePanel
 from rclpy.node import Node
 
 
@@ -26,13 +27,13 @@ class ViewerNode(Node):
         opened = self.create_guard_condition(self._begin)
         self._commands = RosCommands(self, self.survival)
         self.page = Page(self.config, self._saved, opened.trigger, self._add_controls)
-        self.page.add_state()
+        self._panel = StatePanel(self.page.gui)
         self.get_logger().info(f'open {self.page.address} in a browser')
 
     def _begin(self) -> None:
         """Subscribe: a browser is connected."""
         if self._view is None:
-            self._view = View(self, self.config, self.page)
+            self._view = View(self, self.config, self.page, self._panel)
             self._timer = create_steady_timer(self, 1.0 / self.config.frame_rate, self._step)
 
     def _step(self) -> None:

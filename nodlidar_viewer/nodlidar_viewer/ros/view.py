@@ -1,6 +1,6 @@
 """What the page shows while a browser is connected."""
 
-from collections import Counter, deque
+from collections import deque
 import time
 from typing import Any
 
@@ -19,6 +19,7 @@ from nodlidar_viewer.robot_model import RobotModelError, shapes_of
 from nodlidar_viewer.ros import inputs
 from nodlidar_viewer.ros.inputs import Inputs
 from nodlidar_viewer.ros.transforms import Transforms
+from nodlidar_viewer.state_panel import StatePanel
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
@@ -38,8 +39,8 @@ class View:
     ----------
     node
         Subscribes to the topics.
-    config, page
-        Where and how it is drawn.
+    config, page, panel
+        How and where it is drawn.
 
     Attributes
     ----------
@@ -47,8 +48,9 @@ class View:
         The points that are shown.
     """
 
-    def __init__(self, node: Node, config: ViewerConfig, page: Page) -> None:
-        self._config, self._page, self._log = config, page, node.get_logger()
+    def __init__(self, node: Node, config: ViewerConfig, page: Page, panel: StatePanel) -> None:
+        self._config, self._page, self._panel = config, page, panel
+        self._log = node.get_logger()
         self.recent = RecentPoints(config.most_points)
         self._directions = Directions()
         self._waiting: deque[tuple[Any, int]] = deque()  # clouds, with their arrival [ns]
@@ -162,12 +164,12 @@ class View:
                 level = int.from_bytes(each.level, 'little')
                 self._statuses[each.name] = words.Status(each.name, level, each.message, now)
         states = words.diagnostics(self._statuses.values(), now)
-        self._page.show_texts(self._notice(), states, words.rates(self._inputs.counts, seconds))
-        self._inputs.counts = Counter(dict.fromkeys(self._inputs.counts, 0))
+        rates = words.rates(self._inputs.new_counts(), seconds)
+        self._panel.show_texts(self._notice(), states, rates)
         self._texts_ns = steady_ns()
         for message in self._inputs.take(inputs.COVERAGE):
             text = words.coverage(message.seen, message.largest_hole, message.window, message.cell)
-            self._page.show_coverage(text, self._directions.picture())
+            self._panel.show_coverage(text, self._directions.picture())
 
     def _notice(self) -> str:
         silent = (steady_ns() - self._heard_ns) / NS_PER_S
