@@ -4,28 +4,13 @@ import re
 
 from bench.shared.report import markdown, recorded, RESULTS
 
+_WORKSPACE = RESULTS.parent.parent
+_MARK = '<!-- bench: '
 PAGES = tuple(
-    RESULTS.parent.parent / page
-    for page in (
-        'README.md',
-        'nodlidar_driver/README.md',
-        'nodlidar_servo/README.md',
-        'docs/calibration.md',
-        'docs/error_budget.md',
-        'docs/faults.md',
-        'docs/hardware.md',
-        'docs/lidars.md',
-        'docs/mapping.md',
-        'docs/moving_robot.md',
-        'docs/network.md',
-        'docs/tradeoffs.md',
-        'docs/nod_schedules.md',
-        'docs/physics.md',
-        'docs/publication.md',
-        'docs/services.md',
-        'docs/slam.md',
-        'docs/viewer.md',
-    )
+    page
+    for folder in ('', 'docs/', 'nodlidar_*/')
+    for page in sorted(_WORKSPACE.glob(f'{folder}*.md'))
+    if _MARK in page.read_text()
 )
 _MARKED = re.compile(
     r'(<!-- bench: (\w+)(?: where (.*?) = (.*?))?(?:: (.*?))? -->\n).*?(<!-- end -->)', re.DOTALL
