@@ -21,7 +21,7 @@ setup(
     entry_points={
         'console_scripts': [
             'demo = nodlidar_demo.demo:main',
-            'demo_mapping = nodlidar_demo.mapping_demo:main',
+            'demo_mapping = nodlidar_demo.demo_mapping:main',
         ]
     },
 )

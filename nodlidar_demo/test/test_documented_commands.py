@@ -49,7 +49,7 @@ PROGRAMS = r'ros2 (?:run|launch|service call|action send_goal)|make|rosbags-conv
 COMMAND = re.compile(rf'(?:{PROGRAMS}) [^`#]+')
 # Programs of others: by test_slam_commands.py of nodlidar_bringup.
 OTHERS = re.compile(r'ros2 (?:run|launch) (?!nodlidar_)')
-# By test_demo.py, test_mapping_demo.py and test_other_lidars.py of nodlidar_assembler.
+# By test_demo.py, test_demo_mapping.py and test_other_lidars.py of nodlidar_assembler.
 RUN_ELSEWHERE = {
     'make demo',
     'make demo-mapping',

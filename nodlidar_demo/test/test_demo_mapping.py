@@ -1,7 +1,7 @@
 """The demo of the mapper, on a short drive."""
 
 from matplotlib.image import imread
-from nodlidar_demo.mapping_demo import main
+from nodlidar_demo.demo_mapping import main
 import numpy as np
 
 
