@@ -76,7 +76,7 @@ def _hard_for_the_servo(task: Task, plan: Plan, servo: str) -> Iterator[str]:
             f'with a lidar on it, the servo {servo} nods at {MAX_SPEEDS[servo]:g} rad/s at most; '
             f'--servo names another one'
         )
-    yield from _hard_to_reverse(task, plan, servo)
+    yield from _hard_to_reverse(task, plan)
     row_time = task.row_height(plan.samples_per_sweep) * task.beam_period
     if plan.under_error is not None and row_time < plan.under_error.error:
         yield (
@@ -85,19 +85,19 @@ def _hard_for_the_servo(task: Task, plan: Plan, servo: str) -> Iterator[str]:
         )
 
 
-def _hard_to_reverse(task: Task, plan: Plan, servo: str) -> Iterator[str]:
+def _hard_to_reverse(task: Task, plan: Plan) -> Iterator[str]:
     """Yield a note if the reversals, parabolas in time, take longer than a sweep or lose a row."""
     duration = 2.0 * plan.speed / REVERSAL_ACCELERATION
     short = plan.speed**2 / (2.0 * REVERSAL_ACCELERATION)
     outermost = task.cell * min(1.0, task.last_row)
     if duration > plan.sweep_duration:
         yield (
-            f'the servo {servo} takes {seconds(duration)} to reverse, at '
-            f'{REVERSAL_ACCELERATION:g} rad/s²: more than a sweep'
+            f'a reversal at {REVERSAL_ACCELERATION:g} rad/s², which is assumed for every servo, '
+            f'takes {seconds(duration)}: more than a sweep'
         )
     elif short > outermost:
         yield (
-            f'the servo {servo} reverses {angle(short)} short of the limits, at '
-            f'{REVERSAL_ACCELERATION:g} rad/s², and misses the outermost row: widen the limits of '
-            f'the nod by as much'
+            f'at {REVERSAL_ACCELERATION:g} rad/s², which is assumed for every servo, the nod '
+            f'reverses {angle(short)} short of the limits and misses the outermost row: widen the '
+            f'limits by as much'
         )
