@@ -94,12 +94,12 @@ def test_a_log_gives_what_it_has_where_the_margin_goes_beyond_it():
     assert log.samples_around(int(SAMPLE_NS[4]) - 10**9, int(SAMPLE_NS[6]) + 10**9) == slice(0, 10)
 
 
-def nod_samples(turn_s, apart=0.01, missing=()):
+def nod_samples(reversal_s, apart=0.01, missing=()):
     """Return samples of a reversal at an instant [s], but for some of them [s]."""
     times = np.arange(-0.05, 0.13, apart)
     kept = [not any(abs(t - gone) < apart / 2 for gone in missing) for t in times]
     half, speed, acceleration = 0.015, 3.0, 200.0
-    since = np.abs(times - turn_s)
+    since = np.abs(times - reversal_s)
     pitch = np.where(
         since > half,
         -speed * (since - half) - speed * half / 2,
@@ -110,17 +110,17 @@ def nod_samples(turn_s, apart=0.01, missing=()):
 
 
 @pytest.mark.parametrize('apart', [0.01, 0.016, 0.02])
-@pytest.mark.parametrize('turn_s', [0.0, 0.021, 0.033, 0.066])
-def test_a_turn_around_that_samples_show_is_interpolated(apart, turn_s):
+@pytest.mark.parametrize('reversal_s', [0.0, 0.021, 0.033, 0.066])
+def test_a_reversal_that_samples_show_is_interpolated(apart, reversal_s):
     for name in ('slerp', 'ends'):
         pitch = PitchEstimator(EstimatorConfig(estimator=name)).pitch(
-            START_NS, OFFSET, *nod_samples(turn_s, apart)
+            START_NS, OFFSET, *nod_samples(reversal_s, apart)
         )
         assert len(pitch) == len(OFFSET)
 
 
 @pytest.mark.parametrize('name', ['slerp', 'ends', 'trajectory'])
-def test_a_turn_around_in_a_gap_is_refused(name):
+def test_a_reversal_in_a_gap_is_refused(name):
     gone = (0.02, 0.03, 0.04)
     with pytest.raises(PitchError, match='joint samples missing at a reversal'):
         PitchEstimator(EstimatorConfig(estimator=name)).pitch(
@@ -135,7 +135,7 @@ def test_a_gap_on_a_straight_way_is_interpolated():
     np.testing.assert_allclose(pitch, line(OFFSET), atol=STEP)
 
 
-def test_a_turn_around_in_a_gap_is_refused_also_where_gaps_are_many():
+def test_a_reversal_in_a_gap_is_refused_also_where_gaps_are_many():
     estimator = PitchEstimator(EstimatorConfig())
     ago_ns = np.arange(2, 150) * 10_000_000
     before_ns = (START_NS - ago_ns)[::-1]

@@ -48,7 +48,7 @@ def test_a_nod_command_carries_any_reference_time_and_number_of_samples(referenc
 
 @pytest.mark.parametrize('samples', [1, 1001, 4001, 10_000_000])
 @pytest.mark.parametrize('reference_ns', [0, TODAY_NS - 1, 2**31 * S - 1])
-def test_an_hour_of_turns_is_on_the_nanosecond(samples, reference_ns):
+def test_an_hour_of_reversals_is_on_the_nanosecond(samples, reference_ns):
     beam_ns = Fraction(S, 10 * 1024)
     nod = Nod(-0.5, 0.5, float(samples * beam_ns / S), samples, reference_ns)
     last = int(3600 * S / (samples * beam_ns))

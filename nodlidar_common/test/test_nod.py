@@ -85,7 +85,7 @@ def test_half_a_century_after_the_reference(offset_ns):
     assert nod.pitch(EPOCH_NS + offset_ns) == pytest.approx(expected, abs=3e-6)
 
 
-def test_limits_are_met_at_the_turns():
+def test_limits_are_met_at_the_reversals():
     nod = nod_of()
     turns_ns = [nod.reversal_time_ns(sweep) for sweep in range(-3, 4)]
     low, high = nod.pitch_min, nod.pitch_max

@@ -68,7 +68,7 @@ def test_pitch_runs_between_the_limits():
 
 
 @given(patterns(n_s=small))
-def test_the_leg_is_known_also_at_the_turns(pattern):
+def test_the_leg_is_known_also_at_the_reversals(pattern):
     """Erratum 4: t/|t| is equal on both legs, and undefined at t = 0."""
     n = np.arange(pattern.cycle)
     m = (4 * n + round(4 * pattern.phase)) % (8 * pattern.samples_per_sweep)

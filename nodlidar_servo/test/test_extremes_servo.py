@@ -66,22 +66,22 @@ def test_a_nod_of_hardly_any_span_is_refused(span, duration):
         check_nod(nod, LOW, HIGH, DYNAMICS)
 
 
-def farthest_off_at_turns(nod, turns):
-    """Return how far the servo is from the limits at the turns, in encoder steps."""
-    motion = follow(nod, turns[-1] + 1)
-    instants = np.array([nod.reversal_time_ns(turn) for turn in turns])
-    limits = np.where(np.array(turns) % 2 == 0, nod.pitch_min, nod.pitch_max)
+def farthest_off_at_reversals(nod, legs):
+    """Return how far the servo is from the limits where legs begin, in encoder steps."""
+    motion = follow(nod, legs[-1] + 1)
+    instants = np.array([nod.reversal_time_ns(leg) for leg in legs])
+    limits = np.where(np.array(legs) % 2 == 0, nod.pitch_min, nod.pitch_max)
     return np.abs(motion.position(instants) - limits).max() / RX24F.tick_angle
 
 
 @pytest.mark.parametrize('span', [0.02, 0.2, 1.2272, 1.6])
-def test_a_hundredth_above_the_fastest_sweep_turns_are_in_time(span):
+def test_a_hundredth_above_the_fastest_sweep_reversals_are_in_time(span):
     nod = nod_of(span, shortest_sweep(span, DYNAMICS) * 1.01)
-    assert farthest_off_at_turns(nod, range(10, 60)) < 0.6
+    assert farthest_off_at_reversals(nod, range(10, 60)) < 0.6
 
 
 @pytest.mark.parametrize('span', [0.2, 1.6])
-def test_at_the_fastest_sweep_turns_are_in_time_or_the_servo_says_that_it_is_too_slow(span):
+def test_at_the_fastest_sweep_reversals_are_in_time_or_the_servo_says_that_it_is_too_slow(span):
     nod = nod_of(span, shortest_sweep(span, DYNAMICS) * 1.000_001)
     tracker = NodTracker(nod, DYNAMICS)
     late_ns = nod.reversal_time_ns(4) + round(0.6 * nod.sweep_duration * S)
@@ -91,9 +91,9 @@ def test_at_the_fastest_sweep_turns_are_in_time_or_the_servo_says_that_it_is_too
 
 
 @pytest.mark.parametrize('span', [0.02, 0.2])
-def test_at_the_slowest_sweep_turns_are_in_time(span):
+def test_at_the_slowest_sweep_reversals_are_in_time(span):
     nod = nod_of(span, longest_sweep(span) * 0.999_999)
-    assert farthest_off_at_turns(nod, range(2, 6)) < 0.6
+    assert farthest_off_at_reversals(nod, range(2, 6)) < 0.6
 
 
 def test_no_nod_is_accepted_that_the_speed_register_cannot_tell():

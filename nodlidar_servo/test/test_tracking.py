@@ -221,15 +221,15 @@ def test_from_rest_anywhere_it_joins_the_nod_within_two_legs_and_stays_in_the_mo
 
 @pytest.mark.parametrize('side', [-1.0, 1.0])
 @pytest.mark.parametrize(('outside', 'time_for_it'), [(0.3, 0.17), (0.2, 0.12), (0.4, 0.2)])
-def test_from_outside_it_passes_the_limit_when_the_nod_turns_there(side, outside, time_for_it):
+def test_from_outside_it_passes_the_limit_when_the_nod_reverses_there(side, outside, time_for_it):
     nod = nod_of(span=0.8)
-    limit, turn = side * 0.4, 1 if side > 0.0 else 2
-    begin = turn - time_for_it / nod.sweep_duration
-    motion = follow(nod, turn + 2, start=limit + side * outside, begin=begin)
-    at_turn = np.array([nod.reversal_time_ns(turn)])
-    assert motion.position(at_turn)[0] == pytest.approx(limit, abs=0.02)
-    assert motion.velocity(at_turn)[0] == pytest.approx(-side * nod.speed, rel=0.15)
-    times_ns = times_of(nod, turn, turn + 2)
+    limit, leg = side * 0.4, 1 if side > 0.0 else 2
+    begin = leg - time_for_it / nod.sweep_duration
+    motion = follow(nod, leg + 2, start=limit + side * outside, begin=begin)
+    at_reversal = np.array([nod.reversal_time_ns(leg)])
+    assert motion.position(at_reversal)[0] == pytest.approx(limit, abs=0.02)
+    assert motion.velocity(at_reversal)[0] == pytest.approx(-side * nod.speed, rel=0.15)
+    times_ns = times_of(nod, leg, leg + 2)
     error = np.abs(motion.position(times_ns) - nod.pitch(times_ns))
     assert error.max() < nod.speed**2 / ACCELERATION / 2 * 2.2
 

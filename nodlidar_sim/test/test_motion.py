@@ -66,7 +66,7 @@ def test_it_turns_at_the_commanded_instants_short_of_the_limits():
 
 @given(st.floats(0.01, 0.3), st.floats(0.1, 1.0), st.floats(0.0, 0.005), st.floats(50.0, 400.0))
 def test_a_triangle_keeps_its_limits(share, duration, jitter_share, acceleration):
-    span = share * acceleration * duration**2  # at 0.5 it would only turn around
+    span = share * acceleration * duration**2  # at 0.5 it would only reverse
     jitter = jitter_share * duration
     nod = Nod(-0.3, -0.3 + span, duration, 4001, 0)
     end_ns = 8 * S
@@ -78,7 +78,7 @@ def test_a_triangle_keeps_its_limits(share, duration, jitter_share, acceleration
     assert motion.position(times).max() <= nod.pitch_max
 
 
-def test_jitter_moves_the_turn_arounds_by_white_noise():
+def test_jitter_moves_the_reversals_by_white_noise():
     """Turn k is the zero of the velocity; against the command it is off by N(0, 2 ms)."""
     count = 2000
     end_ns = NOD.reversal_time_ns(count)
@@ -106,7 +106,7 @@ def test_jitter_is_drawn_by_seed():
     assert np.abs(one - other).max() > 1e-3
 
 
-def test_a_sweep_too_short_to_turn_around_in_is_refused():
+def test_a_sweep_too_short_to_reverse_in_is_refused():
     nod = Nod(-0.6, 0.6, 0.1, 1024, 0)
     with pytest.raises(ParameterError, match=r'sweep_duration.*200\.0 rad/s\^2.*0\.1'):
         triangle_motion(nod, 0, S)

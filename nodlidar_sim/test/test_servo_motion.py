@@ -137,7 +137,7 @@ def test_the_past_is_kept_for_the_history():
         motion.position(np.array([last - 3 * S]))
 
 
-def test_jitter_delays_each_turn_around_once():
+def test_jitter_delays_each_reversal_once():
     exact, late = ServoMotion(), ServoMotion(jitter=3e-3, seed=1)
     for motion in (exact, late):
         motion.set_goal(NOW, 1.0, 3.0)
