@@ -14,7 +14,7 @@ from nodlidar_servo.device.torque_off import torque_off
 from nodlidar_servo.models.control_table import TABLE_1, TABLE_2
 from nodlidar_servo.models.models import MODELS
 from nodlidar_sim.devices import x_table as table
-from nodlidar_sim.devices.servo_models import make_emulator
+from nodlidar_sim.devices.servo_models import EMULATED, make_emulator
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.world.servo.motion import PhysicalServo
@@ -51,7 +51,7 @@ def test_a_servo_from_the_factory_is_set_up():
 @pytest.mark.parametrize(('name', 'number'), [(m.name, m.number) for m in MODELS.values()])
 def test_models_are_told_apart(name, number):
     if MODELS[name].table is TABLE_2:
-        bench = Bench(model=number)
+        bench = Bench(kind=EMULATED[name].emulator.keywords['kind'])
         assert not bench.connect(ServoConfig(model=name)).torque
         other = ServoConfig(model='MX-28-2' if name != 'MX-28-2' else 'XL330-M288')
         with pytest.raises(DeviceError, match=f'model number {number} .{name}'):

@@ -71,8 +71,8 @@ class Line:
         return dialogue.set_up(Wish(**{'level': False, **wish}))
 
 
-def make(kind, registers=None, pitch=0.0, **options):
-    device = kind(ServoMotion(pitch), **options)
+def make(emulator, registers=None, pitch=0.0, **options):
+    device = emulator(ServoMotion(pitch), **options)
     for register, value in (registers or {}).items():
         device.table[register] = value
     return device
@@ -216,7 +216,12 @@ def test_interrupted_writing_leaves_the_torque_off():
     [
         (SilentDevice(), {}, NoServoError, 'check its supply'),
         (make(XServoEmulator), {'model': 'RX-24F'}, WrongModelError, 'XL430-W250, not RX-24F'),
-        (make(XServoEmulator, model=1030), {}, WrongModelError, 'model number 1030'),
+        (
+            make(XServoEmulator, kind=replace(x.XL430, model=1030)),
+            {},
+            WrongModelError,
+            'model number 1030',
+        ),
         (make(RxServoEmulator, {rx.LOCK: 1}), {}, LockedError, 'power off and on'),
         (
             make(XServoEmulator),

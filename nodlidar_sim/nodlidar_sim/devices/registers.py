@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +22,31 @@ class Register:
     default: int
     low: int = 0
     high: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A model of servo, among those with the same table.
+
+    Attributes
+    ----------
+    model
+        Model number.
+    rpm, supply
+        Speed without load [rev/min] at a voltage of the supply [V].
+    factory
+        Defaults of registers where they are not those of the table.
+    """
+
+    model: int
+    rpm: float
+    supply: float = 12.0
+    factory: tuple[tuple[Register, int], ...] = ()
+
+    @property
+    def fastest(self) -> float:
+        """Speed without load at its supply [rad/s]."""
+        return self.rpm * math.tau / 60.0
 
 
 class Registers:
@@ -48,10 +74,11 @@ class Registers:
         data = (value & mask).to_bytes(register.size, 'little')
         self._bytes[begin : begin + register.size] = data
 
-    def reset(self) -> None:
-        """Set every register to its default."""
+    def reset(self, begin: int = 0) -> None:
+        """Set every register from an address on to its default."""
         for register in self._registers:
-            self[register] = register.default
+            if register.address >= begin:
+                self[register] = register.default
 
     def read(self, address: int, size: int) -> bytes | None:
         """Return bytes of the table, None if some are outside."""

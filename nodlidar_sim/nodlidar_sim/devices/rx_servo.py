@@ -13,11 +13,11 @@ from nodlidar_sim.devices.rx_table import (
     ControlTable,
     Errors,
     ID,
-    Kind,
     REGISTERED,
     RETURN_DELAY,
     RETURN_LEVEL,
     RX24F,
+    RxKind,
 )
 from nodlidar_sim.world.motion import ServoShaft
 
@@ -56,7 +56,7 @@ class RxServoEmulator(BusServo):
         self,
         motion: ServoShaft,
         *,
-        kind: Kind = RX24F,
+        kind: RxKind = RX24F,
         servo_id: int = ID.default,
         baud: int | None = None,
         return_delay: int = RETURN_DELAY.default,

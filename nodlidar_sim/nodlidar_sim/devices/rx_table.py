@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import IntFlag
 import math
 
-from nodlidar_sim.devices.registers import Register, Registers
+from nodlidar_sim.devices.registers import Kind, Register, Registers
 
 SIZE = 50
 EEPROM_END = 24
@@ -66,47 +66,32 @@ REGISTERS = tuple(value for value in list(globals().values()) if isinstance(valu
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class RxKind(Kind):
     """What differs between servos with this table.
 
     Attributes
     ----------
-    model
-        Model number.
-    rpm, supply
-        Speed without load [rev/min] at a voltage of the supply [V].
-    factory
-        Defaults of registers where they are not those of the RX-24F.
     ticks, tick
         Number of positions, and the angle from one to the next [rad].
     speed_unit
         Step of the speed registers [rad/s].
     """
 
-    model: int
-    rpm: float
-    supply: float = 12.0
-    factory: tuple[tuple[Register, int], ...] = ()
     ticks: int = 1024
     tick: float = math.radians(300.0) / 1024
     speed_unit: float = 0.111 * _RPM
 
-    @property
-    def fastest(self) -> float:
-        """Speed without load at its supply [rad/s]."""
-        return self.rpm * _RPM
-
 
 # By the e-manual of each model.
 _AX = (BAUD, 1), (VOLTAGE_MAX, 140)
-RX24F = Kind(24, 126.0)
-RX28 = Kind(28, 85.0, 18.5)
-RX64 = Kind(64, 64.0, 18.5)
-AX12A = Kind(12, 59.0, factory=(*_AX, (TEMPERATURE_LIMIT, 70)))
-AX18A = Kind(
+RX24F = RxKind(24, 126.0)
+RX28 = RxKind(28, 85.0, 18.5)
+RX64 = RxKind(64, 64.0, 18.5)
+AX12A = RxKind(12, 59.0, factory=(*_AX, (TEMPERATURE_LIMIT, 70)))
+AX18A = RxKind(
     18, 97.0, factory=(*_AX, (TEMPERATURE_LIMIT, 75), (MAX_TORQUE, 983), (TORQUE_LIMIT, 983))
 )
-MX28 = Kind(
+MX28 = RxKind(
     29,
     55.0,
     factory=((VOLTAGE_MAX, 160),),
@@ -119,7 +104,7 @@ MX28 = Kind(
 class ControlTable(Registers):
     """The bytes of the table; the rules for writing apply to the host, not to the servo."""
 
-    def __init__(self, kind: Kind = RX24F) -> None:
+    def __init__(self, kind: RxKind = RX24F) -> None:
         self.kind = kind
         super().__init__([_of_kind(register, kind) for register in REGISTERS], SIZE)
 
@@ -166,7 +151,7 @@ class ControlTable(Registers):
         return self.wheel_mode or self[CW_LIMIT] <= self[GOAL] <= self[CCW_LIMIT]
 
 
-def _of_kind(register: Register, kind: Kind) -> Register:
+def _of_kind(register: Register, kind: RxKind) -> Register:
     """Return a register with the default and the limit that it has in a kind of servo."""
     last = kind.ticks - 1
     defaults = {MODEL: kind.model, CCW_LIMIT: last, **dict(kind.factory)}

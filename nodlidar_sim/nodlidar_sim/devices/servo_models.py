@@ -2,21 +2,14 @@
 
 from dataclasses import replace
 from functools import partial
-import math
 from typing import Any, NamedTuple
 
 from nodlidar_sim.devices.bus_servo import BusServo
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
-from nodlidar_sim.devices.rx_table import AX12A, AX18A, Kind, MX28, RX24F, RX28, RX64
+from nodlidar_sim.devices.rx_table import AX12A, AX18A, MX28, RX24F, RX28, RX64, RxKind
 from nodlidar_sim.devices.sts_servo import StsEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
-from nodlidar_sim.devices.x_table import (
-    P_GAIN,
-    SHUTDOWN,
-    TEMPERATURE_LIMIT,
-    VOLTAGE_MAX,
-    VOLTAGE_MIN,
-)
+from nodlidar_sim.devices.x_table import MX28_2, XKind, XL330_M077, XL330_M288, XL430
 from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.servo_section import load_servo
@@ -30,32 +23,14 @@ class EmulatedServo(NamedTuple):
     parameters: str
 
 
-def _rx(kind: Kind, parameters: str) -> EmulatedServo:
+def _rx(kind: RxKind, parameters: str) -> EmulatedServo:
     return EmulatedServo(partial(RxServoEmulator, kind=kind), 1, parameters)
 
 
-def _x(model: int, rpm: float, parameters: str, **options: Any) -> EmulatedServo:
-    """Return a servo of Protocol 2.0, with its speed without load at its supply [rev/min]."""
-    fastest = rpm * math.tau / 60.0
-    return EmulatedServo(
-        partial(XServoEmulator, model=model, fastest=fastest, **options), 3, parameters
-    )
+def _x(kind: XKind, parameters: str) -> EmulatedServo:
+    return EmulatedServo(partial(XServoEmulator, kind=kind), 3, parameters)
 
 
-# By the e-manual of each model.
-_MX28_2 = (VOLTAGE_MIN, 95), (VOLTAGE_MAX, 160), (TEMPERATURE_LIMIT, 80), (P_GAIN, 850)
-_XL330: dict[str, Any] = {
-    'supply': 5.0,
-    'factory': (
-        (VOLTAGE_MIN, 35),
-        (VOLTAGE_MAX, 70),
-        (TEMPERATURE_LIMIT, 70),
-        (SHUTDOWN, 53),
-        (P_GAIN, 400),
-    ),
-    'gain': 1200,
-    'load_unit': 1750,
-}
 EMULATED = {
     'RX-24F': _rx(RX24F, 'rx24f'),
     'RX-28': _rx(RX28, 'rx28'),
@@ -63,10 +38,10 @@ EMULATED = {
     'AX-12A': _rx(AX12A, 'ax12a'),
     'AX-18A': _rx(AX18A, 'ax18a'),
     'MX-28': _rx(MX28, 'mx28'),
-    'MX-28-2': _x(30, 55.0, 'mx28', factory=_MX28_2),
-    'XL430-W250': _x(1060, 61.0, 'xl430'),
-    'XL330-M288': _x(1200, 103.0, 'xl330', **_XL330),
-    'XL330-M077': _x(1190, 383.0, 'xl330_m077', **_XL330),
+    'MX-28-2': _x(MX28_2, 'mx28'),
+    'XL430-W250': _x(XL430, 'xl430'),
+    'XL330-M288': _x(XL330_M288, 'xl330'),
+    'XL330-M077': _x(XL330_M077, 'xl330_m077'),
     'STS3215': EmulatedServo(StsEmulator, 0, 'sts3215'),
 }
 

@@ -13,7 +13,6 @@ from nodlidar_sim.devices.bus_servo import data_for
 from nodlidar_sim.devices.dynamixel_packets import BROADCAST, Instruction
 from nodlidar_sim.devices.dynamixel_packets_2 import InstructionReader, status_packet
 from nodlidar_sim.devices.position_servo import PositionServo
-from nodlidar_sim.devices.registers import Register
 from nodlidar_sim.world.motion import ServoShaft
 import numpy as np
 
@@ -35,18 +34,8 @@ class XServoEmulator(PositionServo):
     ----------
     motion
         Motion of shaft and lidar, which follows the servo's goals.
-    model
-        Model number: 1060 is the XL430-W250.
-    fastest
-        Speed without load at its supply [rad/s]; by default, that of the XL430-W250.
-    supply
-        Voltage of the supply [V].
-    factory
-        Defaults of registers where they are not those of the XL430-W250.
-    gain
-        P gain to which the motion's parameters belong; by default that of the factory.
-    load_unit
-        The register of the load at the greatest torque.
+    kind
+        An XL430-W250, or another servo with its table.
     servo_id, baud, return_delay
         Initial values of these registers; the factory settings are 1, 1 (57600 bit/s) and 250.
     latency_timer
@@ -62,27 +51,18 @@ class XServoEmulator(PositionServo):
         self,
         motion: ServoShaft,
         *,
-        model: int = table.MODEL.default,
-        fastest: float = 61.0 * 2.0 * math.pi / 60.0,
-        supply: float = 12.0,
-        factory: tuple[tuple[Register, int], ...] = (),
-        gain: int = 0,
-        load_unit: int = 1000,
+        kind: table.XKind = table.XL430,
         servo_id: int = table.ID.default,
         baud: int = table.BAUD.default,
         return_delay: int = table.RETURN_DELAY.default,
         latency_timer: float = 0.0,
     ) -> None:
-        self.table = table.XTable()
-        self._factory = dict(factory)
-        values = {table.MODEL: model, table.ID: servo_id, table.BAUD: baud}
-        values |= {table.RETURN_DELAY: return_delay, **self._factory}
-        for register, value in values.items():
-            self.table[register] = value
-        self._gain = gain or self.table[table.P_GAIN]
-        self._fastest, self._supply, self._load_unit = fastest, supply, load_unit
+        self.table = table.XTable(kind)
+        self.table[table.ID], self.table[table.BAUD] = servo_id, baud
+        self.table[table.RETURN_DELAY] = return_delay
+        self._kind = kind
         self._heard_ns = 0
-        super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, supply)
+        super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, kind.supply)
 
     @property
     def bit_rate(self) -> float:
@@ -173,7 +153,7 @@ class XServoEmulator(PositionServo):
         if code == SYNC_WRITE and instruction.servo_id == BROADCAST and len(parameters) > 4:
             return self._sync_write(address, parameters), b''
         if code == REBOOT and not parameters:
-            self._reboot()
+            self.table.reset(table.EEPROM_END)
             return 0, b''
         return table.INSTRUCTION_ERROR, b''
 
@@ -192,12 +172,6 @@ class XServoEmulator(PositionServo):
         data = data_for(self.table[table.ID], parameters[4:], size)
         return 0 if data is None else self._write(address, data)
 
-    def _reboot(self) -> None:
-        """Set the registers of RAM to their defaults."""
-        for register in table.REGISTERS:
-            if register.address >= table.EEPROM_END:
-                self.table[register] = self._factory.get(register, register.default)
-
     @property
     def _is_shut_down(self) -> bool:
         return bool(self.table[table.HARDWARE_ERROR] & self.table[table.SHUTDOWN])
@@ -208,8 +182,12 @@ class XServoEmulator(PositionServo):
         registers[table.HARDWARE_ERROR] |= self._alarms()
         if self._is_shut_down:
             registers[table.TORQUE_ENABLE] = 0
-        limit = registers[table.GOAL_PWM] / table.PWM_LIMIT.default
-        self._apply(now_ns, limit, self._wanted(), registers[table.P_GAIN] / self._gain)
+        gain = registers[table.P_GAIN] / self._kind.gain
+        self._apply(now_ns, self._torque_limit, self._wanted(), gain)
+
+    @property
+    def _torque_limit(self) -> float:
+        return self.table[table.GOAL_PWM] / table.PWM_LIMIT.default
 
     def _alarms(self) -> int:
         registers, alarms = self.table, 0
@@ -218,8 +196,7 @@ class XServoEmulator(PositionServo):
             alarms |= table.INPUT_VOLTAGE
         if self.temperature > registers[table.TEMPERATURE_LIMIT]:
             alarms |= table.OVERHEATING
-        limit = registers[table.GOAL_PWM] / table.PWM_LIMIT.default
-        if registers[table.TORQUE_ENABLE] and abs(self.load) > limit:
+        if registers[table.TORQUE_ENABLE] and abs(self.load) > self._torque_limit:
             alarms |= table.OVERLOAD
         return alarms
 
@@ -228,7 +205,7 @@ class XServoEmulator(PositionServo):
         registers = self.table
         if not registers[table.TORQUE_ENABLE] or self._has_expired:
             return None
-        fastest = self._fastest * self.voltage / self._supply
+        fastest = self._kind.fastest * self.voltage / self._kind.supply
         speed = registers[table.PROFILE_VELOCITY] * SPEED_UNIT
         goal = (registers[table.GOAL] - _ZERO_TICK) * TICK
         return goal, min(speed or fastest, fastest)
@@ -241,7 +218,9 @@ class XServoEmulator(PositionServo):
         position = float(self._motion.encoder(at)[0]) / TICK + _ZERO_TICK
         registers[table.POSITION] = round(position)
         registers[table.VELOCITY] = round(speed / SPEED_UNIT)
-        registers[table.LOAD] = round((self.load + self._motion.load(now_ns)) * self._load_unit)
+        registers[table.LOAD] = round(
+            (self.load + self._motion.load(now_ns)) * self._kind.load_unit
+        )
         registers[table.MOVING] = int(abs(speed) > 1e-9)
         registers[table.VOLTAGE] = round(self.voltage * 10.0)
         registers[table.TEMPERATURE] = round(self.temperature)

@@ -1,6 +1,8 @@
 """The control table of an X-series servo: registers, defaults, limits (e-manual, XL430-W250)."""
 
-from nodlidar_sim.devices.registers import Register, Registers
+from dataclasses import dataclass, replace
+
+from nodlidar_sim.devices.registers import Kind, Register, Registers
 
 SIZE = 147
 EEPROM_END = 64
@@ -51,11 +53,53 @@ ALERT = 0x80
 INPUT_VOLTAGE, OVERHEATING, OVERLOAD = 0x01, 0x04, 0x20
 
 
+@dataclass(frozen=True, slots=True)
+class XKind(Kind):
+    """What differs between servos with this table.
+
+    Attributes
+    ----------
+    gain
+        P gain to which the physical parameters of the servo belong.
+    load_unit
+        The register of the load at the greatest torque.
+    """
+
+    gain: int = P_GAIN.default
+    load_unit: int = 1000
+
+
+# By the e-manual of each model.
+XL430 = XKind(1060, 61.0)
+MX28_2 = XKind(
+    30,
+    55.0,
+    factory=((VOLTAGE_MIN, 95), (VOLTAGE_MAX, 160), (TEMPERATURE_LIMIT, 80), (P_GAIN, 850)),
+    gain=850,
+)
+XL330_M288 = XKind(
+    1200,
+    103.0,
+    supply=5.0,
+    factory=(
+        (VOLTAGE_MIN, 35),
+        (VOLTAGE_MAX, 70),
+        (TEMPERATURE_LIMIT, 70),
+        (SHUTDOWN, 53),
+        (P_GAIN, 400),
+    ),
+    gain=1200,
+    load_unit=1750,
+)
+XL330_M077 = replace(XL330_M288, model=1190, rpm=383.0)
+
+
 class XTable(Registers):
     """The bytes of the table; the rules for writing apply to the host, not to the servo."""
 
-    def __init__(self) -> None:
-        super().__init__(REGISTERS, SIZE)
+    def __init__(self, kind: XKind = XL430) -> None:
+        defaults = {MODEL: kind.model, **dict(kind.factory)}
+        super().__init__([replace(r, default=defaults.get(r, r.default)) for r in REGISTERS], SIZE)
 
     def write(self, address: int, data: bytes) -> int:
         """Write whole registers if all are allowed; return the error number, 0 if it was done."""
