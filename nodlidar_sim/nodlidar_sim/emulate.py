@@ -109,6 +109,7 @@ def make_devices(
     scene: Scene,
     start_ns: int,
     seed: int,
+    *,
     latency_timer: float = 0.0,
     scip11: bool = False,
     base: Base | None = None,
@@ -165,11 +166,11 @@ def run(options: argparse.Namespace) -> int:
         scene,
         start_ns,
         options.seed,
-        options.latency_timer / 1e3,
-        options.scip11,
-        base,
-        options.servo_model,
-        options.lidar_model,
+        latency_timer=options.latency_timer / 1e3,
+        scip11=options.scip11,
+        base=base,
+        servo_model=options.servo_model,
+        lidar_model=options.lidar_model,
     )
     links = {'lidar': options.lidar_link, 'servo': options.servo_link}
     links = {name: link for name, link in links.items() if link is not None}
