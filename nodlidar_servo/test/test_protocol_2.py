@@ -63,7 +63,7 @@ def test_an_xl330_has_5_volts_and_reports_its_current(model):
     emulator = make_emulator(model, ServoMotion(0.2), 0.0)
     servo = connected(emulator, ServoConfig(model=model))
     assert (servo.limits.voltage_min, servo.limits.voltage_max) == (3.5, 7.0)
-    emulator.load = 0.4  # of its torque, as 700 of 1750 mA
+    emulator.motor.load = 0.4  # of its torque, as 700 of 1750 mA
     sample = servo.read()
     assert sample.load == pytest.approx(0.4)
     assert sample.voltage == pytest.approx(5.0)
@@ -104,7 +104,7 @@ def test_an_xl330_gives_way_to_a_lidar_by_the_inverse_of_its_gain():
 def test_a_sample_is_what_the_shaft_does():
     bench = Bench()
     servo = bench.connect()
-    bench.emulator.load = -0.25
+    bench.emulator.motor.load = -0.25
     servo.drive(0.6, 2.0)
     for _ in range(100):
         sample = servo.read()
@@ -146,7 +146,7 @@ def test_an_overload_is_named_and_the_servo_is_started_anew():
     bench = Bench()
     servo = bench.connect()
     servo.drive(0.6, 2.0)
-    bench.emulator.load = 1.5
+    bench.emulator.motor.load = 1.5
     servo.read()
     sample = servo.read()
     assert status_names(sample.status) == 'overload'
@@ -154,7 +154,7 @@ def test_an_overload_is_named_and_the_servo_is_started_anew():
     assert bench[table.TORQUE_ENABLE] == 0
     with pytest.raises(RefusedError):
         servo.set_torque(True)
-    bench.emulator.load = 0.0
+    bench.emulator.motor.load = 0.0
     with pytest.raises(DeviceError, match=r'shut itself down \(overload\); it was started anew'):
         bench.connect()
     again = bench.connect()

@@ -53,7 +53,7 @@ def test_a_servo_is_set_up():
 def test_a_sample_is_what_the_shaft_does():
     bench = Bench()
     servo = bench.connect()
-    bench.emulator.load = -0.25
+    bench.emulator.motor.load = -0.25
     servo.drive(-0.6, 2.0)
     for _ in range(100):
         sample = servo.read()
@@ -107,13 +107,13 @@ def test_an_overload_is_named_and_ends_with_a_new_connection():
     bench = Bench()
     servo = bench.connect()
     servo.drive(0.6, 2.0)
-    bench.emulator.load = 1.5
+    bench.emulator.motor.load = 1.5
     servo.read()
     sample = servo.read()
     assert status_names(sample.status) == 'overload'
     assert servo.shut_down == sample.status
     assert bench[table.TORQUE_ENABLE] == 0
-    bench.emulator.load = 0.0
+    bench.emulator.motor.load = 0.0
     again = bench.connect()
     again.drive(0.6, 2.0)
     assert again.read().status == 0

@@ -2,6 +2,7 @@
 
 import math
 
+from nodlidar_sim.devices.motor import Motor, Target
 from nodlidar_sim.devices.rx_table import (
     CCW_MARGIN,
     CCW_SLOPE,
@@ -29,7 +30,6 @@ from nodlidar_sim.devices.rx_table import (
 )
 from nodlidar_sim.world.motion import ServoShaft
 from nodlidar_sim.world.servo.firmware import Compliance
-import numpy as np
 
 TICK = RX24F.tick
 """Angle from a position to the next [rad]."""
@@ -43,7 +43,7 @@ _WITHOUT_END = 1e6  # goal that is never reached in wheel mode [rad]
 _TURN = 2.0 * math.pi
 
 
-class RxMotor:
+class RxMotor(Motor):
     """Drives the motion by the registers.
 
     Parameters
@@ -54,25 +54,12 @@ class RxMotor:
         The registers.
     invert
         Whether rising ticks pitch down.
-
-    Attributes
-    ----------
-    voltage, temperature
-        Of the supply [V] and of the motor [deg C].
-    load
-        Torque of a further load, in units of the greatest torque; above the torque limit the motor
-        is overloaded.
     """
 
     def __init__(self, motion: ServoShaft, table: ControlTable, invert: bool) -> None:
-        self.voltage = table.kind.supply
-        self.temperature = 35.0
-        self.load = 0.0
-        self._motion = motion
+        super().__init__(motion, table.kind.supply)
         self._table, self._kind = table, table.kind
         self._sign = -1.0 if invert else 1.0
-        self._target: tuple[float, float] | None = None
-        self._compliance: Compliance | None = None
         table[GOAL] = self._position(0)
 
     def reset(self, now_ns: int) -> None:
@@ -93,52 +80,37 @@ class RxMotor:
         errors = refusal | self._alarms()
         if errors & self._table[SHUTDOWN]:
             self._table[TORQUE_LIMIT] = 0
-        compliance = self._registers()
-        if compliance != self._compliance:
-            self._compliance = compliance
-            self._motion.set_compliance(now_ns, compliance)
-        target = self._wanted()
-        if target != self._target:
-            self._target = target
-            if target is None:
-                self._motion.brake(now_ns)
-            else:
-                self._motion.set_goal(now_ns, *target)
+        self.drive(now_ns, self._position_loop(), self._wanted())
         return errors
 
     def measure(self, now_ns: int) -> None:
         """Update the registers that report the state."""
-        speed = self._sign * float(self._motion.shaft_velocity(np.array([now_ns]))[0])
+        speed = self._sign * self.velocity(now_ns)
         self._table[POSITION] = self._position(now_ns)
         self._table[SPEED] = _with_direction(speed / self._kind.speed_unit)
-        load = self.load + self._motion.load(now_ns)
-        self._table[LOAD] = _with_direction(self._sign * load * _VALUE_BITS)
+        self._table[LOAD] = _with_direction(self._sign * self.torque(now_ns) * _VALUE_BITS)
         self._table[MOVING] = int(abs(speed) > 1e-9)
         self._table[VOLTAGE] = round(self.voltage * 10.0)
         self._table[TEMPERATURE] = round(self.temperature)
 
     def _alarms(self) -> Errors:
-        table, errors = self._table, Errors.NONE
-        if not table[VOLTAGE_MIN] <= round(self.voltage * 10.0) <= table[VOLTAGE_MAX]:
-            errors |= Errors.VOLTAGE
-        if self.temperature > table[TEMPERATURE_LIMIT]:
-            errors |= Errors.OVERHEATING
-        if table[TORQUE_ENABLE] and abs(self.load) * _VALUE_BITS > self._torque_limit:
-            errors |= Errors.OVERLOAD
-        return errors
+        table = self._table
+        limit = self._torque_limit / _VALUE_BITS if table[TORQUE_ENABLE] else None
+        voltages = table[VOLTAGE_MIN], table[VOLTAGE_MAX]
+        return Errors(self.alarms(voltages, table[TEMPERATURE_LIMIT], limit))
 
     @property
     def _torque_limit(self) -> int:
         return min(self._table[TORQUE_LIMIT], self._table[MAX_TORQUE])
 
-    def _registers(self) -> Compliance:
+    def _position_loop(self) -> Compliance:
         """Return the registers of the position loop; rising ticks are counter-clockwise."""
         table = self._table
         sides = [(table[CCW_MARGIN], table[CCW_SLOPE]), (table[CW_MARGIN], table[CW_SLOPE])]
         up, down = sides if self._sign > 0.0 else sides[::-1]
         return Compliance(*up, *down, table[PUNCH] / _VALUE_BITS, self._torque_limit / _VALUE_BITS)
 
-    def _wanted(self) -> tuple[float, float] | None:
+    def _wanted(self) -> Target:
         """Return the goal [rad] and the speed [rad/s]; None without torque."""
         table = self._table
         if not table[TORQUE_ENABLE] or not self._torque_limit:
@@ -146,20 +118,19 @@ class RxMotor:
         fastest = self._kind.fastest * self.voltage / self._kind.supply
         speed = (table[MOVING_SPEED] & _VALUE_BITS) * self._kind.speed_unit
         if not table.wheel_mode:
-            return self._pitch(table[GOAL]), min(speed or fastest, fastest)
+            return self._pitch_of(table[GOAL]), min(speed or fastest, fastest)
         if speed == 0.0:
             return None
         direction = -1.0 if table[MOVING_SPEED] & _CLOCKWISE else 1.0
         return self._sign * direction * _WITHOUT_END, min(speed, fastest)
 
-    def _pitch(self, tick: int) -> float:
+    def _pitch_of(self, tick: int) -> float:
         return self._sign * (tick - self._kind.ticks // 2) * self._kind.tick  # level in the middle
 
     def _position(self, now_ns: int) -> int:
         """Return the nearest tick, limited to their range; in wheel mode modulo a full turn."""
-        pitch = float(self._motion.encoder(np.array([now_ns]))[0])
         kind = self._kind
-        ticks = self._sign * pitch / kind.tick + kind.ticks // 2
+        ticks = self._sign * self.pitch(now_ns) / kind.tick + kind.ticks // 2
         if self._table.wheel_mode:
             ticks %= _TURN / kind.tick
         return min(max(round(ticks), 0), kind.ticks - 1)

@@ -7,16 +7,15 @@ How a motor that has shut itself down is revived is a guess: by any write to its
 import math
 
 from nodlidar_sim.devices import sts_table as table
-from nodlidar_sim.devices.bus_servo import data_for
+from nodlidar_sim.devices.bus_servo import BusServo, data_for
 from nodlidar_sim.devices.dynamixel_packets import (
     BROADCAST,
     Instruction,
     InstructionReader,
     status_packet,
 )
-from nodlidar_sim.devices.position_servo import PositionServo
+from nodlidar_sim.devices.motor import Motor, proportional, Target
 from nodlidar_sim.world.motion import ServoShaft
-import numpy as np
 
 PING, READ, WRITE, SYNC_WRITE = 1, 2, 3, 0x83
 BIT_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)
@@ -30,7 +29,7 @@ _SUPPLY = 7.4  # V
 _FASTEST = 45.0 * 2.0 * math.pi / 60.0  # without load [rad/s]
 
 
-class StsEmulator(PositionServo):
+class StsEmulator(BusServo):
     """The servo, its bus and its USB adapter as the host sees them; a `Device`.
 
     Parameters
@@ -44,6 +43,8 @@ class StsEmulator(PositionServo):
 
     Attributes
     ----------
+    motor
+        The motor; tests inject faults there.
     table
         The registers.
     """
@@ -61,7 +62,8 @@ class StsEmulator(PositionServo):
         self.table[table.ID], self.table[table.BAUD] = servo_id, baud
         self.table[table.RETURN_DELAY] = return_delay
         self.table.save()
-        super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, _SUPPLY)
+        self.motor = Motor(motion, _SUPPLY)
+        super().__init__(InstructionReader(), self.bit_rate, latency_timer)
 
     @property
     def bit_rate(self) -> float:
@@ -112,29 +114,24 @@ class StsEmulator(PositionServo):
         registers[table.STATUS] = shut_down | self._alarms()
         if registers[table.STATUS] & registers[table.UNLOADING]:
             registers[table.TORQUE_ENABLE] = 0
-        self._apply(now_ns, self._torque_limit, self._wanted())
+        self.motor.drive(now_ns, proportional(self._torque_limit), self._wanted())
 
     @property
     def _torque_limit(self) -> float:
         return min(self.table[table.TORQUE_LIMIT], self.table[table.MAX_TORQUE]) / _FULL_TORQUE
 
     def _alarms(self) -> int:
-        registers, alarms = self.table, 0
-        lowest, highest = registers[table.VOLTAGE_MIN], registers[table.VOLTAGE_MAX]
-        if not lowest <= round(self.voltage * 10.0) <= highest:
-            alarms |= table.INPUT_VOLTAGE
-        if self.temperature > registers[table.TEMPERATURE_LIMIT]:
-            alarms |= table.OVERHEATING
-        if registers[table.TORQUE_ENABLE] and abs(self.load) > self._torque_limit:
-            alarms |= table.OVERLOAD
-        return alarms
+        registers = self.table
+        voltages = registers[table.VOLTAGE_MIN], registers[table.VOLTAGE_MAX]
+        limit = self._torque_limit if registers[table.TORQUE_ENABLE] else None
+        return self.motor.alarms(voltages, registers[table.TEMPERATURE_LIMIT], limit)
 
-    def _wanted(self) -> tuple[float, float] | None:
+    def _wanted(self) -> Target:
         """Return the goal [rad] and the speed [rad/s]; None without torque."""
         registers = self.table
         if not registers[table.TORQUE_ENABLE] or registers[table.MODE]:
             return None
-        fastest = _FASTEST * self.voltage / _SUPPLY
+        fastest = _FASTEST * self.motor.voltage / _SUPPLY
         speed = registers[table.GOAL_SPEED] * TICK
         low, high = registers[table.MIN_POSITION], registers[table.MAX_POSITION]
         goal = min(max(registers[table.GOAL], low), high)
@@ -142,13 +139,13 @@ class StsEmulator(PositionServo):
 
     def _measure(self, now_ns: int) -> None:
         """Update the registers that report the state."""
-        at, registers = np.array([now_ns]), self.table
-        speed = float(self._motion.shaft_velocity(at)[0])
-        ticks = round(float(self._motion.encoder(at)[0]) / TICK + _ZERO_TICK)
-        load = (self.load + self._motion.load(now_ns)) * _LOAD_UNIT
+        registers, motor = self.table, self.motor
+        speed = motor.velocity(now_ns)
+        ticks = round(motor.pitch(now_ns) / TICK + _ZERO_TICK)
+        load = motor.torque(now_ns) * _LOAD_UNIT
         registers[table.POSITION] = ticks % (table.LAST_TICK + 1)
         registers[table.SPEED] = table.sign_magnitude(speed / TICK, table.SIGN)
         registers[table.LOAD] = table.sign_magnitude(load, table.LOAD_SIGN)
         registers[table.MOVING] = int(abs(speed) > 1e-9)
-        registers[table.VOLTAGE] = round(self.voltage * 10.0)
-        registers[table.TEMPERATURE] = round(self.temperature)
+        registers[table.VOLTAGE] = round(motor.voltage * 10.0)
+        registers[table.TEMPERATURE] = round(motor.temperature)

@@ -45,8 +45,6 @@ MOVING = Register(66, 1, 0)
 REGISTERS = tuple(value for value in list(globals().values()) if isinstance(value, Register))
 
 SIGN, LOAD_SIGN = 0x8000, 0x400
-# The bits of the status.
-INPUT_VOLTAGE, OVERHEATING, OVERLOAD = 0x01, 0x04, 0x20
 
 
 class StsTable(Registers):

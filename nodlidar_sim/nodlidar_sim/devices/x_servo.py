@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 
 from nodlidar_sim.devices import x_table as table
-from nodlidar_sim.devices.bus_servo import data_for
+from nodlidar_sim.devices.bus_servo import BusServo, data_for
 from nodlidar_sim.devices.dynamixel_packets import BROADCAST, Instruction
 from nodlidar_sim.devices.dynamixel_packets_2 import InstructionReader, status_packet
-from nodlidar_sim.devices.position_servo import PositionServo
+from nodlidar_sim.devices.motor import Motor, proportional, Target
 from nodlidar_sim.world.motion import ServoShaft
-import numpy as np
 
 PING, READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 1, 2, 3, 8, 0x82, 0x83
 BIT_RATES = (9600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
@@ -27,7 +26,7 @@ _OVERHEAD = 11  # bytes of an answer without data
 _ZERO_TICK = 2048  # at pitch 0
 
 
-class XServoEmulator(PositionServo):
+class XServoEmulator(BusServo):
     """The servo, its bus and its USB adapter as the host sees them; a `Device`.
 
     Parameters
@@ -43,6 +42,8 @@ class XServoEmulator(PositionServo):
 
     Attributes
     ----------
+    motor
+        The motor; tests inject faults there.
     table
         The registers.
     """
@@ -62,7 +63,8 @@ class XServoEmulator(PositionServo):
         self.table[table.RETURN_DELAY] = return_delay
         self._kind = kind
         self._heard_ns = 0
-        super().__init__(InstructionReader(), self.bit_rate, latency_timer, motion, kind.supply)
+        self.motor = Motor(motion, kind.supply)
+        super().__init__(InstructionReader(), self.bit_rate, latency_timer)
 
     @property
     def bit_rate(self) -> float:
@@ -182,45 +184,36 @@ class XServoEmulator(PositionServo):
         registers[table.HARDWARE_ERROR] |= self._alarms()
         if self._is_shut_down:
             registers[table.TORQUE_ENABLE] = 0
-        gain = registers[table.P_GAIN] / self._kind.gain
-        self._apply(now_ns, self._torque_limit, self._wanted(), gain)
+        loop = proportional(self._torque_limit, registers[table.P_GAIN] / self._kind.gain)
+        self.motor.drive(now_ns, loop, self._wanted())
 
     @property
     def _torque_limit(self) -> float:
         return self.table[table.GOAL_PWM] / table.PWM_LIMIT.default
 
     def _alarms(self) -> int:
-        registers, alarms = self.table, 0
-        lowest, highest = registers[table.VOLTAGE_MIN], registers[table.VOLTAGE_MAX]
-        if not lowest <= round(self.voltage * 10.0) <= highest:
-            alarms |= table.INPUT_VOLTAGE
-        if self.temperature > registers[table.TEMPERATURE_LIMIT]:
-            alarms |= table.OVERHEATING
-        if registers[table.TORQUE_ENABLE] and abs(self.load) > self._torque_limit:
-            alarms |= table.OVERLOAD
-        return alarms
+        registers = self.table
+        voltages = registers[table.VOLTAGE_MIN], registers[table.VOLTAGE_MAX]
+        limit = self._torque_limit if registers[table.TORQUE_ENABLE] else None
+        return self.motor.alarms(voltages, registers[table.TEMPERATURE_LIMIT], limit)
 
-    def _wanted(self) -> tuple[float, float] | None:
+    def _wanted(self) -> Target:
         """Return the goal [rad] and the speed [rad/s]; None without torque."""
         registers = self.table
         if not registers[table.TORQUE_ENABLE] or self._has_expired:
             return None
-        fastest = self._kind.fastest * self.voltage / self._kind.supply
+        fastest = self._kind.fastest * self.motor.voltage / self._kind.supply
         speed = registers[table.PROFILE_VELOCITY] * SPEED_UNIT
         goal = (registers[table.GOAL] - _ZERO_TICK) * TICK
         return goal, min(speed or fastest, fastest)
 
     def _measure(self, now_ns: int) -> None:
         """Update the registers that report the state."""
-        at = np.array([now_ns])
-        speed = float(self._motion.shaft_velocity(at)[0])
-        registers = self.table
-        position = float(self._motion.encoder(at)[0]) / TICK + _ZERO_TICK
-        registers[table.POSITION] = round(position)
+        registers, motor = self.table, self.motor
+        speed = motor.velocity(now_ns)
+        registers[table.POSITION] = round(motor.pitch(now_ns) / TICK + _ZERO_TICK)
         registers[table.VELOCITY] = round(speed / SPEED_UNIT)
-        registers[table.LOAD] = round(
-            (self.load + self._motion.load(now_ns)) * self._kind.load_unit
-        )
+        registers[table.LOAD] = round(motor.torque(now_ns) * self._kind.load_unit)
         registers[table.MOVING] = int(abs(speed) > 1e-9)
-        registers[table.VOLTAGE] = round(self.voltage * 10.0)
-        registers[table.TEMPERATURE] = round(self.temperature)
+        registers[table.VOLTAGE] = round(motor.voltage * 10.0)
+        registers[table.TEMPERATURE] = round(motor.temperature)

@@ -49,8 +49,6 @@ GOALS = (GOAL_PWM, GOAL)
 # The error number of a status packet; bit 7 says that there is a hardware error.
 INSTRUCTION_ERROR, CRC_ERROR, DATA_RANGE, DATA_LENGTH, DATA_LIMIT, ACCESS = 2, 3, 4, 5, 6, 7
 ALERT = 0x80
-# The bits of the hardware errors.
-INPUT_VOLTAGE, OVERHEATING, OVERLOAD = 0x01, 0x04, 0x20
 
 
 @dataclass(frozen=True, slots=True)
