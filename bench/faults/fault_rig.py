@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 import sys
 import time
-from types import TracebackType
 
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_sim.devices.device import Device
@@ -125,12 +124,7 @@ class Rig:
         self.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._stack.close()
 
     # The devices.

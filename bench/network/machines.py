@@ -20,7 +20,6 @@ import struct
 import subprocess
 import threading
 import time
-from types import TracebackType
 from typing import TypeVar
 
 from nodlidar_common.errors import NodlidarError
@@ -151,12 +150,7 @@ class Machines:
         self._carrier.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._ends.set()
         self._carrier.join()
         for machine in (self.robot, self.far):
