@@ -91,15 +91,7 @@ def drawn_setup(seed: int) -> SetUp:
         robot_turn_rate=velocity[1],
     )
     return SetUp(
-        replace(
-            scene,
-            lidar=lidar,
-            servo=servo,
-            base_velocity=velocity,
-            base_legs=(),
-            base_repeat=False,
-            effects=effects,
-        ),
+        replace(scene.with_velocity(velocity), lidar=lidar, servo=servo, effects=effects),
         sensor,
         _nod(rng),
         float(rng.uniform(0.3, 1.0)),

@@ -21,7 +21,7 @@ from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
-from bench.shared.reference import BEAM_PERIOD, joints_at, SPAN, START_NS
+from bench.shared.reference import BEAM_PERIOD, joints_at, SPAN, STANDING, START_NS
 from bench.shared.report import Row
 
 DURATION = 60.0  # as docs/calibration.md asks for
@@ -101,14 +101,11 @@ def _scene(case: Case, true: Values, rng: np.random.Generator) -> Scene:
     x, y = (float(each + rng.uniform(-0.1, 0.1)) for each in place)
     heading = 0.0 if case.fixed else float(rng.uniform(-math.pi, math.pi))
     return replace(
-        load_scene(case.scene),
+        load_scene(case.scene).with_velocity(STANDING),
         servo=load_servo(case.servo) if case.servo else None,
         mount=Pose.from_xyzrpy(case.mount),
         misalignment=(true.x, 0.0, true.z - 0.08, true.roll, 0.0, true.yaw),
         base_start=(x, y, heading),
-        base_velocity=(0.0, 0.0),
-        base_legs=(),
-        base_repeat=False,
     )
 
 

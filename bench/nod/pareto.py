@@ -35,7 +35,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors.accuracy import points_rms, VEIL_ANGLE
-from bench.shared.reference import BEAM_PERIOD, joints_at, reference_nod, REVERSAL_ERROR, START_NS
+from bench.shared.reference import (
+    BEAM_PERIOD,
+    joints_at,
+    reference_nod,
+    REVERSAL_ERROR,
+    STANDING,
+    START_NS,
+)
 from bench.shared.report import Row
 
 Floats = NDArray[np.float64]
@@ -178,13 +185,7 @@ def _figures(times_ns: Times, pitch: Floats) -> tuple[float, float, float, float
 
 def _scene_rows(name: str, nods: Sequence[Row]) -> Iterator[Row]:
     real, ideal = (
-        replace(
-            load_scene(name, ideal=ideal),
-            base_velocity=(0.0, 0.0),
-            base_legs=(),
-            base_repeat=False,
-        )
-        for ideal in (False, True)
+        load_scene(name, ideal=ideal).with_velocity(STANDING) for ideal in (False, True)
     )
     queries = _surface_points(ideal)
     for nod in nods:

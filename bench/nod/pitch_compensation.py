@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.nod.servo_rig import LOADED, Rig, Tied, TRUE_BEAM_NS, URG
-from bench.shared.reference import SPAN, START_NS
+from bench.shared.reference import SPAN, STANDING, START_NS
 from bench.shared.report import Row
 
 Floats = NDArray[np.float64]
@@ -100,7 +100,7 @@ def results() -> list[Row]:
 def drive(scene: Scene, start: float, end: float, arm: str, frames: int = N_S) -> Drive:
     """Drive from a place to another [m] in so many frames; the loop is closed scan by scan."""
     speed = (end - start) / (frames * SCAN_TIME)
-    there = replace(scene, base_start=(start, 0.0, 0.0), base_velocity=(speed, 0.0))
+    there = replace(scene.with_velocity((speed, 0.0)), base_start=(start, 0.0, 0.0))
     config = SceneMonitorConfig(adapt_limits=arm == COMPENSATED)
     limits = config.pitch_min, config.pitch_max
     if arm == FIXED:
@@ -124,7 +124,7 @@ def drive(scene: Scene, start: float, end: float, arm: str, frames: int = N_S) -
 
 
 def _first_range(scene: Scene, start: float) -> float:
-    there = replace(scene, base_start=(start, 0.0, 0.0), base_velocity=(0.0, 0.0))
+    there = replace(scene.with_velocity(STANDING), base_start=(start, 0.0, 0.0))
     _, _, seen = next(NoddingSensor(there, (-0.1, 0.1), SEED).scans(1))
     return float(np.median(ranges_that_count(CONFIG, seen)))
 

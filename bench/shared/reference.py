@@ -72,7 +72,7 @@ def real_room(
     **errors
         Attributes of the scene instead of its own: `lidar`, `servo`.
     """
-    scene = replace(load_scene('room'), base_velocity=velocity, **errors)
+    scene = replace(load_scene('room').with_velocity(velocity), **errors)
     nod = reference_nod(samples_per_sweep)
     return simulate(scene, nod, duration, seed, start_ns=START_NS, sensor=sensor)
 
@@ -93,5 +93,5 @@ def simulated_room(
     velocity
         Of the base, constant [m/s, rad/s].
     """
-    scene = replace(load_scene('room', ideal=True), base_velocity=velocity)
+    scene = load_scene('room', ideal=True).with_velocity(velocity)
     return simulate(scene, reference_nod(), duration, start_ns=START_NS, sensor=sensor)

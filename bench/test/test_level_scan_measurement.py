@@ -13,9 +13,8 @@ from bench.maps.level_scan import judged
 
 
 def driven(name):
-    scene = load_scene(name, ideal=True)
-    moving = replace(scene, base_legs=(), base_repeat=False, base_velocity=(0.6, 0.5))
-    recording = recorded(moving, 4.0, seed=1)
+    scene = load_scene(name, ideal=True).with_velocity((0.6, 0.5))
+    recording = recorded(scene, 4.0, seed=1)
     log = simulated_log(recording)
     return recording.world, log, replace(log, odometry=simulated_odometry(recording))
 

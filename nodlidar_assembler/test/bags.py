@@ -1,7 +1,5 @@
 """Bags of simulated sensors for tests."""
 
-from dataclasses import replace
-
 from nodlidar_common.nod import Nod
 from nodlidar_sim.bag import messages, STORE, TOPICS, write_bag
 from nodlidar_sim.simulation import simulate
@@ -14,7 +12,7 @@ NOD = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
 
 def recording(duration, scene='room', velocity=(0.0, 0.0)):
     """Return what the reference sensor publishes on a base that drives and turns."""
-    scene = replace(load_scene(scene, ideal=True), base_velocity=velocity)
+    scene = load_scene(scene, ideal=True).with_velocity(velocity)
     return simulate(scene, NOD, duration, start_ns=START_NS)
 
 

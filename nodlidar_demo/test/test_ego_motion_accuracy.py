@@ -23,9 +23,8 @@ START_NS = 1_700_000_000_000_000_000
 
 
 def drive(speed, turn_rate, start=(0.0, 0.0, 0.0), duration=12.0, scene='room'):
-    scene = replace(
-        load_scene(scene, ideal=True), base_velocity=(speed, turn_rate), base_start=start
-    )
+    moving = load_scene(scene, ideal=True).with_velocity((speed, turn_rate))
+    scene = replace(moving, base_start=start)
     nod = Nod(-0.6136, 0.6136, 4001 * 0.1 / 1024, 4001, START_NS)
     return simulate(scene, nod, duration, start_ns=START_NS)
 

@@ -191,6 +191,9 @@ def test_every_key_of_a_scene_is_applied():
     assert scene.base_velocity == (0.4, -0.5)
     assert scene.base_legs == (Leg(2.0, (0.1, 0.2)), Leg(1.5, (0.0, 1.0)))
     assert (scene.base_repeat, scene.drives) == (False, True)
+    steady = scene.with_velocity((0.2, 0.1))
+    assert (steady.base_velocity, steady.base_legs) == ((0.2, 0.1), ())
+    assert not scene.with_velocity((0.0, 0.0)).drives
     assert scene.effects == Effects(0.01, 0.02, 0.003, -40.0, 0.05, 0.06, 0.07)
     sphere, box, cylinder, plane = scene.objects['thing']
     np.testing.assert_allclose(sphere.center, [1.0, 1.0, 0.0], atol=1e-12)

@@ -89,6 +89,10 @@ class Scene:
         """Return the scene without errors of devices and odometry."""
         return replace(self, effects=Effects(), lidar=LidarParameters(), servo=None)
 
+    def with_velocity(self, velocity: Velocity) -> Scene:
+        """Return the scene with a base of constant velocity, 0 for none, in place of its own."""
+        return replace(self, base_velocity=velocity, base_legs=(), base_repeat=False)
+
     def route(self, start_ns: int) -> Route:
         """Return the route of the base, for a start at a time [ns]."""
         return self._base_plan.route(self.base_start, start_ns)
