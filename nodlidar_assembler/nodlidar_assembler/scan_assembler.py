@@ -9,6 +9,7 @@ from nodlidar_assembler.clouds.joint_history import JointHistory, JointSamples
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
+from nodlidar_assembler.clouds.repeats import RepeatedScanError
 from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_assembler.waiting import WaitingConfig, WaitingLine
 from nodlidar_common.nod import NS_PER_S
@@ -216,7 +217,7 @@ class ScanAssembler:
         jumped = odometry is not None and self._jumped(begin_ns)
         try:
             assembled = self._pipeline.add_scan(scan, *samples, odometry, jumped)
-        except PitchError as error:
+        except (PitchError, RepeatedScanError) as error:
             return self._drop(scan, error.reason)
         except OdometryError as error:
             return self._without_odometry(scan, samples, error.reason)

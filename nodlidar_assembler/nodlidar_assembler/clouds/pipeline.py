@@ -9,6 +9,7 @@ from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
 from nodlidar_assembler.clouds.points import DESKEWED_POINT, MOVED_POINT, POINT
+from nodlidar_assembler.clouds.repeats import RepeatCheck
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
@@ -137,6 +138,7 @@ class Pipeline:
         self._deskews, self._deskew_to = config.ego_motion == 'deskew', config.deskew_to
         self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
         self._beams: Beams | None = None
+        self._repeats = RepeatCheck()
         self._reversals = ReversalFinder()
         self._sweeps: SweepGatherer | None = None
         if config.cloud_mode == 'sweep':
@@ -193,9 +195,12 @@ class Pipeline:
             If the joint samples do not determine the pitch of every beam.
         OdometryError
             If odometry does not determine the pose at every beam.
+        RepeatedScanError
+            If it has the ranges of the scan before, at another pitch.
         """
         beams = self.beams(scan.geometry)
         pitch = self.estimator.pitch(scan.stamp_ns, beams.offset, sample_ns, sample_pitch)
+        self._repeats.check(scan.geometry, scan.ranges, pitch)
         poses = None
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self.motion_limits)

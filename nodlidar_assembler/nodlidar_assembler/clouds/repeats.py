@@ -1,0 +1,39 @@
+"""Scans that repeat the ranges of the one before, as of a driver that hangs but goes on sending."""
+
+from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_common.errors import ScanError
+import numpy as np
+from numpy.typing import NDArray
+
+
+class RepeatedScanError(ScanError):
+    """A scan has the ranges of another pitch."""
+
+    def __init__(self) -> None:
+        super().__init__('the same ranges as before, though the pitch is another')
+
+
+class RepeatCheck:
+    """Compares the ranges of each scan with those of the scan before.
+
+    No two scans of a lidar are equal to the last bit of every range, unless it and all around it
+    stand still.
+    """
+
+    def __init__(self) -> None:
+        self._ranges, self._pitch = b'', np.empty(0)
+
+    def check(
+        self, geometry: ScanGeometry, ranges: NDArray[np.float32], pitch: NDArray[np.float64]
+    ) -> None:
+        """Raise RepeatedScanError for ranges (n,) of before, if the pitch (n,) is not.
+
+        The pitch is another if it differs by more than the angle between two beams.
+        """
+        content = ranges.tobytes()
+        if content != self._ranges or len(pitch) != len(self._pitch):
+            self._ranges, self._pitch = content, pitch
+            return
+        turned = np.abs(pitch - self._pitch).max()
+        if turned > abs(geometry.angle_increment) and geometry.measured(ranges).any():
+            raise RepeatedScanError
