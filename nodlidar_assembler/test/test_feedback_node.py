@@ -1,5 +1,6 @@
 """The assembler node chooses sweep after sweep, in the time of the data."""
 
+from dataclasses import replace
 import itertools
 import re
 import time
@@ -68,6 +69,20 @@ def test_without_scans_commands_stop_although_the_clock_stands_still(log):
         running.spin_until(lambda: silence() > 3.0)
     assert commands > 0
     assert len(running.out[NodCommand]) == commands
+
+
+def test_in_a_slow_simulation_no_input_is_silent_before_its_second_message(log):
+    def silent(running):
+        statuses = [s for array in running.out[DiagnosticArray] for s in array.status]
+        return [s.message for s in statuses if 'no scan for' in s.message]
+
+    with bench('use_sim_time:=true') as running:
+        running.feed(replace(log, scans=log.scans[:1]))
+        begin = time.monotonic()
+        running.spin_until(lambda: time.monotonic() - begin > 2.0)
+        assert not silent(running)
+        running.feed(replace(log, scans=log.scans[1:2]))
+        running.spin_until(lambda: silent(running))
 
 
 def test_while_scans_come_commands_go_on_although_the_clock_stands_still(log):

@@ -1,6 +1,7 @@
 """The assembler's state on /diagnostics."""
 
 from collections import Counter
+import math
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
@@ -16,7 +17,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_common.silence import Silence
+from nodlidar_common.silence import LEAST_SILENCE, Silence
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 
@@ -60,8 +61,10 @@ class Diagnosis:
         self._joint_name, self._survival = config.joint_name, survival
         self._scans, self._states = scans, states
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
-        self._scan_silence, self._joint_silence = Silence(), Silence()
-        self._odometry_silence = Silence()
+        # A simulation may be so slow that the second message is late.
+        first = math.inf if node.get_clock().ros_time_is_active else LEAST_SILENCE
+        self._scan_silence, self._joint_silence = Silence(first), Silence(first)
+        self._odometry_silence = Silence(first)
         self._range_ns: int | None = None  # of the last scan with a range, or of the first one
         self._odometry_ns: int | None = None
         assembly.samples.registerCallback(self._sample_arrived)
