@@ -1,6 +1,7 @@
 """The assembler node on real DDS, fed with simulated data, against the same data offline."""
 
 from dataclasses import replace
+import time
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -171,6 +172,26 @@ def test_scans_that_state_no_times_of_their_beams_are_warned_of(log):
 
     with bench() as running:
         running.feed(replace(log, scans=timeless))
+        running.spin_until(lambda: warned(running))
+
+
+def test_stamps_that_move_while_scans_come_as_before_are_warned_of(log):
+    period_ns, moved_ns = 50_000_000, 20_000_000
+    geometry = replace(log.scans[0].geometry, time_increment=period_ns / 1e9 / 1024)
+
+    def warned(running):
+        texts = [s.message for array in running.out[DiagnosticArray] for s in array.status]
+        return any('ms later than before, but come as before' in text for text in texts)
+
+    with bench() as running:
+        begin_ns = time.time_ns()
+        for k in range(40):
+            stamp_ns = begin_ns + k * period_ns
+            running.spin_until(lambda end_ns=stamp_ns + period_ns: time.time_ns() > end_ns)
+            stamp_ns += moved_ns if k >= 30 else 0
+            scan = replace(log.scans[0], stamp_ns=stamp_ns, geometry=geometry)
+            running.send(running.scans, scan_message(scan))
+            assert k >= 30 or not warned(running)
         running.spin_until(lambda: warned(running))
 
 

@@ -16,7 +16,7 @@ def stamps(count, begin=0):
 
 def watched(times_ns, nominal=T):
     watch = ScanWatch()
-    return watch, [watch.refuse(t, nominal) for t in times_ns]
+    return watch, [watch.refuse(t, nominal, t) for t in times_ns]
 
 
 def test_scans_of_an_even_lidar_are_all_right():
@@ -61,7 +61,7 @@ def test_where_stamps_scatter_none_is_refused():
 @pytest.mark.parametrize('nominal', [0.0, 1e-3, 1e-2, 1.0])
 def test_ten_scans_of_an_absurd_rate_are_refused_and_change_nothing(nominal):
     watch, times_ns = ScanWatch(), stamps(100)
-    reasons = [watch.refuse(t, nominal if 50 <= k < 60 else T) for k, t in enumerate(times_ns)]
+    reasons = [watch.refuse(t, nominal if 50 <= k < 60 else T, t) for k, t in enumerate(times_ns)]
     assert [k for k, reason in enumerate(reasons) if reason] == list(range(50, 60))
     assert watch.missing == 10
 
@@ -69,7 +69,7 @@ def test_ten_scans_of_an_absurd_rate_are_refused_and_change_nothing(nominal):
 @pytest.mark.parametrize('nominal', [0.0, 1e-3, 1e-2, 1.0])
 def test_after_an_absurd_beginning_the_right_rate_is_believed_within_two_seconds(nominal):
     watch, times_ns = ScanWatch(), stamps(100)
-    reasons = [watch.refuse(t, nominal if k < 10 else T) for k, t in enumerate(times_ns)]
+    reasons = [watch.refuse(t, nominal if k < 10 else T, t) for k, t in enumerate(times_ns)]
     assert reasons[30:] == [''] * 70
 
 
@@ -83,9 +83,9 @@ def test_missing_revolutions_are_counted_but_not_those_that_the_lidar_skips():
 @pytest.mark.parametrize('step_ns', [-3600 * S, -25 * S, -30 * MS, 30 * MS, 3600 * S])
 def test_with_a_clock_that_was_set_all_goes_on(step_ns):
     watch, times_ns = ScanWatch(), stamps(100)
-    assert not any(watch.refuse(t, T) for t in times_ns[:50])
+    assert not any(watch.refuse(t, T, t) for t in times_ns[:50])
     watch.shift(step_ns)
-    assert not any(watch.refuse(t + step_ns, T) for t in times_ns[50:])
+    assert not any(watch.refuse(t + step_ns, T, t + step_ns) for t in times_ns[50:])
     assert watch.missing == 0
 
 
@@ -96,7 +96,7 @@ def test_where_no_scan_states_a_rate_none_is_refused():
 
 def test_scans_that_no_longer_state_a_rate_are_believed_after_two_seconds():
     watch = ScanWatch()
-    reasons = [watch.refuse(t, T if k < 50 else 0.0) for k, t in enumerate(stamps(100))]
+    reasons = [watch.refuse(t, T if k < 50 else 0.0, t) for k, t in enumerate(stamps(100))]
     assert [k for k, reason in enumerate(reasons) if reason] == list(range(50, 69))
 
 
@@ -108,3 +108,31 @@ def test_after_a_single_stamp_of_another_time_wrong_ones_are_still_refused(jump_
     watch, reasons = watched(times_ns)
     assert [k for k, reason in enumerate(reasons) if reason] == [63]
     assert watch.missing <= 2  # those two
+
+
+def late(count, moved_ns, moved_lidar_ns=0, seed=3):
+    """Return stamps and arrivals 70 ms later, or up to 8 ms more; both change after 60 scans."""
+    waits = np.random.default_rng(seed).uniform(0.0, 8e6, count).astype(int).tolist()
+    begins = [t + (moved_lidar_ns if k >= 60 else 0) for k, t in enumerate(stamps(count))]
+    arrivals = [t + 70 * MS + wait for t, wait in zip(begins, waits, strict=True)]
+    return [t + (moved_ns if k >= 60 else 0) for k, t in enumerate(begins)], arrivals
+
+
+@pytest.mark.parametrize('moved_ms', [-70, -30, 30, 70])
+def test_stamps_that_move_while_scans_come_as_before_are_told_until_they_are_as_before(moved_ms):
+    watch = ScanWatch()
+    for stamp_ns, arrived_ns in zip(*late(100, moved_ms * MS), strict=True):
+        watch.refuse(stamp_ns, T, arrived_ns)
+    assert watch.restamped == pytest.approx(moved_ms / 1e3, abs=4e-3)
+    for stamp_ns, arrived_ns in list(zip(*late(200, 0), strict=True))[100:]:
+        watch.refuse(stamp_ns, T, arrived_ns)
+    assert watch.restamped == pytest.approx(0.0, abs=4e-3)
+
+
+@pytest.mark.parametrize('moved_ms', [-30, 30])
+def test_a_lidar_that_began_anew_has_not_moved_its_stamps(moved_ms):
+    for seed in range(20):
+        watch = ScanWatch()
+        for stamp_ns, arrived_ns in zip(*late(100, 0, moved_ms * MS, seed), strict=True):
+            watch.refuse(stamp_ns, T, arrived_ns)
+        assert watch.restamped == 0.0

@@ -52,7 +52,11 @@ def test_a_wrong_delay_is_warned_of():
     watch = watched('room', delay)
     assert abs(watch.delay - delay) < 1e-3
     assert 'joint_delay is off' in watch.warning
+    assert watch.excludes(0.03)
+    assert watch.excludes(-0.03)
+    assert not watch.excludes(delay)
     watch.restart()
+    assert not watch.excludes(0.03)
     assert not watch.warning
 
 

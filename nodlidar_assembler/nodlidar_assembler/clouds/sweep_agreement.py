@@ -55,7 +55,12 @@ class SweepAgreement:
     def restart(self) -> None:
         """Forget the window, as after the clock was set."""
         self._start_ns, self._alike = None, 0
+        self.delay = self.error = float('nan')
         self._clear()
+
+    def excludes(self, delay: float) -> bool:
+        """Return whether, by the last window, the delay is nearer to right than to off by this."""
+        return abs(self.delay) + SURE * self.error < abs(delay) / 2.0
 
     def add(self, assembled: Assembled) -> None:
         """Add a scan; ends a window if it is full."""

@@ -102,11 +102,15 @@ class Revolutions:
 
     def has(self, stamp_ns: int, nominal: float) -> bool:
         """Return whether the stamp of a scan is on the line, after all before; see `add`."""
-        elapsed_ns = stamp_ns - self._begin_ns
-        revolutions = round(elapsed_ns / self._period_ns)
-        off_ns = abs(elapsed_ns - revolutions * self._period_ns)
+        revolutions = round((stamp_ns - self._begin_ns) / self._period_ns)
         same_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) <= SAME_RATE
-        return revolutions >= 1 and off_ns <= GATE_NS and same_rate
+        return revolutions >= 1 and abs(self.off_ns(stamp_ns)) <= GATE_NS and same_rate
+
+    def off_ns(self, stamp_ns: int) -> float:
+        """Return by how much a stamp is later than the nearest revolution [ns]; 0 before any."""
+        if not self._period_ns:
+            return 0.0
+        return math.remainder(stamp_ns - self._begin_ns, self._period_ns)
 
     def _stray(self, stamp_ns: int, nominal: float) -> bool:
         self._strays += 1

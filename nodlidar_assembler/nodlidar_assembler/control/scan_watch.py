@@ -3,6 +3,7 @@
 from collections import deque
 from copy import copy
 
+from nodlidar_assembler.control.restamping import Restamping
 from nodlidar_assembler.control.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
 from nodlidar_common.nod import NS_PER_S
 
@@ -27,13 +28,17 @@ class ScanWatch:
     ----------
     missing
         Revolutions without a scan that the lidar would usually send.
+    restamped
+        By how much stamps became later [s] while scans came as before: those before or those
+        since are wrong. 0 if they did not.
     """
 
     WRONG_TIME = f'stamp more than {GATE_NS / 1e6:g} ms off the revolutions of the lidar'
     WRONG_RATE = 'time_increment of another rate than before'
 
     def __init__(self) -> None:
-        self.missing = 0
+        self.missing, self.restamped = 0, 0.0
+        self._restamping = Restamping(_REMEMBERED)
         self._restart(0.0)
 
     def _restart(self, nominal: float) -> None:
@@ -50,7 +55,7 @@ class ScanWatch:
         if self._last_ns is not None:
             self._last_ns += step_ns
 
-    def refuse(self, stamp_ns: int, nominal: float) -> str:
+    def refuse(self, stamp_ns: int, nominal: float, arrived_ns: int) -> str:
         """Add a scan; return why it must be wrong, or an empty text if it may be right.
 
         Parameters
@@ -59,6 +64,8 @@ class ScanWatch:
             Instant of its first beam [ns].
         nominal
             Time of a revolution [s] that it states; 0 if it states none.
+        arrived_ns
+            Instant of its arrival, by the clock of the stamps [ns].
         """
         if self._last_ns is not None and not self._has_same_rate(nominal):
             return self.WRONG_RATE
@@ -66,7 +73,7 @@ class ScanWatch:
             return ''
         if self._last_ns is None:
             self._restart(nominal)
-        return self._compare(stamp_ns, nominal)
+        return self._compare(stamp_ns, nominal, arrived_ns)
 
     def _has_same_rate(self, nominal: float) -> bool:
         """Return whether a scan has the rate of those before; restart after enough that do not."""
@@ -79,7 +86,7 @@ class ScanWatch:
         self._restart(nominal)
         return True
 
-    def _compare(self, stamp_ns: int, nominal: float) -> str:
+    def _compare(self, stamp_ns: int, nominal: float, arrived_ns: int) -> str:
         self._forget_stray(stamp_ns, nominal)
         silence_ns = 0 if self._last_ns is None else stamp_ns - self._last_ns
         if not -_OTHER_TIME_NS <= silence_ns <= _SILENCE_NS:
@@ -87,10 +94,16 @@ class ScanWatch:
             if not self._line.has(stamp_ns, nominal):
                 self.missing += max(round(silence_ns / NS_PER_S / self._line.period) - 1, 0)
                 self._line = Revolutions()
+                self._restamping.restart()
+        off_ns, period_ns = self._line.off_ns(stamp_ns), self._line.period * NS_PER_S
         is_known = self._line.scatter <= _MOST_SCATTER
         before, restarts = self._line.count, self._line.restarts
         is_on_line = self._line.add(stamp_ns, nominal)
-        if is_on_line and self._line.restarts == restarts:
+        begins = self._line.restarts > restarts
+        self._restamping.add(arrived_ns - stamp_ns, is_on_line and not begins)
+        if begins and is_known:
+            self.restamped += self._restamping.moved_ns(off_ns, period_ns) / NS_PER_S
+        elif is_on_line and not begins:
             self._note_missing(self._line.count - before)
         elif not is_on_line and is_known:
             return self.WRONG_TIME

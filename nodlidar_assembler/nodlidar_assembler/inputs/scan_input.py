@@ -102,6 +102,6 @@ class ScanInput:
         if self._device_clock is not None:
             self._device_clock.add(scan.end_ns, arrived_ns)
             scan = replace(scan, stamp_ns=scan.stamp_ns - self._device_clock.ahead_ns)
-        if reason := self.watch.refuse(scan.stamp_ns, nominal):
+        if reason := self.watch.refuse(scan.stamp_ns, nominal, arrived_ns):
             raise RefusedScanError(reason)
         return scan

@@ -9,6 +9,7 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.revolutions import GATE_NS
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
@@ -70,7 +71,7 @@ class Diagnosis:
         assembly.samples.registerCallback(self._sample_arrived)
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
-        self._latency = 0.0
+        self._latency = self._restamped = 0.0
         self.agreement = SweepAgreement()
         self.updater = SteadyUpdater(node, config.frame_id, self._state)
         self.updater.add('clouds', self._report)
@@ -108,7 +109,7 @@ class Diagnosis:
         now_ns = steady_ns()
         self._hear_odometry(now_ns)
         self._recent.add(now_ns, self._losses())
-        faults = self._recent.counts, self._clock_ahead(), self._blindness()
+        faults = self._recent.counts, self._clock_ahead(), self._blindness(), self._restamping()
         return [*self._silences()], [*map(bool, faults)], self._shared_inputs()
 
     def _hear_odometry(self, now_ns: int) -> None:
@@ -124,6 +125,20 @@ class Diagnosis:
         if blind < _BLIND or self._scan_silence.seconds(now_ns):
             return ''
         return f'no range for {blind:.0f} s: is the lidar covered?'
+
+    def _restamping(self) -> str:
+        """Return by how much stamps of scans moved; empty if not, or if they proved to be right."""
+        watch = self._assembly.assembler.watch
+        if watch.restamped != self._restamped:
+            self._restamped = watch.restamped
+            self.agreement.restart()
+        elif self.agreement.excludes(self._restamped):
+            watch.restamped = self._restamped = 0.0
+        if abs(self._restamped) * NS_PER_S <= GATE_NS:
+            return ''
+        way = 'later' if self._restamped > 0.0 else 'earlier'
+        moved = f'{abs(self._restamped) * 1e3:.0f} ms {way}'
+        return f'scans are stamped {moved} than before, but come as before: check their driver'
 
     def _clock_ahead(self) -> str:
         """Return that odometry is of a clock ahead of that of scans and host; empty if not."""
@@ -185,5 +200,5 @@ class Diagnosis:
             for what, count in self._shared_inputs().items()
         ]
         texts += [f'{count} {what}' for what, count in self._recent.counts.most_common(1)]
-        others = self._blindness(), self._clock_ahead(), self.agreement.warning
+        others = self._blindness(), self._clock_ahead(), self._restamping(), self.agreement.warning
         return [*texts, *filter(None, others)]
