@@ -1,6 +1,6 @@
 """Checks of the launch arguments, before any node is started."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 import os
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import Any
 from nodlidar_assembler.clouds.geometry import MountConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameter_file import file_values, read_parameters
 from nodlidar_common.parameters import check as check_parameters
@@ -218,12 +219,35 @@ def check_parameter_file(name: str, path: str) -> None:
     try:
         values = file_values(Path(path), node, config_class)
         check_ranges(config_class, values)
-        if node != 'assembler':  # it gets parameters from elsewhere, too
+        if node != 'assembler':  # see check_assembler
             check_parameters(config_class(**values))
     except YamlError:
         raise
     except ParameterError as error:
         raise YamlError(path, str(error)) from error
+
+
+def check_assembler(
+    files: Sequence[str], derived: Mapping[str, Any], own: Mapping[str, Any]
+) -> None:
+    """Raise ParameterError if the parameters of the assembler contradict each other.
+
+    Parameters
+    ----------
+    files
+        Its parameter files; later ones take precedence.
+    derived, own
+        Parameters that the files override, and those that override the files.
+    """
+    values, profile = dict(derived), ProfileConfig().profile
+    for file in files:
+        values |= file_values(Path(file), 'assembler', AssemblerConfig)
+        profile = file_values(Path(file), 'assembler', ProfileConfig).get('profile', profile)
+    check_parameters(ProfileConfig(profile))
+    known = {each.name for each in fields(AssemblerConfig)}
+    values |= {name: value for name, value in own.items() if name in known}
+    values = {key: tuple(v) if isinstance(v, list) else v for key, v in values.items()}
+    check_parameters(replace(PROFILES[profile], **values))
 
 
 def robot_description(path: str, arguments: Mapping[str, str]) -> str:

@@ -1,11 +1,13 @@
 """The checks of the launch arguments, without a launch."""
 
+from contextlib import nullcontext
 import math
 from pathlib import Path
 
 from nodlidar_bringup.arguments import (
     calibrated,
     check,
+    check_assembler,
     check_mapping,
     check_parameter_file,
     joint_limits,
@@ -156,6 +158,33 @@ def test_a_value_out_of_range_is_named_with_its_file_before_any_node_starts(
     with pytest.raises(NodlidarError) as caught:
         check_parameter_file(f'{node}_params', str(path))
     assert str(caught.value).startswith(f"'{path}': {words}")
+
+
+@pytest.mark.parametrize(
+    ('texts', 'own', 'words'),
+    [
+        (['{pitch_min: 0.7}'], {}, "'pitch_max' must be at least .* rad above pitch_min = 0.7"),
+        (['{pitch_min: 0.7}', '{pitch_max: 0.8}'], {}, None),
+        (
+            ['{profile: slam}', '{without_odometry: uncompensated}'],
+            {},
+            "'without_odometry' must be drop with clouds per sweep",
+        ),
+        (['{without_odometry: uncompensated}'], {}, None),
+        (['{odom_frame: a}'], {'frame_id': 'a', 'ego_motion': 'beam'}, "'odom_frame' must be"),
+        (['{odom_frame: a}'], {'frame_id': 'a'}, None),
+        (['{profile: quick}'], {}, "'profile' must be one of fast, balanced, slam"),
+    ],
+)
+def test_parameters_of_the_assembler_that_contradict_each_other_are_named(
+    tmp_path, texts, own, words
+):
+    paths = [tmp_path / f'{k}.yaml' for k in range(len(texts))]
+    for path, text in zip(paths, texts, strict=True):
+        path.write_text(f'/**: {{ros__parameters: {text}}}\n')
+    derived, own = {'mount_tilt': [0.0, 0.0]}, {'laser_xyz': [0.0, 0.0, 0.1], **own}
+    with pytest.raises(NodlidarError, match=words) if words else nullcontext():
+        check_assembler([*map(str, paths)], derived, own)
 
 
 @pytest.mark.parametrize('ego_motion', ['', 'deskew'])

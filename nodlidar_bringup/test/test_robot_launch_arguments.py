@@ -169,6 +169,16 @@ def test_a_wrong_argument_is_named_in_one_line_before_anything_starts(tmp_path, 
     assert 'Traceback' not in text
 
 
+def test_contradictions_in_the_assembler_s_file_end_the_launch_before_anything_starts(tmp_path):
+    file = tmp_path / 'assembler.yaml'
+    file.write_text('/**: {ros__parameters: {pitch_min: 0.7, samples_per_sweeps: 4001}}\n')
+    text = ended(tmp_path / 'launch.log', f'assembler_params:={file}')
+    assert "'pitch_max' must be at least" in text
+    assert text.count("there is no parameter 'samples_per_sweeps'") == 1
+    assert 'process started' not in text
+    assert 'Traceback' not in text
+
+
 def test_a_parameter_of_the_wrong_type_ends_the_launch_and_is_named(tmp_path):
     parameters = tmp_path / 'assembler.yaml'
     parameters.write_text('/**:\n  ros__parameters:\n    samples_per_sweep: many\n')

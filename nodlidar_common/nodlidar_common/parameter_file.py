@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import Field, fields
+from functools import cache
 from pathlib import Path
 import sys
 from typing import Any
@@ -38,8 +39,14 @@ def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any
     for parameters in _sections(path, node):
         values |= parameters
     for remark in misspelt([str(key) for key in values], own):
-        print(f"'{path}': {remark}", file=sys.stderr)
+        _say(f"'{path}': {remark}")
     return {key: _typed(own[key], value) for key, value in values.items() if key in own}
+
+
+@cache
+def _say(remark: str) -> None:
+    """Print a remark on stderr, once."""
+    print(remark, file=sys.stderr)
 
 
 def read_parameters(path: Path | str) -> dict[Any, Any]:

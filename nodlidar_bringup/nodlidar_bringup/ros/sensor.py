@@ -185,10 +185,10 @@ class Sensor:
         if self.values['lidar'] in OTHER_DRIVERS:
             lidar = f'config/lidars/{self.values["lidar"]}.yaml'
             files.append(share('nodlidar_bringup', lidar))
-        files.append(self.values['calibration'])
-        own = {
-            'frame_id': text(self.frame('nodlidar_base_link')),
-            'joint_name': text(self.frame('nod_joint')),
+        files = [*filter(None, [*files, self.values['calibration']])]
+        own: dict[str, Any] = {
+            'frame_id': self.frame('nodlidar_base_link'),
+            'joint_name': self.frame('nod_joint'),
             'laser_xyz': arguments.numbers('laser_xyz', self.values['laser_xyz']),
             'laser_rpy': arguments.numbers('laser_rpy', self.values['laser_rpy']),
         }
@@ -198,29 +198,31 @@ class Sensor:
             own['ego_motion'] = self.values['ego_motion']
         if self.values['adapt_limits']:
             own['adapt_limits'] = self.values['adapt_limits'] == 'true'
+        derived = self.derived()
+        arguments.check_assembler(files, derived, own)
+        words = [word for name, value in derived.items() for word in ('-p', f'{name}:={value}')]
+        typed = {name: text(v) if isinstance(v, str) else v for name, v in own.items()}
         return self.node(
             'nodlidar_assembler',
             'assembler',
             name='assembler',
-            parameters=[*filter(None, files), own],
-            arguments=self.derived(),
+            parameters=[*files, typed],
+            arguments=['--ros-args', *words],
             on_exit=end_all,
         )
 
-    def derived(self) -> list[str]:
+    def derived(self) -> dict[str, Any]:
         """Return the assembler's parameters that follow from the servo and the mount.
 
         The files come later and take precedence, also those for all nodes, over which values in
         the place of a file would.
         """
         roll, pitch, _ = arguments.numbers('mount_rpy', self.values['mount_rpy'])
-        own = {
+        return {
             **arguments.servo_limits(self.servo_config),
             'sensor_height': arguments.sensor_height(self.values),
             'mount_tilt': [math.remainder(each, math.tau) for each in (roll, pitch)],
         }
-        values = [word for name, value in own.items() for word in ('-p', f'{name}:={value}')]
-        return ['--ros-args', *values]
 
     def profile(self) -> str:
         """Return the parameter file of the profile; those of the nodes take precedence."""
