@@ -1,6 +1,7 @@
 """The keyframes of a map in a file, so that mapping can go on."""
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -57,8 +58,10 @@ def save_keyframes(path: Path, keyframes: Sequence[Keyframe], edges: Sequence[Ed
         'relative': np.array([e.relative for e in edges]).reshape(-1, 4, 4),
         'information': np.array([e.information for e in edges]).reshape(-1, 6, 6),
     }
+    content = BytesIO()  # on a full disk, zipfile would close its file again and again
+    np.savez_compressed(content, **arrays)
     with whole_file(path) as part:
-        np.savez_compressed(part, **arrays)
+        part.write_bytes(content.getbuffer())
 
 
 def load_keyframes(path: Path) -> tuple[list[Keyframe], list[Edge]]:

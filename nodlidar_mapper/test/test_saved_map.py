@@ -1,6 +1,9 @@
 """A saved map: loaded again as it was, continued, and refused if damaged."""
 
 from dataclasses import replace
+import gc
+import resource
+import signal
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -34,6 +37,27 @@ def saved(mapper, tmp_path_factory):
     path = tmp_path_factory.mktemp('map') / 'keyframes.npz'
     save_keyframes(path, mapper.keyframes, mapper.edges)
     return path
+
+
+@pytest.mark.filterwarnings('error::pytest.PytestUnraisableExceptionWarning')
+@pytest.mark.parametrize('missing', [1, 5000])
+def test_on_a_full_disk_the_map_of_before_is_kept_and_one_error_told(
+    mapper, saved, tmp_path, missing
+):
+    path = tmp_path / 'keyframes.npz'
+    path.write_text('before')
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (saved.stat().st_size - missing, limits[1]))
+    try:
+        with pytest.raises(OSError, match=str(path)):
+            save_keyframes(path, mapper.keyframes, mapper.edges)
+        gc.collect()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, before)
+    assert path.read_text() == 'before'
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_map_comes_back_to_a_micrometre(mapper, saved):
