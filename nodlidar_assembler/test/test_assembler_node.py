@@ -6,7 +6,7 @@ import time
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from log_messages import scan_message
-from node_bench import BEAM_PERIOD, bench, sensor_log, simulated
+from node_bench import BEAM_PERIOD, bench, SCAN_NS, sensor_log, simulated
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.profiles import PROFILES
@@ -32,6 +32,11 @@ DURATION = 3.0
 def log():
     """Return what the reference sensor tells in the scene 'wall'."""
     return sensor_log(simulated(load_scene('wall', ideal=True), DURATION))
+
+
+def texts(running):
+    """Return the states that the diagnostics have told."""
+    return [s.message for array in running.out[DiagnosticArray] for s in array.status]
 
 
 @pytest.mark.parametrize(
@@ -180,8 +185,7 @@ def test_stamps_that_move_while_scans_come_as_before_are_warned_of(log):
     geometry = replace(log.scans[0].geometry, time_increment=period_ns / 1e9 / 1024)
 
     def warned(running):
-        texts = [s.message for array in running.out[DiagnosticArray] for s in array.status]
-        return any('ms later than before, but come as before' in text for text in texts)
+        return any('ms later than before, but come as before' in t for t in texts(running))
 
     with bench() as running:
         begin_ns = time.time_ns()
@@ -193,6 +197,31 @@ def test_stamps_that_move_while_scans_come_as_before_are_warned_of(log):
             running.send(running.scans, scan_message(scan))
             assert k >= 30 or not warned(running)
         running.spin_until(lambda: warned(running))
+
+
+def test_scans_of_a_second_publisher_are_dropped_counted_and_warned_of(log):
+    log = replace(log, scans=log.scans[:-3])
+    expected, _ = assemble_log(log, Pipeline(PipelineConfig()))
+    with bench('deadline:=10.0') as running:
+        other = running.feeder.create_publisher(LaserScan, 'scan', 10)
+        running.spin_until_heard(other)
+        near = [replace(scan, ranges=scan.ranges / 2) for scan in log.scans[1:]]
+        others = [(scan.stamp_ns + SCAN_NS + 1, other, scan_message(scan)) for scan in near]
+        running.feed(log, others)
+        clouds = running.out[PointCloud2]
+        running.spin_until(lambda: len(clouds) >= len(expected))
+        running.spin_until(lambda: running.node.scans.of_others == len(others))
+        second = 'dropped: scan of a second publisher'
+        running.spin_until(lambda: any(second in text for text in texts(running)))
+    for cloud, points in zip(clouds, expected, strict=True):
+        assert bytes(cloud.data) == points.data.tobytes()
+
+
+def test_a_joint_that_stands_still_in_a_commanded_nod_is_warned_of(log):
+    still = replace(log, sample_pitch=np.zeros(len(log.sample_ns)))
+    with bench('samples_per_sweep:=4001') as running:
+        running.feed(still)
+        running.spin_until(lambda: any('although a nod is commanded' in t for t in texts(running)))
 
 
 def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):

@@ -6,6 +6,7 @@ import math
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
+from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
 import pytest
@@ -215,3 +216,17 @@ def test_an_own_clock_is_followed_after_the_clock_of_the_host_was_set(step_s):
     assert np.diff(taken_ns).tolist() == [
         10**8 + (step_s * 10**9 if k == 50 else 0) for k in range(1, 100)
     ]
+
+
+def test_scans_of_another_frame_are_refused_until_the_first_is_silent():
+    inputs = ScanInput(AssemblerConfig())
+    reasons = []
+    for k, frame in enumerate('aababbbbbbbbbbb'):
+        message = scan()
+        message.header.frame_id = frame
+        message.header.stamp = time_message(1_700_000_000 * 10**9 + k * 10**8)
+        try:
+            inputs.scan(message, time_ns(message.header.stamp))
+        except RefusedScanError as error:
+            reasons.append((k, error.reason))
+    assert reasons == [(k, ScanInput.OTHER_FRAME) for k in (2, *range(4, 14))]

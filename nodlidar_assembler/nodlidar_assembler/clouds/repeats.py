@@ -1,4 +1,4 @@
-"""Scans that repeat the ranges of the one before, as of a driver that hangs but goes on sending."""
+"""Scans that repeat the ranges of the one before, as of a driver that hangs but still sends."""
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_common.errors import ScanError

@@ -7,6 +7,7 @@ from typing import Any
 from nodlidar_assembler.clouds.geometry import revolution_time
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.control.scan_watch import ScanWatch
+from nodlidar_assembler.inputs.one_source import OneSource
 from nodlidar_assembler.inputs.scan_message import scan_from_message
 from nodlidar_assembler.inputs.stamp_clock import StampClock
 from nodlidar_common.errors import ParameterError, ScanError
@@ -72,7 +73,10 @@ class ScanInput:
         Follows the lidar's revolutions, and counts missing scans.
     """
 
+    OTHER_FRAME = 'scan of another frame than those before'
+
     def __init__(self, config: ScanInputConfig) -> None:
+        self._lidars = OneSource()
         self.watch = ScanWatch()
         self._device_clock = StampClock() if config.scan_clock == 'device' else None
         self._delay_ns = round(config.scan_delay * NS_PER_S)
@@ -88,6 +92,8 @@ class ScanInput:
 
     def scan(self, message: Any, arrived_ns: int) -> Scan:
         """Return a LaserScan that arrived at an instant [ns], or raise RefusedScanError."""
+        if not self._lidars.admits(message.header.frame_id, arrived_ns):
+            raise RefusedScanError(self.OTHER_FRAME, message.header.frame_id)
         try:
             scan = scan_from_message(
                 message,

@@ -1,6 +1,7 @@
 """The assembler's state on /diagnostics."""
 
 from collections import Counter
+from collections.abc import Callable
 import math
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -9,12 +10,13 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.nod_following import NodFollowing
 from nodlidar_assembler.control.revolutions import GATE_NS
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
-from nodlidar_assembler.ros.input import Input, PolledInput
+from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
@@ -41,6 +43,8 @@ class Diagnosis:
         as the state is checked, so that silence is noticed and none is lost.
     survival
         Counts internal errors.
+    commanded
+        Returns the nod that is commanded at present, if any.
 
     Attributes
     ----------
@@ -54,9 +58,10 @@ class Diagnosis:
         config: AssemblerConfig,
         assembly: AssemblyFilter,
         odometry: TfOdometry | None,
-        scans: Input,
+        scans: SingleInput,
         states: PolledInput,
         survival: Survival,
+        commanded: Callable[[], Nod | None],
     ) -> None:
         self._node, self._assembly, self._odometry = node, assembly, odometry
         self._joint_name, self._survival = config.joint_name, survival
@@ -68,6 +73,7 @@ class Diagnosis:
         self._odometry_silence = Silence(first)
         self._range_ns: int | None = None  # of the last scan with a range, or of the first one
         self._odometry_ns: int | None = None
+        self._commanded, self._following = commanded, NodFollowing()
         assembly.samples.registerCallback(self._sample_arrived)
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
@@ -91,6 +97,7 @@ class Diagnosis:
 
     def _sample_arrived(self, time_ns: int, pitch: float) -> None:
         self._joint_silence.heard(steady_ns(), time_ns)
+        self._following.add(time_ns, pitch, self._commanded())
 
     def _silences(self) -> dict[str, float]:
         """Return the silent inputs, with the duration of their silence [s]."""
@@ -109,7 +116,7 @@ class Diagnosis:
         now_ns = steady_ns()
         self._hear_odometry(now_ns)
         self._recent.add(now_ns, self._losses())
-        faults = self._recent.counts, self._clock_ahead(), self._blindness(), self._restamping()
+        faults = self._recent.counts, *self._doubts()
         return [*self._silences()], [*map(bool, faults)], self._shared_inputs()
 
     def _hear_odometry(self, now_ns: int) -> None:
@@ -127,7 +134,7 @@ class Diagnosis:
         return f'no range for {blind:.0f} s: is the lidar covered?'
 
     def _restamping(self) -> str:
-        """Return by how much stamps of scans moved; empty if not, or if they proved to be right."""
+        """Return by how much stamps of scans moved; empty if not, or if they proved right."""
         watch = self._assembly.assembler.watch
         if watch.restamped != self._restamped:
             self._restamped = watch.restamped
@@ -157,6 +164,7 @@ class Diagnosis:
         assembler = self._assembly.assembler
         losses = Counter({f'dropped: {why}': n for why, n in assembler.drops.items()})
         losses[ONE_INSTANT] = assembler.remarks.get(ONE_INSTANT, 0)
+        losses['dropped: scan of a second publisher'] = self._scans.of_others
         for name, one in (('scans', self._scans), ('joint states', self._states)):
             losses[f'lost before they arrived: {name}'] = one.publishers.lost
         losses.update({f'internal error: {k}': n for k, n in self._survival.errors.items()})
@@ -200,5 +208,14 @@ class Diagnosis:
             for what, count in self._shared_inputs().items()
         ]
         texts += [f'{count} {what}' for what, count in self._recent.counts.most_common(1)]
-        others = self._blindness(), self._clock_ahead(), self._restamping(), self.agreement.warning
-        return [*texts, *filter(None, others)]
+        return [*texts, *filter(None, self._doubts())]
+
+    def _doubts(self) -> list[str]:
+        """Return what is wrong with inputs that come; empty texts for what is not."""
+        return [
+            self._blindness(),
+            self._clock_ahead(),
+            self._restamping(),
+            self._following.warning,
+            self.agreement.warning,
+        ]

@@ -4,9 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 from message_filters import Subscriber
+from nodlidar_assembler.inputs.one_source import OneSource
 from nodlidar_assembler.inputs.publishers import Publishers
 from nodlidar_common.ros.polled import taken, WhenWanted
 from nodlidar_common.ros.qos import OVERRIDABLE
+from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -59,6 +61,28 @@ class Input(Subscriber):
         self.arrived_ns = info.get('received_timestamp', 0)
         with self._survival.surviving():
             super().callback(msg)
+
+
+class SingleInput(Input):
+    """An input from one publisher; messages of a second one are dropped as long as it sends.
+
+    Attributes
+    ----------
+    of_others
+        Number of messages of other publishers.
+    """
+
+    def __init__(self, *args: Any) -> None:
+        self.of_others = 0
+        self._source = OneSource()
+        super().__init__(*args)
+
+    def signalMessage(self, *args: Any) -> None:  # noqa: N802, of message_filters
+        """Pass on a message, unless it is of another publisher."""
+        if self.publisher and not self._source.admits(self.publisher, steady_ns()):
+            self.of_others += 1
+        else:
+            super().signalMessage(*args)
 
 
 class PolledInput(Input):

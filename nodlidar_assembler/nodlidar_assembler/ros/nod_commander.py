@@ -9,7 +9,7 @@ from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.inputs.stamp_clock import StampClock
 from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
@@ -101,6 +101,12 @@ class NodCommander:
         """Return to the planned nod, and from the next scan on to adapted limits."""
         self.controller.give_back(self.now_ns())
         self._publish()
+
+    @property
+    def commanded(self) -> Nod | None:
+        """The nod that is commanded at present; None if there is none."""
+        command = None if self.silent else self.controller.command
+        return None if command is None else command[0]
 
     @property
     def silent(self) -> bool:

@@ -15,7 +15,7 @@ from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_assembler.ros.coverage_report import CoverageReport
 from nodlidar_assembler.ros.diagnosis import Diagnosis
 from nodlidar_assembler.ros.host_clock import HostClock
-from nodlidar_assembler.ros.input import Input, PolledInput
+from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.ros.level_scan_message import LevelScanPublisher
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_assembler.ros.profile_change import ProfileChange
@@ -76,7 +76,7 @@ class Assembler(Node):
 
     def _subscribe(self) -> None:
         """Subscribe to scans and joint states, and to TF where the robot moves."""
-        self.scans = Input(self, LaserScan, 'scan', SCANS_WAITING, self.survival)
+        self.scans = SingleInput(self, LaserScan, 'scan', SCANS_WAITING, self.survival)
         self.states = PolledInput(
             self,
             JointState,
@@ -103,7 +103,14 @@ class Assembler(Node):
         self.states.registerCallback(self._note_publisher)
         needed = self.odometry if self._compensates else None
         self.diagnosis = Diagnosis(
-            self, self.config, self.assembly, needed, self.scans, self.states, self.survival
+            self,
+            self.config,
+            self.assembly,
+            needed,
+            self.scans,
+            self.states,
+            self.survival,
+            lambda: None if self._nod is None else self._nod.commanded,
         )
         self.scans.registerCallback(lambda scan: self.diagnosis.updater.check())
 

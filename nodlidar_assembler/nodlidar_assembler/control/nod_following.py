@@ -1,0 +1,47 @@
+"""Whether the joint follows the commanded nod, or stands still."""
+
+import math
+
+from nodlidar_common.nod import Nod, NS_PER_S
+
+# Joint samples farther apart [ns] do not show how far it moved in between.
+_LONGEST_GAP_NS = NS_PER_S // 2
+_CONFIRMED = 2  # nods up and down in a row; the first one has the way to it as well
+
+
+class NodFollowing:
+    """Compares how far the joint moves in each nod up and down with the limits of the nod."""
+
+    def __init__(self) -> None:
+        self._low = self._high = self._least_span = self._duration = 0.0
+        self._few, self._moved = 0, 0.0
+        self._last_ns = -_LONGEST_GAP_NS - 1
+        self._begin(0, 0.0)
+
+    @property
+    def warning(self) -> str:
+        """How far the joint moved, if by less than half of the commanded nod; else empty."""
+        if self._few < _CONFIRMED:
+            return ''
+        return f'the joint moves by {self._moved:.2f} rad, although a nod is commanded'
+
+    def add(self, time_ns: int, pitch: float, nod: Nod | None) -> None:
+        """Add a joint sample [ns], [rad], and the nod that is commanded; None if there is none."""
+        if nod is None or not 0 <= time_ns - self._last_ns <= _LONGEST_GAP_NS:
+            self._few = 0
+            self._begin(time_ns, pitch)
+        self._last_ns = time_ns
+        if nod is None:
+            return
+        self._low, self._high = min(self._low, pitch), max(self._high, pitch)
+        self._least_span = min(self._least_span, nod.span)
+        self._duration = max(self._duration, 2.0 * nod.sweep_duration)
+        if time_ns - self._begin_ns > self._duration * NS_PER_S:
+            self._moved = self._high - self._low
+            self._few = self._few + 1 if self._moved < self._least_span / 2.0 else 0
+            self._begin(time_ns, pitch)
+
+    def _begin(self, time_ns: int, pitch: float) -> None:
+        self._begin_ns = time_ns
+        self._low = self._high = pitch
+        self._least_span, self._duration = math.inf, 0.0

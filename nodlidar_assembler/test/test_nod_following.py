@@ -1,0 +1,53 @@
+"""A joint that does not follow the commanded nod is named."""
+
+from nodlidar_assembler.control.nod_following import NodFollowing
+from nodlidar_common.nod import Nod
+import pytest
+
+MS = 1_000_000
+NOD = Nod(-0.5, 0.5, 1.0, 10240, 0)
+
+
+def watched(pitch, seconds=9.0, period_ms=10, nod=NOD):
+    following = NodFollowing()
+    for ms in range(0, round(seconds * 1000), period_ms):
+        following.add(ms * MS, pitch(ms * MS), nod)
+    return following
+
+
+def test_a_joint_that_nods_is_not_named_wherever_it_is_in_the_nod():
+    for late_ms in range(0, 2000, 100):
+        assert not watched(lambda ns, late=late_ms: float(NOD.pitch(ns + late * MS))).warning
+
+
+@pytest.mark.parametrize('pitch', [0.0, 0.3, -0.5])
+def test_a_joint_that_stands_still_is_named_after_two_nods_up_and_down(pitch):
+    assert not watched(lambda ns: pitch, 4.0).warning
+    assert watched(lambda ns: pitch, 4.1).warning == (
+        'the joint moves by 0.00 rad, although a nod is commanded'
+    )
+
+
+def test_a_joint_that_moves_a_little_is_named_with_how_far():
+    assert '0.40 rad' in watched(lambda ns: 0.4 * float(NOD.pitch(ns))).warning
+    assert not watched(lambda ns: 0.6 * float(NOD.pitch(ns))).warning
+
+
+def test_without_a_command_or_samples_nobody_knows():
+    assert not watched(lambda ns: 0.0, nod=None).warning
+    assert not watched(lambda ns: 0.0, period_ms=600).warning
+
+
+def test_once_it_nods_it_is_no_longer_named():
+    following = watched(lambda ns: 0.0)
+    for ms in range(9000, 14000, 10):
+        following.add(ms * MS, float(NOD.pitch(ms * MS)), NOD)
+    assert not following.warning
+
+
+def test_while_limits_change_the_nod_counts_that_asks_for_the_least():
+    following = NodFollowing()
+    for ms in range(0, 20000, 10):
+        nod = Nod(-0.1 - (ms % 1000) / 2000, 0.1, 1.0, 10240, 0)
+        following.add(ms * MS, 0.05 * (ms // 10 % 3), nod)
+    assert not following.warning
