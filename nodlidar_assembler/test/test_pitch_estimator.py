@@ -2,6 +2,7 @@
 
 from collections import Counter
 from contextlib import suppress
+import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pitch import beam_pitch, PitchError
@@ -200,3 +201,22 @@ def test_a_gap_that_ends_at_the_first_beam_is_not_used():
     stamps_ns = START_NS + np.array([-500, 0, 50, 100]) * 1_000_000
     pitch = beam_pitch('slerp', START_NS, OFFSET, stamps_ns, np.arange(4.0), MAX_GAP)
     np.testing.assert_allclose(pitch, 1.0 + OFFSET / 0.05)
+
+
+@pytest.mark.parametrize('estimator', ['slerp', 'ends', 'trajectory'])
+def test_among_samples_that_jump_no_beam_is_placed(estimator):
+    """As of a count that wraps; trajectory would be wrong beside the jump as well."""
+    sample_ns = START_NS + np.arange(-30, 40) * 10_000_000
+    pitch = (sample_ns - START_NS) / 1e9 - 0.3  # at 1 rad/s
+    for first in range(1, 70):
+        jumping = pitch + math.tau * (np.arange(70) >= first)
+        with pytest.raises(PitchError, match='joint jumps: it moves faster than 100 rad/s'):
+            PitchEstimator(EstimatorConfig(estimator=estimator)).pitch(
+                START_NS, OFFSET, sample_ns, jumping
+            )
+
+
+def test_samples_an_instant_apart_may_differ_by_a_tick_of_the_encoder():
+    sample_ns = START_NS + np.sort(np.r_[np.arange(-5, 15) * 10_000_000, 30_010_000])
+    pitch = np.where(sample_ns > START_NS + 30_000_000, 0.00614, 0.0)
+    PitchEstimator(EstimatorConfig()).pitch(START_NS, OFFSET, sample_ns, pitch)

@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 
 # Largest position of a joint sample [rad]; beyond it, or not finite, it is ignored.
 LARGEST = 1e6
+# Nothing nods faster [rad/s]; but stamps of samples may be too close to each other for a tick of
+# the encoder [rad].
+MOST_SPEED = 100.0
+_LEAST_LEAP = 0.05
 
 
 class PitchError(ScanError):
@@ -105,3 +109,17 @@ def _require_bracket(
     used = sample_time[first : sample_time.searchsorted(offset[-1], side='left') + 1]
     if len(used) > 1 and (used[1:] - used[:-1]).max() > max_gap:
         raise PitchError(f'joint samples more than {max_gap} s apart')
+
+
+def require_no_jump(sample_ns: NDArray[np.int64], sample_pitch: NDArray[np.float64]) -> None:
+    """Raise PitchError if the joint leaps from sample to sample, as where a count wraps.
+
+    Parameters
+    ----------
+    sample_ns, sample_pitch
+        Joint samples [ns], [rad], ascending, shape (m,).
+    """
+    step = np.abs(sample_pitch[1:] - sample_pitch[:-1])
+    most = MOST_SPEED / NS_PER_S * (sample_ns[1:] - sample_ns[:-1])
+    if ((step > most) & (step > _LEAST_LEAP)).any():
+        raise PitchError(f'joint jumps: it moves faster than {MOST_SPEED:g} rad/s')

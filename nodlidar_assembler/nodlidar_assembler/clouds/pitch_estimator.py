@@ -4,7 +4,12 @@ from collections import Counter
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
-from nodlidar_assembler.clouds.pitch import beam_pitch, ordered_samples, PitchError
+from nodlidar_assembler.clouds.pitch import (
+    beam_pitch,
+    ordered_samples,
+    PitchError,
+    require_no_jump,
+)
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_assembler.clouds.recent_samples import RecentSamples
 from nodlidar_assembler.clouds.spline_fit import SplineError
@@ -87,6 +92,7 @@ class PitchEstimator:
         if self._interpolation == 'nearest':
             return pitch
         end_ns = start_ns + round(float(offset[-1]) * NS_PER_S)
+        require_no_jump(*samples)
         if self._recent.may_hide_reversal(start_ns, end_ns, *samples):
             raise PitchError('joint samples missing at a reversal')
         if self._smoother is not None:
