@@ -1,6 +1,7 @@
 """The thread that keeps a serial device connected."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 import termios
 import threading
@@ -58,6 +59,8 @@ class DeviceThread:
         self._port: OpenPort | None = None
         self._guard: Guard | None = None
         self._unsafe = ''
+        self._stop_request: StopRequest | None = None
+        self._is_connected = self._may_be_on = False
 
     def start(self) -> None:
         """Start the thread."""
@@ -96,7 +99,7 @@ class DeviceThread:
         """
         config = self._device.config
         self._port = open_port(config.port, config.baud_rate, timeout)
-        self._guard = Guard(self._port.fileno(), stop)
+        self._guard, self._stop_request = Guard(self._port.fileno(), stop), stop
         return self._port
 
     def _work(self) -> None:
@@ -111,11 +114,13 @@ class DeviceThread:
             finally:
                 self._make_safe()
             self._stop.wait(self._device.config.reconnect_delay)
+        if self._may_be_on and self._stop_request is not None:
+            self._leave_to_guard(self._stop_request)
         self._show(_NOT_ACTIVE)
 
     def _stay_connected(self) -> None:
         self._device.connect()
-        self._unsafe = ''
+        self._unsafe, self._is_connected, self._may_be_on = '', True, True
         self.connection = Connection('connected', count=self.connection.count + 1)
         self._log_info(f"connected to '{self._device.config.port}'")
         while self.keep_going():
@@ -125,6 +130,7 @@ class DeviceThread:
         port, self._port = self._port, None
         guard, self._guard = self._guard, None
         was_handled = self._switch_off()
+        self._is_connected = False
         if port is not None:
             close_port(port)
         if guard is not None and was_handled:
@@ -138,10 +144,22 @@ class DeviceThread:
             self._device.disconnect()
         except DeviceError as error:
             self._log_unsafe(str(error))
+            return True
         except Exception:
             self._log_error('internal error in disconnecting:\n' + traceback.format_exc())
             return False
+        # A connection that failed before the device was known has switched nothing off.
+        self._may_be_on &= not self._is_connected
         return True
+
+    def _leave_to_guard(self, stop: StopRequest) -> None:
+        """Let a guard go on switching off a device that was on and has not confirmed it."""
+        self._may_be_on = False
+        with suppress(DeviceError, OSError, termios.error):  # unplugged
+            config = self._device.config
+            port = open_port(config.port, config.baud_rate, 0.0)
+            Guard(port.fileno(), stop).trigger()
+            close_port(port)
 
     def _log_unsafe(self, trouble: str) -> None:
         """Log once in each series of failures that the device may still be on."""

@@ -18,6 +18,7 @@ ANSWER_TIMEOUT = 0.15  # s; longer than a rotation of the lidar, which answers o
 LAUNCH = 'NODLIDAR_LAUNCH'
 """Environment variable with the number of the process that the node has to end with."""
 
+LONGEST_ATTEMPT = 10.0  # s for which a guard tries to reach a device that does not answer
 LONGEST_END = 3.0  # s that a node has to end after its launch has ended
 _LONGEST_ANSWER = 4096
 
@@ -83,11 +84,13 @@ def main(port: str, device: str, request: str, confirmation: str) -> None:
     if sys.stdin.buffer.read() == DISMISSED:
         return
     try:
-        is_off = switch_off(int(port), bytes.fromhex(request), bytes.fromhex(confirmation))
+        end, is_off = time.monotonic() + LONGEST_ATTEMPT, False
+        while not is_off and time.monotonic() < end:
+            is_off = switch_off(int(port), bytes.fromhex(request), bytes.fromhex(confirmation))
         result = 'is off now' if is_off else 'did not confirm that it is off'
     except OSError as error:
         result = f'could not be reached: {error}'
-    print(f'the node of the {device} was killed: the {device} {result}', file=sys.stderr)
+    print(f'the node ended before the {device} was off: the {device} {result}', file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -4,10 +4,13 @@ import os
 import pty
 import queue
 import select
+import threading
 from types import SimpleNamespace
 
 from nodlidar_common.device_thread import DeviceThread
+from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard import StopRequest
+from nodlidar_common.serial_port import open_port
 import pytest
 
 LONGEST = 30.0  # s; only a failing test waits so long
@@ -44,6 +47,61 @@ class FaultyDevice:
         if self.connected == 1:
             self.connected = 2
             raise ZeroDivisionError('a fault of the program')
+
+
+class DeafDevice:
+    """A device that no longer answers once it was connected."""
+
+    def __init__(self, port, cycles):
+        self.config = SimpleNamespace(port=port, baud_rate=115200, reconnect_delay=0.01)
+        self.cycles, self.tried = cycles, threading.Semaphore(0)
+        self.known = False
+        self.thread = DeviceThread(self, lambda text: None, lambda text: None)
+
+    def connect(self):
+        self.thread.open_port(0.1, STOP)
+        if self.cycles == 0:
+            self.tried.release()
+            raise DeviceError('no answer')
+        self.known = True
+
+    def cycle(self):
+        self.cycles -= 1
+        if self.cycles == 0:
+            raise DeviceError('no answer')
+        self.tried.release()
+        self.thread._stop.wait(0.01)
+
+    def disconnect(self):
+        if self.known:
+            self.known = False
+            raise DeviceError('the motor did not confirm that it is off')
+
+
+@pytest.mark.parametrize('cycles', [10**6, 1])
+def test_when_the_node_ends_a_guard_goes_on_with_what_did_not_confirm(terminal, cycles):
+    """Whether it is connected then, or has failed and been tried again since."""
+    ours, path = terminal
+    device = DeafDevice(path, cycles)
+    device.thread.start()
+    for _ in range(3):
+        assert device.tried.acquire(timeout=LONGEST)
+    assert not select.select([ours], [], [], 0)[0]
+    device.thread.stop()
+    assert select.select([ours], [], [], LONGEST)[0]
+    assert os.read(ours, 3) == b'OFF'
+    os.write(ours, b'OK')
+
+
+def test_what_never_was_connected_is_not_left_to_a_guard(terminal):
+    ours, path = terminal
+    device = DeafDevice(path, 0)
+    device.thread.start()
+    for _ in range(3):
+        assert device.tried.acquire(timeout=LONGEST)
+    device.thread.stop()
+    open_port(path, 115200, 0.0).close()  # no guard holds the port
+    assert not select.select([ours], [], [], 0)[0]
 
 
 def test_the_guard_switches_off_what_an_error_of_the_program_left_on(

@@ -9,7 +9,13 @@ import sys
 import time
 import tty
 
-from nodlidar_common.guard_process import ATTEMPTS, LAUNCH, switch_off
+from nodlidar_common.guard_process import (
+    ANSWER_TIMEOUT,
+    ATTEMPTS,
+    LAUNCH,
+    LONGEST_ATTEMPT,
+    switch_off,
+)
 import pytest
 
 LONGEST = 20.0  # s; only a failing test waits so long
@@ -84,7 +90,7 @@ def test_a_killed_node_s_device_is_stopped_until_it_confirms(device, node, end):
     node.send_signal(end)
     device.wait_for(b'OFFOFF')  # the first request was not answered
     os.write(device.master, b'noise OK')
-    assert 'the node of the motor was killed: the motor is off now' in node.stderr.read()
+    assert 'the node ended before the motor was off: the motor is off now' in node.stderr.read()
     assert node.wait(LONGEST) == -end
 
 
@@ -130,7 +136,8 @@ def test_a_device_that_never_confirms_is_given_up_and_named(device, node):
     node.kill()
     assert 'did not confirm that it is off' in node.stderr.read()
     device.wait_for(b'OFF' * ATTEMPTS)
-    assert len(re.findall(b'OFF', device.received)) == ATTEMPTS
+    most = LONGEST_ATTEMPT / ANSWER_TIMEOUT + ATTEMPTS
+    assert ATTEMPTS < len(re.findall(b'OFF', device.received)) <= most
 
 
 def test_a_port_that_hung_up_ends_the_guard(node, device):
