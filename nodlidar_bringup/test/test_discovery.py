@@ -3,8 +3,10 @@
 import os
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 from ament_index_python.packages import get_package_share_directory
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.discovery import announce_often, PROFILE_VARIABLES
 import pytest
 
@@ -29,6 +31,16 @@ def _complaints_of_a_node() -> str:
 def test_fast_dds_takes_our_file() -> None:
     announce_often()
     assert not _complaints_of_a_node()
+
+
+def test_a_message_that_was_missed_is_sent_again_before_a_scan_waits_too_long_for_it() -> None:
+    announce_often()
+    file = ElementTree.parse(os.environ[PROFILE_VARIABLES[0]])
+    writers = [each for each in file.iter() if each.tag.endswith('data_writer')]
+    assert [each.get('is_default_profile') for each in writers] == ['true']
+    [period] = [each for each in writers[0].iter() if each.tag.endswith('heartbeatPeriod')]
+    seconds, nanoseconds = (int(each.text or '') for each in period)
+    assert seconds + nanoseconds / 1e9 < AssemblerConfig().deadline
 
 
 def test_fast_dds_takes_the_file_for_lossy_networks() -> None:
