@@ -84,6 +84,8 @@ class MessageAssembler(ScanAssembler):
         Take the outcomes that are ready after each, since time may go back with the next.
         """
         for sample in self.joint.samples(message):
+            if sample[0] < (self._joints.newest_ns or 0):
+                self.watch.joints_went_back()
             self.add_joint_sample(*sample)
             yield sample
 

@@ -1,11 +1,13 @@
 """What is taken and what is counted of scans and joint states that are malformed."""
 
 from collections import Counter
+from contextlib import suppress
 import math
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
+from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
@@ -230,3 +232,18 @@ def test_scans_of_another_frame_are_refused_until_the_first_is_silent():
         except RefusedScanError as error:
             reasons.append((k, error.reason))
     assert reasons == [(k, ScanInput.OTHER_FRAME) for k in (2, *range(4, 14))]
+
+
+@pytest.mark.parametrize(('joints_too', 'restamped'), [(True, 0.0), (False, -4.97)])
+def test_scans_of_a_recording_that_is_played_in_a_loop_have_not_moved_alone(joints_too, restamped):
+    assembler = MessageAssembler(AssemblerConfig(joint_name='nod'), lambda: '')
+    for k in range(100):
+        arrived_ns = 1_700_000_000 * 10**9 + k * 10**8
+        message = scan()
+        message.header.stamp = time_message(arrived_ns - (4_970_000_000 if k >= 50 else 0))
+        state = joint_state()
+        state.header.stamp = message.header.stamp if joints_too else time_message(arrived_ns)
+        list(assembler.add_joint_state(state))
+        with suppress(RefusedScanError):
+            assembler.scan(message, arrived_ns)
+    assert assembler.watch.restamped == pytest.approx(restamped, abs=1e-6)

@@ -129,6 +129,16 @@ def test_stamps_that_move_while_scans_come_as_before_are_told_until_they_are_as_
     assert watch.restamped == pytest.approx(0.0, abs=4e-3)
 
 
+def test_when_joint_states_went_back_as_well_stamps_have_not_moved_alone():
+    """As where a recording is played in a loop."""
+    watch = ScanWatch()
+    for k, (stamp_ns, arrived_ns) in enumerate(zip(*late(100, -5030 * MS), strict=True)):
+        if k == 61:
+            watch.joints_went_back()
+        watch.refuse(stamp_ns, T, arrived_ns)
+    assert watch.restamped == 0.0
+
+
 @pytest.mark.parametrize('moved_ms', [-30, 30])
 def test_a_lidar_that_began_anew_has_not_moved_its_stamps(moved_ms):
     for seed in range(20):

@@ -45,7 +45,8 @@ class Restamping:
         period_ns
             Time of a revolution [ns].
         """
-        moved_ns = float(min(self._late_ns, default=0) - min(self._strays_late_ns))
+        before_ns = min(self._late_ns, default=None)
+        moved_ns = 0.0 if before_ns is None else float(before_ns - min(self._strays_late_ns))
         self._late_ns = deque(self._strays_late_ns, self._late_ns.maxlen)
         self._strays_late_ns.clear()
         off_line_ns = abs(math.remainder(moved_ns - off_ns, period_ns))

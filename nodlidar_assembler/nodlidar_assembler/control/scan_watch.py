@@ -55,6 +55,10 @@ class ScanWatch:
         if self._last_ns is not None:
             self._last_ns += step_ns
 
+    def joints_went_back(self) -> None:
+        """Note that joint states are of another time: if scans are as well, time has jumped."""
+        self._restamping.restart()
+
     def refuse(self, stamp_ns: int, nominal: float, arrived_ns: int) -> str:
         """Add a scan; return why it must be wrong, or an empty text if it may be right.
 
