@@ -5,6 +5,10 @@ from nodlidar_common.errors import ScanError
 import numpy as np
 from numpy.typing import NDArray
 
+# Fewer ranges than these may repeat by chance. If every second one did, all of so many would once
+# in a million scans.
+_FEWEST = 20
+
 
 class RepeatedScanError(ScanError):
     """A scan has the ranges of another pitch."""
@@ -16,8 +20,8 @@ class RepeatedScanError(ScanError):
 class RepeatCheck:
     """Compares the ranges of each scan with those of the scan before.
 
-    No two scans of a lidar are equal to the last bit of every range, unless it and all around it
-    stand still.
+    No two scans of many ranges are equal to the last bit, unless the lidar and all around it stand
+    still.
     """
 
     def __init__(self) -> None:
@@ -34,6 +38,6 @@ class RepeatCheck:
         if content != self._ranges or len(pitch) != len(self._pitch):
             self._ranges, self._pitch = content, pitch
             return
-        turned = np.abs(pitch - self._pitch).max()
-        if turned > abs(geometry.angle_increment) and geometry.measured(ranges).any():
+        is_another = np.abs(pitch - self._pitch).max() > abs(geometry.angle_increment)
+        if is_another and np.count_nonzero(geometry.measured(ranges)) >= _FEWEST:
             raise RepeatedScanError
