@@ -21,6 +21,7 @@ from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
+from bench.errors.panelled_room import panelled_room
 from bench.shared.reference import BEAM_PERIOD, joints_at, SPAN, STANDING, START_NS
 from bench.shared.report import Row
 
@@ -37,7 +38,10 @@ TITLE = (
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A scene with its number of runs, place of the robot (x, y), spans and mount."""
+    """A scene with its number of runs, place of the robot (x, y), spans and mount.
+
+    Without a scene, each run has a panelled room of its own.
+    """
 
     scene: str
     runs: int
@@ -53,6 +57,8 @@ CASES = {
     'room, RX-24F': Case('room', 12, servo='rx24f'),
     'corridor': Case('corridor', 12, ((1.0, 0.0), (7.0, 0.2))),
     'rooms of the building': Case('building', 12, ((4.5, 5.0), (9.5, 5.0), (10.0, -2.0))),
+    'panelled rooms': Case('', 12),
+    'panelled rooms, RX-24F': Case('', 12, servo='rx24f'),
     'room, tilted mount': Case('room', 12, mount=(0.0, 0.0, 1.0, 0.2, 0.5, 0.0)),
     'room, nod of 30 deg': Case('room', 12, span=30.0 * DEGREE),
 }
@@ -100,8 +106,9 @@ def _scene(case: Case, true: Values, rng: np.random.Generator) -> Scene:
     place = case.places[int(rng.integers(len(case.places)))]
     x, y = (float(each + rng.uniform(-0.1, 0.1)) for each in place)
     heading = 0.0 if case.fixed else float(rng.uniform(-math.pi, math.pi))
+    scene = load_scene(case.scene) if case.scene else panelled_room(rng)
     return replace(
-        load_scene(case.scene).with_velocity(STANDING),
+        scene.with_velocity(STANDING),
         servo=load_servo(case.servo) if case.servo else None,
         mount=Pose.from_xyzrpy(case.mount),
         misalignment=(true.x, 0.0, true.z - 0.08, true.roll, 0.0, true.yaw),

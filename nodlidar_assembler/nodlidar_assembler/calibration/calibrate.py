@@ -33,8 +33,9 @@ GATES = (
     Gate(0.15, 0.15, 0.5),
     Gate(0.12, 0.12, 0.3),
     Gate(0.09, 0.06, 0.2),
-    Gate(0.07, 0.03, 0.2),
     Gate(0.07, 0.02, 0.2),
+    Gate(0.07, 0.006, 0.2),
+    Gate(0.07, 0.006, 0.2),
 )
 STEPS = 4  # of Gauss and Newton at each gate
 DELAYS = np.arange(-0.06, 0.0601, 0.004)  # tried first [s]

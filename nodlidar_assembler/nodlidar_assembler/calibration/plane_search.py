@@ -15,6 +15,7 @@ EDGE = 0.05  # beams that end so much closer than the gate to another plane do n
 PARALLEL = 0.9  # ... unless this is the cosine of the angle between the two, or more
 GRAZING = 0.15  # cosine of incidence below which a beam does not count
 PATCH = 0.2  # edge of the cubes in which a surface is all of a plane, or is not [m]
+SURE = 2.0  # standard deviations of a mean by the noise of its beams, which add to a gate
 LEAST_SHARE = 0.9  # of the beams towards a patch that end there; else objects stand before it
 MOST_PLANES = 24
 LEAST_WIDTH = 0.2  # standard deviation across the shorter side of a plane [m]
@@ -129,7 +130,34 @@ def find_planes(ranges: Array, ends: Ends, gate: Gate) -> tuple[list[Plane], Lab
         if width >= LEAST_WIDTH:
             free[members] = False
             planes.append(plane)
+    planes = _distinct(_moved(planes, _labels(ranges, ends, planes, gate), ends), gate)
     return _kept(planes, _labels(ranges, ends, planes, gate))
+
+
+def _moved(planes: list[Plane], labels: Labels, ends: Ends) -> list[Plane]:
+    """Return the planes, moved to the mean of their beams.
+
+    Where a surface lies in the side of its cubes, each side of it has a plane of its own, some mm
+    off.
+    """
+    moved = []
+    for number, plane in enumerate(planes):
+        own = ends.xyz[:, labels == number]
+        offset = float(plane.normal @ own.mean(axis=1)) if own.size else plane.offset
+        moved.append(Plane(plane.normal, offset))
+    return moved
+
+
+def _distinct(planes: list[Plane], gate: Gate) -> list[Plane]:
+    """Return the planes without those that hardly differ from an earlier one."""
+    distinct: list[Plane] = []
+    for plane in planes:
+        cosines = np.array([plane.normal @ each.normal for each in distinct])
+        offsets = np.sign(cosines) * [each.offset for each in distinct]
+        near = np.abs(plane.offset - offsets) < gate.patch / 2.0
+        if not np.any(near & (np.abs(cosines) > PARALLEL)):
+            distinct.append(plane)
+    return distinct
 
 
 def _kept(planes: list[Plane], labels: Labels) -> tuple[list[Plane], Labels]:
@@ -147,9 +175,10 @@ def _grown(cells: Cells, seed: int, free: NDArray[np.bool_], gate: Gate) -> Labe
     plane = Plane(cells.axes[seed, :, 0], float(cells.axes[seed, :, 0] @ center))
     away = np.linalg.norm(cells.mean - center, axis=1)
     members: Labels | None = None
+    noise = SURE * np.sqrt(np.maximum(cells.variance[:, 0], 0.0) / cells.count)
     for reach in _REACHES:
         parallel = np.abs(cells.axes[:, :, 0] @ plane.normal) > math.cos(gate.angle)
-        within = np.abs(cells.mean @ plane.normal - plane.offset) < gate.patch
+        within = np.abs(cells.mean @ plane.normal - plane.offset) < gate.patch + noise
         members = np.flatnonzero(free & parallel & within & (away < reach))
         if not len(members):
             return None
@@ -186,7 +215,8 @@ def _labels(ranges: Array, ends: Ends, planes: list[Plane], gate: Gate) -> Label
         here = np.bincount(patch, close)
         share = here / np.bincount(patch)
         mean = np.bincount(patch, close * off[met]) / np.maximum(here, 1.0)
-        whole = (share > LEAST_SHARE) & (np.abs(mean) < gate.patch)
+        noise = SURE * np.std(off[met[close]]) / np.sqrt(np.maximum(here, 1.0))
+        whole = (share > LEAST_SHARE) & (np.abs(mean) < gate.patch + noise)
         others = [each for each in planes if abs(each.normal @ plane.normal) < PARALLEL]
         clear = [
             np.abs(each.normal @ crossing - each.offset) > gate.beam + EDGE for each in others

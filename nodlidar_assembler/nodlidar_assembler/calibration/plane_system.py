@@ -13,7 +13,7 @@ from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.noise import noise_variance
 from nodlidar_assembler.calibration.plane_search import Labels, PATCH, patches, Plane
 from nodlidar_assembler.calibration.relief import Relief
-from nodlidar_assembler.calibration.sandwich import inverse_of, spreads_of, standard_errors
+from nodlidar_assembler.calibration.sandwich import inverse_of, spread_of, standard_errors
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -25,8 +25,8 @@ BEFORE = {'delay': 0.05, 'zero': 0.2, 'roll': 0.1, 'yaw': 0.1, 'x': 0.03, 'z': 0
 BIAS = 0.01  # of ranges: Kneip et al., ICRA 2009, and Okubo et al., 2009, found 5 to 20 mm [m]
 TILT = 0.2  # of the base about its x axis [rad]
 REDESCENDING = 4.0  # standard deviations; Tukey's biweight ignores what is farther off
-BEND = 3e-3  # of the smooth error of an encoder, until it is learned [rad]
-LEAST_BEND = 1e-4  # [rad]
+BEND = 3e-3  # of the smooth error of an encoder, as of usual servos [rad],
+BENDS_BEFORE = 0.5  # ... which counts as much as so many errors that the data determine
 KNOTS = np.linspace(-1.6, 1.6, 25)  # of nod angle, between which it is linear [rad]
 ALIKE = 0.5  # difference of nod angles whose errors are alike: a few waves per turn [rad]
 ROUGH = 0.1  # share of an encoder's error that is alike nowhere
@@ -120,23 +120,22 @@ class PlaneSystem:
         errors = None
         if with_errors:
             scores = rows.slopes.multiply(pull[:, None]).tocsr()
-            spreads = spreads_of(scores, self._beams, ends)
             level_scores = level_slopes * (level_weight * level_off)[:, None]
-            rest = level_scores.T @ level_scores + prior
-            spreads = [each + rest for each in spreads]
-            errors = standard_errors(_curvature(normal, of_others, rows), spreads)[:k]
+            spread = spread_of(scores, self._beams.scan) + level_scores.T @ level_scores + prior
+            errors = standard_errors(_curvature(normal, of_others, rows), spread)[:k]
         after = self._moved(before, bases, change, rows, errors)
         return replace(after, bend=self._learned_bend(after, inverse))
 
     def _learned_bend(self, after: Solution, covariance: Array) -> float:
         """Return the spread of the encoder's errors [rad].
 
-        MacKay, "Bayesian Interpolation", Neural Computation, 1992.
+        MacKay, "Bayesian Interpolation", Neural Computation, 1992. Without a spread expected
+        before, it falls to 0 where another lever arm does as well, and that may be wrong by cm.
         """
         own = self._bends
         known = len(KNOTS) - np.sum(_OF_KNOTS * covariance[own, own]) / after.bend**2
-        square = after.bends @ _OF_KNOTS @ after.bends
-        return max(LEAST_BEND, float(np.sqrt(square / max(known, 0.1))))
+        square = BENDS_BEFORE * BEND**2 + after.bends @ _OF_KNOTS @ after.bends
+        return float(np.sqrt(square / (BENDS_BEFORE + max(known, 0.0))))
 
     def _rows(self, ends: Ends, at: Solution, bases: list[Array], hats: Array) -> _Rows:
         """Return the rows; their derivatives are at the planes, where no noise biases them."""
