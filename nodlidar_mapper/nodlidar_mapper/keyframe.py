@@ -48,8 +48,9 @@ class Estimate:
         Pose of the frame of odometry in the map, the last good one while the robot is lost; None
         until it was found.
     covariance
-        Of the change of the robot's pose, shape (6, 6); 0 where the pose is that of odometry, as
-        2D localisers state it.
+        Of the change of the robot's pose from where the map began, shape (6, 6): its error in the
+        map around, and that of this map. 0 where the pose is that of odometry, as 2D localisers
+        state it.
     share, residual
         Share of the points near the map that lie on it, and their RMS distance from it [m].
     lost

@@ -16,8 +16,6 @@ MAPPED, SHARE = 0.4, 0.6
 REACH = 1.0  # m
 THINNER = 2.0  # points of a loop are so many times farther apart than those of a cloud
 DRIFT = 0.01  # error of the map, as a share of the way
-# Points of a loop err alike: so many times less certain than the matching says.
-UNCERTAINTY = 4.0
 
 
 def around(
@@ -71,5 +69,5 @@ def loop_at(
         return None
     turn = np.eye(6)
     turn[:3, :3] = turn[3:, 3:] = poses[nearest][:3, :3].T
-    information = turn @ (found.information / UNCERTAINTY) @ turn.T
+    information = turn @ found.information @ turn.T
     return Edge(nearest, last, inverse(poses[nearest]) @ found.pose, information)

@@ -13,7 +13,7 @@ from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.loops import around, loop_at
 from nodlidar_mapper.matching import Match, match
 from nodlidar_mapper.place_search import ALIKE, clear_share
-from nodlidar_mapper.pose_graph import Edge, MATCHED, optimized, step
+from nodlidar_mapper.pose_graph import Edge, optimized, step, uncertainties
 from nodlidar_mapper.poses import Array, carried, inverse, lever, moved
 from nodlidar_mapper.recovery import Guess, Recovery
 from nodlidar_mapper.seen import Seen
@@ -82,6 +82,7 @@ class Mapper:
         self._estimated[np.ix_(config.free, config.free)] = 1.0
         self.keyframes, self.edges = list(keyframes), list(edges)
         self.loops = 0
+        self._uncertainties = self._measured()  # of the keyframes
         self._track = Track(config)
         self._recent: deque[tuple[Array, Seen]] = deque(maxlen=RECENT)
         self._anchor = 0  # index of the keyframe nearest to the robot along the way
@@ -185,7 +186,8 @@ class Mapper:
         pose = guess if lost else found.pose
         if not lost or begins:
             self._recent.append((pose, seen))
-            pose = self._grown(stamp_ns, pose, seen, begins, found.mapped)
+            placed = carried(self._track.covariance, way)
+            pose = self._grown(stamp_ns, pose, placed, seen, begins, found.mapped)
         self._track.move_to(pose @ robot, stamp_ns, odometry @ robot)
         if not lost or begins:
             self._map_from_odometry = pose @ inverse(odometry)
@@ -193,7 +195,7 @@ class Mapper:
             stamp_ns,
             pose,
             self._map_from_odometry,
-            self._estimated * self._track.covariance,
+            self._estimated * self._uncertainty(pose @ robot),
             found.share,
             found.residual,
             lost,
@@ -210,7 +212,7 @@ class Mapper:
         self._track = self._track.before([cloud.robot for cloud, _ in first])
         self._forget_surfaces()
         if self.keyframes[0].stamp_ns == first[0][0].stamp_ns:
-            self.keyframes = []
+            self.keyframes, self._uncertainties = [], []
         for cloud, before in first:
             self._again[before] = found = self._added(cloud)
         return found
@@ -232,6 +234,7 @@ class Mapper:
             replace(each, surface=empty, points=empty.points) for each in self.keyframes[:1]
         ]
         self.edges, self.loops, self._anchor, self._near = [], 0, 0, [0]
+        self._uncertainties = self._measured()
         self._local = empty
         self._recent.clear()
 
@@ -296,13 +299,21 @@ class Mapper:
 
     # The map.
 
-    def _grown(self, stamp_ns: int, pose: Array, seen: Seen, begins: bool, mapped: float) -> Array:
+    def _grown(
+        self,
+        stamp_ns: int,
+        pose: Array,
+        covariance: Array,
+        seen: Seen,
+        begins: bool,
+        mapped: float,
+    ) -> Array:
         """Extend the map if a cloud shows anything new; return its pose, by a loop if closed."""
         is_new = not self.keyframes or (not begins and self._is_new(pose))
         if not self._config.extend_map:
             return pose
         if is_new:
-            self._add_keyframe(stamp_ns, pose, seen.points, mapped)
+            self._add_keyframe(stamp_ns, pose, covariance, seen.points, mapped)
             self._extend(pose)
             if self._close_loop():
                 return self.keyframes[-1].pose
@@ -310,14 +321,37 @@ class Mapper:
             self._extend(pose)
         return pose
 
-    def _add_keyframe(self, stamp_ns: int, pose: Array, points: Array, mapped: float) -> None:
+    def _add_keyframe(
+        self, stamp_ns: int, pose: Array, covariance: Array, points: Array, mapped: float
+    ) -> None:
         self.keyframes.append(Keyframe(stamp_ns, pose, Surface.joined([]), points))
-        last = len(self.keyframes) - 1
+        last, uncertainty = len(self.keyframes) - 1, np.zeros((6, 6))
         if last:
-            relative = inverse(self.keyframes[self._anchor].pose) @ pose
-            error = MATCHED if mapped else self._config.odometry_slip
-            self.edges.append(step(self._anchor, last, relative, error))
+            anchor = self.keyframes[self._anchor].pose
+            relative = inverse(anchor) @ pose
+            # The clouds within map_radius are matched to the same map, whose error they share.
+            way = float(np.linalg.norm(relative[:3, 3]))
+            share = min(way / self._config.map_radius, 1.0) if mapped else 1.0
+            turn = np.kron(np.eye(2), anchor[:3, :3])
+            error = share * covariance
+            self.edges.append(step(self._anchor, last, relative, turn.T @ error @ turn))
+            along = pose[:3, 3] - anchor[:3, 3]
+            uncertainty = carried(self._uncertainties[self._anchor], along) + error
+        self._uncertainties.append(uncertainty)
         self._anchor = last
+
+    def _measured(self) -> list[Array]:
+        """Return the covariances of the keyframes' poses, relative to where the map began."""
+        if not self.keyframes:
+            return []
+        poses = np.stack([keyframe.pose for keyframe in self.keyframes])
+        return list(uncertainties(poses, self.edges, self._config.free))
+
+    def _uncertainty(self, robot: Array) -> Array:
+        """Return the covariance of the robot's pose: in the map around, and of that map."""
+        way = robot[:3, 3] - self.keyframes[self._anchor].pose[:3, 3]
+        of_map = carried(self._uncertainties[self._anchor], way)
+        return np.asarray(of_map + self._track.covariance)
 
     def _extend(self, pose: Array) -> None:
         """Add the surfaces that the map does not have yet to the nearest keyframe."""
@@ -354,6 +388,7 @@ class Mapper:
         ):
             keyframe.pose = pose
         self.loops += 1
+        self._uncertainties = self._measured()
         change = here.pose @ back
         self._recent = deque(((change @ at, each) for at, each in self._recent), RECENT)
         self._choose_local(here.pose)

@@ -3,15 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.poses import Array, change_between, corrected, inverse
+from nodlidar_mapper.linear import inverted
+from nodlidar_mapper.poses import Array, carried, change_between, corrected, inverse
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import spsolve
 
 ITERATIONS = 20
 CONVERGED = 1e-5  # m, rad
-MATCHED = 0.005  # error of the way between keyframes whose clouds were matched, as a share
+LEAST = np.diag([0.004**2] * 3 + [0.001**2] * 3)  # covariance of an edge [m^2], [rad^2]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,11 +82,40 @@ def optimized(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> Array
     return poses
 
 
-def step(start: int, end: int, relative: Array, error: float = MATCHED) -> Edge:
-    """Return the edge between neighbouring keyframes, whose error grows by a share of the way."""
-    way = float(np.linalg.norm(relative[:3, 3]))
-    shift, turn = 0.004 + error * way, 0.001 + error / 5.0 * way
-    return Edge(start, end, relative, np.diag([shift**-2] * 3 + [turn**-2] * 3))
+def step(start: int, end: int, relative: Array, covariance: Array) -> Edge:
+    """Return the edge to a new keyframe, with the covariance of its change, shape (6, 6)."""
+    return Edge(start, end, relative, inverted(covariance + LEAST))
+
+
+def uncertainties(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> Array:
+    """Return the covariances of the poses' changes in the map, shape (n, 6, 6).
+
+    The first pose is certain. From there, the errors of the edges add up along the shortest way.
+    Arguments as in `optimized`.
+    """
+    joins = {(each.start, each.end): each for each in edges}
+    joins |= {(each.end, each.start): each for each in edges}
+    way, before = _shortest(0, poses, edges)
+    found = np.zeros((len(poses), 6, 6))
+    for index in np.argsort(way)[1:]:
+        last = before[index]
+        along = poses[index][:3, 3] - poses[last][:3, 3]
+        edge = joins[last, index]
+        added = covariance_of(edge, poses[edge.start], free)
+        if edge.start == index:  # seen from the other end
+            found[index] = carried(found[last] + added, along)
+        else:
+            found[index] = carried(found[last], along) + added
+    return found
+
+
+def covariance_of(edge: Edge, start: Array, free: Sequence[int]) -> Array:
+    """Return the covariance (6, 6) of the change of an edge's end in the map, from its start."""
+    turn = np.kron(np.eye(2), start[:3, :3])
+    free_ones = np.ix_(free, free)
+    covariance = np.zeros((6, 6))
+    covariance[free_ones] = inverted((turn @ edge.information @ turn.T)[free_ones])
+    return covariance
 
 
 def _jacobians(start: Array, end: Array) -> tuple[Array, Array]:
@@ -103,7 +134,13 @@ def _jacobians(start: Array, end: Array) -> tuple[Array, Array]:
 
 def distances_from(index: int, poses: Array, edges: Sequence[Edge]) -> Array:
     """Return the lengths of the shortest ways along edges to all keyframes [m]; inf without."""
+    return _shortest(index, poses, edges)[0]
+
+
+def _shortest(index: int, poses: Array, edges: Sequence[Edge]) -> tuple[Array, NDArray[np.int32]]:
+    """Return these lengths, and the keyframe before each one on its way."""
     length = [float(np.linalg.norm(edge.relative[:3, 3])) + 1e-3 for edge in edges]
     start, end = [edge.start for edge in edges], [edge.end for edge in edges]
     graph = csr_matrix((length, (start, end)), shape=(len(poses), len(poses)))
-    return np.asarray(dijkstra(graph, directed=False, indices=index))
+    way, before = dijkstra(graph, directed=False, indices=index, return_predecessors=True)
+    return np.asarray(way), np.asarray(before)

@@ -12,6 +12,7 @@ from rooms import cloud, CROOKED, seen_from_origin
 
 NOWHERE = np.empty((0, 3))
 DRIFT = planar(0.12, -0.08, 0.02)  # of the map on the way round
+SURE = np.diag([0.01**2] * 3 + [0.005**2] * 3)
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ def way():
     keyframes = [Keyframe(k, pose, Surface.joined([]), NOWHERE) for k, pose in enumerate(poses)]
     keyframes[0].surface = room
     edges = [
-        step(k, k + 1, inverse(keyframes[k].pose) @ keyframes[k + 1].pose)
+        step(k, k + 1, inverse(keyframes[k].pose) @ keyframes[k + 1].pose, SURE)
         for k in range(len(keyframes) - 1)
     ]
     return keyframes, edges

@@ -3,9 +3,10 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_mapper.matching import FREEDOMS
-from nodlidar_mapper.pose_graph import distances_from, Edge, optimized
+from nodlidar_mapper.pose_graph import distances_from, Edge, optimized, uncertainties
 from nodlidar_mapper.poses import change_between, corrected, inverse, planar
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 CERTAIN = np.diag([1e4] * 3 + [1e6] * 3)
@@ -100,3 +101,33 @@ def test_a_change_between_poses_makes_one_of_the_other(change):
     start = planar(1.0, -2.0, 0.7)
     end = corrected(start, np.array(change))
     np.testing.assert_allclose(change_between(start, end), change, atol=1e-9)
+
+
+def test_an_error_of_the_heading_grows_along_the_way():
+    """Ten steps of 2 m ahead, each with an error of the heading of 1 mrad alone."""
+    way = np.stack([planar(2.0 * k, 0.0, 0.0) for k in range(11)]) @ mount('tilted')
+    heading = np.diag([1e12, 1e12, 1e12, 1e12, 1e12, 1e6])
+    free = FREEDOMS['planar']
+    for forwards in (True, False):
+        edges = []
+        for k in range(10):
+            start, end = (k, k + 1) if forwards else (k + 1, k)
+            turn = np.kron(np.eye(2), way[start][:3, :3])
+            relative = inverse(way[start]) @ way[end]
+            edges.append(Edge(start, end, relative, turn.T @ heading @ turn))
+        found = uncertainties(way, edges, free)
+        assert not found[0].any()
+        np.testing.assert_allclose(np.sqrt(found[:, 5, 5]), 1e-3 * np.sqrt(np.arange(11)), 1e-3)
+        # The turn of each step shifts the end by what is left of the way.
+        left = 2.0 * np.arange(10) + (0.0 if forwards else 2.0)
+        assert np.sqrt(found[10][1, 1]) == pytest.approx(1e-3 * np.linalg.norm(left), rel=1e-3)
+
+
+def test_a_loop_makes_the_map_more_certain():
+    way = ring(20)
+    pairs = [(k, k + 1) for k in range(19)]
+    alone = uncertainties(way, edges_of(way, pairs), FREEDOMS['planar'])
+    closed = uncertainties(way, edges_of(way, [*pairs, (0, 19)]), FREEDOMS['planar'])
+    assert alone[19][5, 5] == pytest.approx(19e-6)
+    assert closed[19][5, 5] == pytest.approx(1e-6)
+    assert closed[10][5, 5] == pytest.approx(10e-6)
