@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 LEAST_POINTS = 2  # in an occupied cell
 MARGIN = 1.0  # around all points [m]
+LEVEL = 0.7  # vertical part of the normal, beyond which a surface is a shelf or a table top
+PATCH = 0.1  # side of such a surface that a point of the map stands for, by default [m]
 
 
 @dataclass(frozen=True)
@@ -82,9 +84,22 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
     for keyframe in keyframes:
         cells[indices(_along_beams(keyframe, size))] = FREE
     counts = np.zeros(cells.shape, dtype=np.int64)
-    np.add.at(counts, indices(points), 1)
+    np.add.at(counts, indices(_covering(surface, size)), 1)
     cells[counts >= LEAST_POINTS] = OCCUPIED
     return Grid(cells, (float(low[0]), float(low[1])), size)
+
+
+def _covering(surface: Surface, size: float) -> Array:
+    """Return the points of a surface, and what level ones stand for, every half a cell, (n, 3).
+
+    A wall has points above each other in a cell; a table top has none at all in most of them.
+    """
+    level = surface.points[np.abs(surface.normals[:, 2]) > LEVEL]
+    count = max(round(2.0 * PATCH / size), 1)
+    across = PATCH * ((np.arange(count) + 0.5) / count - 0.5)
+    x, y = np.meshgrid(across, across)
+    patch = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    return np.concatenate([surface.points, (level[:, None] + patch).reshape(-1, 3)])
 
 
 def _along_beams(keyframe: Keyframe, step: float) -> Array:
