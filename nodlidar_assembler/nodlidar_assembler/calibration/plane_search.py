@@ -211,6 +211,8 @@ def _labels(ranges: Array, ends: Ends, planes: list[Plane], gate: Gate) -> Label
         met = np.flatnonzero((np.abs(along) > GRAZING) & (beyond < ranges))
         crossing = ends.xyz[:, met] - ends.ways[:, met] * beyond[met]
         close = np.abs(off[met]) < gate.beam
+        if not close.any():
+            continue
         patch = patches(crossing, PATCH)
         here = np.bincount(patch, close)
         share = here / np.bincount(patch)
