@@ -92,7 +92,9 @@ def level_scans(beam_period):
     pitch = 0.5 * np.abs(np.arange(-100, 700) % 140 - 70) / 70
     count = 0
     for stamp_ns in range(START_NS, START_NS + 5_000_000_000, 100_000_000):
-        scan = Scan(stamp_ns, geometry, np.full(450, 2.0, np.float32))
+        # No two scans of a real lidar are equal.
+        ranges = np.full(450, 2.0 + 1e-5 * (stamp_ns // 100_000_000 % 2), np.float32)
+        scan = Scan(stamp_ns, geometry, ranges)
         around = np.abs(sample_ns - stamp_ns) < 200_000_000
         count += len(scanner.add(pipeline.add_scan(scan, sample_ns[around], pitch[around])))
     return count
@@ -140,6 +142,7 @@ def around_a_box(mode, pitch_at, seen=lambda number: True, blind_after=100):
         stamp_ns = START_NS + number * period_ns
         seconds = (number * period_ns + np.arange(beams) * period_ns / beams) / 1e9
         ranges = np.where(pitch_at(seconds) < -0.2, 1.2, 4.0)
+        ranges += 1e-5 * (number % 7)  # no two scans of a real lidar are equal
         if number > blind_after:
             ranges[:] = np.nan
         scan = Scan(stamp_ns, geometry, ranges.astype(np.float32))
