@@ -4,6 +4,8 @@ from nodlidar_sim.world.scene import load_scene, parse_scene, Scene
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.errors.shapes import box, plane
+
 SHIPPED = ('room', 'corner', 'corridor', 'crossing')
 _KEEP_CLEAR = 1.0  # around the sensor [m]
 
@@ -16,8 +18,8 @@ def drawn_room(seed: int) -> Scene:
     rng = np.random.default_rng(seed)
     half = rng.uniform(1.6, 3.2, 2)
     sides = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-    planes = [_plane((x * half[0], y * half[1], 1.0), (x, y, 0.0)) for x, y in sides]
-    planes += [_plane((0.0, 0.0, height), (0.0, 0.0, 1.0)) for height in (0.0, 2.5)]
+    planes = [plane((x * half[0], y * half[1], 1.0), (x, y, 0.0)) for x, y in sides]
+    planes += [plane((0.0, 0.0, height), (0.0, 0.0, 1.0)) for height in (0.0, 2.5)]
     things = [_thing(rng, half) for _ in range(rng.integers(6, 14))]
     objects = [f'  room: {{shapes: [{", ".join(planes)}]}}']
     objects += [
@@ -32,16 +34,12 @@ def shipped_scenes() -> list[Scene]:
     return [load_scene(name, ideal=True) for name in SHIPPED]
 
 
-def _plane(point: tuple[float, ...], normal: tuple[float, ...]) -> str:
-    return f'{{plane: {{point: {[*map(float, point)]}, normal: {[*map(float, normal)]}}}}}'
-
-
 def _thing(rng: np.random.Generator, half: NDArray[np.float64]) -> str:
     """Return a shape of random kind, size and pose."""
     pose = _pose(rng, half)
     kind = rng.choice(['box', 'cylinder', 'sphere'], p=[0.6, 0.3, 0.1])
     if kind == 'box':
-        return f'{{box: {{pose: {pose}, size: {_rounded(rng.uniform(0.05, 0.7, 3))}}}}}'
+        return box(pose, _rounded(rng.uniform(0.05, 0.7, 3)))
     if kind == 'cylinder':
         radius, length = _rounded(rng.uniform([0.02, 0.3], [0.2, 1.8]))
         return f'{{cylinder: {{pose: {pose}, radius: {radius}, length: {length}}}}}'

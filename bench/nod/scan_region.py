@@ -73,7 +73,6 @@ class Sensor:
             ScanAssembler(self._config),
             NodController(self._config),
         )
-        self._ranges = np.full(URG.beams, 2.001, dtype=np.float32)
         self._sent_ns = self._revolution = 0
 
     def cycle(self) -> None:
@@ -104,8 +103,9 @@ class Sensor:
         self._revolution += 1
         approaching = self._controller.approaching
         self._controller.add_scan(URG, begin_ns)
-        self._ranges = 4.0 - self._ranges  # no two scans of a real lidar are equal
-        self._assembler.add_scan(Scan(begin_ns, URG, self._ranges), self.rig.clock())
+        # Of two ranges in turns, as no two scans of a real lidar are equal.
+        ranges = np.full(URG.beams, 2.0 + 0.001 * (self._revolution % 2), dtype=np.float32)
+        self._assembler.add_scan(Scan(begin_ns, URG, ranges), self.rig.clock())
         if approaching:
             self._command()
 
