@@ -61,7 +61,7 @@ def save_keyframes(path: Path, keyframes: Sequence[Keyframe], edges: Sequence[Ed
     content = BytesIO()  # on a full disk, zipfile would close its file again and again
     np.savez_compressed(content, **arrays)
     with whole_file(path) as part:
-        part.write_bytes(content.getbuffer())
+        part.write_bytes(content.getvalue())
 
 
 def load_keyframes(path: Path) -> tuple[list[Keyframe], list[Edge]]:
