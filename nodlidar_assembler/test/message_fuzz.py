@@ -54,10 +54,11 @@ class Messages:
         return message
 
     def scan(self):
+        ranges = [1.0 + 0.001 * self._random.random()] * 60  # no two scans are equal
         return self.stamped(
             LaserScan(
                 angle_min=-2.0, angle_max=2.0, angle_increment=math.tau / 96, scan_time=0.1,
-                time_increment=0.1 / 96, range_min=0.02, range_max=5.6, ranges=[1.0] * 60,
+                time_increment=0.1 / 96, range_min=0.02, range_max=5.6, ranges=ranges,
             )
         )  # fmt: skip
 

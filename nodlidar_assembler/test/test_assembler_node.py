@@ -1,19 +1,18 @@
 """The assembler node on real DDS, fed with simulated data, against the same data offline."""
 
 from dataclasses import replace
-import time
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from log_messages import scan_message
-from node_bench import BEAM_PERIOD, bench, SCAN_NS, sensor_log, simulated
+from node_bench import BEAM_PERIOD, bench, SCAN_NS, sensor_log, simulated, START_NS
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.ros.messages import nod_from_message
+from nodlidar_common.ros.messages import nod_from_message, time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_msgs.srv import AssembleScans
@@ -22,6 +21,7 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.qos import qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
 
@@ -187,14 +187,22 @@ def test_stamps_that_move_while_scans_come_as_before_are_warned_of(log):
     def warned(running):
         return any('ms later than before, but come as before' in t for t in texts(running))
 
-    with bench() as running:
-        begin_ns = time.time_ns()
+    def now_ns(running):
+        return running.node.get_clock().now().nanoseconds
+
+    with bench('use_sim_time:=true') as running:
+        clock = running.feeder.create_publisher(Clock, '/clock', 10)
+        heard = []
+        running.node.scans.registerCallback(heard.append)
+        running.spin_until_heard(clock)
         for k in range(40):
-            stamp_ns = begin_ns + k * period_ns
-            running.spin_until(lambda end_ns=stamp_ns + period_ns: time.time_ns() > end_ns)
-            stamp_ns += moved_ns if k >= 30 else 0
+            begin_ns = START_NS + k * period_ns
+            clock.publish(Clock(clock=time_message(begin_ns + period_ns)))
+            running.spin_until(lambda at_ns=begin_ns + period_ns: now_ns(running) == at_ns)
+            stamp_ns = begin_ns + (moved_ns if k >= 30 else 0)
             scan = replace(log.scans[0], stamp_ns=stamp_ns, geometry=geometry)
             running.send(running.scans, scan_message(scan))
+            running.spin_until(lambda count=k + 1: len(heard) == count)
             assert k >= 30 or not warned(running)
         running.spin_until(lambda: warned(running))
 
