@@ -61,6 +61,7 @@ def save_keyframes(path: Path, keyframes: Sequence[Keyframe], edges: Sequence[Ed
     content = BytesIO()  # on a full disk, zipfile would close its file again and again
     np.savez_compressed(content, **arrays)
     with whole_file(path) as part:
+        # Not a view of the content: if this fails, Python 3.12.1 crashes as it collects the view.
         part.write_bytes(content.getvalue())
 
 
