@@ -6,7 +6,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.keyframe import Keyframe, surface_in_map
 from nodlidar_mapper.matching import match
 from nodlidar_mapper.pose_graph import distances_from, Edge
-from nodlidar_mapper.poses import Array, inverse
+from nodlidar_mapper.poses import Array, inverse, turning
 from nodlidar_mapper.seen import Seen
 import numpy as np
 
@@ -67,7 +67,6 @@ def loop_at(
     # A bare floor fits everywhere. Along a corridor, the way between both places is not known.
     if found.share < SHARE or found.mapped < MAPPED or found.shown(config.free) < len(config.free):
         return None
-    turn = np.eye(6)
-    turn[:3, :3] = turn[3:, 3:] = poses[nearest][:3, :3].T
+    turn = turning(poses[nearest][:3, :3].T)
     information = turn @ found.information @ turn.T
     return Edge(nearest, last, inverse(poses[nearest]) @ found.pose, information)

@@ -14,7 +14,7 @@ from nodlidar_mapper.loops import around, loop_at
 from nodlidar_mapper.matching import Match, match
 from nodlidar_mapper.place_search import ALIKE, clear_share
 from nodlidar_mapper.pose_graph import Edge, optimized, step, uncertainties
-from nodlidar_mapper.poses import Array, carried, inverse, lever, moved
+from nodlidar_mapper.poses import Array, carried, inverse, lever, moved, turning
 from nodlidar_mapper.recovery import Guess, Recovery
 from nodlidar_mapper.seen import Seen
 from nodlidar_mapper.surface import Surface, surface_of
@@ -332,7 +332,7 @@ class Mapper:
             # The clouds within map_radius are matched to the same map, whose error they share.
             way = float(np.linalg.norm(relative[:3, 3]))
             share = min(way / self._config.map_radius, 1.0) if mapped else 1.0
-            turn = np.kron(np.eye(2), anchor[:3, :3])
+            turn = turning(anchor[:3, :3])
             error = share * covariance
             self.edges.append(step(self._anchor, last, relative, turn.T @ error @ turn))
             along = pose[:3, 3] - anchor[:3, 3]

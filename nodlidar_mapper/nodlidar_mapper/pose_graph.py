@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_mapper.linear import inverted
-from nodlidar_mapper.poses import Array, carried, change_between, corrected, inverse
+from nodlidar_mapper.poses import Array, carried, change_between, corrected, inverse, turning
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, csr_matrix
@@ -111,7 +111,7 @@ def uncertainties(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> A
 
 def covariance_of(edge: Edge, start: Array, free: Sequence[int]) -> Array:
     """Return the covariance (6, 6) of the change of an edge's end in the map, from its start."""
-    turn = np.kron(np.eye(2), start[:3, :3])
+    turn = turning(start[:3, :3])
     free_ones = np.ix_(free, free)
     covariance = np.zeros((6, 6))
     covariance[free_ones] = inverted((turn @ edge.information @ turn.T)[free_ones])

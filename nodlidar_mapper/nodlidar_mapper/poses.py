@@ -53,6 +53,13 @@ def lever(way: Array) -> Array:
     return matrix
 
 
+def turning(rotation: Array) -> Array:
+    """Return the matrix (6, 6) by which a rotation (3, 3) turns a pose's change."""
+    matrix = np.zeros((6, 6))
+    matrix[:3, :3] = matrix[3:, 3:] = rotation
+    return matrix
+
+
 def carried(covariance: Array, way: Array) -> Array:
     """Return the covariance (6, 6) of a pose's change after a way (3,) in the parent frame [m]."""
     arm = lever(way)

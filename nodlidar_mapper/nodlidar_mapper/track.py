@@ -9,7 +9,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.odometer import Odometer
-from nodlidar_mapper.poses import Array, between, carried, change_between, inverse
+from nodlidar_mapper.poses import Array, between, carried, change_between, inverse, turning
 from nodlidar_mapper.seen import Seen
 import numpy as np
 
@@ -135,7 +135,7 @@ class Track:
     def _turned(self) -> Array:
         """Matrix (6, 6) that turns a change from the frame of the robot to the map."""
         assert self.pose is not None
-        return np.asarray(np.kron(np.eye(2), self.pose[:3, :3]))
+        return turning(self.pose[:3, :3])
 
     def _count(self, stamp_ns: int, odometry: Array) -> Array:
         """Take the motion since the last cloud; return the covariance that it adds."""
