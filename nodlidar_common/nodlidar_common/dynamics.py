@@ -6,7 +6,7 @@ import math
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 
-REVERSAL_ACCELERATION = 200.0  # of an RX-24F without load [rad/s^2]
+REVERSAL_ACCELERATION = 200.0  # of an RX-24F, assumed [rad/s^2]
 
 
 @dataclass(frozen=True, slots=True)

@@ -90,8 +90,9 @@ class NodConfig:
     )
     max_nod_acceleration: float = parameter(
         MAX_ACCELERATION,
-        'Acceleration of the servo, assumed for an RX-24F, not measured; N_s rises where a '
-        'reversal would take more than the whole sweep, as with narrow limits',
+        'Acceleration that a nod may need, three quarters of what the servo reaches; assumed for '
+        'an RX-24F, not measured. N_s rises where a reversal would take more than the whole '
+        'sweep, as with narrow limits',
         unit='rad/s^2',
         minimum=1.0,
         maximum=10_000.0,

@@ -2,10 +2,13 @@
 
 import math
 
+from nodlidar_common.dynamics import REVERSAL_ACCELERATION
+
 # Assumed for a Dynamixel RX-24F with a lidar on it, not measured: speed [rad/s], acceleration
-# [rad/s^2], and standard deviation of the instants at which it reverses [s].
+# [rad/s^2], and standard deviation of the instants at which it reverses [s]. A nod is planned for
+# three quarters of what the servo reaches, so that it has some to spare.
 MAX_SPEED = 6.0
-MAX_ACCELERATION = 150.0
+MAX_ACCELERATION = 0.75 * REVERSAL_ACCELERATION
 TIMING_ERROR = 0.003
 # Mean speed of the nod [rad/s] that each servo is planned for, with a URG-04LX-UG01 on it, but a
 # lidar of 50 g on the XL330-M077, which is weak: what they hold in simulation over
