@@ -115,7 +115,8 @@ def _transform(joint: Joint, position: float, stamp: Time) -> TransformStamped:
 def main() -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
     received: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
+    ending = (signal.SIGINT, signal.SIGTERM)
+    for number in ending:
         signal.signal(number, lambda got, _: received.append(got))
     # rclpy's own handlers end its context in the middle of a callback, or are missed.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
@@ -125,6 +126,8 @@ def main() -> int:
         get_logger('robot_state_publisher').fatal(str(error))
         return 1
     finally:
+        for number in ending:
+            signal.signal(number, signal.SIG_IGN)  # a second Ctrl-C, while Python ends
         rclpy.shutdown()
     return 0
 
