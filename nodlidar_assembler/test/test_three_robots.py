@@ -32,7 +32,9 @@ class Robot:
         self.radius, self.clouds = radius, []
         self.x = APART * radius
         context = rclpy.Context()
-        arguments = ['-r', f'__ns:={namespace}', *OWN_TF, '-p', 'ego_motion:=beam']
+        # The longest deadline: a busy host may hand on odometry late.
+        parameters = ['-p', 'ego_motion:=beam', '-p', 'deadline:=10.0']
+        arguments = ['-r', f'__ns:={namespace}', *OWN_TF, *parameters]
         rclpy.init(args=['--ros-args', *arguments], context=context)
         utilities.g_default_context = context  # that of the nodes which are made next
         self.node, self.feeder = Assembler(), rclpy.create_node('feeder')

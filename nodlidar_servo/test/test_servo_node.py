@@ -226,10 +226,14 @@ def test_a_servo_that_does_not_follow_is_diagnosed_and_tried_again(commander, em
     with active(commander, ports) as process:
         commander.nod = nod_from_now()
         commander.spin_until(lambda: torque(emulator), 'no torque')
-        commander.receive(50)  # until the node knows that too: else it writes the limit again
+        commander.receive(50)  # until the node knows that too
         assert commander.nod_status[-1].following
-        emulator.table[table.TORQUE_LIMIT] = 0
-        commander.spin_until(lambda: 'does not follow' in commander.message(), 'not named')
+
+        def held():
+            emulator.table[table.TORQUE_LIMIT] = 0  # and again, should the node write its own
+            return 'does not follow' in commander.message()
+
+        commander.spin_until(held, 'not named')
         assert commander.status.level == DiagnosticStatus.ERROR
         commander.spin_until(lambda: not commander.nod_status[-1].following, 'following')
         commander.spin_until(lambda: commander.nod_status[-1].following, 'not tried again')
