@@ -190,7 +190,7 @@ def test_what_is_malformed_is_counted_and_the_rest_is_read(simulated, tmp_path):
     summary = write_clouds(bag, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
     drops = Counter(summary.assembler.drops)
     assert drops.pop(JointInput.MALFORMED) == 1
-    assert drops.pop('ranges must be at least one') == 1
+    assert drops.pop('ranges must be of at least one beam') == 1
     assert drops.pop('stamp must be after 1970 and before 2038') == 1
     assert drops.total() == 1
     assert 'angle_increment must be' in next(iter(drops))

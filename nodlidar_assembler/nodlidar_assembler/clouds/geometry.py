@@ -80,7 +80,7 @@ class ScanGeometry:
 
     def __post_init__(self) -> None:
         if self.beams < 1:
-            raise ParameterError('ranges', 'at least one', self.beams)
+            raise ParameterError('ranges', 'of at least one beam', self.beams)
         if not abs(self.angle_min) <= 4.0 * math.pi:
             raise ParameterError('angle_min', 'between -4 pi and 4 pi rad', self.angle_min)
         if not _LEAST_STEP <= abs(self.angle_increment) <= 2.0 * math.pi:
