@@ -5,7 +5,7 @@ from nodlidar_servo.bus.replies import PositionError
 from nodlidar_servo.models.models import ServoModel
 
 _SLACK_TICKS = 2
-_STRONGER = 1.5  # times that acceleration
+_STRONGER = 1.5  # times the configured acceleration
 _FASTER = 1.2  # times the speed of the model: a higher supply, a pulling load
 
 

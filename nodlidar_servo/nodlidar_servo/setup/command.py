@@ -127,7 +127,7 @@ def _agrees(question: str) -> bool:
     try:
         return input(f'{question}? [y/N] ').strip().lower() in ('y', 'yes')
     except EOFError:
-        print('no answer: left as it is; --yes agrees to all')
+        print('no answer: left as it is; --yes agrees to all but the zero')
         return False
 
 
@@ -204,7 +204,7 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         '--level', action='store_true', help='the scan plane is level now: make this the zero'
     )
-    parser.add_argument('--yes', action='store_true', help='agree to all changes')
+    parser.add_argument('--yes', action='store_true', help='agree to all changes but the zero')
     parser.add_argument('--dry-run', action='store_true', help='change nothing')
     parser.add_argument(
         '--output', default='servo.yaml', help="file for the node's parameters, if needed"
