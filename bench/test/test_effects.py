@@ -106,7 +106,7 @@ def test_a_beam_repeats_one_in_its_row_of_the_same_step(monkeypatch):
 
 
 def test_the_documentation_says_what_was_found():
-    """In docs/tradeoffs.md, under 'What a simulated scene requires'."""
+    """In docs/physics.md, under 'Which effects a scene needs'."""
     required = {
         (row['scene'], row['effect']): row['required for']
         for row in recorded('effects')['rows']
