@@ -27,7 +27,7 @@ test: build lint         ## run every test
 	@$(ACTIVATE) && python -m pytest --numprocesses 2 --dist loadgroup $(PYTEST_ARGS)
 
 lint: .venv/ready-$(ROS)        ## ruff and mypy
-	@$(ACTIVATE) && python -m ruff check . && python -m mypy
+	@$(ACTIVATE) && python -m ruff check . && python -m ruff format --check . && python -m mypy
 
 bench: build             ## measure what the documentation quotes, into bench/results and the pages
 	@$(ACTIVATE) && python -m bench --record && python -m figures pareto estimators sensing
