@@ -17,7 +17,7 @@ setup(
     zip_safe=True,
     maintainer='nodlidar maintainers',
     maintainer_email='nodlidar@example.com',
-    description='Dynamixel servo that follows a nod command and publishes joint states.',
+    description='Servo that follows a nod command and publishes joint states.',
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
