@@ -6,12 +6,12 @@ from pathlib import Path
 import re
 
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_bringup.checks.diagnostics import check_diagnostics, Status
 from nodlidar_bringup.checks.finding import Level
 from nodlidar_bringup.checks.graph import check_graph, Endpoint, Graph, Topic
 from nodlidar_bringup.checks.host import check_host, EARLIEST_NS, Host, REFERENCE
 from nodlidar_bringup.checks.network import check_network, Network
 from nodlidar_bringup.checks.ports import Answer, check_ports, Port, ServoSettings
-from nodlidar_bringup.checks.reports import check_reports, Report
 from nodlidar_bringup.checks.traffic import check_content, check_traffic, Content, Traffic
 from nodlidar_bringup.checks.transforms import check_frames, Frames
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
@@ -91,8 +91,8 @@ def without(frame):
         check_traffic(replace(CLOUDS, seconds=4.0, ages=(), steps=())),
         check_content(CONTENT),
         check_frames(FRAMES),
-        check_reports((Report('driver: device', 0, 'connected'),), True),
-        check_reports((), False),
+        check_diagnostics((Status('driver: device', 0, 'connected'),), True),
+        check_diagnostics((), False),
     ],
 )
 def test_a_healthy_sensor_has_no_fault(findings):
@@ -213,21 +213,21 @@ FAULTS = [
         'laser_xyz:="0.01 0 0.05"',
     ),
     (
-        check_reports((Report('servo', 2, 'supply is 4.4 V, outside 4.5 to 6.0 V'),), True),
+        check_diagnostics((Status('servo', 2, 'supply is 4.4 V, outside 4.5 to 6.0 V'),), True),
         'reported',
         'what its model needs',
     ),
     (
-        check_reports((Report('servo', 2, 'in multi-turn mode: set its angle limits'),), True),
+        check_diagnostics((Status('servo', 2, 'in multi-turn mode: set its angle limits'),), True),
         'reported',
         'nodlidar_servo setup',
     ),
     (
-        check_reports((Report('servo', 2, 'the servo has shut down (overload)'),), True),
+        check_diagnostics((Status('servo', 2, 'the servo has shut down (overload)'),), True),
         'reported',
         'what blocks the nod',
     ),
-    (check_reports((Report('driver', 1, 'no scan for 3 s'),), True), 'reported', 'faults.md'),
+    (check_diagnostics((Status('driver', 1, 'no scan for 3 s'),), True), 'reported', 'faults.md'),
 ]
 
 
@@ -261,12 +261,12 @@ def test_advice_about_a_sensor_in_a_namespace_names_its_topics():
 def test_of_all_diagnostics_those_of_the_sensor_count():
     others = ('battery_monitor: battery', 'right/mapper: map', 'left/camera: device', 'driver: x')
     names = (*others, 'left/mapper: map', 'left/driver: device')
-    reports = tuple(Report(name, 2, 'broken') for name in names)
-    found = check_reports(reports, True, '/left')
+    statuses = tuple(Status(name, 2, 'broken') for name in names)
+    found = check_diagnostics(statuses, True, '/left')
     assert [each.text for each in found] == [f'{name}: broken' for name in names[-2:]]
-    [found] = check_reports(reports, True)
+    [found] = check_diagnostics(statuses, True)
     assert found.text == 'driver: x: broken'
-    [found] = check_reports(reports[:1], True)
+    [found] = check_diagnostics(statuses[:1], True)
     assert found.level == Level.UNKNOWN
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP
 from nodlidar_bringup import arguments
 from nodlidar_bringup.checks.ask import ask
+from nodlidar_bringup.checks.diagnostics import check_diagnostics
 from nodlidar_bringup.checks.finding import fault, Finding
 from nodlidar_bringup.checks.graph import check_graph, is_running, LIFECYCLE, SOURCES
 from nodlidar_bringup.checks.host import check_host
@@ -28,7 +29,6 @@ from nodlidar_bringup.checks.ports import (
     ServoSettings,
 )
 from nodlidar_bringup.checks.report import Section
-from nodlidar_bringup.checks.reports import check_reports
 from nodlidar_bringup.checks.traffic import check_content, check_traffic
 from nodlidar_bringup.checks.transforms import check_frames, Frames
 from nodlidar_bringup.ros.discovery import announce_often
@@ -124,7 +124,7 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
             Section('messages', _of_messages(watch, lasts, options.frame_prefix)),
             Section('transforms', check_frames(frames)),
             Section('mount', _of_mount(watch, frames)),
-            Section('diagnostics', check_reports(watch.reports, True, space)),
+            Section('diagnostics', check_diagnostics(watch.statuses, True, space)),
         ],
         settings,
         True,

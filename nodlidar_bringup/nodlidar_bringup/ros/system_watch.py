@@ -7,8 +7,8 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from nodlidar_bringup.checks.diagnostics import Status
 from nodlidar_bringup.checks.graph import Endpoint, Graph, SOURCES, Topic
-from nodlidar_bringup.checks.reports import Report
 from nodlidar_bringup.checks.traffic import Content, Traffic
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
@@ -55,7 +55,7 @@ class SystemWatch:
         self._arrivals: dict[str, list[tuple[int, Any]]] = defaultdict(list)
         self.parents: dict[str, set[str]] = defaultdict(set)
         self.transforms: dict[str, Any] = {}
-        self._reports: dict[str, Report] = {}
+        self._statuses: dict[str, Status] = {}
         for name, kind in TYPES.items():
             node.create_subscription(kind, name, self._keeper(name), LISTENING)
         self.sweep_duration: float | None = None
@@ -93,16 +93,16 @@ class SystemWatch:
     def _reported(self, message: DiagnosticArray) -> None:
         for status in message.status:
             level = int.from_bytes(status.level, 'little')
-            self._reports[status.name] = Report(status.name, level, status.message)
+            self._statuses[status.name] = Status(status.name, level, status.message)
 
     @property
     def _namespace(self) -> str:
         return str(self._node.get_namespace()).rstrip('/')
 
     @property
-    def reports(self) -> tuple[Report, ...]:
+    def statuses(self) -> tuple[Status, ...]:
         """The latest status of each name."""
-        return tuple(self._reports[name] for name in sorted(self._reports))
+        return tuple(self._statuses[name] for name in sorted(self._statuses))
 
     def graph(self, on_sim_time: Iterable[str] = ()) -> Graph:
         """Return nodes and topics as they are now."""

@@ -10,7 +10,7 @@ from nodlidar_bringup.checks.ports import INSTALL_RULES
 NODES = (*SOURCES.values(), 'mapper')
 """Nodes of ours that report; all others of a robot do so on the same topic."""
 
-# What fixes a report that has these words; the first that matches.
+# What fixes a status that has these words; the first that matches.
 _REMEDIES = (
     ('latency|holds replies back', INSTALL_RULES),
     (
@@ -36,7 +36,7 @@ _OTHERWISE = 'ros2 topic echo /diagnostics shows all of it; docs/faults.md says 
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class Status:
     """One status of /diagnostics: its name, level (0 OK, 1 warning, 2 error, 3 stale), message."""
 
     name: str
@@ -44,14 +44,14 @@ class Report:
     message: str
 
 
-def check_reports(
-    reports: tuple[Report, ...], running: bool, namespace: str = ''
+def check_diagnostics(
+    statuses: tuple[Status, ...], running: bool, namespace: str = ''
 ) -> list[Finding]:
     """Return a finding for each status of a sensor that is not OK.
 
     Parameters
     ----------
-    reports
+    statuses
         All statuses, also those of other sensors and of other programs.
     running
         Whether the sensor runs.
@@ -61,18 +61,18 @@ def check_reports(
     if not running:
         return []
     own = [f'{namespace}/{node}' for node in NODES]
-    reports = tuple(each for each in reports if f'/{each.name.partition(":")[0]}' in own)
-    if not reports:
+    statuses = tuple(each for each in statuses if f'/{each.name.partition(":")[0]}' in own)
+    if not statuses:
         text = 'no node of the sensor published /diagnostics while it was watched'
         return [unknown('diagnostics', text)]
-    findings = [_finding(report) for report in reports if report.level]
-    return findings or [good('diagnostics', f'{len(reports)} statuses are OK')]
+    findings = [_finding(status) for status in statuses if status.level]
+    return findings or [good('diagnostics', f'{len(statuses)} statuses are OK')]
 
 
-def _finding(report: Report) -> Finding:
-    words = f'{report.name}: {report.message}'
+def _finding(status: Status) -> Finding:
+    words = f'{status.name}: {status.message}'
     remedies = [remedy for words_of, remedy in _REMEDIES if re.search(words_of, words, re.I)]
     remedy = remedies[0] if remedies else _OTHERWISE
-    if report.level == 1:
+    if status.level == 1:
         return Finding(Level.WARNING, 'reported', words, remedy)
     return fault('reported', words, remedy)
