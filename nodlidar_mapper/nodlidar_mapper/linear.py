@@ -17,3 +17,17 @@ def solved(matrix: Array, right: Array) -> Array:
 def inverted(matrix: Array) -> Array:
     """Return the inverse of a positive definite matrix."""
     return solved(matrix, np.eye(len(matrix)))
+
+
+def solved_each(matrices: Array, right: Array) -> Array:
+    """Return the solutions of many positive definite systems (n, k, k), shape (n, k, m).
+
+    Gauss-Jordan elimination, a row of all systems at a time.
+    """
+    rows = np.ascontiguousarray(np.moveaxis(np.concatenate([matrices, right], axis=2), 0, 2))
+    for k in range(len(rows)):
+        rows[k] /= rows[k, k]
+        others = rows[:, k].copy()
+        others[k] = 0.0
+        rows -= others[:, None] * rows[k]
+    return np.moveaxis(rows[:, len(rows) :], 2, 0)

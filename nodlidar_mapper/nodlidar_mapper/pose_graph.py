@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.linear import inverted
+from nodlidar_mapper.linear import inverted, solved_each
 from nodlidar_mapper.poses import Array, carried, change_between, corrected, inverse, turning
 import numpy as np
 from numpy.typing import NDArray
@@ -93,29 +93,33 @@ def uncertainties(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> A
     The first pose is certain. From there, the errors of the edges add up along the shortest way.
     Arguments as in `optimized`.
     """
-    joins = {(each.start, each.end): each for each in edges}
-    joins |= {(each.end, each.start): each for each in edges}
-    way, before = _shortest(0, poses, edges)
     found = np.zeros((len(poses), 6, 6))
+    if not edges:
+        return found
+    errors = covariances_of(edges, poses, free)
+    joins = {(each.start, each.end): error for each, error in zip(edges, errors, strict=True)}
+    way, before = _shortest(0, poses, edges)
     for index in np.argsort(way)[1:]:
         last = before[index]
         along = poses[index][:3, 3] - poses[last][:3, 3]
-        edge = joins[last, index]
-        added = covariance_of(edge, poses[edge.start], free)
-        if edge.start == index:  # seen from the other end
-            found[index] = carried(found[last] + added, along)
-        else:
-            found[index] = carried(found[last], along) + added
+        if (last, index) in joins:
+            found[index] = carried(found[last], along) + joins[last, index]
+        else:  # seen from the other end
+            found[index] = carried(found[last] + joins[index, last], along)
     return found
 
 
-def covariance_of(edge: Edge, start: Array, free: Sequence[int]) -> Array:
-    """Return the covariance (6, 6) of the change of an edge's end in the map, from its start."""
-    turn = turning(start[:3, :3])
-    free_ones = np.ix_(free, free)
-    covariance = np.zeros((6, 6))
-    covariance[free_ones] = inverted((turn @ edge.information @ turn.T)[free_ones])
-    return covariance
+def covariances_of(edges: Sequence[Edge], poses: Array, free: Sequence[int]) -> Array:
+    """Return the covariances of the changes of the edges' ends in the map, shape (e, 6, 6)."""
+    turn = turning(poses[[edge.start for edge in edges], :3, :3])
+    information = turn @ np.stack([edge.information for edge in edges]) @ np.swapaxes(turn, 1, 2)
+    rows, columns = np.ix_(free, free)
+    known = information[:, rows, columns]
+    covariances = np.zeros_like(information)
+    covariances[:, rows, columns] = solved_each(
+        known, np.broadcast_to(np.eye(len(free)), known.shape)
+    )
+    return covariances
 
 
 def _jacobians(start: Array, end: Array) -> tuple[Array, Array]:
@@ -139,7 +143,8 @@ def distances_from(index: int, poses: Array, edges: Sequence[Edge]) -> Array:
 
 def _shortest(index: int, poses: Array, edges: Sequence[Edge]) -> tuple[Array, NDArray[np.int32]]:
     """Return these lengths, and the keyframe before each one on its way."""
-    length = [float(np.linalg.norm(edge.relative[:3, 3])) + 1e-3 for edge in edges]
+    ways = np.array([edge.relative[:3, 3] for edge in edges]).reshape(-1, 3)
+    length = np.linalg.norm(ways, axis=1) + 1e-3
     start, end = [edge.start for edge in edges], [edge.end for edge in edges]
     graph = csr_matrix((length, (start, end)), shape=(len(poses), len(poses)))
     way, before = dijkstra(graph, directed=False, indices=index, return_predecessors=True)

@@ -54,9 +54,9 @@ def lever(way: Array) -> Array:
 
 
 def turning(rotation: Array) -> Array:
-    """Return the matrix (6, 6) by which a rotation (3, 3) turns a pose's change."""
-    matrix = np.zeros((6, 6))
-    matrix[:3, :3] = matrix[3:, 3:] = rotation
+    """Return the matrices (..., 6, 6) by which rotations (..., 3, 3) turn a pose's change."""
+    matrix = np.zeros((*rotation.shape[:-2], 6, 6))
+    matrix[..., :3, :3] = matrix[..., 3:, 3:] = rotation
     return matrix
 
 
