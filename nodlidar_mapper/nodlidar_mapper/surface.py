@@ -5,19 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from nodlidar_mapper.linear import solved_each
 from nodlidar_mapper.poses import Array, moved
 from nodlidar_mapper.seen import Seen
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-NEIGHBOURS = 14
+NEIGHBOURS = 20
 RADIUS = 0.35  # of the neighbours that determine a normal [m]
 LEAST_NEIGHBOURS = 6
 THICKNESS = 0.03  # of the neighbours off their plane, RMS, at most [m]
 PLACES = 8  # of the lidar, at most, from which surfaces are judged to be visible
 FACING = 4  # nearest points, one of which must face the lidar
 LEAST_WIDTH = 0.04  # of the neighbours within their plane, RMS, in each direction [m]
+# Of the neighbours [m], where the surface has curvatures of 1/m and slopes of 1 from their plane,
+# all standard deviations: noise alone is not taken for a curve.
+NOISE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,27 +77,28 @@ class Surface:
 
 
 def surface_of(seen: Seen, around: Seen) -> Surface:
-    """Return those points that lie on a plane with the points around, seen from the same side."""
+    """Return those points that lie on a surface with the points around, seen from the same side.
+
+    The surface may be curved: a plane through the neighbours would be inside a pillar, and each
+    cloud would be drawn towards what was not seen of the pillar before.
+    """
     points = seen.points
     if len(around.points) < LEAST_NEIGHBOURS or not len(points):
         return Surface(np.empty((0, 3)), np.empty((0, 3)))
     tree = cKDTree(around.points, balanced_tree=False, compact_nodes=False)
     neighbours, towards, near = _neighbours(points, around, tree, NEIGHBOURS)
-    plane = middle, spread, axes, count = _plane(neighbours, near)
+    fit = off, normals, spread, count = _fit(neighbours, near)
     # The sides of a thin wall are parallel: both of them show which way it faces.
-    facing = _facing(axes, seen)
+    facing = _facing(normals, seen)
     both = (near & ~_faces(facing, towards)).any(axis=1)
     neighbours, towards, near = _neighbours(points[both], around, tree, 2 * NEIGHBOURS)
     near &= _faces(facing[both], towards)
     near &= np.cumsum(near, axis=1) <= NEIGHBOURS
-    for of_both, of_one in zip(plane, _plane(neighbours, near), strict=True):
+    for of_both, of_one in zip(fit, _fit(neighbours, near), strict=True):
         of_both[both] = of_one
     flat = (spread[:, 0] < THICKNESS) & (spread[:, 1] > LEAST_WIDTH) & (count >= LEAST_NEIGHBOURS)
-    # The plane goes through the middle of the neighbours, which is less noisy than the point.
-    off = np.einsum('ni,ni->n', middle, axes)
-    flat &= np.abs(off) < 2.0 * THICKNESS
-    on_plane = points + off[:, None] * axes
-    return Surface(on_plane[flat], _facing(axes, seen)[flat])
+    flat &= np.linalg.norm(off, axis=1) < 2.0 * THICKNESS
+    return Surface((points + off)[flat], _facing(normals, seen)[flat])
 
 
 def _neighbours(
@@ -117,12 +122,22 @@ def _facing(normals: Array, seen: Seen) -> Array:
     return np.asarray(np.where(away[:, None], -normals, normals))
 
 
-def _plane(neighbours: Array, near: NDArray[np.bool_]) -> tuple[Array, Array, Array, Array]:
-    """Return middle, RMS width along three axes, ascending, normal and count of (n, k, 3)."""
+def _fit(neighbours: Array, near: NDArray[np.bool_]) -> tuple[Array, Array, Array, Array]:
+    """Return the surface at the origin of its neighbours (n, k, 3), those that are near.
+
+    Way to it and normal (n, 3), RMS width of the neighbours along three axes, ascending, and their
+    count. The surface is a quadratic over the plane of the neighbours.
+    """
     chosen = neighbours * near[:, :, None]
     found = near.sum(axis=1)
     count = np.maximum(found, 1)
-    middle = chosen.sum(axis=1) / count[:, None]
+    middle = np.einsum('nki->ni', chosen) / count[:, None]
     products = (np.swapaxes(chosen, 1, 2) @ chosen) / count[:, None, None]
     spread, axes = np.linalg.eigh(products - middle[:, :, None] * middle[:, None, :])
-    return middle, np.sqrt(np.maximum(spread, 0.0)), axes[:, :, 0], found
+    up, u, v = np.moveaxis(chosen @ axes, 2, 0)
+    terms = np.stack([near, u, v, u**2 / 2.0, u * v, v**2 / 2.0], axis=1)
+    known = terms @ np.swapaxes(terms, 1, 2) + NOISE**2 * np.eye(6)
+    shape = solved_each(known, terms @ up[:, :, None])
+    normals = axes @ np.concatenate([np.ones((len(axes), 1, 1)), -shape[:, 1:3]], axis=1)
+    normals = normals[:, :, 0] / np.linalg.norm(normals, axis=1)
+    return shape[:, 0] * axes[:, :, 0], normals, np.sqrt(np.maximum(spread, 0.0)), found

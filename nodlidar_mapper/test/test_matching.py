@@ -177,3 +177,20 @@ def test_both_sides_of_a_wall_are_surfaces(thickness):
     true = np.where(faces_left, 0.0, thickness)
     assert np.mean(np.abs(surface.points[:, 0] - true) < 1e-6) > 0.95
     assert np.mean(faces_left) == pytest.approx(0.5, abs=0.03)
+
+
+@pytest.mark.parametrize('radius', [0.25, 0.4, 1.0, 10.0])
+def test_what_is_seen_of_a_pillar_lies_on_it(radius):
+    """Points in rows with 10 mm of noise; a plane through neighbours would be inside of it."""
+    rng = np.random.default_rng(1)
+    angle = rng.uniform(-1.0, 1.0, 120) * min(1.0, 0.5 / radius)
+    away = radius + rng.normal(0.0, 0.01, len(angle))
+    height = 0.15 * rng.integers(0, 10, len(angle))
+    points = np.column_stack([away * np.cos(angle), away * np.sin(angle), height])
+    seen = Seen(points, np.tile([radius + 4.0, 0.0, 1.0], (len(points), 1)))
+    surface = surface_of(seen.thinned(0.1), seen)
+    assert len(surface.points) > 50
+    x, y, _ = surface.points.T
+    assert abs(np.mean(np.hypot(x, y)) - radius) < 0.004
+    turned = np.arctan2(surface.normals[:, 1], surface.normals[:, 0]) - np.arctan2(y, x)
+    assert np.sqrt(np.mean(turned**2)) < 0.15
