@@ -28,6 +28,9 @@ FOUND = np.diag([1e2] * 6)  # information of a place that was searched, at least
 FARTHEST = 1000.0  # m
 NO_MAP = 'no map yet'
 MAPPED = 0.9  # share of the points; below it, the map is extended
+# Wheels may have slipped far if so much less of a cloud fits than of those before. The newest one
+# has this weight in their average.
+UNUSUAL, NEWEST = 1.0 / 3.0, 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +87,7 @@ class Mapper:
         self.loops = 0
         self._uncertainties = self._measured()  # of the keyframes
         self._track = Track(config)
+        self._telling = 0.0  # share of the points, of the matches so far on average
         self._recent: deque[tuple[Array, Seen]] = deque(maxlen=RECENT)
         self._anchor = 0  # index of the keyframe nearest to the robot along the way
         self._local = Surface.joined([])
@@ -169,11 +173,7 @@ class Mapper:
         way = guess[:3, 3] - predicted[:3, 3]  # from the robot to the cloud's frame
         covariance = carried(self._track.covariance, way)
         seen = self._seen(cloud)
-        found = self._matched(seen, guess, covariance)
-        # What the first clouds show of odometry is no slip: it is learned.
-        if found.share < ALIKE and self._first is None and not self._track.jump:
-            slipped = self._matched(seen, guess, covariance, slips=True)
-            found = min(found, slipped, key=lambda each: each.cost)
+        found = self._matched(seen, guess, covariance, self._track.halfway @ mount)
         lost = NO_MAP if begins else self._lost(found, seen)
         if lost and not begins and self._first is not None:
             self._begin_anew()
@@ -246,11 +246,25 @@ class Mapper:
         seen = seen[(np.abs(seen.points) < FARTHEST).all(axis=1)]  # NaN is not
         return seen.thinned(self._config.point_spacing)
 
-    def _matched(self, seen: Seen, guess: Array, covariance: Array, slips: bool = False) -> Match:
+    def _matched(self, seen: Seen, guess: Array, covariance: Array, halfway: Array) -> Match:
+        """Match a cloud, as if wheels had slipped where that is more probable."""
         if not len(self._local.points):
             return Match.none(guess, len(seen.points))
         prior = inverted(covariance)
-        return match(seen, self._local, guess, prior, self._config, slips=slips)
+        found = match(seen, self._local, guess, prior, self._config)
+        usual = self._telling
+        self._telling += NEWEST * (found.telling - usual)
+        # What the first clouds show of odometry is no slip: it is learned.
+        if self._first is not None or self._track.jump:
+            return found
+        starts = [guess] if found.share < ALIKE else []
+        if found.telling < UNUSUAL * usual:
+            starts.append(halfway)
+        slipped = [
+            match(seen, self._local, guess, prior, self._config, slips=True, start=start)
+            for start in starts
+        ]
+        return min([found, *slipped], key=lambda each: each.cost)
 
     def _lost(self, found: Match, seen: Seen) -> str:
         """Return why a match is not believed; empty if it is."""

@@ -76,6 +76,9 @@ class Match:
         Share of the points that are near the surface.
     share
         Share of these that lie on it.
+    telling
+        That of the points that show the pose: without those on bare planes, as a floor, that fit
+        anywhere, but with those that are not near the surface.
     residual
         RMS distance of those from it [m].
     cost
@@ -91,6 +94,7 @@ class Match:
     information: Array
     mapped: float
     share: float
+    telling: float
     residual: float
     cost: float
     believed: float
@@ -99,9 +103,8 @@ class Match:
     @classmethod
     def none(cls, guess: Array, count: int) -> Match:
         """Return that of a cloud of so many points that is not near any surface."""
-        return cls(
-            guess, np.zeros((6, 6)), 0.0, 0.0, np.inf, np.inf, 1.0, np.zeros(count, np.bool_)
-        )
+        nothing = np.zeros(count, np.bool_)
+        return cls(guess, np.zeros((6, 6)), 0.0, 0.0, 0.0, np.inf, np.inf, 1.0, nothing)
 
     def shown(self, free: Sequence[int]) -> int:
         """Return in how many directions of the free coordinates the surface shows the pose."""
@@ -117,6 +120,7 @@ def match(
     config: MatchingConfig,
     reach: float | None = None,
     slips: bool = False,
+    start: Array | None = None,
 ) -> Match:
     """Return where a cloud fits a surface, each point on the side from which it was seen.
 
@@ -127,7 +131,7 @@ def match(
     surface
         In the frame of the map.
     guess
-        Pose of the cloud's frame that the search starts from.
+        Pose of the cloud's frame by odometry.
     prior
         Inverse covariance of the guess, shape (6, 6).
     config
@@ -137,12 +141,15 @@ def match(
     slips
         Whether wheels may have slipped: the more the surfaces contradict the prior, the less it is
         believed.
+    start
+        Pose that the search starts from; by default the guess.
     """
     free, noise = config.free, config.range_error
-    found = Match.none(guess, len(seen.points))
+    start = guess if start is None else start
+    found = Match.none(start, len(seen.points))
     reach = reach or config.reach
     width = reach / WIDE if slips else noise
-    surface = surface.visible(seen.moved(guess))
+    surface = surface.visible(seen.moved(start))
     if not len(surface.points):
         return found
     for _ in range(ITERATIONS):
@@ -157,7 +164,7 @@ def match(
         on, normal = here.points[near], normals[near]
         off = np.einsum('ni,ni->n', on - surface.points[nearest[near]], normal)
         weight = 1.0 / (1.0 + (off / (2.0 * width)) ** 2) / noise**2 / CORRELATION
-        information, pull = _equations(on - pose[:3, 3], normal, weight, off, free)
+        information, pull, shows = _equations(on - pose[:3, 3], normal, weight, off, free)
         change = change_between(guess, pose)
         far = float(change @ prior @ change)
         believed = min((TAILS + len(free)) / (TAILS + far), 1.0) if slips else 1.0
@@ -167,13 +174,15 @@ def match(
         fits = near.copy()
         fits[near] = np.abs(off) < 5.0 * noise
         share, mapped = float(np.mean(fits[near])), float(np.mean(near))
+        judged = np.count_nonzero(shows) + np.count_nonzero(~near)
+        telling = np.count_nonzero(fits[near] & shows) / max(judged, 1)
         residual = float(np.sqrt(np.mean(off[fits[near]] ** 2))) if fits.any() else np.inf
         pose = corrected(pose, step)
         away = np.full(len(near), config.reach / 2.0)
         away[near] = off
         cost = 2.0 / CORRELATION * float(np.log1p((away / (2.0 * noise)) ** 2).sum())
         cost += (TAILS + len(free)) / 2.0 * float(np.log1p(far / TAILS))
-        found = Match(pose, information, mapped, share, residual, cost, believed, fits)
+        found = Match(pose, information, mapped, share, telling, residual, cost, believed, fits)
         if np.abs(step).max() < CONVERGED and width == noise:
             break
         reach = max(0.7 * reach, config.reach / 2.0)
@@ -183,8 +192,8 @@ def match(
 
 def _equations(
     points: Array, normals: Array, weight: Array, off: Array, free: list[int]
-) -> tuple[Array, Array]:
-    """Return the information (6, 6) about the pose of points, and what pulls it, (6,).
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return the information (6, 6) about the pose, what pulls it (6,), and which points show it.
 
     A motion of the robot moves a point within the plane that it matches, or out of it. Only what
     leaves the plane at more than TILT counts, in each principal direction of the motion.
@@ -215,4 +224,4 @@ def _equations(
     directions[free] = axes / unit[:, None]
     directions = lever(middle).T @ directions
     information = (directions * np.einsum('nk,nk->k', counted, leaves)) @ directions.T
-    return information, -directions @ (off @ counted)
+    return information, -directions @ (off @ counted), (surely > 0.0).any(axis=1)

@@ -9,7 +9,15 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.linear import inverted
 from nodlidar_mapper.odometer import Odometer
-from nodlidar_mapper.poses import Array, between, carried, change_between, inverse, turning
+from nodlidar_mapper.poses import (
+    Array,
+    between,
+    carried,
+    change_between,
+    corrected,
+    inverse,
+    turning,
+)
 from nodlidar_mapper.seen import Seen
 import numpy as np
 
@@ -130,6 +138,14 @@ class Track:
     def move_to(self, pose: Array, stamp_ns: int, odometry: Array) -> None:
         """Continue from a pose of the robot in the map, and that in the frame of odometry."""
         self.pose, self._stamp_ns, self._odometry = pose, stamp_ns, odometry
+
+    @property
+    def halfway(self) -> Array:
+        """Pose after half of the motion since the last cloud, as if wheels had slipped."""
+        if self.pose is None:
+            return self._guess
+        half = change_between(np.eye(4), self._last_motion) / 2.0
+        return np.asarray(self.pose @ corrected(np.eye(4), half))
 
     @property
     def _turned(self) -> Array:

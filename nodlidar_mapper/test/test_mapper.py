@@ -299,3 +299,20 @@ def test_a_pose_is_no_more_certain_than_the_way_there():
     along, across = np.sqrt(np.diag(found.covariance)[:2])
     assert 0.015 * 0.5 * np.sqrt(36) < along < 0.03 * 18.0
     assert across < along
+
+
+@pytest.mark.parametrize(('times', 'turn'), [(3.0, 0.2), (4.0, 0.2), (4.0, 0.0)])
+def test_wheels_that_slip_far_over_a_floor_are_noticed(times, turn):
+    """The floor fits everywhere, and the walls are farther off than a match reaches."""
+    rng = np.random.default_rng(1)
+    start, odometry, mapper = planar(-2.0, -1.0, 0.2), np.eye(4), Mapper(MapperConfig())
+    for k in range(14):
+        true = planar(0.3 * k, 0.0, 0.02 * k)
+        floor = np.column_stack([rng.uniform(-3.0, 3.0, (3000, 2)), rng.normal(0.0, 0.005, 3000)])
+        points = np.concatenate([room_cloud(CROOKED, start @ true, seed=k, count=800), floor])
+        counted = (0.3 * times, turn) if k == 9 else (0.3, 0.0)
+        if k:
+            odometry = odometry @ planar(counted[0], 0.0, 0.02 + counted[1])
+        found = mapper.add(round(0.74 * k * NS), points - [0.0, 0.0, 1.0], odometry)
+        assert not found.lost or k == 0
+    np.testing.assert_allclose(found.pose, true, atol=0.05)
