@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
-from nodlidar_mapper.poses import Array, inverse, planar
+from nodlidar_mapper.geometry.poses import Array, inverse, planar
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene, Scene

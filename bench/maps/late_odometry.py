@@ -10,8 +10,8 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.odometry_delay import is_worth_setting, odometry_delay
 from nodlidar_mapper.offline import clouds_of, estimates
+from nodlidar_mapper.tracking.odometry_delay import is_worth_setting, odometry_delay
 from nodlidar_sim.simulation import Recording
 import numpy as np
 

@@ -10,10 +10,10 @@ import time
 
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.geometry.poses import Array, inverse, moved, planar
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
-from nodlidar_mapper.poses import Array, inverse, moved, planar
+from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.simulation import Recording
 import numpy as np
 from scipy.spatial.transform import Rotation

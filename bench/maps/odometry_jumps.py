@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import clouds_of, estimates
-from nodlidar_mapper.poses import Array
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.base import compose, relative
 from nodlidar_sim.world.scene import Scene

@@ -15,9 +15,9 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
-from nodlidar_mapper.poses import Array
 from nodlidar_sim.simulation import Recording
 import numpy as np
 import yaml

@@ -19,7 +19,7 @@ from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_driver.config import DriverConfig
 from nodlidar_mapper.config import Config as MapperConfig
-from nodlidar_mapper.saved_map import KEYFRAMES
+from nodlidar_mapper.output.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig

@@ -13,7 +13,7 @@ from launch import LaunchContext
 from launch_ros.actions import Node
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_common.errors import NodlidarError
-from nodlidar_mapper.saved_map import KEYFRAMES
+from nodlidar_mapper.output.saved_map import KEYFRAMES
 import pytest
 
 

@@ -14,7 +14,7 @@ from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.whole_file import whole_file
 from nodlidar_mapper.command import map_drive
-from nodlidar_mapper.poses import planar
+from nodlidar_mapper.geometry.poses import planar
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.scene import load_scene

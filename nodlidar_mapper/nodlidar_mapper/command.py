@@ -17,11 +17,11 @@ from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import check
 from nodlidar_common.terminal import progress_bar, result_console
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.grid import GridConfig
-from nodlidar_mapper.map_files import write_map
 from nodlidar_mapper.mapper import Mapper, NO_MAP
-from nodlidar_mapper.odometry_delay import is_worth_setting, KNOWN_ERROR, odometry_delay
 from nodlidar_mapper.offline import estimates
+from nodlidar_mapper.output.grid import GridConfig
+from nodlidar_mapper.output.map_files import write_map
+from nodlidar_mapper.tracking.odometry_delay import is_worth_setting, KNOWN_ERROR, odometry_delay
 import numpy as np
 from rich.table import Table
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from nodlidar_common.parameters import parameter
-from nodlidar_mapper.grid import GridConfig
-from nodlidar_mapper.matching import MatchingConfig
+from nodlidar_mapper.output.grid import GridConfig
+from nodlidar_mapper.tracking.matching import MatchingConfig
 
 
 @dataclass(frozen=True)

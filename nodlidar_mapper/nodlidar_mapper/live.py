@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.grid import EmptyMapError, Grid, grid_of, GridConfig
-from nodlidar_mapper.keyframe import Estimate, Keyframe
-from nodlidar_mapper.lasting import lasting_surface
-from nodlidar_mapper.map_files import write_map
+from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
+from nodlidar_mapper.graph.pose_graph import Edge
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.pose_graph import Edge
-from nodlidar_mapper.poses import Array
-from nodlidar_mapper.saved_map import KEYFRAMES, load_keyframes
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.output.grid import EmptyMapError, Grid, grid_of, GridConfig
+from nodlidar_mapper.output.lasting import lasting_surface
+from nodlidar_mapper.output.map_files import write_map
+from nodlidar_mapper.output.saved_map import KEYFRAMES, load_keyframes
 import numpy as np
 
 LEAST_COVARIANCE = np.diag([0.01**2] * 6)  # of a pose that a person set [m^2], [rad^2]

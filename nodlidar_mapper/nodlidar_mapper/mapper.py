@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.keyframe import Estimate, Keyframe, surface_in_map
-from nodlidar_mapper.linear import inverted
-from nodlidar_mapper.loops import around, loop_at
-from nodlidar_mapper.matching import Match, match
-from nodlidar_mapper.place_search import ALIKE, clear_share
-from nodlidar_mapper.pose_graph import Edge, optimized, step, uncertainties
-from nodlidar_mapper.poses import Array, carried, inverse, lever, moved, turning
-from nodlidar_mapper.recovery import Guess, Recovery
-from nodlidar_mapper.seen import Seen
-from nodlidar_mapper.surface import Surface, surface_of
-from nodlidar_mapper.track import Track
+from nodlidar_mapper.geometry.linear import inverted
+from nodlidar_mapper.geometry.poses import Array, carried, inverse, lever, moved, turning
+from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.geometry.surface import Surface, surface_of
+from nodlidar_mapper.graph.keyframe import Estimate, Keyframe, surface_in_map
+from nodlidar_mapper.graph.loops import around, loop_at
+from nodlidar_mapper.graph.pose_graph import Edge, optimized, step, uncertainties
+from nodlidar_mapper.recovery.place_search import ALIKE, clear_share
+from nodlidar_mapper.recovery.recovery import Guess, Recovery
+from nodlidar_mapper.tracking.matching import Match, match
+from nodlidar_mapper.tracking.track import Track
 import numpy as np
 
 FIRST = 5  # clouds that are mapped again with what they have shown of odometry

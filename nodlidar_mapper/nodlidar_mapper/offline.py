@@ -9,9 +9,9 @@ from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.clouds.points import xyz_in
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_mapper.keyframe import Estimate
+from nodlidar_mapper.geometry.poses import Array, matrix_from
+from nodlidar_mapper.graph.keyframe import Estimate
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.poses import Array, matrix_from
 import numpy as np
 from scipy.spatial.transform import Rotation
 

@@ -1,7 +1,7 @@
 """Clouds of convex rooms, all of whose walls can be seen from anywhere in them."""
 
-from nodlidar_mapper.poses import inverse, moved
-from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.geometry.poses import inverse, moved
+from nodlidar_mapper.geometry.seen import Seen
 import numpy as np
 
 # Corners [m]. No turn makes the first one fit itself; half a turn does so with the second one.

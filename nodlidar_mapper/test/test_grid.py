@@ -1,9 +1,9 @@
 """Occupancy of what stands in a room, against its true place."""
 
-from nodlidar_mapper.grid import FREE, grid_of, GridConfig, OCCUPIED
-from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.poses import planar
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import planar
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.output.grid import FREE, grid_of, GridConfig, OCCUPIED
 import numpy as np
 
 

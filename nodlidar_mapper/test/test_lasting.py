@@ -1,9 +1,9 @@
 """Who walked by is not on the map; what stands is."""
 
-from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.lasting import lasting_surface, ranges_beyond
-from nodlidar_mapper.poses import planar
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import planar
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.output.lasting import lasting_surface, ranges_beyond
 import numpy as np
 
 ANGLES = np.radians(np.arange(-40.0, 40.0, 0.5))

@@ -1,6 +1,6 @@
 """Systems of equations."""
 
-from nodlidar_mapper.linear import solved_each
+from nodlidar_mapper.geometry.linear import solved_each
 import numpy as np
 
 

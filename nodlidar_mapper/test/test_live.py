@@ -5,11 +5,11 @@ from pathlib import Path
 from matplotlib.image import imread
 from nodlidar_mapper import live
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.grid import Grid, GridConfig
+from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.live import drawn, LiveMapper
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.picture import write_picture
-from nodlidar_mapper.poses import planar
+from nodlidar_mapper.output.grid import Grid, GridConfig
+from nodlidar_mapper.output.picture import write_picture
 import numpy as np
 import pytest
 from rooms import cloud, OBLONG

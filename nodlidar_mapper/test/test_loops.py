@@ -1,11 +1,11 @@
 """Loops: closed where enough of an old part of the map is seen again, and only there."""
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.loops import loop_at
-from nodlidar_mapper.pose_graph import step
-from nodlidar_mapper.poses import inverse, planar
-from nodlidar_mapper.surface import Surface, surface_of
+from nodlidar_mapper.geometry.poses import inverse, planar
+from nodlidar_mapper.geometry.surface import Surface, surface_of
+from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.graph.loops import loop_at
+from nodlidar_mapper.graph.pose_graph import step
 import numpy as np
 import pytest
 from rooms import cloud, CROOKED, seen_from_origin

@@ -5,8 +5,8 @@ import re
 
 from matplotlib.image import imread
 from nodlidar_common.nod import Nod
+from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.map_bag import main
-from nodlidar_mapper.poses import inverse, planar
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.route import Leg

@@ -7,11 +7,11 @@ from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.grid import FREE, grid_of, GridConfig, OCCUPIED
-from nodlidar_mapper.lasting import lasting_surface
+from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import FIRST, Mapper
 from nodlidar_mapper.offline import clouds_of, coordinates, estimates, odometry_at
-from nodlidar_mapper.poses import inverse, moved, planar
+from nodlidar_mapper.output.grid import FREE, grid_of, GridConfig, OCCUPIED
+from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.route import Leg

@@ -4,10 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.origins import frame_of
 from nodlidar_common.ros.point_cloud import coordinates
-from nodlidar_mapper.grid import FREE, Grid, OCCUPIED, UNKNOWN
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.output.grid import FREE, Grid, OCCUPIED, UNKNOWN
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.cloud_input import is_of_odometry
-from nodlidar_mapper.surface import Surface
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -9,12 +9,12 @@ from nav_msgs.msg import OccupancyGrid, Path
 from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
+from nodlidar_mapper.geometry.poses import inverse, planar
+from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.mapper import FIRST
-from nodlidar_mapper.poses import inverse, planar
 from nodlidar_mapper.ros import map_output, messages
 from nodlidar_mapper.ros.cloud_input import BUSY, MOST_READY, NO_ODOMETRY
 from nodlidar_mapper.ros.node import MapperNode
-from nodlidar_mapper.surface import Surface
 from nodlidar_msgs.srv import MapFolder
 import numpy as np
 import pytest

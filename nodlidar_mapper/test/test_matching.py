@@ -4,10 +4,10 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_mapper.matching import FREEDOMS, match, MatchingConfig
-from nodlidar_mapper.poses import corrected, inverse, moved, planar
-from nodlidar_mapper.seen import Seen
-from nodlidar_mapper.surface import Surface, surface_of
+from nodlidar_mapper.geometry.poses import corrected, inverse, moved, planar
+from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.geometry.surface import Surface, surface_of
+from nodlidar_mapper.tracking.matching import FREEDOMS, match, MatchingConfig
 import numpy as np
 import pytest
 

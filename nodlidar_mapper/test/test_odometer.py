@@ -1,9 +1,9 @@
 """The errors of odometry that matches show, and clouds without them."""
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.odometer import Odometer
-from nodlidar_mapper.poses import change_between, inverse, moved, planar, yaw_of
-from nodlidar_mapper.track import Track
+from nodlidar_mapper.geometry.poses import change_between, inverse, moved, planar, yaw_of
+from nodlidar_mapper.tracking.odometer import Odometer
+from nodlidar_mapper.tracking.track import Track
 import numpy as np
 import pytest
 

@@ -5,8 +5,8 @@ import math
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.points import DESKEWED_POINT
-from nodlidar_mapper.odometry_delay import odometry_delay
-from nodlidar_mapper.poses import planar
+from nodlidar_mapper.geometry.poses import planar
+from nodlidar_mapper.tracking.odometry_delay import odometry_delay
 import numpy as np
 import pytest
 

@@ -2,9 +2,9 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_mapper.matching import FREEDOMS
-from nodlidar_mapper.pose_graph import distances_from, Edge, optimized, uncertainties
-from nodlidar_mapper.poses import change_between, corrected, inverse, planar
+from nodlidar_mapper.geometry.poses import change_between, corrected, inverse, planar
+from nodlidar_mapper.graph.pose_graph import distances_from, Edge, optimized, uncertainties
+from nodlidar_mapper.tracking.matching import FREEDOMS
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -1,12 +1,12 @@
 """A robot that is lost: odometry jumps, somebody carries it, rooms look alike."""
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.keyframe import Keyframe
+from nodlidar_mapper.geometry.poses import between, inverse, planar
+from nodlidar_mapper.geometry.surface import Surface, surface_of
+from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.place_search import Area, best_place, clear_share
-from nodlidar_mapper.poses import between, inverse, planar
-from nodlidar_mapper.recovery import Guess, Recovery
-from nodlidar_mapper.surface import Surface, surface_of
+from nodlidar_mapper.recovery.place_search import Area, best_place, clear_share
+from nodlidar_mapper.recovery.recovery import Guess, Recovery
 import numpy as np
 import pytest
 from rooms import cloud, CROOKED, OBLONG, seen_from_origin

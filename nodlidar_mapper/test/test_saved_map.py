@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.poses import planar
-from nodlidar_mapper.saved_map import load_keyframes, save_keyframes, SavedMapError
+from nodlidar_mapper.output.saved_map import load_keyframes, save_keyframes, SavedMapError
 import numpy as np
 import pytest
 from rooms import cloud, CROOKED
@@ -45,7 +45,7 @@ import resource
 import signal
 import sys
 
-from nodlidar_mapper.saved_map import load_keyframes, save_keyframes
+from nodlidar_mapper.output.saved_map import load_keyframes, save_keyframes
 
 keyframes, edges = load_keyframes(Path(sys.argv[1]))
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -1,6 +1,6 @@
 """Points of clouds as the lidar saw them."""
 
-from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.geometry.seen import Seen
 import numpy as np
 
 NOISE = 0.01  # m

@@ -1,8 +1,8 @@
 """The pose by odometry, and how certain it is."""
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.poses import carried, planar
-from nodlidar_mapper.track import Track
+from nodlidar_mapper.geometry.poses import carried, planar
+from nodlidar_mapper.tracking.track import Track
 import numpy as np
 import pytest
 

@@ -15,7 +15,7 @@ from nodlidar_common.silence import Silence
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.config import NodeConfig
-from nodlidar_mapper.poses import Array
+from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.ros import messages
 from rclpy.clock import ClockType
 from rclpy.node import Node

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid, Path
 from nodlidar_common.ros.messages import time_message
-from nodlidar_mapper.grid import Grid
-from nodlidar_mapper.poses import Array, matrix_from
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import Array, matrix_from
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.output.grid import Grid
 import numpy as np
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2, PointField

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.poses import Array, moved
+from nodlidar_mapper.geometry.poses import Array, moved
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.poses import Array
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.geometry.surface import Surface
 
 
 @dataclass(slots=True, eq=False)

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.matching import Match, MatchingConfig
-from nodlidar_mapper.place_search import (
+from nodlidar_mapper.geometry.poses import Array, between, inverse
+from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.recovery.place_search import (
     ALIKE,
     Area,
     best_place,
@@ -13,8 +14,7 @@ from nodlidar_mapper.place_search import (
     fit_of,
     Place,
 )
-from nodlidar_mapper.poses import Array, between, inverse
-from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.tracking.matching import Match, MatchingConfig
 import numpy as np
 
 UNMAPPED = 0.1  # share of the points near the map, below which the map does not reach there

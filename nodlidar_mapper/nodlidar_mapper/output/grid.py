@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.parameters import parameter
-from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.poses import Array, moved
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import Array, moved
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Keyframe
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from nodlidar_mapper.linear import solved_each
-from nodlidar_mapper.poses import Array, moved
-from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.geometry.linear import solved_each
+from nodlidar_mapper.geometry.poses import Array, moved
+from nodlidar_mapper.geometry.seen import Seen
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree

@@ -4,7 +4,7 @@ numpy.linalg.solve and inv call a function that OpenBLAS spreads over threads wh
 These then wait for more work for some 30 ms, and so keep every processor busy.
 """
 
-from nodlidar_mapper.poses import Array
+from nodlidar_mapper.geometry.poses import Array
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_common.parameters import parameter
-from nodlidar_mapper.linear import solved
-from nodlidar_mapper.poses import Array, change_between, corrected, lever
-from nodlidar_mapper.seen import Seen
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.linear import solved
+from nodlidar_mapper.geometry.poses import Array, change_between, corrected, lever
+from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.geometry.surface import Surface
 import numpy as np
 from numpy.typing import NDArray
 

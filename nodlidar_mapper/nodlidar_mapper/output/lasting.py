@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from nodlidar_mapper.keyframe import Keyframe, surface_in_map
-from nodlidar_mapper.poses import Array, inverse, moved
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import Array, inverse, moved
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Keyframe, surface_in_map
 import numpy as np
 from scipy.spatial import cKDTree
 

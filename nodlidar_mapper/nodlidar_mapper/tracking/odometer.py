@@ -1,7 +1,7 @@
 """How odometry counts wrong, learned from matches."""
 
-from nodlidar_mapper.linear import inverted, solved
-from nodlidar_mapper.poses import Array, planar, yaw_of
+from nodlidar_mapper.geometry.linear import inverted, solved
+from nodlidar_mapper.geometry.poses import Array, planar, yaw_of
 import numpy as np
 
 MEMORY = 50.0  # distance over which the errors may change [m]

@@ -7,10 +7,10 @@ from typing import Any
 
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.whole_file import named, whole_file
-from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.pose_graph import Edge
-from nodlidar_mapper.poses import Array
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.graph.pose_graph import Edge
 import numpy as np
 from numpy.typing import NDArray
 

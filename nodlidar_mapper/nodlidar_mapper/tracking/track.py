@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.linear import inverted
-from nodlidar_mapper.odometer import Odometer
-from nodlidar_mapper.poses import (
+from nodlidar_mapper.geometry.linear import inverted
+from nodlidar_mapper.geometry.poses import (
     Array,
     between,
     carried,
@@ -18,7 +17,8 @@ from nodlidar_mapper.poses import (
     inverse,
     turning,
 )
-from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.tracking.odometer import Odometer
 import numpy as np
 
 PAUSE = 3.0  # times as long as the longest of the last times between clouds

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 from nodlidar_common.whole_file import whole_file
-from nodlidar_mapper.grid import FREE, Grid, OCCUPIED
-from nodlidar_mapper.poses import Array
+from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.output.grid import FREE, Grid, OCCUPIED
 import numpy as np
 
 COLOURS = {FREE: 1.0, OCCUPIED: 0.0}

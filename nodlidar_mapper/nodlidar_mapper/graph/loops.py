@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.keyframe import Keyframe, surface_in_map
-from nodlidar_mapper.matching import match
-from nodlidar_mapper.pose_graph import distances_from, Edge
-from nodlidar_mapper.poses import Array, inverse, turning
-from nodlidar_mapper.seen import Seen
+from nodlidar_mapper.geometry.poses import Array, inverse, turning
+from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.graph.keyframe import Keyframe, surface_in_map
+from nodlidar_mapper.graph.pose_graph import distances_from, Edge
+from nodlidar_mapper.tracking.matching import match
 import numpy as np
 
 # A corner of the old part of the map fits elsewhere as well. So this share of the points must lie

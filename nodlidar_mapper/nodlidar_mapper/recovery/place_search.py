@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, pi
 
-from nodlidar_mapper.keyframe import Keyframe, surface_in_map
-from nodlidar_mapper.matching import Match, match, MatchingConfig
-from nodlidar_mapper.poses import Array, between, inverse, moved, planar
-from nodlidar_mapper.range_image import RangeImage
-from nodlidar_mapper.seen import Seen
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import Array, between, inverse, moved, planar
+from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Keyframe, surface_in_map
+from nodlidar_mapper.recovery.range_image import RangeImage
+from nodlidar_mapper.tracking.matching import Match, match, MatchingConfig
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation

@@ -3,8 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.linear import inverted, solved_each
-from nodlidar_mapper.poses import Array, carried, change_between, corrected, inverse, turning
+from nodlidar_mapper.geometry.linear import inverted, solved_each
+from nodlidar_mapper.geometry.poses import (
+    Array,
+    carried,
+    change_between,
+    corrected,
+    inverse,
+    turning,
+)
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, csr_matrix

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_mapper.poses import Array
+from nodlidar_mapper.geometry.poses import Array
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares

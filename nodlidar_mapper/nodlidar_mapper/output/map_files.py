@@ -5,14 +5,14 @@ from pathlib import Path
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.whole_file import whole_file
-from nodlidar_mapper.grid import FREE, Grid, grid_of, GridConfig, OCCUPIED
-from nodlidar_mapper.keyframe import Keyframe
-from nodlidar_mapper.lasting import lasting_surface
-from nodlidar_mapper.picture import write_picture
-from nodlidar_mapper.pose_graph import Edge
-from nodlidar_mapper.poses import Array
-from nodlidar_mapper.saved_map import KEYFRAMES, save_keyframes
-from nodlidar_mapper.surface import Surface
+from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.graph.pose_graph import Edge
+from nodlidar_mapper.output.grid import FREE, Grid, grid_of, GridConfig, OCCUPIED
+from nodlidar_mapper.output.lasting import lasting_surface
+from nodlidar_mapper.output.picture import write_picture
+from nodlidar_mapper.output.saved_map import KEYFRAMES, save_keyframes
 import numpy as np
 from plyfile import PlyData, PlyElement
 from scipy.spatial.transform import Rotation

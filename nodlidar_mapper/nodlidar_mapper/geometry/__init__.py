@@ -1,0 +1,1 @@
+"""Poses, small systems of equations, and surfaces as points with normals."""

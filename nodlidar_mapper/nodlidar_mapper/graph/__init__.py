@@ -1,0 +1,1 @@
+"""Keyframes, the loops between them, and their poses by least squares."""

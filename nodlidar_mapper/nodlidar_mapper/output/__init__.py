@@ -1,0 +1,1 @@
+"""Grid, surfaces, picture and files of a map."""

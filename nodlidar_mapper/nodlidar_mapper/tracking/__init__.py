@@ -1,0 +1,1 @@
+"""Where the robot is: clouds matched to surfaces, with odometry as prior."""
