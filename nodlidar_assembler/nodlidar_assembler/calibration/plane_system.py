@@ -16,7 +16,6 @@ from nodlidar_assembler.calibration.relief import Relief
 from nodlidar_assembler.calibration.sandwich import inverse_of, spread_of, standard_errors
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 
@@ -70,7 +69,7 @@ class _Rows:
     """Residuals [m], derivatives (n, unknowns), weights, slopes of the influence, and relief."""
 
     off: Array
-    slopes: csr_array
+    slopes: Array
     weight: Array
     influence: Array
     relief: Relief
@@ -119,7 +118,7 @@ class PlaneSystem:
         change = -inverse @ right
         errors = None
         if with_errors:
-            scores = rows.slopes.multiply(pull[:, None]).tocsr()
+            scores = rows.slopes * pull[:, None]
             level_scores = level_slopes * (level_weight * level_off)[:, None]
             spread = spread_of(scores, self._beams.scan) + level_scores.T @ level_scores + prior
             errors = standard_errors(_curvature(normal, of_others, rows), spread)[:k]
@@ -155,32 +154,34 @@ class PlaneSystem:
         relief = Relief.of(off, weight, self._patches(place - ends.ways * (off / cosine)))
         tangents = np.array(bases)[self._labels]
         on_plane = ends_of(true, at.values)
-        slopes = [
+        shared = [
             *(np.sum(normals * on_plane.moves[name], axis=0) for name in self.names),
             *(hats * np.sum(normals * upward(on_plane.xyz), axis=0)),
             -cosine * grazing,
+            np.zeros(len(off)),
+        ]
+        of_plane = [
             np.einsum('nk,kn->n', tangents[:, 0], on_plane.xyz),
             np.einsum('nk,kn->n', tangents[:, 1], on_plane.xyz),
             -np.ones(len(off)),
             -cosine,
         ]
         weight, influence = weight * relief.counts, influence * relief.counts
-        return _Rows(off, self._sparse(slopes, len(at.planes)), weight, influence, relief)
+        slopes = self._slopes(shared, of_plane, len(at.planes))
+        return _Rows(off, slopes, weight, influence, relief)
 
     def _patches(self, xyz: Array) -> Labels:
         """Return the patch of its plane in which each beam ends [m], (3, n); shape (n,)."""
         own = patches(xyz, PATCH) * (int(self._labels.max()) + 1) + self._labels
         return np.asarray(np.unique(own, return_inverse=True)[1])
 
-    def _sparse(self, slopes: list[Array], planes: int) -> csr_array:
-        """Return the derivatives as a matrix: of values, slant, tilt, and each row's plane."""
-        count, shared = len(self._labels), self._first - 1
+    def _slopes(self, shared: list[Array], of_plane: list[Array], planes: int) -> Array:
+        """Return the derivatives by what all share and by each row's plane, (n, unknowns)."""
+        slopes = np.zeros((len(self._labels), self._first + _OF_PLANE * planes))
+        slopes[:, : self._first] = np.stack(shared, axis=1)
         own = self._first + _OF_PLANE * self._labels[:, None] + np.arange(_OF_PLANE)
-        columns = np.hstack([np.tile(np.arange(shared), (count, 1)), own])
-        data = np.stack(slopes, axis=1)
-        pointer = np.arange(count + 1) * data.shape[1]
-        size = self._first + _OF_PLANE * planes
-        return csr_array((data.ravel(), columns.ravel(), pointer), shape=(count, size))
+        np.put_along_axis(slopes, own, np.stack(of_plane, axis=1), axis=1)
+        return slopes
 
     def _level_rows(self, at: Solution, bases: list[Array]) -> tuple[Array, Array, Array]:
         """Return residuals [rad], derivatives and weights of what is level or upright."""

@@ -49,14 +49,14 @@ class Relief:
         far = np.minimum(mean**2 / (variance + 1.0 / known) / REDESCENDING**2, 1.0)
         return cls(patch, variance, ((1.0 - far) ** 2)[patch])
 
-    def normal(self, slopes: csr_array, weight: Array) -> Array:
+    def normal(self, slopes: Array, weight: Array) -> Array:
         """Return the normal matrix of derivatives (n, unknowns) with weights (n,)."""
-        weighted = slopes.multiply(weight[:, None]).tocsr()
+        weighted = slopes * weight[:, None]
         count = len(self.patch)
         members = csr_array((np.ones(count), (self.patch, np.arange(count))))
-        sums = (members @ weighted).toarray()
+        sums = members @ weighted
         shares = sums / self._information(weight)[:, None]
-        return np.asarray((weighted.T @ slopes).toarray() - sums.T @ shares)
+        return np.asarray(weighted.T @ slopes - sums.T @ shares)
 
     def without(self, off: Array, weight: Array) -> Array:
         """Return residuals [m] less the offsets of their patches, shape (n,)."""

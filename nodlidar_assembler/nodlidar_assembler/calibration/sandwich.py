@@ -11,10 +11,10 @@ from scipy.sparse import csr_array
 Array = NDArray[np.float64]
 
 
-def spread_of(scores: csr_array, group: Labels) -> Array:
+def spread_of(scores: Array, group: Labels) -> Array:
     """Return the spread of scores (n, unknowns) that are alike in groups (n,)."""
     count = len(group)
-    sums = (csr_array((np.ones(count), (group, np.arange(count)))) @ scores).toarray()
+    sums = csr_array((np.ones(count), (group, np.arange(count)))) @ scores
     return np.asarray(sums.T @ sums)
 
 
