@@ -211,6 +211,16 @@ def test_planes_of_a_box_are_found():
     assert np.mean(labels >= 0) > 0.6
 
 
+def test_a_wall_beside_the_nod_axis_is_as_wide_as_it_is_seen():
+    """Nineteen of twenty beams end within 5 cm of the axis, the others up to 0.5 m off it."""
+    rng = np.random.default_rng(10)
+    azimuth = rng.uniform(-math.pi, math.pi, 40_000)
+    slope = rng.uniform(-1.0, 1.0, 40_000) * np.where(np.arange(40_000) % 20, 0.02, 0.25)
+    ways = np.stack([np.cos(azimuth), np.sin(azimuth), slope]) / np.hypot(1.0, slope)
+    ranges = (HALF[:, None] / np.abs(ways)).min(axis=0) + rng.normal(0.0, 0.005, 40_000)
+    assert len(planes_seen(ways, ranges)[0]) == 4
+
+
 def test_noise_does_not_choose_the_beams():
     """Else the beams near the edges of a plane would be those that were measured on one side."""
     ways, ranges, _ = box_beams(50_000, 5)

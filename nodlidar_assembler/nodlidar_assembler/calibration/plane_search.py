@@ -18,7 +18,7 @@ PATCH = 0.2  # edge of the cubes in which a surface is all of a plane, or is not
 SURE = 2.0  # standard deviations of a mean by the noise of its beams, which add to a gate
 LEAST_SHARE = 0.9  # of the beams towards a patch that end there; else objects stand before it
 MOST_PLANES = 24
-LEAST_WIDTH = 0.2  # standard deviation across the shorter side of a plane [m]
+LEAST_WIDTH = 0.2  # standard deviation of its cubes across the shorter side of a plane [m]
 LEAST_POINTS = 0.01  # share of all points
 _LEAST_IN_CELL = 6
 _LEAST_SPREAD = 0.03  # along a surface in its cube [m]
@@ -126,10 +126,9 @@ def find_planes(ranges: Array, ends: Ends, gate: Gate) -> tuple[list[Plane], Lab
         free[seed] = False
         if members is None or cells.count[members].sum() < LEAST_POINTS * len(ranges):
             continue
-        plane, width = _fit(cells, members)
-        if width >= LEAST_WIDTH:
+        if _width(cells, members) >= LEAST_WIDTH:
             free[members] = False
-            planes.append(plane)
+            planes.append(_fit(cells, members))
     planes = _distinct(_moved(planes, _labels(ranges, ends, planes, gate), ends), gate)
     return _kept(planes, _labels(ranges, ends, planes, gate))
 
@@ -182,18 +181,32 @@ def _grown(cells: Cells, seed: int, free: NDArray[np.bool_], gate: Gate) -> Labe
         members = np.flatnonzero(free & parallel & within & (away < reach))
         if not len(members):
             return None
-        plane, _ = _fit(cells, members)
+        plane = _fit(cells, members)
     return members
 
 
-def _fit(cells: Cells, members: Labels) -> tuple[Plane, float]:
-    """Return the plane of cubes, and the spread [m] of their points across its shorter side."""
-    count = cells.count[members]
-    mean = np.average(cells.mean[members], axis=0, weights=count)
+def _fit(cells: Cells, members: Labels) -> Plane:
+    """Return the plane of the points in cubes."""
+    mean, scatter = _moments(cells, members, cells.count[members])
+    normal = np.linalg.eigh(scatter)[1][:, 0]
+    return Plane(normal, float(normal @ mean))
+
+
+def _width(cells: Cells, members: Labels) -> float:
+    """Return the spread [m] across the shorter side of a plane, if all its cubes count alike.
+
+    Beams are dense beside the nod axis: by them, a wall there would be narrow, however large.
+    """
+    _, scatter = _moments(cells, members, np.ones(len(members)))
+    return math.sqrt(max(float(np.linalg.eigvalsh(scatter)[1]), 0.0))
+
+
+def _moments(cells: Cells, members: Labels, weights: Array) -> tuple[Array, Array]:
+    """Return the mean [m] and the mean products of offsets from it [m^2] of weighted cubes."""
+    mean = np.average(cells.mean[members], axis=0, weights=weights)
     off = cells.mean[members] - mean
     outer = cells.scatter[members] + off[:, :, None] * off[:, None, :]
-    variance, axes = np.linalg.eigh(np.average(outer, axis=0, weights=count))
-    return Plane(axes[:, 0], float(axes[:, 0] @ mean)), math.sqrt(max(variance[1], 0.0))
+    return mean, np.average(outer, axis=0, weights=weights)
 
 
 def _labels(ranges: Array, ends: Ends, planes: list[Plane], gate: Gate) -> Labels:
