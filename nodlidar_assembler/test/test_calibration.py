@@ -38,7 +38,7 @@ def beams():
     return seen_beams(np.zeros_like)
 
 
-def seen_beams(encoder_error, lost=slice(0), room=None):
+def seen_beams(encoder_error, lost=slice(0), room=None, **gap):
     """Return beams in the room: the encoder errs [rad] at each angle [rad]; samples are lost."""
     room = room or load_scene('room', ideal=True)
     off = (TRUE.x, 0.0, TRUE.z - 0.08, TRUE.roll, 0.0, TRUE.yaw)
@@ -53,7 +53,7 @@ def seen_beams(encoder_error, lost=slice(0), room=None):
     late_ns = seen.joint_stamp_ns + round(TRUE.delay * NS_PER_S)
     position = seen.joint_position + encoder_error(seen.joint_position)
     kept = np.delete(np.arange(len(late_ns)), lost)
-    return Beam.of(SensorLog(scans, late_ns[kept], position[kept] + TRUE.zero))
+    return Beam.of(SensorLog(scans, late_ns[kept], position[kept] + TRUE.zero), **gap)
 
 
 def test_values_are_found_with_their_standard_errors(beams):
@@ -277,6 +277,14 @@ def test_too_few_beams_are_refused(beams):
     """With a typed error that says how many there are."""
     with pytest.raises(CalibrationError, match='only 100 beams'):
         calibrate(beams[5000:5100], Values.of_mount(MountConfig()), UP)
+
+
+def test_joint_states_may_be_as_far_apart_as_is_said():
+    """All but every eighth of 100 Hz are lost, so they are 80 ms apart."""
+    lost = np.arange(800)[np.arange(800) % 8 > 0]
+    for gap, known in ((0.079, False), (0.081, True)):
+        sparse = seen_beams(np.zeros_like, lost, max_gap=gap)
+        assert np.isfinite(ends_of(sparse, TRUE).xyz[0]).any() == known
 
 
 def test_a_scene_that_leaves_every_value_open_is_refused(beams, monkeypatch):

@@ -78,9 +78,13 @@ class JointTrack:
     speed: Array
 
     @classmethod
-    def of(cls, log: SensorLog) -> 'JointTrack':
-        """Return the track of a log's joint samples, smoothed by the estimator `trajectory`."""
-        estimator = PitchEstimator(EstimatorConfig(estimator='trajectory'))
+    def of(cls, log: SensorLog, max_gap: float) -> 'JointTrack':
+        """Return the track of a log's joint samples, smoothed by the estimator `trajectory`.
+
+        It is NaN where samples are farther apart than max_gap [s].
+        """
+        config = EstimatorConfig(estimator='trajectory', max_joint_gap=max_gap)
+        estimator = PitchEstimator(config)
         begin_ns, end_ns = int(log.sample_ns[0]), int(log.sample_ns[-1])
         offset_ns, parts = np.arange(_WINDOW) * GRID_NS, []
         for start_ns in range(begin_ns, end_ns - _WINDOW * GRID_NS, _WINDOW * GRID_NS):
@@ -132,9 +136,17 @@ class Beam:
         return len(self.time)
 
     @classmethod
-    def of(cls, log: SensorLog, max_range: float = np.inf) -> 'Beam':
-        """Return beams of a log up to a range [m], without those at edges; not all if many."""
-        track, parts = JointTrack.of(log), []
+    def of(
+        cls,
+        log: SensorLog,
+        max_range: float = np.inf,
+        max_gap: float = EstimatorConfig.max_joint_gap,
+    ) -> 'Beam':
+        """Return beams of a log up to a range [m], without those at edges; not all if many.
+
+        Joint samples are at most max_gap [s] apart.
+        """
+        track, parts = JointTrack.of(log, max_gap), []
         step = max(1, sum(len(scan.ranges) for scan in log.scans) // _PREPARED)
         for number, scan in enumerate(log.scans):
             beams = Beams(scan.geometry, REFERENCE_MOUNT)

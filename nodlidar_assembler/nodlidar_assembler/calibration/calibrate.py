@@ -90,7 +90,8 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
     """
     beams = beams[_within_joint_states(beams, start)]
     if len(beams) < _LEAST_BEAMS:
-        raise CalibrationError(f'only {len(beams)} beams between joint states')
+        count = f'only {len(beams)} beams'
+        raise CalibrationError(f'{count} between joint states that are close enough in time')
     level = _level(up)
     names = tuple(name for name in NAMES if name != 'zero' or level is not None)
     undetermined: dict[str, str] = {}

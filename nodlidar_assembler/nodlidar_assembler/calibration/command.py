@@ -68,7 +68,7 @@ def calibrate_and_report(
         for damage in log.damage:
             print(damage, file=sys.stderr)
     up = None if arguments.not_level else upward(tuple(arguments.mount_rpy))
-    beams = Beam.of(log, config.max_range or math.inf)
+    beams = Beam.of(log, config.max_range or math.inf, config.max_joint_gap)
     found = calibrate(beams, start_values(config), up)
     result_console().print(result_table(found, arguments.output))
     write(arguments.output, found, config)
