@@ -122,7 +122,7 @@ def test_dropped_scans_are_named(recording, tmp_path, capsys):
 
 
 def test_late_odometry_is_named_until_its_delay_is_given(tmp_path, capsys):
-    legs = tuple(Leg(1.5, (0.0, rate)) for rate in (0.0, 0.7, 0.0, 0.7, 0.0, -0.9, 0.0, -0.7) * 2)
+    legs = tuple(Leg(1.5, (0.0, rate)) for rate in (0.0, 0.8, 0.0, 0.8, 0.0, -1.0, 0.0, -0.8) * 2)
     turning = simulate(
         replace(load_scene('room'), base_legs=legs), NOD, 24.0, 1, start_ns=START_NS
     )

@@ -6,7 +6,7 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.points import DESKEWED_POINT
 from nodlidar_mapper.geometry.poses import planar
-from nodlidar_mapper.tracking.odometry_delay import odometry_delay
+from nodlidar_mapper.tracking.odometry_delay import is_worth_setting, odometry_delay
 import numpy as np
 import pytest
 
@@ -80,3 +80,12 @@ def test_a_few_clouds_do_not_show_it(believed):
 def test_a_steady_turn_does_not_show_it(rate):
     _, error = estimated(np.full(len(SECOND), rate), 0.1)
     assert error > 0.05
+
+
+@pytest.mark.parametrize(
+    ('delay', 'error', 'worth'),
+    [(0.06, 0.02, True), (-0.06, 0.02, True), (0.04, 0.02, False), (0.14, 0.045, True)]
+    + [(0.02, 0.001, False), (0.3, 0.06, False), (0.0, math.inf, False)],
+)
+def test_a_delay_is_named_if_it_is_large_and_sure(delay, error, worth):
+    assert is_worth_setting(delay, error) == worth

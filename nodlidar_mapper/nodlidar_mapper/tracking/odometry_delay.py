@@ -17,8 +17,9 @@ STEP = 0.01  # of the numerical derivative: about a sample of odometry [s]
 LONGEST = 0.5  # s
 LEAST_INFORMATION = 1e-12  # of a robot that never turns
 LEAST_STEPS = 10  # from cloud to cloud
-KNOWN_ERROR = 0.02  # standard error with which the delay is known [s]
-LEAST_DELAY = 0.03  # that is worth a parameter [s]
+KNOWN_ERROR = 0.05  # standard error with which the delay is known, at most [s]
+# A delay that is worth a parameter has at least this size [s], and so many standard errors.
+LEAST_DELAY, SURE = 0.03, 2.5
 
 
 def odometry_delay(
@@ -76,7 +77,7 @@ def odometry_delay(
 
 def is_worth_setting(delay: float, error: float) -> bool:
     """Return whether a delay with a standard error [s] should be taken out."""
-    return error <= KNOWN_ERROR and abs(delay) >= LEAST_DELAY
+    return error <= KNOWN_ERROR and abs(delay) >= max(LEAST_DELAY, SURE * error)
 
 
 def _heading(rotations: Array) -> Array:
