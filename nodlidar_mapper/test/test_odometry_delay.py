@@ -84,8 +84,15 @@ def test_a_steady_turn_does_not_show_it(rate):
 
 @pytest.mark.parametrize(
     ('delay', 'error', 'worth'),
-    [(0.06, 0.02, True), (-0.06, 0.02, True), (0.04, 0.02, False), (0.14, 0.045, True)]
-    + [(0.02, 0.001, False), (0.3, 0.06, False), (0.0, math.inf, False)],
+    [
+        (0.06, 0.02, True),
+        (-0.06, 0.02, True),
+        (0.04, 0.02, False),
+        (0.14, 0.045, True),
+        (0.02, 0.001, False),
+        (0.3, 0.06, False),
+        (0.0, math.inf, False),
+    ],
 )
 def test_a_delay_is_named_if_it_is_large_and_sure(delay, error, worth):
     assert is_worth_setting(delay, error) == worth
