@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 from nodlidar_common.parameters import parameter
+from nodlidar_mapper.graph.loops import LoopConfig
 from nodlidar_mapper.output.grid import GridConfig
-from nodlidar_mapper.tracking.matching import MatchingConfig
+from nodlidar_mapper.tracking.track import TrackConfig
 
 
 @dataclass(frozen=True)
@@ -56,35 +57,18 @@ class NodeConfig:
 
 
 @dataclass(frozen=True)
-class MapperConfig(MatchingConfig):
+class MapperConfig(LoopConfig, TrackConfig):
     """Map."""
 
     extend_map: bool = parameter(
         True,
         'false: only find the robot in a saved map; needs map_folder',
     )
-    point_spacing: float = parameter(
-        0.1,
-        'Distance between points of a cloud or of the map',
-        unit='m',
-        minimum=0.02,
-        maximum=1.0,
-    )
     keyframe_distance: float = parameter(
         0.5, 'Motion after which the map is extended', unit='m', minimum=0.05, maximum=10.0
     )
     keyframe_angle: float = parameter(
         0.5, 'Turn after which the map is extended', unit='rad', minimum=0.05, maximum=3.0
-    )
-    map_radius: float = parameter(
-        8.0, 'The map within this distance is matched', unit='m', minimum=1.0, maximum=100.0
-    )
-    loop_distance: float = parameter(
-        15.0,
-        'Parts of the map that are farther along the way are matched as a loop',
-        unit='m',
-        minimum=1.0,
-        maximum=1000.0,
     )
     least_share: float = parameter(
         0.4,
@@ -98,26 +82,6 @@ class MapperConfig(MatchingConfig):
         'robot counts as lost',
         minimum=0.05,
         maximum=1.0,
-    )
-    odometry_slip: float = parameter(
-        0.03,
-        'Standard deviation of odometry, as a share of the motion',
-        minimum=0.001,
-        maximum=1.0,
-    )
-    max_speed: float = parameter(
-        2.0,
-        'Fastest motion of the robot; odometry that says more has jumped',
-        unit='m/s',
-        minimum=0.1,
-        maximum=100.0,
-    )
-    max_turn_rate: float = parameter(
-        2.0,
-        'Fastest turn of the robot; odometry that says more has jumped',
-        unit='rad/s',
-        minimum=0.1,
-        maximum=100.0,
     )
 
 

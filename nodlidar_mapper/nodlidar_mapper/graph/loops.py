@@ -1,13 +1,14 @@
 """Loops: the same place, seen again after a long way."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_common.parameters import parameter
 from nodlidar_mapper.geometry.poses import Array, inverse, turning
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Keyframe, surface_in_map
 from nodlidar_mapper.graph.pose_graph import distances_from, Edge
-from nodlidar_mapper.tracking.matching import match
+from nodlidar_mapper.tracking.matching import match, MatchingConfig
 import numpy as np
 
 # A corner of the old part of the map fits elsewhere as well. So this share of the points must lie
@@ -18,12 +19,35 @@ THINNER = 2.0  # points of a loop are so many times farther apart than those of 
 DRIFT = 0.01  # error of the map, as a share of the way
 
 
+@dataclass(frozen=True)
+class LoopConfig(MatchingConfig):
+    """Map around the robot, and loops."""
+
+    point_spacing: float = parameter(
+        0.1,
+        'Distance between points of a cloud or of the map',
+        unit='m',
+        minimum=0.02,
+        maximum=1.0,
+    )
+    map_radius: float = parameter(
+        8.0, 'The map within this distance is matched', unit='m', minimum=1.0, maximum=100.0
+    )
+    loop_distance: float = parameter(
+        15.0,
+        'Parts of the map that are farther along the way are matched as a loop',
+        unit='m',
+        minimum=1.0,
+        maximum=1000.0,
+    )
+
+
 def around(
     index: int,
     pose: Array,
     keyframes: Sequence[Keyframe],
     edges: Sequence[Edge],
-    config: MapperConfig,
+    config: LoopConfig,
 ) -> list[int]:
     """Return the keyframes near a pose that are also near keyframe `index` along the way."""
     poses = np.stack([keyframe.pose for keyframe in keyframes])
@@ -34,7 +58,7 @@ def around(
 
 
 def loop_at(
-    seen: Seen, keyframes: Sequence[Keyframe], edges: Sequence[Edge], config: MapperConfig
+    seen: Seen, keyframes: Sequence[Keyframe], edges: Sequence[Edge], config: LoopConfig
 ) -> Edge | None:
     """Return the edge from the nearest keyframe that is far along the way to the newest one.
 

@@ -12,11 +12,11 @@ from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import Config
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.live import drawn, LiveMapper, load, Progress, save
 from nodlidar_mapper.ros import messages
-from nodlidar_mapper.ros.background import Background
 from nodlidar_msgs.srv import MapFolder
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node

@@ -11,13 +11,13 @@ from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
+from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import Config
 from nodlidar_mapper.geometry.poses import Array, inverse, placed
 from nodlidar_mapper.live import continued, LiveMapper, load, Progress
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.output.saved_map import SavedMapError
 from nodlidar_mapper.ros import messages
-from nodlidar_mapper.ros.background import Background
 from nodlidar_mapper.ros.cloud_input import CloudInput
 from nodlidar_mapper.ros.diagnosis import Diagnosis
 from nodlidar_mapper.ros.map_output import MapOutput

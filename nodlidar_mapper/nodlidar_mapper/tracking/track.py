@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_common.parameters import parameter
 from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import (
     Array,
@@ -18,6 +19,7 @@ from nodlidar_mapper.geometry.poses import (
     turning,
 )
 from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.tracking.matching import MatchingConfig
 from nodlidar_mapper.tracking.odometer import Odometer
 import numpy as np
 
@@ -28,6 +30,32 @@ UNSTEADY = 0.5  # share of the slip along the way that is not always alike; in t
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 CERTAIN = np.diag([1e-10] * 6)  # covariance of what is not estimated [m^2], [rad^2]
 JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m^2], [rad^2]
+
+
+@dataclass(frozen=True)
+class TrackConfig(MatchingConfig):
+    """Odometry."""
+
+    odometry_slip: float = parameter(
+        0.03,
+        'Standard deviation of odometry, as a share of the motion',
+        minimum=0.001,
+        maximum=1.0,
+    )
+    max_speed: float = parameter(
+        2.0,
+        'Fastest motion of the robot; odometry that says more has jumped',
+        unit='m/s',
+        minimum=0.1,
+        maximum=100.0,
+    )
+    max_turn_rate: float = parameter(
+        2.0,
+        'Fastest turn of the robot; odometry that says more has jumped',
+        unit='rad/s',
+        minimum=0.1,
+        maximum=100.0,
+    )
 
 
 class Track:
@@ -45,7 +73,7 @@ class Track:
         Whether there was no cloud for a long time before the newest one.
     """
 
-    def __init__(self, config: MapperConfig) -> None:
+    def __init__(self, config: TrackConfig) -> None:
         self._config = config
         self._odometer = Odometer(config.odometry_slip)
         self._fixed = np.ones((6, 6), dtype=np.bool_)  # not estimated, and so not uncertain
