@@ -1,6 +1,6 @@
 """The emulated servos as the Dynamixel SDK sees them, alone and with others on a bus."""
 
-from dynamixel_sdk import GroupSyncRead, GroupSyncWrite, PacketHandler, PortHandler
+from dynamixel_sdk import GroupSyncRead, GroupSyncWrite, PacketHandler, port_handler, PortHandler
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.devices.shared_bus import SharedBus
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
@@ -33,6 +33,12 @@ def servos(name, ids=IDS):
     return [
         kind.emulator(ServoMotion(0.1 * each), baud=kind.megabit, servo_id=each) for each in ids
     ]
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch):
+    """By default, the SDK waits 34 ms for a reply, for which a busy host may be too slow."""
+    monkeypatch.setattr(port_handler, 'LATENCY_TIMER', 1000)
 
 
 @pytest.fixture(params=SERVOS)
