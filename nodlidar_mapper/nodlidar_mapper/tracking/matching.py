@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.geometry.linear import solved
@@ -145,15 +146,14 @@ def match(
         Pose that the search starts from; by default the guess.
     """
     free, noise = config.free, config.range_error
-    start = guess if start is None else start
-    found = Match.none(start, len(seen.points))
+    pose = start = guess if start is None else start
     reach = reach or config.reach
     width = reach / WIDE if slips else noise
     surface = surface.visible(seen.moved(start))
+    nothing, fit = Match.none(start, len(seen.points)), None
     if not len(surface.points):
-        return found
+        return nothing
     for _ in range(ITERATIONS):
-        pose = found.pose
         here = seen.moved(pose)
         distance, nearest = surface.tree.query(here.points, distance_upper_bound=reach)
         near = np.isfinite(distance)
@@ -171,23 +171,51 @@ def match(
         pull -= believed * (prior @ change)
         step = np.zeros(6)
         step[free] = solved((information + believed * prior)[np.ix_(free, free)], pull[free])
-        fits = near.copy()
-        fits[near] = np.abs(off) < 5.0 * noise
-        share, mapped = float(np.mean(fits[near])), float(np.mean(near))
-        judged = np.count_nonzero(shows) + np.count_nonzero(~near)
-        telling = np.count_nonzero(fits[near] & shows) / max(judged, 1)
-        residual = float(np.sqrt(np.mean(off[fits[near]] ** 2))) if fits.any() else np.inf
+        fit = _Fit(near, off, shows, information, far, believed)
         pose = corrected(pose, step)
-        away = np.full(len(near), config.reach / 2.0)
-        away[near] = off
-        cost = 2.0 / CORRELATION * float(np.log1p((away / (2.0 * noise)) ** 2).sum())
-        cost += (TAILS + len(free)) / 2.0 * float(np.log1p(far / TAILS))
-        found = Match(pose, information, mapped, share, telling, residual, cost, believed, fits)
         if np.abs(step).max() < CONVERGED and width == noise:
             break
         reach = max(0.7 * reach, config.reach / 2.0)
         width = max(0.5 * width, noise)
-    return found
+    return nothing if fit is None else _judged(fit, pose, config)
+
+
+class _Fit(NamedTuple):
+    """A step of the search: which points are near the surface, (n,), and of those, (m,), the rest.
+
+    off is their distance from it [m], shows whether they show the pose; far is the squared
+    distance of the pose from the guess, by the prior.
+    """
+
+    near: NDArray[np.bool_]
+    off: Array
+    shows: NDArray[np.bool_]
+    information: Array
+    far: float
+    believed: float
+
+
+def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
+    """Return the match of the last step, which led to a pose."""
+    near, off, free, noise = fit.near, fit.off, config.free, config.range_error
+    fits = near.copy()
+    fits[near] = np.abs(off) < 5.0 * noise
+    judged = np.count_nonzero(fit.shows) + np.count_nonzero(~near)
+    away = np.full(len(near), config.reach / 2.0)
+    away[near] = off
+    cost = 2.0 / CORRELATION * float(np.log1p((away / (2.0 * noise)) ** 2).sum())
+    cost += (TAILS + len(free)) / 2.0 * float(np.log1p(fit.far / TAILS))
+    return Match(
+        pose,
+        fit.information,
+        mapped=float(np.mean(near)),
+        share=float(np.mean(fits[near])),
+        telling=np.count_nonzero(fits[near] & fit.shows) / max(judged, 1),
+        residual=float(np.sqrt(np.mean(off[fits[near]] ** 2))) if fits.any() else np.inf,
+        cost=cost,
+        believed=fit.believed,
+        on=fits,
+    )
 
 
 def _equations(
