@@ -31,15 +31,15 @@ def fitted(stamps):
 @settings(max_examples=15)
 @given(rate=st.floats(-5e-4, 5e-4), seed=st.integers(0, 1000), missing=st.floats(0.0, 0.5))
 def test_every_revolution_is_counted_and_known_better_than_its_stamp(rate, seed, missing):
-    turns = np.flatnonzero(np.random.default_rng(seed).random(1500) >= missing)
+    turns = np.flatnonzero(np.random.default_rng(seed).random(6000) >= missing)
     lidar, counts, begins, periods = fitted(truth(turns, rate) + jitter(len(turns), seed))
     assert lidar.restarts == 0
     np.testing.assert_array_equal(counts, turns - turns[0])
     error = begins - truth(turns, rate)
-    assert np.abs(error).max() <= 1e6  # the width of the jitter, right after the first stamps
-    # The standard deviation is 2 * 0.29 ms / sqrt(300) = 0.033 ms, and lines after one another
-    # share their stamps: the RMS over few hundred is that of one or two draws.
-    assert np.sqrt(np.mean(error[300:] ** 2)) < 1e5
+    assert np.abs(error).max() <= 1e6  # the width of the jitter: a line of few stamps
+    assert np.abs(error[100:]).max() <= 6e5
+    # 2 * 0.29 ms / sqrt(300) = 0.033 ms. Lines share their stamps, so many are needed for that.
+    assert np.sqrt(np.mean(error[300:] ** 2)) < 6e4
     assert np.abs(periods[300:] * (1.0 + rate) / 0.1 - 1.0).max() < 1e-5
 
 
