@@ -1,4 +1,4 @@
-"""Every test run talks on a domain of its own, and only on this machine.
+"""Every test file talks on a domain of its own, and only on this machine.
 
 In `make test`, tests that start nodes run one after the other, and beside them all others.
 """
@@ -19,6 +19,9 @@ settings.register_profile(
     'any machine', deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile('any machine')
+
+# Not always from 1 on: nodes of a run that was killed may still be there.
+DOMAINS = itertools.count(os.getpid())
 
 # Of Fast DDS up to ROS 2 Jazzy, and since Kilted.
 PROFILE_VARIABLES = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
@@ -42,9 +45,12 @@ def pytest_collection_modifyitems(config, items):
         item.add_marker(pytest.mark.xdist_group(groups[item.path]))
 
 
-@pytest.fixture(autouse=True, scope='session')
+@pytest.fixture(autouse=True, scope='module')
 def isolated_domain():
-    """Keep nodes of this run apart from those of any other run or robot."""
+    """Keep nodes of this file apart from those of any other file, run or robot.
+
+    A node that a test kills is still seen for some seconds.
+    """
     # Imported here: modules without ROS are tested without it, too.
     from domain_coordinator import domain_id
     from rclpy.utilities import get_rmw_implementation_identifier
@@ -55,8 +61,6 @@ def isolated_domain():
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SYSTEM_DEFAULT'
     else:
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    # Not always from 1 on: nodes of a run that was killed may still be there.
-    candidates = itertools.count(os.getpid())
-    with domain_id(lambda: next(candidates) % 100 + 1) as domain:
+    with domain_id(lambda: next(DOMAINS) % 100 + 1) as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
         yield
