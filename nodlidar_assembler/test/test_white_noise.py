@@ -44,6 +44,18 @@ def test_a_vibration_of_many_frequencies_is_hardly_noise():
     assert found_in(NOD + vibration) < 0.4 * 5e-3
 
 
+@pytest.mark.parametrize('jitter', [3e-4, 1e-3, 2e-3])
+def test_stamps_that_jitter_are_noise_by_the_way_within_the_jitter(jitter):
+    speed = 1.2 / 0.39
+    stamps = TIME + np.random.default_rng(7).normal(0.0, jitter, len(TIME))
+    assert found_in(NOD, stamps) == pytest.approx(jitter * speed, rel=0.25)
+
+
+def test_uneven_stamps_that_are_right_are_no_noise():
+    uneven = TIME + np.random.default_rng(7).uniform(-3e-3, 3e-3, len(TIME))
+    assert found_in(0.6 * np.sin(3.0 * uneven), uneven) < 1e-5
+
+
 def test_lost_samples_are_no_noise():
     rng = np.random.default_rng(4)
     kept = rng.uniform(size=len(TIME)) > 0.3
