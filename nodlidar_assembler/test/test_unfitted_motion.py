@@ -87,6 +87,18 @@ def test_neighbours_show_a_motion_that_a_fit_missed():
     assert np.all(UnfittedMotion().motion(left, clipped(left, NOISE**2), NOISE**2)[701:703] != 0.0)
 
 
+def test_a_motion_that_neighbours_show_is_not_clipped_where_all_is_motion():
+    """As after a rest, of which a fit leaves nothing."""
+    unfitted, slight = UnfittedMotion(), vibration(NOISE, 0.1)
+    for first in range(0, COUNT, 10):
+        unfitted.add(slight[first : first + 10], NO_INFLUENCE, 0.0)
+    assert unfitted.gain > 0.95
+    left = np.zeros(40)
+    left[20:24] = np.array([1.0, 2.0, -2.0, -1.0]) * 0.02
+    motion = unfitted.motion(left, clipped(left, (0.01 * NOISE) ** 2), (0.01 * NOISE) ** 2)
+    np.testing.assert_allclose(motion[20:24], left[20:24], rtol=1e-3)
+
+
 def test_a_single_bad_stamp_shows_no_motion():
     left = np.zeros(COUNT)
     left[700] = 0.1

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 MEMORY = 0.99  # weight of a sample, over that of the next one
 CLIPPED = 4.5  # medians; what is left of a sample counts up to that, as its stamp may be bad
 EVIDENT = 2.0  # a median square over the noise, which that of white noise seldom exceeds
+NEARLY = 0.95  # of the learned gain: neighbours that show as much leave nothing to clip
 USUAL = 0.67  # median of a normal distribution's size over its standard deviation
 # Weights of the autocovariance of what is left, at a lag of 0 and 1 samples: mean square of the
 # interpolation, and its mean product with a motion that has no frequency above half the rate.
@@ -68,7 +69,7 @@ class UnfittedMotion:
             Variance of the samples [rad^2].
         """
         gain = evident(left, noise)
-        return np.where(gain > self.gain, gain * left, self.gain * usual)
+        return np.where(gain > .9 * self.gain, gain * left, self.gain * usual)
 
 
 def clipped(left: Array, noise: float) -> Array:
