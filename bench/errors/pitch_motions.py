@@ -28,6 +28,7 @@ Position = Callable[[Times], Array]
 DURATION = 40.0
 SETTLING = 3.0  # of an estimator that learns [s]
 RATES = (62.0, 100.0)  # of the joint states, as through an adapter with a latency of 16 or 1 ms
+JITTER = 5e-4  # of stamps, RMS [s]
 FILTER_STEP = 1e-4  # s
 VIBRATION_STEP = 5e-4  # s
 VIBRATIONS = 200  # frequencies of a band
@@ -41,7 +42,10 @@ def results() -> list[Row]:
         for rate in RATES
         for name, motion in motions().items()
     ]
-    return closed + [_servo_row(name, rate) for rate in RATES for name in servo_names()]
+    lagging = motions()['lag of 10 ms']
+    name = f'lag of 10 ms, stamps off by {JITTER * 1e3:g} ms RMS'
+    late = [_row(name, rate, lagging, lagging, _rounded(lagging), JITTER) for rate in RATES]
+    return closed + late + [_servo_row(name, rate) for rate in RATES for name in servo_names()]
 
 
 def motions() -> dict[str, Position]:
@@ -129,10 +133,20 @@ def _servo_row(name: str, rate: float) -> Row:
     return _row(f'servo {name}', rate, servo.shaft_position, servo.position, servo.encoder)
 
 
-def _row(name: str, rate: float, shaft: Position, lidar: Position, encoder: Position) -> Row:
+def _row(
+    name: str,
+    rate: float,
+    shaft: Position,
+    lidar: Position,
+    encoder: Position,
+    jitter: float = 0.0,
+) -> Row:
     """Return a row for the motion of the shaft and of the lidar, and what the encoder reports."""
-    sample_ns = START_NS + np.rint(np.arange(DURATION * rate) / rate * NS_PER_S).astype(np.int64)
+    sample_s = np.arange(DURATION * rate) / rate
+    sample_ns = START_NS + np.rint(sample_s * NS_PER_S).astype(np.int64)
     sample_pitch = encoder(sample_ns)
+    off = np.random.default_rng(1).normal(0.0, jitter, len(sample_ns))
+    sample_ns += np.rint(off * NS_PER_S).astype(np.int64)
     errors = {
         name: _errors(name, sample_ns, sample_pitch, shaft) for name in ('slerp', 'trajectory')
     }
