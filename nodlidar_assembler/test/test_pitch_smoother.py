@@ -128,6 +128,17 @@ def test_an_encoder_without_steps_but_with_noise():
     assert ratio(nod(), 100.0, 1e-9, 3e-3) < 0.75
 
 
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_noise_that_was_low_at_first_is_found(seed):
+    """As that of stamps that jitter, while the joint is slow."""
+    rng = np.random.default_rng(seed)
+    time, _ = samples_of(nod(), 47.0, STEP)
+    deviation = np.where(time < 6.0, 2e-4, 2e-3)
+    pitch = nod()(time) + deviation * rng.normal(size=len(time))
+    smoothed, between = errors_of(nod(), time, pitch)
+    assert smoothed < 0.85 * between
+
+
 @pytest.mark.parametrize('frequency', [24.0, 31.0, 37.0, 44.0, 48.0])
 @pytest.mark.parametrize('amplitude', [1e-3, 3e-3, 6e-3])
 def test_vibrations_are_not_smoothed_away(frequency, amplitude):

@@ -33,6 +33,7 @@ MISSED = 0.3  # share of the samples that a method may miss, as at a reversal,
 MISSED_WITHIN = 0.1  # ... by an angle within this range [rad]
 SCORE_MEMORY = 0.997  # weight of a sample in the score, over that of the next one
 NOISE_MEMORY = 0.96  # the same in the learned noise
+SHARE_OF_WHITE = 0.1  # of the white noise in what is learned; without, a low noise would stay low
 LEARN_EVERY = 4  # scans, as the encoder's step and noise change slowly
 LEAST_VARIANCE = 1e-10  # of a prediction [rad^2]
 
@@ -208,8 +209,9 @@ class PitchSmoother:
         square = (window.pitch[new] - splines.pitch[:, new]) ** 2 + splines.variance[:, new]
         square = np.minimum(square, (2.0 * FAR_OFF) ** 2 * noise)
         beyond = square.mean(axis=1, keepdims=True) - rounding
-        learned = memory * self._noise + (1.0 - memory) * beyond
         white = self._white_noise.variance()
+        beyond += SHARE_OF_WHITE * (max(0.0, white - rounding) - beyond)
+        learned = memory * self._noise + (1.0 - memory) * beyond
         if not self._noise_known and white:
             # From 0, it would stay there: a spline without noise passes through all samples.
             learned, self._noise_known = np.full_like(learned, white), True
