@@ -69,7 +69,7 @@ class UnfittedMotion:
             Variance of the samples [rad^2].
         """
         gain = evident(left, noise)
-        return np.where(gain > 0.9 * self.gain, gain * left, self.gain * usual)
+        return np.where(gain > NEARLY * self.gain, gain * left, self.gain * usual)
 
 
 def clipped(left: Array, noise: float) -> Array:
