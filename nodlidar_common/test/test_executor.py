@@ -4,11 +4,12 @@ import time
 
 from nodlidar_common.ros import executor as module
 from nodlidar_common.ros.executor import Executor
+from nodlidar_common.ros.polled import taken, WhenWanted
 import pytest
 import rclpy
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, UInt8
 
 BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
@@ -55,6 +56,34 @@ def test_between_two_looks_events_do_not_wake_the_node(node, monkeypatch):
         looks.append({executor.can_execute(event) for event in node.waitables})
         assert all(executor.can_execute(timed) for timed in node.subscriptions)
     assert looks == [{True}, {False}, {False}, {False}] * 3
+    executor.shutdown()
+
+
+def test_messages_that_wait_do_not_keep_the_node_awake(node, monkeypatch):
+    waiting = node.create_subscription(
+        UInt8, 'numbers', lambda _: None, QoSProfile(depth=10), callback_group=WhenWanted()
+    )
+    publisher = node.create_publisher(UInt8, 'numbers', QoSProfile(depth=10))
+    executor = Executor()
+    executor.add_node(node)
+    received = []
+
+    def heard():
+        publisher.publish(UInt8())
+        received.extend(taken(waiting))
+        return received
+
+    assert spin_until(executor, heard)
+    publisher.publish(UInt8())
+    asked, able = [], executor.can_execute
+    monkeypatch.setattr(executor, 'can_execute', lambda each: asked.append(each) or able(each))
+    spins = 0
+    end = time.monotonic() + 2.5
+    while time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.5)
+        spins += 1
+    assert spins < 10
+    assert asked.count(waiting) <= 2 * spins
     executor.shutdown()
 
 

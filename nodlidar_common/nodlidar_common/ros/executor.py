@@ -16,7 +16,8 @@ class Executor(SingleThreadedExecutor):
     """Runs the callbacks of a node; looks at its QoS events, which are warnings, once a second.
 
     Each topic has two of them. Looked at whenever the node wakes up, they take as long as all else
-    that rclpy does then. Nor does the end of a callback wake the node, once more for nothing.
+    that rclpy does then. Waited for, they end the wait at once, over and over, while messages of
+    their topic wait to be taken. Nor does the end of a callback wake the node for nothing.
     """
 
     _guard: Any
@@ -26,11 +27,12 @@ class Executor(SingleThreadedExecutor):
         self._looks_at_events, self._next_look_ns = True, 0
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait for a callback and run it."""
+        """Wait for a callback and run it; once a second, do not wait."""
         now_ns = steady_ns()
         self._looks_at_events = now_ns >= self._next_look_ns
         if self._looks_at_events:
             self._next_look_ns = now_ns + NS_PER_S
+            timeout_sec = 0.0
         super().spin_once(timeout_sec)
 
     def can_execute(self, entity: Any) -> bool:
