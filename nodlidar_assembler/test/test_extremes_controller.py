@@ -52,7 +52,7 @@ def nods(config, ranges, revolutions=8):
         pitch = found[-1].pitch(now_ns + at.offset_ns)
         scan = Scan(now_ns, geometry, np.full(beams, ranges, np.float32))
         placed = place(at, scan.ranges, pitch)
-        assembled = Assembled(scan, at, pitch, placed, None, [])
+        assembled = Assembled(scan, at, pitch, placed, [])
         monitor.cover(assembled)
         monitor.follow(assembled, None)
         controller.add_beams(now_ns, at, pitch, now_ns + S // 10)

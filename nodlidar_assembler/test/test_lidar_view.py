@@ -169,7 +169,7 @@ def test_coverage_is_that_of_plain_counting_with_the_beams_of_the_lidar(geometry
     cell = 2.0 * math.asin(0.05)
     for scan, beams, pitch in scans(geometry, pitch_of, 12):
         placed = place(beams, scan.ranges, pitch)
-        monitor.cover(Assembled(scan, beams, pitch, placed, None, []))
+        monitor.cover(Assembled(scan, beams, pitch, placed, []))
         since = geometry.angle_increment * (np.arange(geometry.beams) % round(
             math.tau / geometry.angle_increment
         ))  # fmt: skip

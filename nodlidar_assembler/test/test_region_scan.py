@@ -128,7 +128,7 @@ def test_every_column_of_a_plan_has_a_beam_and_its_nod_is_within_the_mount(regio
 def assembled_of(scan, beams, pitch):
     placed = place(beams, scan.ranges, pitch)
     points = points_of(placed, beams, scan.stamp_ns)
-    return Assembled(scan, beams, pitch, placed, None, [points], points=points)
+    return Assembled(scan, beams, pitch, placed, [points], points=points)
 
 
 def follow(region, begin_ns=BEGIN_NS, mode='coprime', view=URG, revolutions=2000):

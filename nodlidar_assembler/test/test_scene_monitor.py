@@ -50,7 +50,7 @@ def odometry_of(x, until_ns):
 
 
 def assembled(scan, beams, pitch):
-    return Assembled(scan, beams, pitch, place(beams, scan.ranges, pitch), None, [])
+    return Assembled(scan, beams, pitch, place(beams, scan.ranges, pitch), [])
 
 
 def add(monitor, scan, pitch, odometry=None):

@@ -88,8 +88,6 @@ class Assembled:
         Pitch of each beam [rad], shape (n,).
     placed
         End points of the beams in nodlidar_base_link.
-    odometry
-        Odometry that compensated the motion of the robot; None without compensation.
     clouds
         Clouds that this scan completed.
     in_odometry
@@ -107,7 +105,6 @@ class Assembled:
     beams: Beams
     pitch: NDArray[np.float64]
     placed: Placed
-    odometry: Odometry | None
     clouds: list[Points]
     in_odometry: bool = False
     poses: Poses | None = None
@@ -212,7 +209,7 @@ class Pipeline:
         if jumped and self._sweeps is not None:
             self._sweeps.end()
         clouds = self._gathered(points)
-        found = scan, beams, pitch, placed, odometry, clouds, in_odometry, poses, points
+        found = scan, beams, pitch, placed, clouds, in_odometry, poses, points
         return Assembled(*found, jumped)
 
     def _points(self, scan: Scan, placed: Placed, beams: Beams, poses: Poses | None) -> Points:
