@@ -16,7 +16,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import governed, ProfileConfig, PROFILES
 from nodlidar_common.parameters import Limits, limits_of
 from nodlidar_driver.config import DriverConfig
-from nodlidar_mapper.config import Config as MapperConfig
+from nodlidar_mapper.config import MapperConfig
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_viewer.config import ViewerConfig

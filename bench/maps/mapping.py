@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import time
 
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, moved, planar
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
@@ -61,7 +61,7 @@ class Mapped:
 def mapped(recording: Recording) -> Mapped:
     """Map a recording, and compare it with the truth."""
     log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
-    mapper, found, seconds, by_odometry = Mapper(MapperConfig()), [], [], []
+    mapper, found, seconds, by_odometry = Mapper(MapConfig()), [], [], []
     for cloud in clouds_of(log, CONFIG):
         points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()

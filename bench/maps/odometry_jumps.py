@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import clouds_of, estimates
@@ -91,7 +91,7 @@ def _trial(recording: Recording, distance: float, turn: float, rng: np.random.Ge
     )
     jumped = with_jump(recording, jump_ns, jump)
     log = replace(simulated_log(jumped), odometry=simulated_odometry(jumped))
-    found = estimates(Mapper(MapperConfig()), clouds_of(log, CONFIG), log)
+    found = estimates(Mapper(MapConfig()), clouds_of(log, CONFIG), log)
     stamps_ns = np.array([each.stamp_ns for each in found])
     off = errors(true_poses(recording, stamps_ns), [each.pose for each in found])
     return judged(off, np.array([bool(each.lost) for each in found]), stamps_ns, jump_ns)

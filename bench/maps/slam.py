@@ -14,7 +14,7 @@ from ament_index_python.packages import get_package_share_directory
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
@@ -41,7 +41,7 @@ class OurMapper:
     """nodlidar_mapper, with poses as known at the time."""
 
     def __init__(self) -> None:
-        self._mapper = Mapper(MapperConfig())
+        self._mapper = Mapper(MapConfig())
 
     def add(self, cloud: Points, odometry: Array) -> Array:
         """Return the pose of a cloud."""

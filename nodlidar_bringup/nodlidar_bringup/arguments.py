@@ -18,7 +18,7 @@ from nodlidar_common.parameters import check_ranges, limits_of
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_driver.config import DriverConfig
-from nodlidar_mapper.config import Config as MapperConfig
+from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.output.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig

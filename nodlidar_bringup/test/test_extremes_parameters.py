@@ -7,7 +7,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
 from nodlidar_driver.config import DriverConfig
-from nodlidar_mapper.config import Config as MapperConfig
+from nodlidar_mapper.config import MapperConfig
 from nodlidar_planner.plan_scan.options import Request
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig

@@ -16,7 +16,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import check
 from nodlidar_common.terminal import progress_bar, result_console
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.offline import estimates
 from nodlidar_mapper.output.grid import GridConfig
@@ -25,7 +25,7 @@ from nodlidar_mapper.tracking.odometry_delay import is_worth_setting, KNOWN_ERRO
 import numpy as np
 from rich.table import Table
 
-Config = TypeVar('Config', MapperConfig, GridConfig)
+Config = TypeVar('Config', MapConfig, GridConfig)
 
 
 def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
@@ -43,7 +43,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     arguments = _parse(argv, description)
     begin = time.perf_counter()
     config = configuration(arguments.params, {'profile': 'slam'})
-    mapper = Mapper(_given(arguments.params, MapperConfig()))
+    mapper = Mapper(_given(arguments.params, MapConfig()))
     cells = _given(arguments.params, GridConfig())
     log = read_drive(arguments.bag, config, topics_of(arguments))
     clouds, drops = clouds_in(log, Pipeline(config))

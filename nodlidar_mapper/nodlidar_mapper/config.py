@@ -57,7 +57,7 @@ class NodeConfig:
 
 
 @dataclass(frozen=True)
-class MapperConfig(LoopConfig, TrackConfig):
+class MapConfig(LoopConfig, TrackConfig):
     """Map."""
 
     extend_map: bool = parameter(
@@ -86,5 +86,5 @@ class MapperConfig(LoopConfig, TrackConfig):
 
 
 @dataclass(frozen=True)
-class Config(GridConfig, MapperConfig, NodeConfig):
+class MapperConfig(GridConfig, MapConfig, NodeConfig):
     """All parameters of the node."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
@@ -112,7 +112,7 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
     return f"{what} saved in '{folder.absolute()}'"
 
 
-def load(folder: Path, config: MapperConfig) -> LiveMapper:
+def load(folder: Path, config: MapConfig) -> LiveMapper:
     """Return the mapper of a saved map, in which the robot may be anywhere.
 
     Raises
@@ -125,7 +125,7 @@ def load(folder: Path, config: MapperConfig) -> LiveMapper:
     return LiveMapper(Mapper(config, *load_keyframes(folder.expanduser() / KEYFRAMES)))
 
 
-def continued(progress: Progress, config: MapperConfig) -> LiveMapper:
+def continued(progress: Progress, config: MapConfig) -> LiveMapper:
     """Return the mapper of the map as it was after a cloud; the robot may be anywhere in it."""
     keyframes = [replace(keyframe) for keyframe in progress.keyframes]
     return LiveMapper(Mapper(config, keyframes, progress.edges))

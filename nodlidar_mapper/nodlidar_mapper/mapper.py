@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import Array, carried, inverse, lever, moved, turning
 from nodlidar_mapper.geometry.seen import Seen
@@ -74,7 +74,7 @@ class Mapper:
 
     def __init__(
         self,
-        config: MapperConfig,
+        config: MapConfig,
         keyframes: Sequence[Keyframe] = (),
         edges: Sequence[Edge] = (),
     ) -> None:

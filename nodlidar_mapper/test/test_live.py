@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.image import imread
 from nodlidar_mapper import live
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.live import drawn, LiveMapper
 from nodlidar_mapper.mapper import Mapper
@@ -19,7 +19,7 @@ NS = 10**9
 
 def test_the_path_is_where_the_robot_was(monkeypatch):
     monkeypatch.setattr(live, 'MOST_PLACES', 20)
-    mapper = LiveMapper(Mapper(MapperConfig()))
+    mapper = LiveMapper(Mapper(MapConfig()))
     poses = [planar(0.1 * k, 0.02 * k, 0.01 * k) for k in range(60)]
     for k, pose in enumerate(poses):
         progress = mapper.add(k * NS, cloud(OBLONG, pose, seed=k), pose)
@@ -31,7 +31,7 @@ def test_the_path_is_where_the_robot_was(monkeypatch):
 
 
 def test_a_drawn_map_does_not_change_with_the_drive():
-    mapper = LiveMapper(Mapper(MapperConfig()))
+    mapper = LiveMapper(Mapper(MapConfig()))
     first = mapper.add(0, cloud(OBLONG, np.eye(4)), np.eye(4))
     before = drawn(first.keyframes, GridConfig())
     for k in range(1, 8):
@@ -43,13 +43,13 @@ def test_a_drawn_map_does_not_change_with_the_drive():
 
 
 def test_an_empty_map_is_not_drawn():
-    progress = LiveMapper(Mapper(MapperConfig())).add(0, np.empty((0, 3)), np.eye(4))
+    progress = LiveMapper(Mapper(MapConfig())).add(0, np.empty((0, 3)), np.eye(4))
     assert drawn(progress.keyframes, GridConfig()) is None
 
 
 @pytest.mark.parametrize('shift', [(0.2, -0.2, 0.05), (-0.3, 0.1, -0.08)])
 def test_the_map_continues_where_a_person_sets_the_robot(shift):
-    mapper = LiveMapper(Mapper(MapperConfig()))
+    mapper = LiveMapper(Mapper(MapConfig()))
     for k in range(3):
         mapper.add(k * NS, cloud(OBLONG, np.eye(4), seed=k), np.eye(4))
     # Carried away: odometry did not notice. The person sets the pose with an error.
@@ -62,7 +62,7 @@ def test_the_map_continues_where_a_person_sets_the_robot(shift):
 
 
 def test_a_pose_that_a_person_set_stays_if_the_next_cloud_does_not_match():
-    mapper = LiveMapper(Mapper(MapperConfig()))
+    mapper = LiveMapper(Mapper(MapConfig()))
     for k in range(3):
         mapper.add(k * NS, cloud(OBLONG, np.eye(4), seed=k), np.eye(4))
     given, odometry = planar(2.0, 0.7, 0.6), planar(0.5, 0.0, 0.1)
@@ -75,11 +75,11 @@ def test_a_pose_that_a_person_set_stays_if_the_next_cloud_does_not_match():
 
 def test_a_map_is_saved_and_loaded_below_home(tmp_path, monkeypatch):
     monkeypatch.setenv('HOME', str(tmp_path))
-    mapper = LiveMapper(Mapper(MapperConfig()))
+    mapper = LiveMapper(Mapper(MapConfig()))
     progress = mapper.add(0, cloud(OBLONG, np.eye(4)), np.eye(4))
     live.save(Path('~/map'), progress, GridConfig())
     assert (tmp_path / 'map' / 'map.png').exists()
-    loaded = live.load(Path('~/map'), MapperConfig())
+    loaded = live.load(Path('~/map'), MapConfig())
     assert len(loaded.mapper.keyframes) == len(progress.keyframes)
 
 

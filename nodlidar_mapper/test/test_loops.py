@@ -1,6 +1,6 @@
 """Loops: closed where enough of an old part of the map is seen again, and only there."""
 
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface, surface_of
 from nodlidar_mapper.graph.keyframe import Keyframe
@@ -33,7 +33,7 @@ def way():
 
 
 def test_a_room_that_is_seen_again_closes_the_loop(way):
-    edge = loop_at(seen_from_origin(cloud(CROOKED, np.eye(4), seed=2)), *way, MapperConfig())
+    edge = loop_at(seen_from_origin(cloud(CROOKED, np.eye(4), seed=2)), *way, MapConfig())
     assert (edge.start, edge.end) == (0, len(way[0]) - 1)
     np.testing.assert_allclose(edge.relative, np.eye(4), atol=0.01)
 
@@ -43,9 +43,7 @@ def test_a_corner_of_it_does_not_close_the_loop(way):
     seen = cloud(CROOKED, np.eye(4), seed=2)
     corner = seen[(seen[:, 0] > 3.0) & (seen[:, 1] < 0.0)]
     beyond = np.random.default_rng(1).uniform((20, 20, 0), (30, 30, 2), (4 * len(corner), 3))
-    assert (
-        loop_at(seen_from_origin(np.concatenate([corner, beyond])), *way, MapperConfig()) is None
-    )
+    assert loop_at(seen_from_origin(np.concatenate([corner, beyond])), *way, MapConfig()) is None
 
 
 def test_what_looks_alike_all_along_closes_no_loop(way):
@@ -59,4 +57,4 @@ def test_what_looks_alike_all_along_closes_no_loop(way):
         seen = seen_from_origin(points)
         keyframes[0].surface = surface_of(seen, seen)
         here = seen_from_origin(points[np.abs(points[:, 0]) < 4.0])
-        assert loop_at(here, keyframes, edges, MapperConfig()) is None
+        assert loop_at(here, keyframes, edges, MapConfig()) is None

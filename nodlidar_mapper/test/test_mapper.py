@@ -6,7 +6,7 @@ from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import FIRST, Mapper
 from nodlidar_mapper.offline import clouds_of, coordinates, estimates, odometry_at
@@ -57,7 +57,7 @@ def log(recording, tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def drive(log):
-    mapper = Mapper(MapperConfig())
+    mapper = Mapper(MapConfig())
     return mapper, estimates(mapper, clouds_of(log, CONFIG), log)
 
 
@@ -97,7 +97,7 @@ def test_the_way_is_known_much_better_than_by_odometry(recording, drive, log):
 
 def test_a_sensor_that_looks_back_and_down_maps_as_well(tmp_path):
     tilted = recorded(mount=(-0.2, 0.1, 0.9, 0.0, 0.4, np.pi))
-    mapper, log = Mapper(MapperConfig()), log_of(tilted, tmp_path)
+    mapper, log = Mapper(MapConfig()), log_of(tilted, tmp_path)
     found = estimates(mapper, clouds_of(log, CONFIG), log)
     by_map = errors(tilted, found, [mapper.pose_of(each) for each in found])
     assert np.sqrt(np.mean(by_map**2)) < 0.02
@@ -106,7 +106,7 @@ def test_a_sensor_that_looks_back_and_down_maps_as_well(tmp_path):
 
 def test_the_first_poses_are_right_at_full_speed(tmp_path):
     fast = recorded(faster=2.0)
-    mapper, log = Mapper(MapperConfig()), log_of(fast, tmp_path)
+    mapper, log = Mapper(MapConfig()), log_of(fast, tmp_path)
     found = estimates(mapper, clouds_of(log, CONFIG), log)
     live = errors(fast, found[FIRST - 1 :], [each.pose for each in found[FIRST - 1 :]])
     final = errors(fast, found, [mapper.pose_of(each) for each in found])
@@ -115,7 +115,7 @@ def test_the_first_poses_are_right_at_full_speed(tmp_path):
 
 
 def test_places_before_the_first_surface_stay_where_they_were(log):
-    mapper, clouds = Mapper(MapperConfig()), clouds_of(log, CONFIG)
+    mapper, clouds = Mapper(MapConfig()), clouds_of(log, CONFIG)
     before = []
     for cloud in clouds[:2]:
         odometry = odometry_at(log, cloud.stamp_ns)
@@ -134,7 +134,7 @@ def bent(points):
 
 
 def test_a_map_that_begins_with_bent_clouds_begins_anew():
-    mapper, found, poses = Mapper(MapperConfig()), [], []
+    mapper, found, poses = Mapper(MapConfig()), [], []
     for k in range(FIRST + 4):
         poses.append(planar(0.1 * k, 0.0, 0.05 * k))
         seen = room_cloud(CROOKED, poses[-1], seed=k)
@@ -166,7 +166,7 @@ def test_the_map_lies_on_the_room(recording, drive):
 def test_the_map_does_not_grow_where_all_was_seen(drive, log):
     mapper, found = drive
     before = len(mapper.keyframes), sum(len(each.surface.points) for each in mapper.keyframes)
-    again = Mapper(MapperConfig())
+    again = Mapper(MapConfig())
     estimates(again, clouds_of(log, CONFIG), log)
     last = odometry_at(log, found[-1].stamp_ns)
     cloud = coordinates(clouds_of(log, CONFIG)[-1])
@@ -178,7 +178,7 @@ def test_the_map_does_not_grow_where_all_was_seen(drive, log):
 
 
 def test_clouds_of_another_place_are_not_believed(recording, log):
-    clouds, mapper = clouds_of(log, CONFIG), Mapper(MapperConfig())
+    clouds, mapper = clouds_of(log, CONFIG), Mapper(MapConfig())
     for cloud in clouds[:15]:
         good = mapper.add(cloud.stamp_ns, coordinates(cloud), odometry_at(log, cloud.stamp_ns))
     keyframes = len(mapper.keyframes)
@@ -219,7 +219,7 @@ def test_the_grid_is_free_along_the_way_and_occupied_at_the_walls(recording, dri
 
 @pytest.mark.parametrize('first', [np.empty((0, 3)), np.full((50, 3), np.nan), np.ones((1, 3))])
 def test_first_clouds_with_nothing_to_match_do_not_matter(log, first):
-    mapper = Mapper(MapperConfig())
+    mapper = Mapper(MapConfig())
     clouds = clouds_of(log, CONFIG)
     for cloud in clouds[:2]:
         odometry = odometry_at(log, cloud.stamp_ns)
@@ -234,7 +234,7 @@ def test_first_clouds_with_nothing_to_match_do_not_matter(log, first):
 def test_where_the_sensor_is_mounted_does_not_change_how_certain_the_robot_is(freedom):
     """The same points in the frame of the robot, and in one 0.5 m ahead that is turned."""
     mount = planar(0.5, -0.1, 0.4)
-    config = MapperConfig(freedom=freedom)
+    config = MapConfig(freedom=freedom)
     mounted, plain = Mapper(config), Mapper(config)
     for k in range(8):
         pose = planar(0.15 * k, 0.0, 0.05 * k)
@@ -248,7 +248,7 @@ def test_where_the_sensor_is_mounted_does_not_change_how_certain_the_robot_is(fr
 
 
 def test_a_planar_pose_says_nothing_of_what_is_not_estimated():
-    mapper = Mapper(MapperConfig())
+    mapper = Mapper(MapConfig())
     for k in range(3):
         found = mapper.add(k * NS, room_cloud(CROOKED, np.eye(4), seed=k), np.eye(4))
     free = np.zeros(6, dtype=bool)
@@ -261,7 +261,7 @@ def test_a_planar_pose_says_nothing_of_what_is_not_estimated():
 def test_a_robot_that_is_found_is_as_certain_as_its_sensor_shows():
     """It was carried and turned round; the sensor is 1 m ahead of it."""
     mount, true = planar(1.0, 0.0, 0.0), planar(0.5, 0.3, 2.5)
-    mounted, plain = Mapper(MapperConfig()), Mapper(MapperConfig())
+    mounted, plain = Mapper(MapConfig()), Mapper(MapConfig())
     found = []
     for mapper, place in ((mounted, mount), (plain, np.eye(4))):
         for k in range(8):
@@ -286,7 +286,7 @@ def test_a_pose_is_no_more_certain_than_the_way_there():
     of that in each of the 36 steps.
     """
     rng = np.random.default_rng(1)
-    mapper = Mapper(MapperConfig())
+    mapper = Mapper(MapConfig())
     for k in range(44):
         here = min(0.5 * k, 18.0)
         x, z = rng.uniform((here - 5.0, 0.0), (min(here + 5.0, 21.0), 2.0), (3000, 2)).T
@@ -305,7 +305,7 @@ def test_a_pose_is_no_more_certain_than_the_way_there():
 def test_wheels_that_slip_far_over_a_floor_are_noticed(times, turn):
     """The floor fits everywhere, and the walls are farther off than a match reaches."""
     rng = np.random.default_rng(1)
-    start, odometry, mapper = planar(-2.0, -1.0, 0.2), np.eye(4), Mapper(MapperConfig())
+    start, odometry, mapper = planar(-2.0, -1.0, 0.2), np.eye(4), Mapper(MapConfig())
     for k in range(14):
         true = planar(0.3 * k, 0.0, 0.02 * k)
         floor = np.column_stack([rng.uniform(-3.0, 3.0, (3000, 2)), rng.normal(0.0, 0.005, 3000)])

@@ -1,6 +1,6 @@
 """The errors of odometry that matches show, and clouds without them."""
 
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import change_between, inverse, moved, planar, yaw_of
 from nodlidar_mapper.tracking.odometer import Odometer
 from nodlidar_mapper.tracking.track import Track
@@ -83,7 +83,7 @@ def test_a_turn_of_more_than_half_a_circle_is_no_error():
 
 def test_deskewed_points_lose_the_learned_errors_of_odometry():
     """Points of one sweep on a drive along a curve, deskewed by the wheels."""
-    track = Track(MapperConfig())
+    track = Track(MapConfig())
     pose = odometry = np.eye(4)
     track.move_to(pose, 0, odometry)
     for k in range(1, 50):

@@ -1,6 +1,6 @@
 """A robot that is lost: odometry jumps, somebody carries it, rooms look alike."""
 
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import between, inverse, planar
 from nodlidar_mapper.geometry.surface import Surface, surface_of
 from nodlidar_mapper.graph.keyframe import Keyframe
@@ -17,7 +17,7 @@ JUMPS = [(0.6, 0.0, 0.0), (0.0, 0.5, 0.3), (5.0, -3.0, 2.0), (0.0, 0.0, 3.1)]
 
 def mapped(corners, clouds=6):
     """Return a mapper that has seen a room from its middle on, and the last pose."""
-    mapper = Mapper(MapperConfig())
+    mapper = Mapper(MapConfig())
     for k in range(clouds):
         pose = planar(0.2 * k, 0.0, 0.05 * k)
         found = mapper.add(k * NS, cloud(corners, pose, seed=k), pose)
@@ -82,7 +82,7 @@ def test_in_a_room_that_fits_itself_turned_nobody_knows():
 
 def test_odometry_says_nothing_of_the_place_in_a_saved_map():
     saved, _ = mapped(OBLONG)
-    mapper = Mapper(MapperConfig(), saved.keyframes, saved.edges)
+    mapper = Mapper(MapConfig(), saved.keyframes, saved.edges)
     for k in range(6):
         here = planar(0.3 + 0.1 * k, 0.2, 0.1)
         turned = planar(0.0, 0.0, np.pi) @ here  # the room looks the same from there
@@ -133,7 +133,7 @@ def test_a_floor_far_away_is_not_seen_through_between_its_rows():
     before, after = floor_and_ceiling(2.0), floor_and_ceiling(3.0)
     keyframe = Keyframe(0, planar(0.0, 0.0, 0.0), Surface(before, np.zeros_like(before)), before)
     clear = clear_share(after, planar(0.0, 0.0, 0.0), [keyframe])
-    assert clear > MapperConfig().least_clear
+    assert clear > MapConfig().least_clear
 
 
 def test_a_floor_nearby_is_not_seen_through_either():
@@ -153,7 +153,7 @@ def test_nobody_is_found_on_a_bare_floor():
     keyframe = Keyframe(0, np.eye(4), surface_of(seen, seen), points)
     here = seen_from_origin(points[np.hypot(x, y) < 4.0])
     guess = Guess(planar(0.2, 0.0, 0.1), np.eye(6) * 1e-4, False, False)
-    found = Recovery(MapperConfig()).search(here, guess, guess.pose, [keyframe])
+    found = Recovery(MapConfig()).search(here, guess, guess.pose, [keyframe])
     assert isinstance(found, str)
     assert 'floor' in found
 
@@ -168,7 +168,7 @@ def test_a_place_is_found_from_far_off(seed):
         seen_from_origin(cloud(CROOKED, true, seed=100 + seed)),
         mapper.keyframes,
         area,
-        MapperConfig(),
+        MapConfig(),
     )
     distance, turn = between(place.found.pose, true)
     assert distance < 0.02
@@ -183,7 +183,7 @@ def test_an_empty_map_has_no_place():
             seen_from_origin(np.zeros((0, 3))),
             mapped(CROOKED)[0].keyframes,
             Area(np.eye(4), 1.0, 1.0),
-            MapperConfig(),
+            MapConfig(),
         )
         is None
     )

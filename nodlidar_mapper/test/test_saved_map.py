@@ -7,7 +7,7 @@ import sys
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.output.saved_map import load_keyframes, save_keyframes, SavedMapError
@@ -28,7 +28,7 @@ def drive(mapper, seed=0, count=12):
 
 @pytest.fixture(scope='module')
 def mapper():
-    return drive(Mapper(MapperConfig()))
+    return drive(Mapper(MapConfig()))
 
 
 @pytest.fixture(scope='module')
@@ -87,7 +87,7 @@ def test_a_map_comes_back_to_a_micrometre(mapper, saved):
 
 @pytest.mark.parametrize('extend', [True, False])
 def test_the_robot_is_found_anywhere_in_a_loaded_map(saved, extend):
-    config = MapperConfig(extend_map=extend)
+    config = MapConfig(extend_map=extend)
     mapper = Mapper(config, *load_keyframes(saved))
     size = len(mapper.keyframes)
     true, odometry = planar(1.5, 1.5, -2.0), planar(7.0, -3.0, 0.4)
@@ -100,11 +100,11 @@ def test_the_robot_is_found_anywhere_in_a_loaded_map(saved, extend):
 
 def test_a_map_that_must_not_grow_has_to_be_loaded():
     with pytest.raises(ParameterError, match=r'extend_map.*map_folder'):
-        Mapper(MapperConfig(extend_map=False))
+        Mapper(MapConfig(extend_map=False))
 
 
 def test_without_a_frame_in_common_the_robot_is_not_found(saved):
-    mapper = Mapper(MapperConfig(), *load_keyframes(saved))
+    mapper = Mapper(MapConfig(), *load_keyframes(saved))
     other = np.array([(-9.0, -1.0), (3.0, -1.0), (3.0, 1.2), (-9.0, 0.5)])
     for k in range(6):
         assert mapper.add(k * NS, cloud(other, np.eye(4), seed=k), np.eye(4)).lost

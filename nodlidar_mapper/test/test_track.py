@@ -1,6 +1,6 @@
 """The pose by odometry, and how certain it is."""
 
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import carried, planar
 from nodlidar_mapper.tracking.track import Track
 import numpy as np
@@ -20,7 +20,7 @@ STAMPS = {  # of clouds [s]: of one sensor, of two, and of two whose clouds come
 @pytest.mark.parametrize('stamps', STAMPS.values(), ids=STAMPS)
 def test_where_the_lidar_was_is_known_however_the_clouds_of_sensors_follow(stamps):
     """The robot drives at 0.4 m/s; a beam that is 0.5 s old was sent 0.2 m behind."""
-    track = Track(MapperConfig())
+    track = Track(MapConfig())
     for seconds in stamps:
         pose = planar(0.4 * seconds, 0.0, 0.0)
         track.predicted(round(seconds * NS), pose)
@@ -36,14 +36,14 @@ def test_where_the_lidar_was_is_known_however_the_clouds_of_sensors_follow(stamp
 @pytest.mark.parametrize('stamps', STAMPS.values(), ids=STAMPS)
 def test_a_track_that_begins_again_knows_the_first_speed(stamps):
     robots = [(round(t * NS), planar(0.4 * t, 0.0, 0.0)) for t in stamps]
-    track = Track(MapperConfig()).before(robots)
+    track = Track(MapConfig()).before(robots)
     track.predicted(*robots[0])
     seen = track.seen(np.ones((1, 3)), np.array([0.5]), np.zeros(3))
     np.testing.assert_allclose(seen.origins, [[-0.2, 0.0, 0.0]], atol=1e-9)
 
 
 def test_every_pause_is_noticed():
-    track, seconds = Track(MapperConfig()), 0.0
+    track, seconds = Track(MapConfig()), 0.0
     for pause in (0.7, 0.7, 0.7, 0.7, 0.7, 10.0, 0.7, 0.7, 10.0):
         seconds += pause
         track.predicted(round(seconds * NS), np.eye(4))
@@ -52,7 +52,7 @@ def test_every_pause_is_noticed():
 
 
 def test_after_a_jump_of_odometry_the_speed_is_as_before():
-    track = Track(MapperConfig())
+    track = Track(MapConfig())
     for seconds, x in ((0.7, 0.28), (1.4, 0.56), (2.1, 50.0), (2.8, 50.28)):
         track.predicted(round(seconds * NS), planar(x, 0.0, 0.0))
         track.move_to(planar(x, 0.0, 0.0), round(seconds * NS), planar(x, 0.0, 0.0))
@@ -64,7 +64,7 @@ def test_after_a_jump_of_odometry_the_speed_is_as_before():
 def test_an_error_of_the_heading_becomes_one_of_the_place():
     start, found = planar(3.0, -1.0, np.pi / 2.0), []
     for yaw in (0.0, YAW):
-        track = Track(MapperConfig())
+        track = Track(MapConfig())
         track.move_to(start, 0, np.eye(4))
         track.covariance = np.diag([0.0, 0.0, 0.0, 0.0, 0.0, yaw**2])
         there = track.predicted(10 * NS, planar(10.0, 0.0, 0.0))
@@ -79,7 +79,7 @@ def test_an_error_of_the_heading_becomes_one_of_the_place():
 
 @pytest.mark.parametrize(('freedom', 'tilts'), [('planar', False), ('spatial', True)])
 def test_a_tilt_that_is_not_estimated_does_not_move_a_lidar_above_the_robot(freedom, tilts):
-    track = Track(MapperConfig(freedom=freedom))
+    track = Track(MapConfig(freedom=freedom))
     for k in range(100):
         pose = planar(0.3 * k, 0.0, 0.0)
         track.predicted(k * NS, pose)
@@ -91,7 +91,7 @@ def test_a_tilt_that_is_not_estimated_does_not_move_a_lidar_above_the_robot(free
 
 def test_wheels_that_slipped_once_are_no_lesson():
     """The pose is as uncertain as the slip was, and odometry is corrected by nothing."""
-    track = Track(MapperConfig())
+    track = Track(MapConfig())
     for k in range(20):
         pose = planar(0.3 * k, 0.0, 0.0)
         track.predicted(k * NS, pose)
@@ -113,7 +113,7 @@ def test_odometry_that_was_right_all_the_way_is_believed_more():
     50 matches find no such error; what differs from motion to motion remains.
     """
     slip, step = 0.03, 0.5
-    track, variances = Track(MapperConfig(odometry_slip=slip)), []
+    track, variances = Track(MapConfig(odometry_slip=slip)), []
     for k in range(52):
         pose = planar(step * k, 0.0, 0.0)
         known = track.covariance

@@ -7,7 +7,7 @@ from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
-from nodlidar_mapper.config import MapperConfig
+from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import clouds_of, coordinates, odometry_at
@@ -75,7 +75,7 @@ def robot_at(recording, stamp_ns):
 
 @pytest.fixture(scope='module')
 def drive(clouds):
-    mapper = Mapper(MapperConfig())
+    mapper = Mapper(MapConfig())
     found = [
         mapper.add(stamp_ns, points, odometry, mount_of(name))
         for stamp_ns, name, points, odometry in clouds

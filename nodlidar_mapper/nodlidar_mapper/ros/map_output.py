@@ -13,7 +13,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
-from nodlidar_mapper.config import Config
+from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.live import drawn, LiveMapper, load, Progress, save
 from nodlidar_mapper.ros import messages
@@ -43,7 +43,9 @@ class MapOutput:
         What is known after the last cloud; None without any.
     """
 
-    def __init__(self, node: Node, config: Config, on_load: Callable[[LiveMapper], None]) -> None:
+    def __init__(
+        self, node: Node, config: MapperConfig, on_load: Callable[[LiveMapper], None]
+    ) -> None:
         self._config, self._on_load, self._log = config, on_load, node.get_logger().error
         self.progress: Progress | None = None
         self._thread = Background()

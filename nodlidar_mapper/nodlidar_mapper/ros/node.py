@@ -12,7 +12,7 @@ from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
-from nodlidar_mapper.config import Config
+from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, placed
 from nodlidar_mapper.live import continued, LiveMapper, load, Progress
 from nodlidar_mapper.mapper import Mapper
@@ -36,7 +36,7 @@ class MapperNode(Node):
 
     def __init__(self) -> None:
         super().__init__('mapper')
-        self.config = declare(self, Config)
+        self.config = declare(self, MapperConfig)
         self.survival = Survival(self.get_logger().error)
         self._mapper = self._first_mapper()
         self._map_from_odometry: Array | None = None  # the last good one
