@@ -17,7 +17,7 @@ help:                    ## list the targets
 demo: build              ## scan the simulated room for 20 s; leaves cloud.ply, cloud.png and a bag in demo_output/
 	@$(ACTIVATE) && ros2 run nodlidar_demo demo $(DEMO_ARGS)
 
-demo-mapping: build      ## drive a simulated building and map it; leaves map, trajectory and a picture in mapping_output/
+demo-mapping: build      ## drive a simulated building and map it; leaves map, path and a picture in mapping_output/
 	@$(ACTIVATE) && ros2 run nodlidar_demo demo_mapping $(DEMO_ARGS)
 
 view: build              ## run the simulated sensor and show it in a browser; prints the address

@@ -1,4 +1,4 @@
-"""Maps of buildings drawn at random: how far trajectory and map are off.
+"""Maps of buildings drawn at random: how far path and map are off.
 
 Rings of corridors with doors, rooms and furniture, with right angles or crooked ones, and halls
 that are wider than the lidar sees. Devices and odometry have the errors of the drives in

@@ -1,4 +1,4 @@
-"""Simulated drives, and how far a trajectory is from the true one."""
+"""Simulated drives, and how far a path is from the true one."""
 
 from dataclasses import replace
 

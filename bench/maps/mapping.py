@@ -1,4 +1,4 @@
-"""Maps of drives through scenes: how far trajectory and map are off, and what they cost.
+"""Maps of drives through scenes: how far path and map are off, and what they cost.
 
 With the errors of a URG-04LX-UG01 and an RX-24F, and with ideal devices but 10 mm of range noise.
 Odometry has errors of scale and slip. Paths are aligned at the first cloud, where the map begins,
@@ -22,7 +22,7 @@ from bench.maps.drives import CONFIG, DRIVES, recorded, rms, scene_of, true_pose
 from bench.shared.reference import START_NS
 from bench.shared.report import Row
 
-TITLE = 'Mapped drives, worst of the seeds; errors of trajectories as a share of the path'
+TITLE = 'Mapped drives, worst of the seeds; errors of the positions as a share of the path'
 SEEDS = range(1, 6)
 FASTER = (1.0, 2.0)  # than the scene's route
 

@@ -26,7 +26,7 @@ from bench.maps.drives import CONFIG, DRIVES, recorded, rms, scene_of, true_pose
 from bench.maps.slam_programs import Kiss, OdometryAlone, SmallGicp
 from bench.shared.report import Row
 
-TITLE = 'SLAM programs, worst of the seeds; errors of trajectories as a share of the path'
+TITLE = 'SLAM programs, worst of the seeds; errors of the positions as a share of the path'
 SEEDS = range(1, 4)
 
 

@@ -1,7 +1,7 @@
 """Drives a simulated building and maps it, many times faster than real time.
 
 Leaves in the output folder a bag of the drive, the map (map.ply, map.pgm, map.yaml,
-keyframes.npz), the trajectory, and a picture of the map beside the true floor plan.
+keyframes.npz), the path, and a picture of the map beside the true floor plan.
 """
 
 from collections.abc import Sequence

@@ -61,7 +61,7 @@ def map_simulated_drive(argv: Sequence[str] | None, description: str | None) -> 
 
 
 def write_comparison(path: Path, folder: Path, drive: Recording) -> None:
-    """Draw a map of a folder beside the floor plan of its drive, with both trajectories."""
+    """Draw a map of a folder beside the floor plan of its drive, with both paths."""
     lines = np.loadtxt(folder / 'trajectory.txt', ndmin=2)
     start = drive.world.scene.base_start
     true = _in_frame(drive.true_pose[:, :2], drive.true_pose[0])

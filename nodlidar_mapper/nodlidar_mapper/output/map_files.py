@@ -45,7 +45,7 @@ def write_map(
     folder.mkdir(parents=True, exist_ok=True)
     write_surface(folder / 'map.ply', surface)
     write_grid(folder, grid)
-    write_trajectory(folder / 'trajectory.txt', stamps_ns, path)
+    write_path(folder / 'trajectory.txt', stamps_ns, path)
     save_keyframes(folder / KEYFRAMES, keyframes, edges)
     write_picture(folder / 'map.png', grid, path)
     return surface, grid
@@ -61,16 +61,16 @@ def write_surface(path: Path, surface: Surface) -> None:
         PlyData([PlyElement.describe(vertices, 'vertex')]).write(str(part))
 
 
-def write_grid(folder: Path, grid: Grid, name: str = 'map') -> None:
-    """Write NAME.pgm and NAME.yaml, which map_server of nav2 reads."""
+def write_grid(folder: Path, grid: Grid) -> None:
+    """Write map.pgm and map.yaml, which map_server of nav2 reads."""
     grey = np.full(grid.cells.shape, UNKNOWN_GREY, dtype=np.uint8)
     for value, shade in GREY.items():
         grey[grid.cells == value] = shade
     rows, columns = grey.shape
-    with whole_file(folder / f'{name}.pgm') as part:
+    with whole_file(folder / 'map.pgm') as part:
         part.write_bytes(f'P5\n{columns} {rows}\n255\n'.encode() + grey[::-1].tobytes())
     description = {
-        'image': f'{name}.pgm',
+        'image': 'map.pgm',
         'mode': 'trinary',
         'resolution': grid.resolution,
         'origin': [*grid.origin, 0.0],
@@ -78,11 +78,11 @@ def write_grid(folder: Path, grid: Grid, name: str = 'map') -> None:
         'occupied_thresh': 0.65,
         'free_thresh': 0.196,  # UNKNOWN_GREY is 50 / 255 = 0.1961
     }
-    with whole_file(folder / f'{name}.yaml') as part:
+    with whole_file(folder / 'map.yaml') as part:
         part.write_text(yaml.safe_dump(description, sort_keys=False))
 
 
-def write_trajectory(path: Path, stamps_ns: Sequence[int], poses: Array) -> None:
+def write_path(path: Path, stamps_ns: Sequence[int], poses: Array) -> None:
     """Write poses (n, 4, 4) as lines of time [s], x, y, z [m] and quaternion x, y, z, w."""
     quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
     with whole_file(path) as part, part.open('w') as file:

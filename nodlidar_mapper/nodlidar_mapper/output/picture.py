@@ -1,4 +1,4 @@
-"""A picture of a map: its grid and the trajectory."""
+"""A picture of a map: its grid and the path."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ SIZE, MARGIN, LEAST = 8.0, 0.6, 3.0  # longer side of the map, labels, whole pic
 
 
 def write_picture(path: Path, grid: Grid, poses: Array) -> None:
-    """Draw a grid and the poses (n, 4, 4) of a trajectory in it."""
+    """Draw a grid and the poses (n, 4, 4) of a path in it."""
     shade = np.full(grid.cells.shape, UNKNOWN_COLOUR)
     for value, colour in COLOURS.items():
         shade[grid.cells == value] = colour
@@ -25,7 +25,7 @@ def write_picture(path: Path, grid: Grid, poses: Array) -> None:
     figure = Figure(figsize=tuple(np.maximum(inches + MARGIN, LEAST)), layout='constrained')
     axes = figure.subplots()
     axes.imshow(shade, cmap='gray', origin='lower', extent=extent, vmin=0.0, vmax=1.0)
-    axes.plot(*poses[:, :2, 3].T, color='tab:red', linewidth=1.0, label='trajectory')
+    axes.plot(*poses[:, :2, 3].T, color='tab:red', linewidth=1.0, label='path')
     axes.plot(*poses[0, :2, 3], 'o', color='tab:red', label='start')
     axes.set(xlabel='x [m]', ylabel='y [m]', aspect='equal')
     axes.legend(loc='upper right')
