@@ -31,8 +31,6 @@ class Cells:
 
     Attributes
     ----------
-    of_point
-        Cube of each point, shape (n,).
     count, mean, scatter
         Number, mean [m] and mean products of the points' offsets from it [m^2], shapes (c,),
         (c, 3), (c, 3, 3).
@@ -40,7 +38,6 @@ class Cells:
         Eigenvalues [m^2], ascending, (c, 3), and eigenvectors in columns, (c, 3, 3).
     """
 
-    of_point: Labels
     count: Array
     mean: Array
     scatter: Array
@@ -59,7 +56,7 @@ class Cells:
             for j in range(i + 1):
                 scatter[:, i, j] = np.bincount(of_point, off[i] * off[j]) / count
                 scatter[:, j, i] = scatter[:, i, j]
-        return cls(of_point, count, mean, scatter, *np.linalg.eigh(scatter))
+        return cls(count, mean, scatter, *np.linalg.eigh(scatter))
 
     def thickness(self, limit: float) -> float:
         """Return the RMS thickness [m] over all points, in each cube up to a limit [m]."""
