@@ -20,6 +20,7 @@ import numpy as np
 
 from bench.shared.reference import reference_nod, SAMPLES_PER_SWEEP, SPAN, START_NS
 from bench.shared.report import Row
+from bench.shared.rms import rms
 from bench.shared.timing import interleaved
 
 DURATION = 40.0
@@ -160,7 +161,7 @@ def figures(simulated: Recording) -> Figures:
     some = points[::THINNING] if scene.drives else scene.mount.to_parent(points[::THINNING])
     in_world = to_space(np.array(scene.base_start)).to_parent(some)
     distance = scene.surfaces.surface_distance(in_world)
-    return Figures(float(np.sqrt(np.mean(distance**2))), len(points), repeats(simulated))
+    return Figures(rms(distance), len(points), repeats(simulated))
 
 
 def repeats(simulated: Recording) -> float:

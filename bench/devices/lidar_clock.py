@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.shared.report import Row
+from bench.shared.rms import rms
 
 TITLE = 'Errors of stamps over 2 hours: drift 80 +- 20 ppm, a wrap and 4 resets of the timer'
 WRAP_MS = 1 << 24
@@ -96,7 +97,7 @@ def results() -> list[Row]:
         rows.append(
             {
                 'lidar, line': name,
-                'RMS [ms]': float(np.sqrt(np.mean(settled**2))),
+                'RMS [ms]': rms(settled),
                 '99 % [ms]': float(np.quantile(np.abs(settled), 0.99)),
                 'worst [ms]': float(np.abs(settled).max()),
                 'aligned again': aligned,

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from bench.shared.reference import joints_at, reference_nod, START_NS
 from bench.shared.report import Row
+from bench.shared.rms import rms
 
 DURATION = 30.0
 EARLIEST = 0.1  # sweeps; a servo that is earlier counts as late on the leg before
@@ -99,9 +100,9 @@ def _row(name: str, nod_name: str, nod: Nod, sensor: SensorModel, **changes: Any
         'no-load speed [rad/s]': parameters.no_load_speed,
         'standstill torque [Nm]': parameters.standstill_torque,
         **motion_figures(servo, nod, times_ns),
-        'backlash, RMS [mrad]': _rms(backlash) * 1e3,
-        'nonlinearity, RMS [mrad]': _rms(nonlinearity) * 1e3,
-        'both, RMS [mrad]': _rms(backlash[::THINNED] - nonlinearity) * 1e3,
+        'backlash, RMS [mrad]': rms(backlash) * 1e3,
+        'nonlinearity, RMS [mrad]': rms(nonlinearity) * 1e3,
+        'both, RMS [mrad]': rms(backlash[::THINNED] - nonlinearity) * 1e3,
         'times real time': (DURATION + SETTLING) / taken,
     }
 
@@ -117,7 +118,7 @@ def motion_figures(servo: PhysicalServo, nod: Nod, times_ns: Times) -> Row:
     pitch = servo.shaft_position(times_ns)
     extremes, reversals, middles = _legs(pitch, nod.sweeps(times_ns))
     return {
-        'RMS deviation from the triangle [mrad]': _rms(pitch - nod.pitch(times_ns)) * 1e3,
+        'RMS deviation from the triangle [mrad]': rms(pitch - nod.pitch(times_ns)) * 1e3,
         'limits reached [share]': float(np.mean(extremes)) / (nod.span / 2.0),
         'reversals late by [ms]': float(np.mean(reversals)) * nod.sweep_duration * 1e3,
         'scatter of the reversals [ms]': float(np.std(reversals)) * nod.sweep_duration * 1e3,
@@ -139,7 +140,3 @@ def _legs(pitch: Array, sweeps: Array) -> tuple[Array, Array, Array]:
         ]
     )
     return np.abs(pitch[farthest]), sweeps[farthest] - legs[:-1] - 1.0, middles - legs - 0.5
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

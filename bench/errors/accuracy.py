@@ -22,6 +22,7 @@ import numpy as np
 
 from bench.shared.reference import joints_at, real_room, simulated_room
 from bench.shared.report import Row
+from bench.shared.rms import rms
 
 DURATION = 20.0
 RATES = (62.0, 100.0)
@@ -112,4 +113,4 @@ def pitch_rms(simulated: Recording, estimator: PitchEstimator) -> float:
         around = log.samples_around(times_ns[0] - margin_ns, times_ns[-1] + margin_ns)
         samples = log.sample_ns[around], log.sample_pitch[around]
         errors.append(estimator.pitch(int(times_ns[0]), offset, *samples) - true)
-    return float(np.sqrt(np.mean(np.square(errors))))
+    return rms(np.array(errors))

@@ -24,6 +24,7 @@ import numpy as np
 from bench.errors.panelled_room import panelled_room
 from bench.shared.reference import BEAM_PERIOD, joints_at, SPAN, STANDING, START_NS
 from bench.shared.report import Row
+from bench.shared.rms import rms
 
 DURATION = 60.0  # as docs/calibration.md asks for
 JOINT_RATE = 100.0  # Hz
@@ -126,12 +127,8 @@ def _row(name: str, runs: list[tuple[Calibration, Values]], value: str) -> Row:
     off = np.array([getattr(f.values, value) - getattr(true, value) for f, true in known])
     stated = np.array([found.errors[value] for found, _ in known])
     return row | {
-        'RMS error': _rms(off) * scale,
+        'RMS error': rms(off) * scale,
         'largest': float(np.max(np.abs(off))) * scale,
-        'stated': _rms(stated) * scale,
-        'error to stated': _rms(off / stated),
+        'stated': rms(stated) * scale,
+        'error to stated': rms(off / stated),
     }
-
-
-def _rms(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -27,6 +27,7 @@ from bench.errors.budget_setups import drawn_setup, SetUp
 from bench.errors.simulated_error import COOL_DOWN, estimate_rms, IN_CLOUD, simulated_rms, WARM_UP
 from bench.shared.reference import FEEDBACK_RATE, START_NS
 from bench.shared.report import Row
+from bench.shared.rms import rms
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -145,7 +146,7 @@ def _range_bias(seen: Recording, lidar: LidarParameters, chosen: Mask) -> float:
     hit = seen.world.echoes(*rays, times_ns)
     bias = lidar.bias(hit.brightness, hit.cosine)
     bias += lidar.drift((times_ns - START_NS) / NS_PER_S)
-    return _rms(bias)
+    return rms(bias)
 
 
 def _encoder_error(setup: SetUp) -> float:
@@ -154,7 +155,7 @@ def _encoder_error(setup: SetUp) -> float:
         return 0.0
     pitch = np.linspace(setup.nod.pitch_min, setup.nod.pitch_max, 200)
     seeds = np.random.SeedSequence(setup.seed).generate_state(4)
-    return _rms(Encoder(setup.scene.servo, int(seeds[1])).smooth(pitch) - pitch)
+    return rms(Encoder(setup.scene.servo, int(seeds[1])).smooth(pitch) - pitch)
 
 
 def _deflection(setup: SetUp) -> float:
@@ -163,7 +164,7 @@ def _deflection(setup: SetUp) -> float:
     if servo is None:
         return 0.0
     pitch = np.linspace(nod.pitch_min, nod.pitch_max, 200)
-    weight = servo.load_mass * GRAVITY * servo.load_height * _rms(np.sin(pitch))
+    weight = servo.load_mass * GRAVITY * servo.load_height * rms(np.sin(pitch))
     swing = Swing(nod.speed, nod.sweep_duration, setup.given.reversal_acceleration)
     reversing = math.sqrt(swing.reversal_time / nod.sweep_duration)
     inertia = servo.lidar_inertia * swing.acceleration * reversing
@@ -188,7 +189,3 @@ def _chosen(seen: Recording, setup: SetUp) -> Mask:
 def _beams(seen: Recording, chosen: Mask) -> Beams:
     azimuth = np.broadcast_to(seen.azimuth, chosen.shape)[chosen]
     return Beams(seen.true_range[chosen], azimuth, seen.true_pitch[chosen])
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from bench.shared.reference import reference_nod, SPAN, START_NS
 from bench.shared.report import Row
+from bench.shared.rms import rms
 
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
@@ -150,14 +151,14 @@ def _row(
     errors = {
         name: _errors(name, sample_ns, sample_pitch, shaft) for name in ('slerp', 'trajectory')
     }
-    slerp, trajectory = (_rms(error) for error, _ in errors.values())
+    slerp, trajectory = (rms(error) for error, _ in errors.values())
     return {
         'motion': name,
         'joint states [Hz]': rate,
         'slerp [mrad]': slerp * 1e3,
         'trajectory [mrad]': trajectory * 1e3,
         'trajectory to slerp': trajectory / slerp,
-        'lidar to shaft, RMS [mrad]': _rms(lidar(sample_ns) - shaft(sample_ns)) * 1e3,
+        'lidar to shaft, RMS [mrad]': rms(lidar(sample_ns) - shaft(sample_ns)) * 1e3,
         'time of trajectory [us]': errors['trajectory'][1] * 1e6,
     }
 
@@ -186,7 +187,3 @@ def _errors(
         for pitch, times_ns in zip(pitches[settled], beams_ns[5:][settled], strict=True)
     ]
     return np.array(errors), float(np.median(times))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from bench.errors.veil_scenes import drawn_room, shipped_scenes
 from bench.shared.reference import reference_nod, START_NS
 from bench.shared.report import Row
+from bench.shared.rms import rms
 from bench.shared.timing import interleaved
 
 LIDARS = ('urg_04lx_ug01', 'urg_04lx')
@@ -98,10 +99,8 @@ def rms_rows() -> list[Row]:
             measured = np.isfinite(seen.ranges)
             distance = _distance(seen, measured)
             kept = distance[~removed_points(seen)[measured]]
-            rms, rms_kept = (float(np.sqrt(np.mean(each**2))) for each in (distance, kept))
-            rows.append(
-                {'scene': scene.name, 'lidar': name, RMS: rms * 1e3, RMS_KEPT: rms_kept * 1e3}
-            )
+            found = {RMS: rms(distance) * 1e3, RMS_KEPT: rms(kept) * 1e3}
+            rows.append({'scene': scene.name, 'lidar': name, **found})
     return rows
 
 

@@ -29,6 +29,7 @@ from bench.nod.servo_rig import (
 )
 from bench.shared.reference import SAMPLES_PER_SWEEP, SPAN, START_NS
 from bench.shared.report import Row
+from bench.shared.rms import rms
 
 DURATION = 120.0
 NOMINAL_SPEED = SPAN / (SAMPLES_PER_SWEEP * 0.1 / 1024)
@@ -93,10 +94,10 @@ def figures(rig: Rig) -> Row:
     slope = float(np.polyfit(np.arange(len(beams)), beams, 1)[0])
     return {
         f'measured N_s, less {SAMPLES_PER_SWEEP}': slope - SAMPLES_PER_SWEEP,
-        'phase error RMS, first minute [ms]': _rms(error[early]) * 1e3,
-        'last minute [ms]': _rms(error[late]) * 1e3,
+        'phase error RMS, first minute [ms]': rms(error[early]) * 1e3,
+        'last minute [ms]': rms(error[late]) * 1e3,
         'mean [ms]': float(error[late].mean()) * 1e3,
-        'in mid-leg, RMS [ms]': _rms(_lateness(rig.middles_ns(), 0.5)) * 1e3,
+        'in mid-leg, RMS [ms]': rms(_lateness(rig.middles_ns(), 0.5)) * 1e3,
     }
 
 
@@ -107,7 +108,3 @@ def _lateness(instants_ns: NDArray[np.int64], place: float) -> NDArray[np.float6
     legs = first + np.arange(len(beams)) + place
     late: NDArray[np.float64] = (beams - legs * SAMPLES_PER_SWEEP) * TRUE_BEAM_NS / NS_PER_S
     return late
-
-
-def _rms(values: NDArray[np.float64]) -> float:
-    return math.sqrt(float(np.mean(values**2)))
