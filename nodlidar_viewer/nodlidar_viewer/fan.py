@@ -17,9 +17,11 @@ def fan(
     Parameters
     ----------
     ranges
-        Shape (k,) [m]; those that are not finite, or nearer than `nearest` [m], do not count.
+        Shape (k,) [m]; those that are not finite, or nearer than `nearest`, do not count.
     angle_min, angle_increment
         Azimuth of the first beam [rad], and from beam to beam [rad].
+    nearest
+        Least range [m].
     """
     chosen = np.arange(0, len(ranges), EVERY)
     length = ranges[chosen]

@@ -25,6 +25,8 @@ class Input(Subscriber):
         Messages that wait while the node is busy or stopped.
     survival
         Catches errors of the callbacks.
+    **options
+        Of the subscription.
 
     Attributes
     ----------

@@ -145,6 +145,8 @@ def rows_passed(
 
     Parameters
     ----------
+    task
+        Its cells.
     reversals
         See reversal_instants.
     entry, widths

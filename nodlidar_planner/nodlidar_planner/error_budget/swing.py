@@ -16,7 +16,7 @@ class Swing:
     Raises
     ------
     ParameterError
-        If a sweep is too short for its reversals.
+        If the speed is not positive, or a sweep too short for its reversals.
     """
 
     speed: float

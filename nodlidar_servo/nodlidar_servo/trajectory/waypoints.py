@@ -40,12 +40,16 @@ class Waypoint:
 
 
 def leg(nod: Nod, number: int, acceleration: float) -> list[Waypoint]:
-    """Return the four waypoints of a leg (even ones go up), from rest to rest.
+    """Return the four waypoints of a leg, from rest to rest; three if it is never at one speed.
 
     Parameters
     ----------
     nod
-        A nod that the acceleration [rad/s^2] suffices for.
+        A nod that the acceleration suffices for.
+    number
+        Of the leg; even ones go up.
+    acceleration
+        At the reversals [rad/s^2].
     """
     begin_ns, end_ns = nod.reversal_time_ns(number), nod.reversal_time_ns(number + 1)
     direction = 1.0 if number % 2 == 0 else -1.0
@@ -67,10 +71,14 @@ def leg(nod: Nod, number: int, acceleration: float) -> list[Waypoint]:
 def stop(
     sample: Measured, now_ns: int, acceleration: float, limits: tuple[float, float]
 ) -> Waypoint:
-    """Return where a joint is at rest soonest, for a sample and the time at present [ns].
+    """Return where and when a joint is at rest soonest.
 
     Parameters
     ----------
+    sample, now_ns
+        The latest measurement, and the present time [ns].
+    acceleration
+        Of the braking [rad/s^2].
     limits
         Lowest and highest pitch of the mount [rad], which the joint stops within, or where it was
         measured outside of them: the way since the sample is only extrapolated.
