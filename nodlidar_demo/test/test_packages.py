@@ -1,6 +1,7 @@
 """What a release and colcon ask of every package of the workspace."""
 
 from pathlib import Path
+import re
 
 from catkin_pkg.package import parse_package
 from colcon_core.task.python.test import has_test_dependency
@@ -9,6 +10,7 @@ import pytest
 
 WORKSPACE = Path(__file__).parents[2]
 PACKAGES = sorted(path.parent for path in WORKSPACE.glob('nodlidar_*/package.xml'))
+IMPORT = re.compile(r'^ *(?:from|import) (nodlidar_\w+)', re.MULTILINE)
 
 of_every_package = pytest.mark.parametrize('folder', PACKAGES, ids=lambda folder: folder.name)
 
@@ -36,6 +38,14 @@ def test_what_a_package_depends_on_can_be_installed_without_pip(folder):
     # The build farm refuses keys of pip: what only PyPI has is named where it is needed.
     package = parse_package(folder)
     assert not [d.name for d in [*package.exec_depends, *package.test_depends] if 'pip' in d.name]
+
+
+@of_every_package
+def test_a_package_names_the_packages_of_the_workspace_that_its_files_import(folder):
+    package = parse_package(folder)
+    here = {name for path in folder.rglob('*.py') for name in IMPORT.findall(path.read_text())}
+    named = {depend.name for depend in [*package.exec_depends, *package.test_depends]}
+    assert here - {folder.name} <= named
 
 
 def test_a_robot_without_a_screen_needs_no_rviz():
