@@ -184,7 +184,7 @@ class Scene:
         self._scene.add_line_segments('/path', segments, PATH_COLOUR, thickness=0.05)
 
     def clear(self) -> None:
-        """Remove all that moves."""
+        """Remove all but the floor and the robot model."""
         self.show_cloud([])
         self._fan = None
         for name in ('/scan', '/map', '/path'):

@@ -6,7 +6,7 @@ from viser import GuiApi
 
 
 class StatePanel:
-    """Texts, and a picture of the directions seen; all of them are Markdown.
+    """Texts in Markdown, and a picture of the directions seen.
 
     Parameters
     ----------

@@ -67,7 +67,8 @@ class Seen:
     floor
         Share of the points on the floor, for each mount.
     sharpness
-        Pairs of points on one wall or floor: as known, by those with the lever arm reversed.
+        How many times as many pairs of points lie on one wall or floor with the lever arm as known
+        as with it reversed.
     nearest
         Range [m] of the nearest point in front, and its azimuth on the robot [rad].
     """
@@ -84,18 +85,18 @@ def seen_in(points: Array, mounting: Mounting) -> Seen | None:
         return None
     range_, azimuth, pitch = beams_of(points, mounting.lever)
     x, y, z = mounting.lever
-    floor, sharpness = {}, {}
+    floor, pairs = {}, {}
     for each in ALL:
         lever = (x, y, -z if each.lever else z)
         placed = points_of(range_, azimuth, -pitch if each.joint else pitch, lever)
         up = -placed[:, 2] if mounting.upside_down else placed[:, 2]
         floor[each] = float(np.mean(np.abs(up + mounting.height) < _FLOOR_BAND))
         if not each.joint:
-            sharpness[each] = pairs_on_surfaces(placed, azimuth, pitch)
+            pairs[each] = pairs_on_surfaces(placed, azimuth, pitch)
     near, turned = int(np.argmin(range_)), -1.0 if mounting.upside_down else 1.0
     return Seen(
         floor,
-        sharpness[AS_KNOWN] / max(sharpness[Reversed(lever=True)], 1),
+        pairs[AS_KNOWN] / max(pairs[Reversed(lever=True)], 1),
         (float(range_[near]), turned * float(azimuth[near])),
     )
 

@@ -73,9 +73,9 @@ class Content:
     valid_share
         Share of the beams of all scans with a range; None without scans.
     joint_name
-        Name of the nod joint, and those in the joint states.
+        Name of the nod joint.
     joint_names
-        The names of joints in the joint states.
+        Names of the joints in the joint states.
     positions
         Positions of the nod joint [rad]; NaN where a joint state has none.
     namespace
