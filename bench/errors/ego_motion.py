@@ -15,7 +15,6 @@ from nodlidar_demo.evaluation import (
     points_of,
     simulated_log,
     simulated_odometry,
-    xyz_of,
 )
 from nodlidar_sim.simulation import Recording
 import numpy as np
@@ -49,7 +48,7 @@ def beam_rms(simulated: Recording, estimator: str = 'slerp', veil_angle: float =
     """Return the RMS distance of the points to the surfaces [m], with a pose for each beam."""
     log = replace(near_beams(simulated_log(simulated)), odometry=simulated_odometry(simulated))
     points = points_of(log, estimator, veil_angle)
-    return moved_surface_rms(xyz_of(points), points.time_ns, simulated.world)
+    return moved_surface_rms(points.xyz, points.time_ns, simulated.world)
 
 
 def scan_rms(
@@ -61,7 +60,7 @@ def scan_rms(
     posed_ns = simulated.scan_stamp_ns + np.rint(instant * duration_ns).astype(np.int64)
     scan = np.searchsorted(simulated.scan_stamp_ns, points.time_ns, side='right') - 1
     poses = simulated_odometry(simulated).at(posed_ns, OdometryConfig())[scan]
-    return moved_surface_rms(poses.to_parent(xyz_of(points)), points.time_ns, simulated.world)
+    return moved_surface_rms(poses.to_parent(points.xyz), points.time_ns, simulated.world)
 
 
 def distances(rms: Distance, by_devices: dict[str, Recording], estimator: str) -> Row:

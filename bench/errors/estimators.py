@@ -7,7 +7,7 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry, xyz_of
+from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 import numpy as np
 from transforms3d.quaternions import quat2mat
 
@@ -74,7 +74,7 @@ def _action(estimator: str, motion: str, log: SensorLog, odometry: Odometry) -> 
         points = pipeline.add_scan(scan, *samples).clouds[0]
         pose = near.at(np.array([middle_ns]), OdometryConfig())
         x, y, z, w = pose.orientation[0]
-        moved = xyz_of(points) @ quat2mat([w, x, y, z]).T + pose.position
+        moved = points.xyz @ quat2mat([w, x, y, z]).T + pose.position
         points.data['x'], points.data['y'], points.data['z'] = moved.T
 
     return per_scan

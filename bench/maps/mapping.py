@@ -12,7 +12,7 @@ from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, moved, planar
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
+from nodlidar_mapper.offline import age_of, clouds_of, odometry_at
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.simulation import Recording
 import numpy as np
@@ -63,7 +63,7 @@ def mapped(recording: Recording) -> Mapped:
     log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
     mapper, found, seconds, by_odometry = Mapper(MapConfig()), [], [], []
     for cloud in clouds_of(log, CONFIG):
-        points, odometry = coordinates(cloud), odometry_at(log, cloud.stamp_ns)
+        points, odometry = cloud.xyz, odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()
         found.append(mapper.add(cloud.stamp_ns, points, odometry, age=age_of(cloud)))
         seconds.append(time.process_time() - begin)

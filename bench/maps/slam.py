@@ -17,7 +17,7 @@ from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import age_of, clouds_of, coordinates, odometry_at
+from nodlidar_mapper.offline import age_of, clouds_of, odometry_at
 from nodlidar_sim.simulation import Recording
 import numpy as np
 import yaml
@@ -45,7 +45,7 @@ class OurMapper:
 
     def add(self, cloud: Points, odometry: Array) -> Array:
         """Return the pose of a cloud."""
-        given = cloud.stamp_ns, coordinates(cloud), odometry
+        given = cloud.stamp_ns, cloud.xyz, odometry
         return np.asarray(self._mapper.add(*given, age=age_of(cloud)).pose)
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_mapper.geometry.poses import Array, between, inverse, moved, planar, yaw_of
-from nodlidar_mapper.offline import coordinates
 import numpy as np
 
 KEYFRAME = 0.5  # m or rad
@@ -66,7 +65,7 @@ class Kiss:
         motion = self._predicted.motion(odometry)
         if self._prior:
             self._kiss.last_delta = motion
-        points = coordinates(cloud)
+        points = cloud.xyz
         self._kiss.register_frame(points, np.zeros(len(points)))
         return np.asarray(self._kiss.last_pose)
 
@@ -84,7 +83,7 @@ class SmallGicp(Predicted):
     def add(self, cloud: Points, odometry: Array) -> Array:
         """Return the pose of a cloud."""
         self.pose = self.pose @ self.motion(odometry)
-        source, _ = self._gicp.preprocess_points(coordinates(cloud), SPACING)
+        source, _ = self._gicp.preprocess_points(cloud.xyz, SPACING)
         if self._keyframes:
             found = self._gicp.align(
                 self._target, source, self._tree, self.pose, max_correspondence_distance=FARTHEST

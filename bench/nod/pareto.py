@@ -21,7 +21,6 @@ from nodlidar_demo.evaluation import (
     points_of,
     simulated_log,
     surface_rms,
-    xyz_of,
 )
 from nodlidar_planner.choice.choice import quick_choice
 from nodlidar_planner.pattern.band import samples_in_band
@@ -204,7 +203,7 @@ def _recording(scene: Scene, nod: Nod) -> Recording:
 def _cloud_row(recording: Recording, queries: Floats) -> Row:
     cloud = _cloud(recording)
     early = cloud.time_ns < START_NS + AFTER * NS_PER_S
-    density = local_density(xyz_of(cloud)[early], queries)
+    density = local_density(cloud.xyz[early], queries)
     return {
         DENSITY: float(density.mean()),
         SPARSE: float(np.quantile(density, 0.1)),
@@ -224,6 +223,6 @@ def _mark_fronts(rows: Sequence[Row]) -> None:
 
 def _surface_points(scene: Scene) -> Floats:
     """Return some points of the surfaces that the sensor sees, in its frame."""
-    xyz = xyz_of(_cloud(_recording(scene, reference_nod())))
+    xyz = _cloud(_recording(scene, reference_nod())).xyz
     chosen: Floats = xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]
     return chosen

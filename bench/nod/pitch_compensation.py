@@ -29,7 +29,6 @@ from nodlidar_assembler.control.pitch_limits import (
 )
 from nodlidar_assembler.control.scene_monitor import SceneMonitor, SceneMonitorConfig
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_demo.evaluation import xyz_of
 from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.world import World
@@ -194,7 +193,7 @@ class NoddingSensor:
     def _seen(self, assembled: Assembled, x: float) -> Floats:
         (cloud,) = assembled.clouds
         driven = self._world.base.poses(cloud.time_ns)[:, :1] - x
-        in_base = self._world.scene.mount.to_parent(xyz_of(cloud))
+        in_base = self._world.scene.mount.to_parent(cloud.xyz)
         return in_base + driven * (1.0, 0.0, 0.0)
 
     def _odometry_since(self, begin_ns: int) -> Odometry:

@@ -4,7 +4,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_demo.evaluation import simulated_log, xyz_of
+from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.scene import load_scene
@@ -74,7 +74,7 @@ def published(recording, spoil=lambda scan: scan, without=(), diagnostics=None):
         scans.append((at_ns, scan))
         if 0 < i < len(log.scans) - 1 and i not in without:
             points = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch).clouds[0]
-            clouds.append((at_ns, Cloud(int(points.time_ns[0]), xyz_of(points))))
+            clouds.append((at_ns, Cloud(int(points.time_ns[0]), points.xyz)))
     return Published(scans, clouds, diagnostics or statuses())
 
 

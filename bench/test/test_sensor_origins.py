@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
-from nodlidar_mapper.offline import clouds_of, coordinates
+from nodlidar_mapper.offline import clouds_of
 from nodlidar_sim.world.base import rotate, to_parent
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
@@ -37,7 +37,7 @@ def test_rays_from_the_frame_of_a_cloud_at_its_stamp_end_at_its_points(drive):
     world, clouds = drive
     assert len(clouds) >= 4
     for cloud in clouds:
-        found = off(world, cloud.stamp_ns, coordinates(cloud))
+        found = off(world, cloud.stamp_ns, cloud.xyz)
         assert np.median(np.abs(found)) < 0.001
         assert np.mean(np.abs(found) > CELL) < 0.04
 
@@ -45,5 +45,5 @@ def test_rays_from_the_frame_of_a_cloud_at_its_stamp_end_at_its_points(drive):
 def test_at_the_stamp_of_the_first_point_they_would_not(drive):
     world, clouds = drive
     cloud = clouds[0]
-    found = off(world, int(cloud.time_ns[0]), coordinates(cloud))
+    found = off(world, int(cloud.time_ns[0]), cloud.xyz)
     assert np.mean(np.abs(found) > CELL) > 0.1

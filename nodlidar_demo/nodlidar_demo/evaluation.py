@@ -8,7 +8,6 @@ from nodlidar_assembler.clouds.assembly import place, Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
-from nodlidar_assembler.clouds.points import xyz_in
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
@@ -67,7 +66,7 @@ def simulated_log(simulated: Recording) -> SensorLog:
 
 def surface_rms(points: Points, world: World) -> float:
     """Return the RMS distance of points in nodlidar_base_link to the true surfaces [m]."""
-    distance = world.surface_distance(xyz_of(points), points.time_ns)
+    distance = world.surface_distance(points.xyz, points.time_ns)
     return float(np.sqrt(np.mean(distance**2)))
 
 
@@ -141,8 +140,3 @@ def moved_surface_rms(
     in_world = Pose.from_xyzrpy((x, y, 0.0, 0.0, 0.0, yaw)).to_parent(xyz)
     distance = world.surface_distance_in_world(in_world, times_ns)
     return float(np.sqrt(np.mean(distance**2)))
-
-
-def xyz_of(points: Points) -> NDArray[np.float64]:
-    """Return the coordinates of points [m], shape (n, 3)."""
-    return np.asarray(xyz_in(points.data) + points.origin)

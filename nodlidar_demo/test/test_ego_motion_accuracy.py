@@ -12,7 +12,6 @@ from nodlidar_demo.evaluation import (
     points_of,
     simulated_log,
     simulated_odometry,
-    xyz_of,
 )
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
@@ -37,7 +36,7 @@ def driving():
 def beam_rms(simulated, odometry):
     log = replace(near_beams(simulated_log(simulated)), odometry=odometry)
     points = points_of(log, 'slerp')
-    return moved_surface_rms(xyz_of(points), points.time_ns, simulated.world)
+    return moved_surface_rms(points.xyz, points.time_ns, simulated.world)
 
 
 def test_a_driving_robot_is_at_most_1_2_times_as_inexact_as_a_standing_one(driving):
@@ -51,7 +50,7 @@ def test_one_pose_per_scan_is_at_least_3_times_worse(driving):
     middle_ns = driving.true_time_ns[:, 341]
     points = points_of(near_beams(simulated_log(driving)), 'slerp')
     scan = np.searchsorted(driving.scan_stamp_ns, points.time_ns, side='right') - 1
-    xyz = odometry.at(middle_ns, OdometryConfig())[scan].to_parent(xyz_of(points))
+    xyz = odometry.at(middle_ns, OdometryConfig())[scan].to_parent(points.xyz)
     rms = moved_surface_rms(xyz, points.time_ns, driving.world)
     assert rms >= 3.0 * beam_rms(driving, odometry)
 

@@ -4,7 +4,6 @@ from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import POINT
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_demo.evaluation import xyz_of
 from nodlidar_demo.pictures import picture, seen_from, write_picture
 import numpy as np
 from plyfile import PlyData
@@ -64,14 +63,14 @@ def test_a_ply_file_has_the_points_and_one_time_for_all(points, tmp_path):
 
 
 def test_a_picture_is_written_without_a_display(points, tmp_path):
-    write_picture(xyz_of(points), tmp_path / 'cloud.png', 'a title')
+    write_picture(points.xyz, tmp_path / 'cloud.png', 'a title')
     assert (tmp_path / 'cloud.png').read_bytes().startswith(b'\x89PNG')
     with pytest.raises(FileNotFoundError, match=r"'.*no/cloud.png'"):
-        write_picture(xyz_of(points), tmp_path / 'no' / 'cloud.png', 'a title')
+        write_picture(points.xyz, tmp_path / 'no' / 'cloud.png', 'a title')
 
 
 def test_a_picture_has_three_views_coloured_by_height(points):
-    figure = picture(xyz_of(points), 'a title')
+    figure = picture(points.xyz, 'a title')
     perspective, above, right = (axes.collections[0] for axes in figure.axes[:3])
     z = points.data['z']
     assert np.isin(perspective.get_array(), z.astype(np.float64)).all()

@@ -6,7 +6,6 @@ from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline
-from nodlidar_assembler.clouds.points import xyz_in
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.geometry.poses import Array, matrix_from
@@ -31,18 +30,13 @@ def estimates(
     return [
         mapper.add(
             cloud.stamp_ns,
-            coordinates(cloud),
+            cloud.xyz,
             odometry_at(log, cloud.stamp_ns, limits),
             mount,
             age_of(cloud),
         )
         for cloud in clouds
     ]
-
-
-def coordinates(cloud: Points) -> Array:
-    """Return the coordinates of a cloud [m], shape (n, 3)."""
-    return xyz_in(cloud.data)
 
 
 def age_of(cloud: Points) -> Array:

@@ -9,7 +9,7 @@ from nodlidar_common.pose import Pose
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import FIRST, Mapper
-from nodlidar_mapper.offline import clouds_of, coordinates, estimates, odometry_at
+from nodlidar_mapper.offline import clouds_of, estimates, odometry_at
 from nodlidar_mapper.output.grid import FREE, grid_of, GridConfig, OCCUPIED
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.bag import write_bag
@@ -169,7 +169,7 @@ def test_the_map_does_not_grow_where_all_was_seen(drive, log):
     again = Mapper(MapConfig())
     estimates(again, clouds_of(log, CONFIG), log)
     last = odometry_at(log, found[-1].stamp_ns)
-    cloud = coordinates(clouds_of(log, CONFIG)[-1])
+    cloud = clouds_of(log, CONFIG)[-1].xyz
     for _ in range(30):
         again.add(found[-1].stamp_ns, cloud, last)
     after = len(again.keyframes), sum(len(each.surface.points) for each in again.keyframes)
@@ -180,7 +180,7 @@ def test_the_map_does_not_grow_where_all_was_seen(drive, log):
 def test_clouds_of_another_place_are_not_believed(recording, log):
     clouds, mapper = clouds_of(log, CONFIG), Mapper(MapConfig())
     for cloud in clouds[:15]:
-        good = mapper.add(cloud.stamp_ns, coordinates(cloud), odometry_at(log, cloud.stamp_ns))
+        good = mapper.add(cloud.stamp_ns, cloud.xyz, odometry_at(log, cloud.stamp_ns))
     keyframes = len(mapper.keyframes)
     noise = np.random.default_rng(1).uniform(-3.0, 3.0, (3000, 3))
     for cloud in clouds[15:18]:
@@ -191,7 +191,7 @@ def test_clouds_of_another_place_are_not_believed(recording, log):
     assert len(mapper.keyframes) == keyframes
     for cloud in clouds[18:]:
         odometry = odometry_at(log, cloud.stamp_ns)
-        assert not mapper.add(cloud.stamp_ns, coordinates(cloud), odometry).lost
+        assert not mapper.add(cloud.stamp_ns, cloud.xyz, odometry).lost
     points = lasting_surface(mapper.keyframes).points
     assert off_the_room(recording, mapper, good, points) < 0.025  # none of the noise
 

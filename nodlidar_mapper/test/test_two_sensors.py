@@ -10,7 +10,7 @@ from nodlidar_common.pose import Pose
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, coordinates, odometry_at
+from nodlidar_mapper.offline import clouds_of, odometry_at
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
@@ -59,7 +59,7 @@ def clouds(recordings, tmp_path_factory):
         write_bag(recording, bag)
         log = read_drive(bag, CONFIG)
         found += [
-            (cloud.stamp_ns, name, coordinates(cloud), odometry_at(log, cloud.stamp_ns))
+            (cloud.stamp_ns, name, cloud.xyz, odometry_at(log, cloud.stamp_ns))
             for cloud in clouds_of(log, CONFIG)
         ]
     return sorted(found, key=lambda each: each[0])

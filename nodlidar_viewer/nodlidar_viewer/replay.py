@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.origins import OF_ODOMETRY
-from nodlidar_assembler.clouds.points import xyz_in
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_viewer.recent_points import RecentPoints
 import numpy as np
@@ -48,6 +46,5 @@ class Replay:
             self.recent.clear()
             self._next = begin
         for cloud in self._clouds[self._next : end]:
-            points = xyz_in(cloud.counted_from(OF_ODOMETRY).data)
-            self.recent.add(cloud.stamp_ns, points.astype(np.float32))
+            self.recent.add(cloud.stamp_ns, cloud.xyz.astype(np.float32))
         self._next = end

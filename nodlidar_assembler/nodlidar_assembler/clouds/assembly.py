@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.geometry import Beams
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY, Origin, origin_near
-from nodlidar_assembler.clouds.points import MOVED_POINT, POINT, WITH_SIGMA
+from nodlidar_assembler.clouds.points import MOVED_POINT, POINT, WITH_SIGMA, xyz_in
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,6 +43,11 @@ class Points:
     def __getitem__(self, chosen: slice | NDArray[np.intp]) -> 'Points':
         poses = None if self.poses is None else self.poses[chosen]
         return Points(self.time_ns[chosen], self.data[chosen], self.origin, poses)
+
+    @property
+    def xyz(self) -> NDArray[np.float64]:
+        """Coordinates from the origin of the frame itself [m], shape (n, 3)."""
+        return np.asarray(xyz_in(self.data) + self.origin)
 
     def counted_from(self, origin: Origin) -> 'Points':
         """Return the same points in coordinates from another origin."""

@@ -26,7 +26,6 @@ from nodlidar_demo.evaluation import (
     near_beams,
     points_of,
     surface_rms,
-    xyz_of,
 )
 from nodlidar_demo.pictures import write_picture
 from nodlidar_demo.report import Distances, print_report
@@ -124,7 +123,7 @@ def _measured(bag: Path, scene: Scene) -> tuple[SensorLog, Distances]:
 
 def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
     points = points_of(log, estimator)
-    return moved_surface_rms(xyz_of(points), points.time_ns, world)
+    return moved_surface_rms(points.xyz, points.time_ns, world)
 
 
 def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
@@ -132,7 +131,7 @@ def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
     points = points_of(log, 'slerp', VEIL_ANGLE)
     with open_output(output / 'cloud.ply', AssemblerConfig()) as file:
         file.write(points, 'odom' if scene.drives else 'nodlidar_base_link', points.time_ns[-1])
-    xyz = scene.mount.to_child(xyz_of(points)) if scene.drives else xyz_of(points)
+    xyz = scene.mount.to_child(points.xyz) if scene.drives else points.xyz
     write_picture(xyz, output / 'cloud.png', title)
 
 
