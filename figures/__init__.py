@@ -1,4 +1,4 @@
-"""The figures of the publication that the sensor comes from, computed again."""
+"""The drawings of the pages: figures of the publication, computed again, and our own."""
 
 import matplotlib
 
