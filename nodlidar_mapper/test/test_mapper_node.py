@@ -329,6 +329,8 @@ def test_in_a_pause_of_odometry_nobody_knows_where_a_cloud_was_taken(running):
     match(running, 5.0, np.eye(4), np.eye(4))
 
 
+# No cloud may wait in vain, however slow the host is.
+@pytest.mark.parametrize('running', [['-p', 'odometry_deadline:=10.0']], indirect=True)
 def test_of_the_clouds_that_wait_for_odometry_the_newest_ones_are_matched(running):
     robot, mapper, until = running
     drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
