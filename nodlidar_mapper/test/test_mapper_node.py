@@ -282,6 +282,15 @@ def test_a_robot_that_is_lost_publishes_no_pose(running):
     assert heard == [k for k, estimate in enumerate(found) if not estimate.lost]
 
 
+def test_that_a_robot_is_lost_and_found_is_logged(running, capfd):
+    carried = [planar(-2.0, -1.0, 2.5)] * 12
+    found = drive(running, 0, [np.eye(4)] * FIRST + carried, [np.eye(4)] * (FIRST + 12))
+    logged = capfd.readouterr().err
+    assert logged.count('the robot is lost') == 1
+    assert logged.count('the robot is found in the map') == 2
+    assert f'the robot is lost: {found[FIRST].lost}' in logged
+
+
 def test_a_mapper_without_odometry_is_an_error(running):
     robot, _, until = running
     robot.send_cloud(0, np.eye(4))

@@ -15,7 +15,7 @@ from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, placed
 from nodlidar_mapper.live import continued, LiveMapper, load, Progress
-from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.output.saved_map import SavedMapError
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.cloud_input import CloudInput
@@ -100,6 +100,7 @@ class MapperNode(Node):
         """Publish where the robot is, unless it is lost or another map was begun meanwhile."""
         if mapper is not self._mapper:
             return
+        self._log_change(self.output.progress, progress)
         self.output.progress = progress
         self.diagnosis.matched((steady_ns() - begin_ns) / NS_PER_S)
         estimate, config = progress.estimate, self.config
@@ -112,6 +113,17 @@ class MapperNode(Node):
             pose, covariance = self._map_from_odometry @ base, estimate.covariance
             at = estimate.stamp_ns, config.map_frame
             self._pose.publish(messages.estimate_message(pose, covariance, *at))
+
+    def _log_change(self, before: Progress | None, now: Progress) -> None:
+        """Log when the robot is found in the map or lost, and when a loop was closed."""
+        log, lost = self.get_logger(), now.estimate.lost
+        lost_before = before.estimate.lost if before else NO_MAP
+        if lost and not lost_before:
+            log.warning(f'the robot is lost: {lost}')
+        elif lost_before and not lost:
+            log.info('the robot is found in the map')
+        if now.loops > (before.loops if before else 0):
+            log.info(f'loops closed: {now.loops}')
 
     # All the time.
 
