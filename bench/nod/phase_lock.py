@@ -70,7 +70,7 @@ TITLE = (
 
 
 def results() -> list[Row]:
-    """Return measured N_s and phase errors, locked and with speed commands only."""
+    """Return the figures of nods that are locked, or have speed commands only."""
     return [
         {'nod': nod, 'servo': name, 'joint states [Hz]': 62 if timer == LATENCY_TIMER else 100}
         | figures(locked_rig(nod, servo, timer))
@@ -86,7 +86,7 @@ def locked_rig(nod: str, servo: Faults | ServoParameters, latency_timer: float) 
 
 
 def figures(rig: Rig) -> Row:
-    """Return N_s as the slope of a line through the reversals, and errors of the phase."""
+    """Return N_s, by a line through the reversals, and how late reversals and middles are."""
     reversals_ns = rig.reversals_ns()
     beams = (reversals_ns - START_NS) / TRUE_BEAM_NS
     error = _lateness(reversals_ns, 0.0)
@@ -94,9 +94,9 @@ def figures(rig: Rig) -> Row:
     slope = float(np.polyfit(np.arange(len(beams)), beams, 1)[0])
     return {
         f'measured N_s, less {SAMPLES_PER_SWEEP}': slope - SAMPLES_PER_SWEEP,
-        'phase error RMS, first minute [ms]': rms(error[early]) * 1e3,
+        'reversals late, RMS of the first minute [ms]': rms(error[early]) * 1e3,
         'last minute [ms]': rms(error[late]) * 1e3,
-        'mean [ms]': float(error[late].mean()) * 1e3,
+        'mean of it [ms]': float(error[late].mean()) * 1e3,
         'in mid-leg, RMS [ms]': rms(_lateness(rig.middles_ns(), 0.5)) * 1e3,
     }
 
