@@ -52,7 +52,7 @@ class Lidar:
     choose
         Returns the requested beams of a lidar with given capabilities.
     clock
-        Returns the host time [ns] by a steady clock.
+        Returns the host time [ns] by a clock that runs evenly.
     timeout
         How long the lidar may be silent [s].
     account

@@ -11,8 +11,10 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lidar_rig import before, FULL, room, Truth
+from nodlidar_common.host_time import HostTime, SteadyTime
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
+from nodlidar_driver.ros import node as node_module
 from nodlidar_driver.ros.node import DriverNode
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
@@ -181,6 +183,37 @@ def test_window_cluster_skip_frame_and_offset_are_applied(ports, truth):
     assert abs(np.median(errors)) < 20e6
     shift = (time_ns(scan.header.stamp) - stamps[-1]) * 1e-9 % 0.2
     assert shift == pytest.approx(0.15, abs=0.03)  # by -0.25 s, and whole scans of 0.2 s
+
+
+def test_stamps_follow_a_host_whose_clocks_are_slewed(ports, truth, monkeypatch):
+    """As chrony does at the most, so that scans are soon late by more than a revolution."""
+    rate, begin_ns = 0.08, []
+
+    def slewed(clock):
+        real, ahead = clock(), time.monotonic_ns() - begin_ns[0] if begin_ns else 0
+        return real + round(rate * ahead)
+
+    def steady():
+        return slewed(time.monotonic_ns)
+
+    host_time = HostTime(lambda: slewed(time.time_ns), steady)
+    monkeypatch.setattr(node_module, 'HostTime', lambda: host_time)
+    monkeypatch.setattr(node_module, 'SteadyTime', lambda: SteadyTime(steady))
+    monkeypatch.setattr(node_module, 'steady_ns', steady)
+    with listening(port=ports['lidar']) as listener:
+        listener.activate()
+        listener.receive(10)
+        began_ns = time.time_ns()
+        begin_ns.append(time.monotonic_ns())
+        scans = listener.receive(40)[-10:]
+        listener.until(lambda: len(listener.arrivals) >= 50, 'arrivals')
+    arrivals = {time_ns(a.time_ref): time_ns(a.header.stamp) for a in listener.arrivals}
+    stamps = [time_ns(scan.header.stamp) for scan in scans]
+    real = [began_ns + round((stamp - began_ns) / (1.0 + rate)) for stamp in stamps]
+    errors = [each - truth.beam_time_ns(FULL.angle_min, each) for each in real]
+    assert np.median(np.abs(errors)) < 20e6  # here the host may be busy
+    assert np.median([arrivals[stamp] - stamp for stamp in stamps]) < 200e6
+    assert np.median([scan.scan_time for scan in scans]) == pytest.approx(0.108, rel=1e-3)
 
 
 @pytest.mark.parametrize('topic', ['/scan', '/driver/arrival'])
