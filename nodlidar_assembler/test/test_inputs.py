@@ -247,3 +247,15 @@ def test_scans_of_a_recording_that_is_played_in_a_loop_have_not_moved_alone(join
         with suppress(RefusedScanError):
             assembler.scan(message, arrived_ns)
     assert assembler.watch.restamped == pytest.approx(restamped, abs=1e-6)
+
+
+def test_a_joint_is_at_one_position_at_a_time():
+    drops = Counter()
+    joints = JointInput(AssemblerConfig(joint_name='nod'), drops)
+    found = [
+        joints.samples(joint_state(1_700_000_000 + sec, position=[9.0, pitch]))
+        for sec, pitch in ((0, 0.1), (0, 0.1), (0, 0.2), (1, 0.2))
+    ]
+    first, second = 1_700_000_000 * 10**9, 1_700_000_001 * 10**9
+    assert found == [[(first, 0.1)], [(first, 0.1)], [], [(second, 0.2)]]
+    assert drops == {JointInput.SAME_STAMP: 1}

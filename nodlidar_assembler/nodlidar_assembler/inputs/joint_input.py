@@ -53,7 +53,7 @@ class JointInput:
     config
         Name of the joint, zero and direction of its positions, delay of its stamps.
     drops
-        Counter of malformed, unstamped and misordered joint states.
+        Counter of malformed, unstamped, misordered and contradictory joint states.
     """
 
     MALFORMED = (
@@ -61,6 +61,7 @@ class JointInput:
     )
     UNSTAMPED = 'joint state without a stamp'
     OUT_OF_ORDER = 'joint state whose stamp does not fit its neighbours'
+    SAME_STAMP = 'joint state with the stamp of the one before at another position'
 
     def __init__(self, config: JointInputConfig, drops: Counter[str]) -> None:
         self._joint_name, self._zero = config.joint_name, config.joint_zero
@@ -70,6 +71,7 @@ class JointInput:
         self._order: TimeOrder[tuple[int, float]] = TimeOrder(
             lambda: drops.update([self.OUT_OF_ORDER]), round(config.max_joint_gap * NS_PER_S)
         )
+        self._last: tuple[int, float] | None = None
         self._heard = False
         self._others: set[str] = set()
 
@@ -108,4 +110,9 @@ class JointInput:
             self._drops[self.MALFORMED] += 1
             return []
         pitch = self._sign * (float(message.position[index]) - self._zero)
-        return self._order.add(measured_ns, (measured_ns, pitch))
+        sample = measured_ns, pitch
+        if self._last is not None and self._last[0] == measured_ns and self._last != sample:
+            self._drops[self.SAME_STAMP] += 1
+            return []
+        self._last = sample
+        return self._order.add(measured_ns, sample)
