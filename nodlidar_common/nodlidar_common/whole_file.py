@@ -1,8 +1,9 @@
-"""Files that appear complete or not at all."""
+"""Files that appear complete or not at all, alone or together."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+import shutil
 
 
 @contextmanager
@@ -25,6 +26,29 @@ def whole_file(path: Path) -> Iterator[Path]:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
             raise
+
+
+@contextmanager
+def whole_files(folder: Path) -> Iterator[Path]:
+    """Yield an empty temporary folder, whose files replace those in `folder` together at the end.
+
+    After an error the files in `folder`, which is created if it does not exist, are unchanged.
+
+    Raises
+    ------
+    OSError
+        With the folder, if a file in it cannot be written.
+    """
+    part = folder / '.part'
+    with named(folder):
+        try:
+            shutil.rmtree(part, ignore_errors=True)  # of a process that was killed
+            part.mkdir(parents=True)
+            yield part
+            for path in part.iterdir():
+                path.replace(folder / path.name)
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
 
 
 @contextmanager

@@ -100,7 +100,7 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
     EmptyMapError
         If there is nothing to save.
     OSError
-        With the path of a file that cannot be written.
+        With the folder, if a file cannot be written.
     """
     if progress is None:
         raise EmptyMapError('nothing to save: no cloud was matched since the start or load_map')

@@ -1,6 +1,7 @@
 """A saved map: loaded again as it was, continued, and refused if damaged."""
 
 from dataclasses import replace
+import errno
 import subprocess
 import sys
 
@@ -10,6 +11,8 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.output import map_files
+from nodlidar_mapper.output.grid import GridConfig
 from nodlidar_mapper.output.saved_map import load_keyframes, save_keyframes, SavedMapError
 import numpy as np
 import pytest
@@ -68,6 +71,28 @@ def test_on_a_full_disk_the_map_of_before_is_kept_and_one_error_told(saved, tmp_
     assert done.stderr == ''
     assert path.read_text() == 'before'
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize('writer', ['write_grid', 'write_path', 'save_keyframes', 'write_picture'])
+def test_of_a_map_that_cannot_be_saved_whole_no_file_is(mapper, tmp_path, monkeypatch, writer):
+    def write(keyframes):
+        poses = np.stack([keyframe.pose for keyframe in keyframes])
+        stamps_ns = [keyframe.stamp_ns for keyframe in keyframes]
+        map_files.write_map(tmp_path, keyframes, [], stamps_ns, poses, GridConfig())
+        return {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+    def fail(*_args):
+        raise OSError(errno.ENOSPC, 'No space left on device', 'a file')
+
+    before = write(mapper.keyframes[:2])
+    with monkeypatch.context() as patch:
+        patch.setattr(map_files, writer, fail)
+        with pytest.raises(OSError, match='No space left on device') as caught:
+            write(mapper.keyframes)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert caught.value.filename == str(tmp_path)
+    after = write(mapper.keyframes)
+    assert all(after[name] != content for name, content in before.items() if name != 'map.yaml')
 
 
 def test_a_map_comes_back_to_a_micrometre(mapper, saved):

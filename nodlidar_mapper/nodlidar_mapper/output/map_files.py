@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.whole_file import whole_file
+from nodlidar_common.whole_file import whole_file, whole_files
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
@@ -31,23 +31,23 @@ def write_map(
     path: Array,
     config: GridConfig,
 ) -> tuple[Surface, Grid]:
-    """Write a map and a path (n, 4, 4) into a folder; return what was drawn.
+    """Write a map and a path (n, 4, 4) into a folder, all files or none; return what was drawn.
 
     Raises
     ------
     OSError
-        With the path of a file that cannot be written.
+        With the folder, if a file cannot be written.
     EmptyMapError
         If there is no surface.
     """
     surface = lasting_surface(keyframes)
     grid = grid_of(surface, keyframes, config)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_surface(folder / 'map.ply', surface)
-    write_grid(folder, grid)
-    write_path(folder / 'trajectory.txt', stamps_ns, path)
-    save_keyframes(folder / KEYFRAMES, keyframes, edges)
-    write_picture(folder / 'map.png', grid, path)
+    with whole_files(folder) as part:
+        write_surface(part / 'map.ply', surface)
+        write_grid(part, grid)
+        write_path(part / 'trajectory.txt', stamps_ns, path)
+        save_keyframes(part / KEYFRAMES, keyframes, edges)
+        write_picture(part / 'map.png', grid, path)
     return surface, grid
 
 
