@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.whole_file import whole_file, whole_files
+from nodlidar_common.whole_file import whole_files
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
@@ -57,8 +57,7 @@ def write_surface(path: Path, surface: Surface) -> None:
     columns = np.concatenate([surface.points, surface.normals], axis=1).T
     for axis, values in zip(AXES, columns, strict=True):
         vertices[axis] = values
-    with whole_file(path) as part:
-        PlyData([PlyElement.describe(vertices, 'vertex')]).write(str(part))
+    PlyData([PlyElement.describe(vertices, 'vertex')]).write(str(path))
 
 
 def write_grid(folder: Path, grid: Grid) -> None:
@@ -67,8 +66,8 @@ def write_grid(folder: Path, grid: Grid) -> None:
     for value, shade in GREY.items():
         grey[grid.cells == value] = shade
     rows, columns = grey.shape
-    with whole_file(folder / 'map.pgm') as part:
-        part.write_bytes(f'P5\n{columns} {rows}\n255\n'.encode() + grey[::-1].tobytes())
+    header = f'P5\n{columns} {rows}\n255\n'
+    (folder / 'map.pgm').write_bytes(header.encode() + grey[::-1].tobytes())
     description = {
         'image': 'map.pgm',
         'mode': 'trinary',
@@ -78,14 +77,13 @@ def write_grid(folder: Path, grid: Grid) -> None:
         'occupied_thresh': 0.65,
         'free_thresh': 0.196,  # UNKNOWN_GREY is 50 / 255 = 0.1961
     }
-    with whole_file(folder / 'map.yaml') as part:
-        part.write_text(yaml.safe_dump(description, sort_keys=False))
+    (folder / 'map.yaml').write_text(yaml.safe_dump(description, sort_keys=False))
 
 
 def write_path(path: Path, stamps_ns: Sequence[int], poses: Array) -> None:
     """Write poses (n, 4, 4) as lines of time [s], x, y, z [m] and quaternion x, y, z, w."""
     quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
-    with whole_file(path) as part, part.open('w') as file:
+    with path.open('w') as file:
         for stamp_ns, position, turn in zip(stamps_ns, poses[:, :3, 3], quaternions, strict=True):
             seconds, rest = divmod(stamp_ns, NS_PER_S)
             values = ' '.join(f'{value:.6f}' for value in (*position, *turn))

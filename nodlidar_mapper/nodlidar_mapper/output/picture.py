@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from nodlidar_common.whole_file import whole_file
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.output.grid import FREE, Grid, OCCUPIED
 import numpy as np
@@ -29,5 +28,4 @@ def write_picture(path: Path, grid: Grid, poses: Array) -> None:
     axes.plot(*poses[0, :2, 3], 'o', color='tab:red', label='start')
     axes.set(xlabel='x [m]', ylabel='y [m]', aspect='equal')
     axes.legend(loc='upper right')
-    with whole_file(path) as part:
-        figure.savefig(part, dpi=120)
+    figure.savefig(path, dpi=120)
