@@ -142,7 +142,10 @@ def _row(
     encoder: Position,
     jitter: float = 0.0,
 ) -> Row:
-    """Return a row for the motion of the shaft and of the lidar, and what the encoder reports."""
+    """Return a row for the motion of the shaft and of the lidar, and what the encoder reports.
+
+    Its stamps are off by `jitter` [s], RMS.
+    """
     sample_s = np.arange(DURATION * rate) / rate
     sample_ns = START_NS + np.rint(sample_s * NS_PER_S).astype(np.int64)
     sample_pitch = encoder(sample_ns)

@@ -12,15 +12,15 @@ LAGS = 32  # with fewer, a vibration spreads over the frequencies beside its own
 HISTORY = 4 * LAGS  # samples
 CLIPPED = 4.5  # medians; a larger third difference is a reversal
 UNEVEN = 1.25  # times the usual time of four samples, in which one is lost
-# Autocovariance of the third difference of white noise of variance 1.
-OF_WHITE_NOISE = np.array([20.0, -15.0, 6.0, -1.0])
 FREQUENCIES = np.linspace(np.pi / 2.0, np.pi, LAGS + 1)  # per sample, which a nod hardly has
 
 _SHARE = np.arange(LAGS + 1) / (LAGS + 1.0)
 _TAPER = np.minimum(1.0 - 6.0 * _SHARE**2 * (1.0 - _SHARE), 2.0 * (1.0 - _SHARE) ** 3)  # Parzen's
 _COSINES = 2.0 * np.cos(np.outer(np.arange(LAGS + 1), FREQUENCIES)) * _TAPER[:, None]
 _COSINES[0] = 1.0
-_SPECTRUM_OF_WHITE_NOISE = np.append(OF_WHITE_NOISE, np.zeros(LAGS - 3)) @ _COSINES
+# Autocovariance of the third difference of white noise of variance 1.
+_OF_WHITE_NOISE = np.array([20.0, -15.0, 6.0, -1.0])
+_SPECTRUM_OF_WHITE_NOISE = np.append(_OF_WHITE_NOISE, np.zeros(LAGS - 3)) @ _COSINES
 _LEAST = 0.8  # of the spectrum's values over their mean, for white noise; found by simulation
 
 
@@ -83,9 +83,9 @@ def _third_difference(time_ns: Times, pitch: Array) -> tuple[Array, Array]:
     a, b, c = gap[:-2], gap[1:-1], gap[2:]
     ab, bc, span = a + b, b + c, a + b + c
     weights = -b * c * bc, c * ab * span, -a * bc * span, a * b * ab
-    size = np.sqrt(sum(weight * weight for weight in weights) / OF_WHITE_NOISE[0])
+    scale = np.sqrt(sum(weight * weight for weight in weights) / _OF_WHITE_NOISE[0])
     four = pitch[:-3], pitch[1:-2], pitch[2:-1], pitch[3:]
-    difference = sum(weight * each for weight, each in zip(weights, four, strict=True)) / size
+    difference = sum(weight * each for weight, each in zip(weights, four, strict=True)) / scale
     usual = np.partition(span, len(span) // 10)[len(span) // 10]
     even = (span < UNEVEN * usual).astype(float)
     size = np.abs(difference)
