@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 import json
 import sys
-import time
 
 from nodlidar_common.command_line import LineParser, run
 from nodlidar_common.errors import DeviceError, ParameterError, PortError
 from nodlidar_common.guard import Guard
+from nodlidar_common.host_time import even_ns
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.lidar import Lidar
@@ -52,7 +52,7 @@ def _connected(options: argparse.Namespace, account: ScanAccount) -> Iterator[Li
     """Yield a lidar that streams; its laser is off afterwards, whatever happens."""
     port = open_port(options.port, options.baud_rate, READ_TIMEOUT)
     try:
-        lidar = Lidar(port, _DEFAULTS.window, time.monotonic_ns, _DEFAULTS.timeout, account)
+        lidar = Lidar(port, _DEFAULTS.window, even_ns, _DEFAULTS.timeout, account)
         _check_lidar(lidar, options.port)
         with _switched_off(lidar, Guard(port.fileno(), STOP)):
             lidar.connect()
