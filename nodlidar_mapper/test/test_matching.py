@@ -1,6 +1,7 @@
 """Clouds matched to surfaces whose true pose is known."""
 
 import math
+import time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -194,3 +195,11 @@ def test_what_is_seen_of_a_pillar_lies_on_it(radius):
     assert abs(np.mean(np.hypot(x, y)) - radius) < 0.004
     turned = np.arctan2(surface.normals[:, 1], surface.normals[:, 0]) - np.arctan2(y, x)
     assert np.sqrt(np.mean(turned**2)) < 0.15
+
+
+def test_one_thread_matches_a_large_cloud():
+    cloud = seen_at(planar(0.0, 0.0, 0.1), CORRIDOR.points[::4])
+    of_all, of_this = time.process_time(), time.thread_time()
+    for _ in range(10):
+        match(cloud, CORRIDOR, planar(0.05, 0.02, 0.1), WEAK, MatchingConfig())
+    assert time.process_time() - of_all < 1.1 * (time.thread_time() - of_this)

@@ -1,7 +1,8 @@
 """Small systems of equations.
 
 numpy.linalg.solve and inv call a function that OpenBLAS spreads over threads whatever the size.
-These then wait for more work for some 30 ms, and so keep every processor busy.
+These then wait for more work for some 30 ms, and so keep every processor busy. So do products of
+a large matrix: einsum stands for those elsewhere.
 """
 
 from nodlidar_mapper.geometry.poses import Array

@@ -59,7 +59,7 @@ class Surface:
         """Return the points that face any of the places that others were seen from."""
         places = seen.origins[:: max(len(seen.origins) // PLACES, 1)]
         offset = np.einsum('ni,ni->n', self.normals, self.points)
-        return self[(self.normals @ places.T > offset[:, None]).any(axis=1)]
+        return self[(np.einsum('ni,pi->pn', self.normals, places) > offset).any(axis=0)]
 
     def covers(self, seen: Seen, reach: float) -> NDArray[np.bool_]:
         """Return which points (n,) have the surface within reach [m], with the side seen."""

@@ -252,4 +252,5 @@ def _equations(
     directions[free] = axes / unit[:, None]
     directions = lever(middle).T @ directions
     information = (directions * np.einsum('nk,nk->k', counted, leaves)) @ directions.T
-    return information, -directions @ (off @ counted), (surely > 0.0).any(axis=1)
+    pull = -directions @ np.einsum('n,nk->k', off, counted)
+    return information, pull, (surely > 0.0).any(axis=1)
