@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 Points = NDArray[np.float32]
 
 POINT_SIZE = 0.015  # m
-FLOOR = (20.0, 20.0)  # m
+FLOOR = 10  # m from its middle, with a line every metre
+FLOOR_COLOUR, FIFTH_COLOUR = (215, 215, 215), (180, 180, 180)
 MAP_COLOUR = (150, 155, 165)
 PATH_COLOUR = (230, 90, 30)
 FAN_COLOUR = (90, 170, 255)
@@ -61,7 +62,9 @@ class Scene:
         # Without a graphics card, shadows and reflections take longer than all else.
         scene.configure_default_lights(cast_shadow=False)
         scene.configure_environment_map(None)
-        scene.add_grid('/floor', *FLOOR, cell_size=1.0, section_size=5.0, shadow_opacity=0.0)
+        # So does viser's grid, which computes each pixel of the floor.
+        lines, colours = _floor()
+        scene.add_line_segments('/floor', lines, colours, thickness=1.0, thickness_units='screen')
 
     def show_cloud(self, chunks: Sequence[Chunk]) -> None:
         """Draw the chunks that have changed, and remove those that are not there any more.
@@ -189,6 +192,18 @@ class Scene:
         self._fan = None
         for name in ('/scan', '/map', '/path'):
             self._scene.remove_by_name(name)
+
+
+def _floor() -> tuple[Array, NDArray[np.uint8]]:
+    """Return the lines of the floor [m] and their colours, shape (n, 2, 3)."""
+    at = np.arange(-FLOOR, FLOOR + 1)
+    ends = np.array([-FLOOR, FLOOR])
+    lines = np.zeros((2, len(at), 2, 3))
+    lines[0, :, :, 0], lines[0, :, :, 1] = at[:, None], ends
+    lines[1, :, :, 0], lines[1, :, :, 1] = ends, at[:, None]
+    colours = np.where(at[:, None] % 5 == 0, FIFTH_COLOUR, FLOOR_COLOUR).astype(np.uint8)
+    both_ends = np.broadcast_to(colours[:, None], lines.shape)
+    return lines.reshape(-1, 2, 3), both_ends.reshape(-1, 2, 3)
 
 
 def _quaternion(pose: Pose) -> Array:
