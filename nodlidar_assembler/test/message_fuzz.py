@@ -134,11 +134,16 @@ class Fed:
 
     def feed(self, kind, message, arrived_ns=0):
         self._numbers[kind] += 1
-        inputs = {'scan': self.node.scans, 'joint': self.node.states, 'tf': self.node.odometry}
+        odometry = self.node.odometry
+        inputs = {
+            'scan': self.node.scans.callback,
+            'joint': self.node.states.callback,
+            'tf': odometry and odometry.add,
+        }
         if inputs[kind] is None:
             return
         number = self._numbers[kind]
-        inputs[kind].callback(
+        inputs[kind](
             message, {'publication_sequence_number': number, 'received_timestamp': arrived_ns}
         )
 

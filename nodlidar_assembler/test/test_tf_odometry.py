@@ -44,11 +44,11 @@ class Bench:
 
     def hear_all(self, *transforms, number=None):
         info = {'publication_sequence_number': number or next(self._numbers)}
-        self.tf.callback(TFMessage(transforms=list(transforms)), info)
+        self.tf.add(TFMessage(transforms=list(transforms)), info)
 
     def mount(self, z=1.0):
         message = TFMessage(transforms=[transform(0, 0.0, 'base', 'pivot', z)])
-        self.tf.static_callback(message)
+        self.tf.add_static(message)
 
     def noted(self):
         """Return the time [ms] and x of each sample."""
@@ -118,6 +118,21 @@ def test_what_comes_late_or_twice_and_other_frames_are_no_samples(bench):
         bench.hear(ms)
     bench.hear(60, parent='base', child='arm')
     assert [ms for ms, _ in bench.noted()] == [0, 40]
+
+
+def test_transforms_wait_until_they_are_taken_and_wake_nobody(bench, node):
+    sender = node.create_publisher(TFMessage, '/tf', 10)
+    while not sender.get_subscription_count():
+        rclpy.spin_once(node, timeout_sec=0.01)
+    for ms in (0, 20):
+        sender.publish(TFMessage(transforms=[transform(ms, 0.0, 'odom', 'base')]))
+    for _ in range(20):
+        rclpy.spin_once(node, timeout_sec=0.01)
+    assert bench.samples == 0
+    while bench.samples < 2:
+        bench.tf.take()
+    assert [ms for ms, _ in bench.noted()] == [0, 20]
+    node.destroy_publisher(sender)
 
 
 def test_of_two_moving_frames_the_slower_one_gives_the_times(bench):
@@ -234,7 +249,7 @@ def test_publishers_of_several_transforms_each_are_one_of_each(bench):
 
 def test_transforms_seconds_apart_are_heard_at_once(bench, monkeypatch):
     for ms in range(0, 9_000, 3_000):
-        monkeypatch.setattr(bench.tf, 'node', NodeAt(START + ms * MS))
+        monkeypatch.setattr(bench.tf, '_node', NodeAt(START + ms * MS))
         bench.hear(ms)
         assert bench.noted()[-1][0] == ms if ms else bench.samples == 1
 
@@ -314,7 +329,7 @@ def test_time_may_go_back_after_a_loop_of_frames(bench):
 
 
 def test_a_loop_of_fixed_frames_is_reported(bench):
-    bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'pivot', 'odom')]))
+    bench.tf.add_static(TFMessage(transforms=[transform(0, 0.0, 'pivot', 'odom')]))
     bench.hear(0)
     assert (bench.samples, bench.tf.missing_input) == (0, TfOdometry.LOOP)
 
@@ -347,7 +362,7 @@ def test_a_fixed_frame_does_not_move(bench):
 
 def test_a_moving_frame_is_not_fixed(bench):
     bench.hear(0)
-    bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
+    bench.tf.add_static(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
     bench.hear(20)
     assert (bench.drops, bench.tf.missing_input) == ([TfOdometry.BOTH], '')
     assert bench.noted() == [(0, 0.0), (20, 0.0)]
@@ -375,13 +390,13 @@ def test_what_is_missing_between_the_frames_is_named(bench):
 def test_a_loop_of_fixed_frames_is_no_way(node):
     bench = Bench(node)
     loop = transform(0, 0.0, 'base', 'pivot'), transform(0, 0.0, 'pivot', 'base')
-    bench.tf.static_callback(TFMessage(transforms=list(loop)))
+    bench.tf.add_static(TFMessage(transforms=list(loop)))
     assert bench.tf.missing_input.startswith("no transform from 'odom' to 'pivot'; `ros2 run")
     bench.tf.unregister()
 
 
 def test_a_frame_that_is_fixed_in_that_of_odometry_has_no_odometry(bench):
-    bench.tf.static_callback(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
+    bench.tf.add_static(TFMessage(transforms=[transform(0, 0.0, 'odom', 'base')]))
     assert bench.samples == 0
     assert bench.tf.missing_input == "'pivot' is fixed in 'odom'"
 

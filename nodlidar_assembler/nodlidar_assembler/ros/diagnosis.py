@@ -121,7 +121,10 @@ class Diagnosis:
 
     def _hear_odometry(self, now_ns: int) -> None:
         odometry = self._odometry
-        if odometry is not None and odometry.newest_ns != self._odometry_ns:
+        if odometry is None:
+            return
+        odometry.take()
+        if odometry.newest_ns != self._odometry_ns:
             self._odometry_ns = odometry.newest_ns
             self._odometry_silence.heard(now_ns)
 

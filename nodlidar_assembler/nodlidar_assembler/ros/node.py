@@ -85,6 +85,8 @@ class Assembler(Node):
             self.survival,
             lambda: self.assembly.assembler.is_waiting,
         )
+        for messages in (self.scans, self.states):
+            messages.registerCallback(self._take_odometry)  # before them, as it came
         self.assembly = AssemblyFilter(
             self.scans,
             self.states,
@@ -133,6 +135,10 @@ class Assembler(Node):
             self.survival,
             lambda reason: self.assembly.assembler.drops.update([reason]),
         )
+
+    def _take_odometry(self, _before: LaserScan | JointState) -> None:
+        if self.odometry is not None:
+            self.odometry.take()
 
     def _missing_odometry(self) -> str:
         if not self._compensates or self.odometry is None:

@@ -12,20 +12,27 @@ from nodlidar_assembler.clouds.time_order import (
     UNSTAMPED,
 )
 from nodlidar_assembler.inputs.publishers import Publishers
+from nodlidar_common.ros.polled import taken, WhenWanted
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
 from rclpy.clock import ClockType, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
-from tf2_ros import Buffer, TransformException, TransformListener
+from tf2_ros import Buffer, TransformException
 
+WAITING = 1000  # messages of all nodes, until they are taken
+_AUTHORITY = 'nodlidar'  # of what is set in the buffer
 _TF2_TOLERANCE = 5e-3  # of lengths of quaternions; tf2 ignores all others and only logs it
 
 
-class TfOdometry(TransformListener):
+class TfOdometry:
     """Passes on the pose of a frame in the frame of odometry whenever TF has a later one.
+
+    Messages on /tf wait until they are taken, and wake the node never: on a robot with many
+    frames, most of them are of others.
 
     A buffer interpolates between two transforms, however far apart they are. To keep gaps and
     jumps visible, each pose is looked up at its own time.
@@ -54,10 +61,12 @@ class TfOdometry(TransformListener):
 
     Attributes
     ----------
+    buffer
+        The transforms.
     newest_ns
         Time of the latest pose [ns]; None if there is none.
     ahead_ns
-        By how much that was later than the clock of the node when the pose came [ns].
+        By how much that was later than the host's time when the pose came [ns].
     missing_input
         Why there is none, in words; empty if there is one.
     """
@@ -76,9 +85,9 @@ class TfOdometry(TransformListener):
         survival: Survival,
         on_drop: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        self._survival, self._on_drop = survival, on_drop
+        self._node, self._survival, self._on_drop = node, survival, on_drop
         self.newest_ns: int | None = None
-        self.ahead_ns = 0
+        self.ahead_ns = self._arrived_ns = 0
         self.missing_input = 'no transform was heard'
         self._odom_frame, self._frame = odom_frame, frame
         self._parents: dict[str, str] = {}
@@ -95,14 +104,28 @@ class TfOdometry(TransformListener):
         backward = Duration(nanoseconds=-TIME_JUMP_NS)
         self._jump_handle = node.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=backward, on_clock_change=False),
-            post_callback=lambda jump: self._go_back(),
+            post_callback=lambda jump: self._clock_went_back(),
         )
-        super().__init__(Buffer(node=node), node)
+        self.buffer = Buffer(node=node)
+        self._moving = node.create_subscription(
+            TFMessage, '/tf', self.add, QoSProfile(depth=WAITING), callback_group=WhenWanted()
+        )
+        latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._static = node.create_subscription(TFMessage, '/tf_static', self.add_static, latched)
+
+    def take(self) -> None:
+        """Add the messages that wait."""
+        for message, info in taken(self._moving):
+            self.add(message, info)
 
     def restart(self) -> None:
         """Forget the moving transforms and the newest pose: their times are of another clock."""
         self._forget()
         self.newest_ns = None
+
+    def _clock_went_back(self) -> None:
+        self.take()  # what waits is of the time before
+        self._go_back()
 
     def _go_back(self) -> None:
         self.restart()
@@ -118,7 +141,8 @@ class TfOdometry(TransformListener):
 
     def unregister(self) -> None:
         """Stop listening."""
-        super().unregister()
+        self._node.destroy_subscription(self._moving)
+        self._node.destroy_subscription(self._static)
         # Otherwise the node's clock keeps calling this buffer and refuses the next one.
         self.buffer.jump_handle.unregister()
         self._jump_handle.unregister()
@@ -133,21 +157,22 @@ class TfOdometry(TransformListener):
             if frame in between and publishers.active > 1
         }
 
-    def callback(self, data: TFMessage, info: dict[str, int]) -> None:
+    def add(self, data: TFMessage, info: dict[str, int]) -> None:
         """Add the transforms of a message."""
         with self._survival.surviving():
             number = info.get('publication_sequence_number')
             for frame in {transform.child_frame_id for transform in data.transforms}:
                 self._publishers[frame].note(self._publishers[frame].add(number))
-            now_ns = self.node.get_clock().now().nanoseconds
-            for transform in self._well_formed(data, self._fixed).transforms:
+            now_ns = self._node.get_clock().now().nanoseconds
+            self._arrived_ns = info.get('received_timestamp') or now_ns
+            for transform in self._well_formed(data, self._fixed):
                 if not time_ns(transform.header.stamp):
                     self._on_drop(UNSTAMPED)
                     continue
                 for one in self._in_order(transform, now_ns):
                     self._add(one)
 
-    def _well_formed(self, data: TFMessage, others: Collection[str]) -> TFMessage:
+    def _well_formed(self, data: TFMessage, others: Collection[str]) -> list[TransformStamped]:
         """Drop malformed transforms, and those of frames of the other kind; return the others."""
         good = []
         for transform in data.transforms:
@@ -157,7 +182,7 @@ class TfOdometry(TransformListener):
                 self._on_drop(self.BOTH)
             else:
                 good.append(transform)
-        return TFMessage(transforms=good)
+        return good
 
     def _in_order(self, transform: TransformStamped, now_ns: int) -> list[TransformStamped]:
         """Take a transform; return those that it confirms, and forget others if time went back."""
@@ -179,32 +204,31 @@ class TfOdometry(TransformListener):
 
     def _add(self, transform: TransformStamped) -> None:
         """Add a transform; pass on the pose at its time, if it may have changed."""
-        data = TFMessage(transforms=[transform])
-        self._note_parents(data)
+        self._note_parent(transform)
         one, other = self._above(self._frame), self._above(self._odom_frame)
         if transform.child_frame_id not in one | other and not one.isdisjoint(other):
-            super().callback(data)
+            self.buffer.set_transform(transform, _AUTHORITY)
             return
         if self._loops():
             self.missing_input = self.LOOP
             self._on_drop(self.LOOP)
             self._forget()
             return
-        super().callback(data)
+        self.buffer.set_transform(transform, _AUTHORITY)
         self._sample()
 
-    def static_callback(self, data: TFMessage) -> None:
+    def add_static(self, data: TFMessage) -> None:
         """Add the fixed transforms of a message."""
+        self.take()  # what came before it
         with self._survival.surviving():
-            data = self._well_formed(data, self._orders)
-            self._fixed.update(transform.child_frame_id for transform in data.transforms)
-            self._note_parents(data)
-            super().static_callback(data)
+            for transform in self._well_formed(data, self._orders):
+                self._fixed.add(transform.child_frame_id)
+                self._note_parent(transform)
+                self.buffer.set_transform_static(transform, _AUTHORITY)
             self._sample()
 
-    def _note_parents(self, data: TFMessage) -> None:
-        for transform in data.transforms:
-            self._parents[transform.child_frame_id] = transform.header.frame_id
+    def _note_parent(self, transform: TransformStamped) -> None:
+        self._parents[transform.child_frame_id] = transform.header.frame_id
 
     def _loops(self) -> bool:
         """Return whether the way up from a frame comes back to it, or to one on the way."""
@@ -246,7 +270,7 @@ class TfOdometry(TransformListener):
             return
         p, q = pose.translation, pose.rotation
         self.newest_ns, self.missing_input = latest.nanoseconds, ''
-        self.ahead_ns = self.newest_ns - self.node.get_clock().now().nanoseconds
+        self.ahead_ns = self.newest_ns - self._arrived_ns
         self._on_sample(latest.nanoseconds, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 

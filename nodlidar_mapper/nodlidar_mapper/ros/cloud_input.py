@@ -76,7 +76,7 @@ class CloudInput:
     survival
         Catches errors of the callbacks.
     on_news
-        Called when a cloud or odometry has arrived.
+        Called when a cloud has arrived.
     on_time_back
         Called when the time of odometry went back; the clouds are dropped.
 
@@ -192,7 +192,6 @@ class CloudInput:
         if pause := self._silence.seconds(stamp_ns):
             self._pauses_ns.append((stamp_ns - round(pause * NS_PER_S), stamp_ns))
         self._silence.heard(stamp_ns)
-        self._on_news()
 
     def _forget_pauses(self) -> None:
         self._silence = Silence()  # of odometry, by its stamps

@@ -25,7 +25,7 @@ import numpy as np
 from rclpy.node import Node
 from tf2_ros import TransformBroadcaster
 
-STEP_PERIOD = 0.05  # s: map -> odom, and the results of the threads
+STEP_PERIOD = 0.05  # s: odometry, map -> odom, and the results of the threads
 
 
 class MapperNode(Node):
@@ -128,7 +128,8 @@ class MapperNode(Node):
     # All the time.
 
     def _step(self) -> None:
-        """Take the results of the threads, and keep map -> odom fresh."""
+        """Take odometry and the results of the threads, and keep map -> odom fresh."""
+        self.clouds.odometry.take()
         for take in (self._matching.deliver, self.output.step):
             with self.survival.surviving():
                 take()
