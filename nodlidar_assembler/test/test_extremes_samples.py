@@ -71,12 +71,12 @@ def test_a_step_within_a_nanosecond_is_followed():
 @pytest.mark.parametrize('name', ESTIMATORS)
 @given(st.randoms(use_true_random=False))
 def test_out_of_order_repeated_and_unfinite_samples_are_put_in_order(name, random):
-    """Of equal stamps the last one counts: a wrong one is put before each right one."""
+    """Of equal stamps the first one counts: a wrong one is put after each right one."""
     sample_ns = np.arange(-8 * MS, 80 * MS, 8 * MS)
     right = list(zip(sample_ns, steady(sample_ns), strict=True))
     random.shuffle(right)
     wrong = [(t, random.choice([9.0, math.nan, math.inf, -math.inf, 1.7e308])) for t, _ in right]
-    stamps, pitch = zip(*wrong, *right, (40 * MS, math.nan), strict=True)
+    stamps, pitch = zip(*right, *wrong, (40 * MS, math.nan), strict=True)
     expected = pitch_of(name, sample_ns, steady(sample_ns))
     np.testing.assert_array_equal(pitch_of(name, stamps, pitch), expected)
 

@@ -101,10 +101,10 @@ def test_nearest_refuses_a_sample_too_far_away():
         )
     )
 )
-def test_ordered_samples_are_the_last_finite_one_of_each_stamp(samples):
+def test_ordered_samples_are_the_first_finite_one_of_each_stamp(samples):
     stamps = np.array([s for s, _ in samples], dtype=np.int64)
     values = np.array([v for _, v in samples], dtype=np.float64)
     got_ns, got = ordered_samples(stamps, values)
-    expected = {s: v for s, v in samples if math.isfinite(v)}
+    expected = {s: v for s, v in reversed(samples) if math.isfinite(v)}
     assert got_ns.tolist() == sorted(expected)
     assert got.tolist() == [expected[s] for s in sorted(expected)]

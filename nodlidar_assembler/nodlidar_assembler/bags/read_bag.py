@@ -122,7 +122,7 @@ def with_odometry(
 def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS) -> Odometry:
     """Return the odometry of frame_id: the transforms from odom_frame to its carrier.
 
-    Of equal stamps the last one counts.
+    Of equal stamps the first one counts.
 
     Raises
     ------
@@ -148,12 +148,12 @@ def _odometry(
             for pose in tf.samples(recorded.message)
         ]
         damage = source.damage
-    samples = {stamp_ns: (*place, *turn) for stamp_ns, place, turn in poses if stamp_ns}
-    if not samples:
+    stamped = [pose for pose in poses if pose[0]]
+    if not stamped:
         raise BagError(f"'{path}' has {tf.missing_input or UNSTAMPED}")
-    stamps = sorted(samples)
-    numbers = np.array([samples[stamp] for stamp in stamps])
-    times_ns = np.array(stamps, dtype=np.int64) - round(config.odometry_delay * NS_PER_S)
-    odometry = Odometry(times_ns, Poses(numbers[:, :3], numbers[:, 3:])).mounted(tf.mount)
-    unstamped = sum(not stamp_ns for stamp_ns, _, _ in poses)
+    stamps, places, turns = (np.array(each) for each in zip(*stamped, strict=True))
+    times_ns, first = np.unique(stamps, return_index=True)
+    times_ns -= round(config.odometry_delay * NS_PER_S)
+    odometry = Odometry(times_ns, Poses(places[first], turns[first])).mounted(tf.mount)
+    unstamped = len(poses) - len(stamped)
     return odometry, Counter({UNSTAMPED: unstamped} if unstamped else {}), damage

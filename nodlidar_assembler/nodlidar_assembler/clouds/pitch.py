@@ -25,7 +25,7 @@ class PitchError(ScanError):
 def ordered_samples(
     time_ns: NDArray[np.int64], pitch: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the samples up to LARGEST in ascending time; of equal stamps, the last one.
+    """Return the samples up to LARGEST in ascending time; of equal stamps, the first one.
 
     Parameters
     ----------
@@ -37,10 +37,8 @@ def ordered_samples(
         time_ns, pitch = time_ns[is_valid], pitch[is_valid]
     if (time_ns[1:] > time_ns[:-1]).all():
         return time_ns, pitch
-    order = np.argsort(time_ns, kind='stable')
-    time_ns, pitch = time_ns[order], pitch[order]
-    last_of_equals = np.append(np.diff(time_ns) > 0, True)
-    return time_ns[last_of_equals], pitch[last_of_equals]
+    time_ns, first = np.unique(time_ns, return_index=True)
+    return time_ns, pitch[first]
 
 
 def beam_pitch(
