@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from transforms3d.euler import euler2mat
+from transforms3d.quaternions import mat2quat, quat2mat
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +31,18 @@ class Pose:
         """Return the pose x, y, z [m], roll, pitch, yaw [rad about fixed axes, as in URDF]."""
         position = np.array(numbers[:3], dtype=np.float64)
         return cls(position, np.asarray(euler2mat(*numbers[3:], axes='sxyz'), dtype=np.float64))
+
+    @classmethod
+    def from_quaternion(cls, position: ArrayLike, orientation: ArrayLike) -> Pose:
+        """Return the pose x, y, z [m] with a quaternion x, y, z, w, as in ROS."""
+        wxyz = np.roll(np.asarray(orientation, dtype=np.float64), 1)
+        return cls(np.array(position, dtype=np.float64), np.asarray(quat2mat(wxyz)))
+
+    @property
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """The orientation as a unit quaternion x, y, z, w, as in ROS."""
+        w, x, y, z = mat2quat(self.rotation).tolist()
+        return x, y, z, w
 
     def to_parent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return points (n, 3) of this frame in the parent frame."""

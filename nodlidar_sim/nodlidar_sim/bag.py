@@ -10,7 +10,6 @@ from nodlidar_sim.simulation import Recording
 import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
-from transforms3d.quaternions import mat2quat
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES: dict[str, Any] = dict(STORE.types)
@@ -99,10 +98,9 @@ def _joint_state(stamp_ns: int, pitch: float) -> Any:
 
 
 def _transform(stamp_ns: int, parent: str, child: str, pose: Pose) -> Any:
-    w, x, y, z = mat2quat(pose.rotation).tolist()
     transform = TYPES['geometry_msgs/msg/Transform'](
         TYPES['geometry_msgs/msg/Vector3'](*pose.position.tolist()),
-        TYPES['geometry_msgs/msg/Quaternion'](x, y, z, w),
+        TYPES['geometry_msgs/msg/Quaternion'](*pose.quaternion),
     )
     stamped = TYPES['geometry_msgs/msg/TransformStamped'](
         _header(stamp_ns, parent), child, transform

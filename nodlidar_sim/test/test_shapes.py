@@ -204,6 +204,19 @@ def test_a_pose_leads_there_and_back(pose, point):
     np.testing.assert_allclose(back, point[None], atol=1e-12)
 
 
+@given(poses)
+def test_a_quaternion_of_ros_leads_to_the_same_pose(pose):
+    back = Pose.from_quaternion(pose.position, pose.quaternion)
+    np.testing.assert_allclose(back.rotation, pose.rotation, atol=1e-12)
+    np.testing.assert_array_equal(back.position, pose.position)
+
+
+def test_a_quaternion_of_ros_has_its_scalar_last():
+    upwards = Pose.from_quaternion((0.0, 0.0, 0.0), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
+    turned = upwards.to_parent(np.array([[1.0, 0.0, 0.0]]))
+    np.testing.assert_allclose(turned, [[0.0, 1.0, 0.0]], atol=1e-12)
+
+
 def test_roll_pitch_and_yaw_turn_about_fixed_axes_in_that_order():
     pose = Pose.from_xyzrpy([1.0, 2.0, 3.0, math.pi / 2, 0.0, math.pi / 2])
     # y is rolled onto z, which the yaw leaves; x is yawed onto y.

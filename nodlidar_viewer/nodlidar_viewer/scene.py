@@ -13,7 +13,6 @@ from nodlidar_viewer.recent_points import Chunk
 from nodlidar_viewer.robot_model import Shape
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 from viser import MeshHandle, PointCloudHandle, SceneApi, SceneNodeHandle
 
 Array = NDArray[np.float64]
@@ -128,7 +127,7 @@ class Scene:
                 receive_shadow=False,
             )
         self._fan.vertices, self._fan.faces = vertices, triangles
-        self._fan.wxyz, self._fan.position = _quaternion(pose), pose.position
+        self._fan.wxyz, self._fan.position = _wxyz(pose), pose.position
 
     def show_model(self, shapes: Sequence[Shape]) -> None:
         """Draw a robot model anew."""
@@ -139,7 +138,7 @@ class Scene:
         }
         for index, shape in enumerate(shapes):
             place: dict[str, Any] = {
-                'wxyz': _quaternion(shape.pose),
+                'wxyz': _wxyz(shape.pose),
                 'position': shape.pose.position,
                 'color': tuple(round(255.0 * part) for part in shape.colour),
             }
@@ -165,7 +164,7 @@ class Scene:
             handle.visible = False
         elif before is None or not _same(before, pose):
             handle.visible = True
-            handle.wxyz, handle.position = _quaternion(pose), pose.position
+            handle.wxyz, handle.position = _wxyz(pose), pose.position
         self._links[link] = handle, pose
 
     def show_map(self, points: Points) -> None:
@@ -206,9 +205,9 @@ def _floor() -> tuple[Array, NDArray[np.uint8]]:
     return lines.reshape(-1, 2, 3), both_ends.reshape(-1, 2, 3)
 
 
-def _quaternion(pose: Pose) -> Array:
-    """Return w x y z."""
-    return np.asarray(Rotation.from_matrix(pose.rotation).as_quat()[[3, 0, 1, 2]])
+def _wxyz(pose: Pose) -> Array:
+    """Return the orientation as viser takes it."""
+    return np.roll(pose.quaternion, 1)
 
 
 def _same(one: Pose, other: Pose) -> bool:

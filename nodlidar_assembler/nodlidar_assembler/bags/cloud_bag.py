@@ -15,7 +15,6 @@ from nodlidar_common.pose import Pose
 import numpy as np
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
-from transforms3d.quaternions import mat2quat
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 TYPES: dict[str, Any] = dict(STORE.types)
@@ -91,9 +90,8 @@ class CloudBag:
         """Add a fixed frame with its pose in the frame of a header."""
         if self._frames is None:
             self._frames = self._connection('/tf_static', TF)
-        w, x, y, z = mat2quat(place.rotation).tolist()
         shift = TYPES['geometry_msgs/msg/Vector3'](*place.position.tolist())
-        turn = TYPES['geometry_msgs/msg/Quaternion'](x, y, z, w)
+        turn = TYPES['geometry_msgs/msg/Quaternion'](*place.quaternion)
         transform = TYPES['geometry_msgs/msg/Transform'](shift, turn)
         stamped = TYPES['geometry_msgs/msg/TransformStamped'](header, frame_id, transform)
         self._writer.write(self._frames, now_ns, STORE.serialize_cdr(TYPES[TF]([stamped]), TF))

@@ -9,7 +9,6 @@ from nodlidar_assembler.clouds.ego_motion import LENGTH_TOLERANCE
 from nodlidar_common.pose import Pose
 import numpy as np
 from numpy.typing import NDArray
-from transforms3d.quaternions import quat2mat
 
 # Parent, and pose in it, of each frame that does not move in its parent.
 Fixed = dict[str, tuple[str, Pose]]
@@ -35,11 +34,11 @@ def carried(frame: str, fixed: Fixed) -> tuple[str, Pose]:
 
 def fixed_pose(transform: Any) -> Pose:
     """Return a Transform message's pose; raises BagError if it is not a pose."""
-    x, y, z, *xyz, w = numbers(transform).tolist()
-    length = math.hypot(w, *xyz)
+    position, orientation = np.split(numbers(transform), [3])
+    length = math.hypot(*orientation)
     if not abs(length - 1.0) <= LENGTH_TOLERANCE:
         raise BagError(f'a fixed transform has a quaternion of the length {length}')
-    return Pose(np.array([x, y, z]), quat2mat([w, *xyz]))
+    return Pose.from_quaternion(position, orientation)
 
 
 def numbers(transform: Any) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
 """Publishes level scans as LaserScan messages."""
 
-from geometry_msgs.msg import Quaternion, TransformStamped
+from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.clouds.level_scan import (
     level_frame,
     LevelScan,
@@ -9,13 +9,14 @@ from nodlidar_assembler.clouds.level_scan import (
 )
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.pose import Pose
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.qos import OVERRIDABLE
+import numpy as np
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import LaserScan
 from tf2_ros import StaticTransformBroadcaster
-from transforms3d.quaternions import mat2quat
 
 
 class LevelScanPublisher:
@@ -57,6 +58,6 @@ def _transform(node: Node, config: AssemblerConfig) -> TransformStamped:
     transform = TransformStamped(child_frame_id=level_frame(config.frame_id, config))
     transform.header.frame_id = config.frame_id
     transform.header.stamp = node.get_clock().now().to_msg()
-    w, x, y, z = mat2quat(config.levelled.T)
-    transform.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
+    q = transform.transform.rotation
+    q.x, q.y, q.z, q.w = Pose(np.zeros(3), config.levelled.T).quaternion
     return transform

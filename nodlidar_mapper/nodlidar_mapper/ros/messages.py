@@ -3,7 +3,15 @@
 from array import array
 from collections.abc import Sequence
 
-from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    TransformStamped,
+    Vector3,
+)
 from nav_msgs.msg import OccupancyGrid, Path
 from nodlidar_common.ros.messages import time_message
 from nodlidar_mapper.geometry.poses import Array, matrix_from
@@ -22,8 +30,7 @@ FARTHEST = 1e6  # m; of a pose that a person sets
 
 def matrix_of(transform: TransformStamped) -> Array:
     """Return a transform as a matrix from the child frame to its parent."""
-    p, q = transform.transform.translation, transform.transform.rotation
-    return matrix_from(Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(), (p.x, p.y, p.z))
+    return _matrix(transform.transform.translation, transform.transform.rotation)
 
 
 def matrix_of_pose(pose: Pose) -> Array:
@@ -34,11 +41,14 @@ def matrix_of_pose(pose: Pose) -> Array:
     ValueError
         If it is farther than FARTHEST, not finite, or its orientation is zero.
     """
-    p, q = pose.position, pose.orientation
-    matrix = matrix_from(Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(), (p.x, p.y, p.z))
+    matrix = _matrix(pose.position, pose.orientation)
     if not np.abs(matrix).max() <= FARTHEST:
         raise ValueError(f'a pose that is not within {FARTHEST:g} m')
     return matrix
+
+
+def _matrix(p: Point | Vector3, q: Quaternion) -> Array:
+    return matrix_from(Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(), (p.x, p.y, p.z))
 
 
 def is_covariance(matrix: Array) -> bool:

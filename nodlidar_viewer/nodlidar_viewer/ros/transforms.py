@@ -5,12 +5,10 @@ from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_common.stamps import time_ns
-import numpy as np
 from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
-from scipy.spatial.transform import Rotation
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException
 
@@ -70,8 +68,7 @@ class Transforms:
             return None
         self.missing = ''
         p, q = found.translation, found.rotation
-        rotation = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
-        return Pose(np.array([p.x, p.y, p.z]), rotation)
+        return Pose.from_quaternion((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
     def end(self) -> None:
         """End the subscriptions."""
