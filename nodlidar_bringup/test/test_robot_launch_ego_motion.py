@@ -12,6 +12,7 @@ from nodlidar_common.stamps import time_ns
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from observer import Observer, START_TIMEOUT
+import pytest
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs_py import point_cloud2
 
@@ -36,6 +37,15 @@ def way_of(odometry):
     return np.sum(np.linalg.norm(np.diff(places, axis=0), axis=1)) if len(places) > 1 else 0.0
 
 
+@pytest.fixture
+def in_the_background():
+    """Ignore Ctrl-C, as what a script starts in the background does; so do its children."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures('in_the_background')
 def test_clouds_of_a_robot_that_drives_lie_on_the_room(tmp_path):
     """Within 10 mm RMS, which one pose for each scan does not reach.
 

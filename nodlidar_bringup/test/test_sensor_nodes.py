@@ -63,8 +63,10 @@ def test_the_file_of_a_driver_takes_precedence_over_the_assembler_s(monkeypatch)
     monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['parameters'])
     context = LaunchContext()
     defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
-    context.launch_configurations.update(defaults | {'hardware': 'real', 'lidar': 'ldlidar'})
+    chosen = {'hardware': 'real', 'lidar': 'ldlidar', 'adapt_limits': 'true'}
+    context.launch_configurations.update(defaults | chosen)
     *files, own = sensor.Sensor(context).assembler()
     names = [Path(file).name for file in files]
     assert names == ['balanced.yaml', 'assembler.yaml', 'ldlidar.yaml']
     assert 'last_beam_first' not in own
+    assert own['adapt_limits'] is True
