@@ -1,5 +1,6 @@
 """Ranges of level scans, from beams in the plane whose ranges are known in closed form."""
 
+from dataclasses import replace
 from functools import partial
 import math
 
@@ -129,15 +130,19 @@ def turning_back(pause, seconds):
     return np.where(seconds < down, begun, steady(seconds - down))
 
 
-def around_a_box(mode, pitch_at, seen=lambda number: True, blind_after=100):
-    """Return the level scans of 10 s amid a box, 1.2 m away, that only rows below -0.2 rad hit."""
-    config = AssemblerConfig(level_scan=mode, veil_angle=0.0)
-    pipeline, scanner = Pipeline(config), LevelScanner(config)
+def around_a_box(pitch_at, seen=lambda number: True, blind_after=100):
+    """Return the level scans of 10 s amid a box, 1.2 m away, that only rows below -0.2 rad hit.
+
+    One for each sweep, and one for each scan.
+    """
+    config = AssemblerConfig(veil_angle=0.0)
+    pipeline = Pipeline(config)
+    scanners = [LevelScanner(replace(config, level_scan=mode)) for mode in ('sweep', 'scan')]
     beams, period_ns = 1500, 100_000_000  # several for each azimuth of a level scan
     geometry = ScanGeometry(beams, 0.0, math.tau / beams, 0.1 / beams, 0.02, 12.0)
     sample_ns = START_NS + np.arange(-20, 1020) * 10_000_000
     samples = pitch_at((sample_ns - START_NS) / 1e9)
-    found = []
+    found = [], []
     for number in filter(seen, range(100)):
         stamp_ns = START_NS + number * period_ns
         seconds = (number * period_ns + np.arange(beams) * period_ns / beams) / 1e9
@@ -147,7 +152,9 @@ def around_a_box(mode, pitch_at, seen=lambda number: True, blind_after=100):
             ranges[:] = np.nan
         scan = Scan(stamp_ns, geometry, ranges.astype(np.float32))
         around = np.abs(sample_ns - stamp_ns) < 200_000_000
-        found += scanner.add(pipeline.add_scan(scan, sample_ns[around], samples[around]))
+        assembled = pipeline.add_scan(scan, sample_ns[around], samples[around])
+        for scans, scanner in zip(found, scanners, strict=True):
+            scans += scanner.add(assembled)
     return found
 
 
@@ -165,34 +172,30 @@ NODS = {
 
 
 @pytest.mark.parametrize('pitch_at', NODS.values(), ids=NODS)
-@pytest.mark.parametrize('mode', ['sweep', 'scan'])
-def test_no_level_scan_lacks_the_rows_of_a_part_of_the_nod(mode, pitch_at):
-    found = around_a_box(mode, pitch_at)
-    assert len(found) >= 3
-    assert all(map(shows_box, found))
+def test_no_level_scan_lacks_the_rows_of_a_part_of_the_nod(pitch_at):
+    for found in around_a_box(pitch_at):
+        assert len(found) >= 3
+        assert all(map(shows_box, found))
 
 
-@pytest.mark.parametrize('mode', ['sweep', 'scan'])
 @pytest.mark.parametrize('first', range(40, 55))
 @pytest.mark.parametrize('pitch_at', [steady, partial(returning, 0.8)])
-def test_a_sweep_that_misses_scans_makes_no_level_scan(mode, first, pitch_at):
-    found = around_a_box(mode, pitch_at, lambda number: not first <= number < first + 4)
-    assert len(found) >= 6
-    assert all(map(shows_box, found))
+def test_a_sweep_that_misses_scans_makes_no_level_scan(first, pitch_at):
+    for found in around_a_box(pitch_at, lambda number: not first <= number < first + 4):
+        assert len(found) >= 6
+        assert all(map(shows_box, found))
 
 
-@pytest.mark.parametrize('mode', ['sweep', 'scan'])
-def test_a_single_scan_that_is_missing_costs_no_level_scan(mode):
-    whole = around_a_box(mode, steady)
-    found = around_a_box(mode, steady, lambda number: number != 47)
-    assert len(found) == len(whole) - (mode == 'scan')
-    assert all(map(shows_box, found))
+def test_a_single_scan_that_is_missing_costs_no_level_scan_of_a_sweep():
+    whole, each = map(len, around_a_box(steady))
+    found = around_a_box(steady, lambda number: number != 47)
+    assert list(map(len, found)) == [whole, each - 1]
+    assert all(shows_box(scan) for scans in found for scan in scans)
 
 
-@pytest.mark.parametrize('mode', ['sweep', 'scan'])
-def test_what_a_covered_lidar_does_not_see_is_not_free(mode):
-    found = around_a_box(mode, steady, blind_after=50)
-    assert len(found) >= 5
-    assert not any(np.all(np.isposinf(scan.ranges)) for scan in found)
-    # Of the sweep in which it was covered, and of no later one.
-    assert found[-1].stamp_ns < START_NS + 5_100_000_000 + 2 * 740_000_000
+def test_what_a_covered_lidar_does_not_see_is_not_free():
+    for found in around_a_box(steady, blind_after=50):
+        assert len(found) >= 5
+        assert not any(np.all(np.isposinf(scan.ranges)) for scan in found)
+        # Of the sweep in which it was covered, and of no later one.
+        assert found[-1].stamp_ns < START_NS + 5_100_000_000 + 2 * 740_000_000

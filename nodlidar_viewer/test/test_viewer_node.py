@@ -53,7 +53,7 @@ class Sensor(Node):
         return transform
 
     def cloud(self, value):
-        """Return a cloud of 100 points whose coordinates have a value [m]."""
+        """Return a cloud of 100 points whose coordinates have a value, or one each [m]."""
         stamp = time_message(START_NS + self.count * 50_000_000)
         header = Header(stamp=stamp, frame_id='nodlidar_base_link')
         return create_cloud(header, FIELDS, np.full(100, value, dtype=POINT))
@@ -115,15 +115,16 @@ def test_it_listens_only_while_somebody_looks(running):
     assert not viewer.survival.errors
 
 
-@pytest.mark.parametrize('value', [np.nan, np.inf, -3e38, 3e38])
-def test_points_that_are_nowhere_are_left_out(running, value):
+def test_points_that_are_nowhere_are_left_out(running):
     sensor, viewer, spin = running
+    nowhere = [np.nan, np.inf, -3e38, 3e38]
     map_qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     maps = sensor.create_publisher(PointCloud2, 'map_cloud', map_qos)
-    maps.publish(sensor.cloud(value))
+    maps.publish(sensor.cloud(np.resize(nowhere, 100)))
 
     def work():
-        sensor.clouds.publish(sensor.cloud(value))
+        for value in nowhere:
+            sensor.clouds.publish(sensor.cloud(value))
         sensor.send()
         spin()
 
