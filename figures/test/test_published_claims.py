@@ -94,6 +94,7 @@ def test_all_four_speeds_fit_two_spans(span, beam_period):
     for n_s, published in ((4007, 3.136), (4000, pi), (3000, 4.189), (7000, 1.795)):
         assert span / (n_s * beam_period) == pytest.approx(published, abs=1e-3)
         assert pi / 2 / (n_s * 0.1 / N_L) > 1.25 * published
+    assert pi / 2 / (4007 * 0.1 / N_L) == pytest.approx(4.014, abs=5e-4)
 
 
 # Eq. (6)-(9), Eq. (23)

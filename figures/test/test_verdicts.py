@@ -16,7 +16,7 @@ def tests():
     return set(re.findall(r'^def (test_\w+)', '\n'.join(f.read_text() for f in files), re.M))
 
 
-@pytest.mark.parametrize('page', ['publication', 'model'])
+@pytest.mark.parametrize('page', ['publication', 'model', 'extremes'])
 def test_every_named_test_exists(page, tests):
     named = set(NAMED.findall((ROOT / 'docs' / f'{page}.md').read_text()))
     assert len(named) > 10

@@ -159,7 +159,7 @@ def test_the_published_choice_is_coprime_with_the_published_lidar_only():
     assert np.mean(finest_grid(Pattern(1440, 2745)) == 0) == 1 - 2 / 90
 
 
-# Starts, and the published speeds
+# Starts
 
 
 @given(patterns(small, small))
@@ -172,18 +172,6 @@ def test_another_start_is_another_frame_of_the_same_period(pattern):
     n = np.arange(pattern.period)
     assert np.array_equal(pattern.height(n), base.height(n + frame * n_l))
     assert np.array_equal(pattern.step(n), base.step(n + frame * n_l))
-
-
-def test_the_published_speeds_agree_with_two_readings():
-    """Erratum 3: Eq. (2) with another span or another beam period, not with both as stated."""
-
-    def speed(span, beam_period, n_s):
-        return span / (n_s * beam_period)
-
-    assert speed(math.pi / 2, 0.1 / 1024, 4007) == pytest.approx(4.014, abs=5e-4)
-    for n_s, published in [(4007, 3.136), (4000, math.pi), (3000, 4.189), (7000, 1.795)]:
-        assert speed(1.2272, 0.1 / 1024, n_s) == pytest.approx(published, abs=1e-3)
-        assert speed(math.pi / 2, 125e-6, n_s) == pytest.approx(published, abs=1e-3)
 
 
 # Limits
