@@ -11,6 +11,7 @@ from nodlidar_sim.world.scene import load_scene, Scene
 import numpy as np
 
 from bench.shared.reference import START_NS
+from bench.shared.rms import rms
 
 DRIVES = (('room', 'figure_of_eight', 100.0), ('corridor', None, 120.0), ('building', None, 200.0))
 ODOMETRY = {'odometry_error': 0.004, 'wheel_slip': 0.02}
@@ -50,6 +51,6 @@ def errors(truth: Array, poses: list[Array]) -> Array:
     return np.asarray(np.linalg.norm(aligned[:, :3, 3] - truth[:, :3, 3], axis=1))
 
 
-def rms(truth: Array, poses: list[Array]) -> float:
-    """Return the RMS of these errors [m]."""
-    return float(np.sqrt(np.mean(errors(truth, poses) ** 2)))
+def rms_error(truth: Array, poses: list[Array]) -> float:
+    """Return the root mean square of these errors [m]."""
+    return rms(errors(truth, poses))

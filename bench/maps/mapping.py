@@ -8,9 +8,9 @@ and by the best fit.
 from dataclasses import dataclass, replace
 import time
 
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import moved_surface_rms, simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import Array, inverse, moved, planar
+from nodlidar_mapper.geometry.poses import Array, inverse, moved
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, clouds_of, odometry_at
 from nodlidar_mapper.output.lasting import lasting_surface
@@ -18,7 +18,7 @@ from nodlidar_sim.simulation import Recording
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.maps.drives import CONFIG, DRIVES, recorded, rms, scene_of, true_poses
+from bench.maps.drives import CONFIG, DRIVES, recorded, rms_error, scene_of, true_poses
 from bench.shared.reference import START_NS
 from bench.shared.report import Row
 
@@ -73,19 +73,16 @@ def mapped(recording: Recording) -> Mapped:
     truth[:, 2, 3] = mount
     final = [mapper.pose_of(each) for each in found]
     surface = lasting_surface(mapper.keyframes)
-    to_odom = truth[0] @ inverse(final[0])
-    x, y, yaw = recording.world.scene.base_start
-    in_world = moved(planar(x, y, yaw) @ to_odom, surface.points)
-    stamps = np.full(len(in_world), START_NS, dtype=np.int64)
-    off = recording.world.surface_distance_in_world(in_world, stamps)
+    in_odom = moved(truth[0] @ inverse(final[0]), surface.points)
+    stamps = np.full(len(in_odom), START_NS, dtype=np.int64)
     way = np.linalg.norm(np.diff(truth[:, :3, 3], axis=0), axis=1)
     return Mapped(
         float(way.sum()),
-        rms(truth, [each.pose for each in found]),
-        rms(truth, final),
-        rms(truth, by_odometry),
+        rms_error(truth, [each.pose for each in found]),
+        rms_error(truth, final),
+        rms_error(truth, by_odometry),
         best_fit(truth, final),
-        float(np.sqrt(np.mean(off**2))),
+        moved_surface_rms(in_odom, stamps, recording.world),
         np.array(seconds),
         sum(bool(each.lost) for each in found[1:]),
         mapper.loops,

@@ -22,7 +22,7 @@ from nodlidar_sim.simulation import Recording
 import numpy as np
 import yaml
 
-from bench.maps.drives import CONFIG, DRIVES, recorded, rms, scene_of, true_poses
+from bench.maps.drives import CONFIG, DRIVES, recorded, rms_error, scene_of, true_poses
 from bench.maps.slam_programs import Kiss, OdometryAlone, SmallGicp
 from bench.shared.report import Row
 
@@ -109,7 +109,7 @@ def followed(log: SensorLog, recording: Recording, use: Use) -> Followed:
     truth = true_poses(recording, np.array(stamps))
     truth[:, 2, 3] = odometry_at(log, stamps[0])[2, 3]
     path = np.linalg.norm(np.diff(truth[:, :3, 3], axis=0), axis=1).sum()
-    return Followed(rms(truth, poses) / float(path), float(np.median(seconds)))
+    return Followed(rms_error(truth, poses) / float(path), float(np.median(seconds)))
 
 
 def results() -> list[Row]:
