@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 import re
 
-from nodlidar_bringup.checks.finding import fault, Finding, good, Level, unknown
+from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
 from nodlidar_bringup.checks.graph import SOURCES
 from nodlidar_bringup.checks.ports import INSTALL_RULES
 
@@ -73,6 +73,4 @@ def _finding(status: Status) -> Finding:
     words = f'{status.name}: {status.message}'
     remedies = [remedy for words_of, remedy in _REMEDIES if re.search(words_of, words, re.I)]
     remedy = remedies[0] if remedies else _OTHERWISE
-    if status.level == 1:
-        return Finding(Level.WARNING, 'reported', words, remedy)
-    return fault('reported', words, remedy)
+    return (warning if status.level == 1 else fault)('reported', words, remedy)

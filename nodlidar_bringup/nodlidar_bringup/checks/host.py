@@ -12,7 +12,7 @@ LARGEST_STEP = 0.002
 
 NODES_CORES = 0.2
 """Share of a core that all nodes take at `balanced` where the yardstick takes REFERENCE [s]
-(`python -m bench processor_time`: 0.17)."""
+(`python -m bench processor_time`: 0.16)."""
 
 REFERENCE = 0.0018
 """Time of the yardstick on the machine of the recorded measurements [s]."""

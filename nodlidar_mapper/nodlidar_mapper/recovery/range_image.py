@@ -15,8 +15,8 @@ class RangeImage:
     """The nearest range in each bin of directions, and in those beside it.
 
     A beam along a floor or a wall ends far beyond one that is a bin nearer: it went over that
-    surface, not through it. `output.lasting.ranges_beyond` is finer, for points that keyframes have
-    thinned. Here it would find the same poses, and take an eighth more time for each cloud.
+    surface, not through it. `output.lasting.ranges_beyond` is finer, for what the finished map
+    leaves out. Here it would take an eighth more of the time of each cloud, for the same poses.
 
     Parameters
     ----------
