@@ -82,9 +82,13 @@ class PacketFormat:
         """Return the motor's state in a status byte, as bits of `replies.STATUS_BITS`."""
         return status
 
-    def encode(self, servo_id: int, instruction: int, parameters: bytes) -> bytes:
-        """Return the bytes of a request."""
+    def sealed(self, packet: bytes) -> bytes:
+        """Return a packet with the right checksum or CRC in the place of its own."""
         raise NotImplementedError
+
+    def encode(self, servo_id: int, instruction: int, parameters: bytes) -> bytes:
+        """Return the bytes of a request; parameters of 2.0 must not contain FF FF FD."""
+        return self.sealed(bytes(self.request(servo_id, instruction, parameters)))
 
     def encode_answer(self, servo_id: int, status: int) -> bytes:
         """Return the bytes of an answer without data."""
@@ -104,9 +108,8 @@ class _Format1(PacketFormat):
     def has_alarm(self, status: int) -> bool:
         return False  # the status byte has it
 
-    def encode(self, servo_id: int, instruction: int, parameters: bytes) -> bytes:
-        body = bytes(self.request(servo_id, instruction, parameters)[2:-1])
-        return b'\xff\xff' + body + bytes([~sum(body) & 0xFF])
+    def sealed(self, packet: bytes) -> bytes:
+        return packet[:-1] + bytes([~sum(packet[2:-1]) & 0xFF])
 
     def encode_answer(self, servo_id: int, status: int) -> bytes:
         return self.encode(servo_id, status, b'')
@@ -138,11 +141,9 @@ class _Format2(PacketFormat):
     def has_alarm(self, status: int) -> bool:
         return bool(status & _ALERT)
 
-    def encode(self, servo_id: int, instruction: int, parameters: bytes) -> bytes:
-        """Return the bytes of a request; its parameters must not contain FF FF FD."""
-        packet = self.request(servo_id, instruction, parameters)[:-2]
-        crc = int(self.handler.updateCRC(0, packet, len(packet)))
-        return bytes(packet) + crc.to_bytes(2, 'little')
+    def sealed(self, packet: bytes) -> bytes:
+        crc = int(self.handler.updateCRC(0, packet, len(packet) - 2))
+        return packet[:-2] + crc.to_bytes(2, 'little')
 
     def encode_answer(self, servo_id: int, status: int) -> bytes:
         return self.encode(servo_id, _STATUS_2, bytes([status]))

@@ -125,7 +125,7 @@ def answers(packets: PacketFormat, received: bytes) -> list[Answer]:
     for match in pattern.finditer(received):
         end = match.start() + extra + int.from_bytes(match[1], 'little')
         packet = received[match.start() : end]
-        if end <= len(received) and packet[-2:] == _sealed(packets, packet)[-2:]:
+        if end <= len(received) and packet == packets.sealed(packet):
             found.append(packets.answer(packet))
     return found
 
@@ -190,14 +190,6 @@ def is_shared(port: SerialPort, found: Found, address: int, size: int) -> bool:
 
 _STATUS_1 = re.compile(rb'(?=\xff\xff[\x00-\xfc]([\x02-\xff]))', re.DOTALL)
 _STATUS_2 = re.compile(rb'(?=\xff\xff\xfd\x00[\x00-\xfc](..)\x55)', re.DOTALL)
-
-
-def _sealed(packets: PacketFormat, packet: bytes) -> bytes:
-    """Return a packet with the right checksum or CRC in the place of its own."""
-    if packets is PROTOCOL_2:
-        crc = int(packets.handler.updateCRC(0, list(packet[:-2]), len(packet) - 2))
-        return packet[:-2] + crc.to_bytes(2, 'little')
-    return packet[:-1] + bytes([~sum(packet[2:-1]) & 0xFF])
 
 
 def _all_ids(port: SerialPort, trial: Trial) -> Sequence[int]:
