@@ -1,31 +1,12 @@
-"""Nod commands, joint states and the nod status as ROS messages."""
+"""Joint states and the nod status as ROS messages."""
 
-from collections.abc import Callable
-
-from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.ros.messages import nod_from_message, time_message
-from nodlidar_common.ros.steady import steady_ns
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.ros.messages import time_message
 from nodlidar_common.tracking import Progress
-from nodlidar_msgs.msg import NodCommand, NodStatus
+from nodlidar_msgs.msg import NodStatus
 from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.nod.joint_config import JointConfig
-from nodlidar_servo.nod.nod_commands import NodCommands
 from sensor_msgs.msg import JointState
-
-
-def take_command(
-    commands: NodCommands, message: NodCommand, now_ns: int, log: Callable[[str], object]
-) -> None:
-    """Accept a command at a time [ns] of its clock; or refuse it, and log what is new in that."""
-    received_ns = steady_ns()
-    try:
-        start_ns = received_ns + time_ns(message.start_time) - now_ns
-        commands.accept(nod_from_message(message), received_ns, start_ns)
-    except ParameterError as error:
-        if commands.refuse(error):
-            log(f'nod command refused: {error}')
 
 
 def joint_state_template(joint_name: str) -> JointState:

@@ -5,11 +5,9 @@ import time
 
 from nodlidar_common.host_time import HostTime
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.bus.latency import reduce_latency
 from nodlidar_servo.bus.reply_timeout import LONGEST
 from nodlidar_servo.device.config import ServoConfig
@@ -19,12 +17,8 @@ from nodlidar_servo.device.torque_off import torque_off
 from nodlidar_servo.diagnosis import Diagnosis
 from nodlidar_servo.following import Following
 from nodlidar_servo.nod.nod_commands import NodCommands
-from nodlidar_servo.ros.messages import (
-    fill_joint_state,
-    joint_state_template,
-    status_message,
-    take_command,
-)
+from nodlidar_servo.ros.messages import fill_joint_state, joint_state_template
+from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
@@ -36,11 +30,11 @@ STATUS_PERIOD = 0.2  # s
 LONGEST_HELD = 0.012
 
 
-class ServoNode(DeviceNode):
+class ServoNode(NodNode):
     """Follows `nod_command`; publishes `joint_states` and `~/status`."""
 
     def __init__(self) -> None:
-        super().__init__('servo', ServoConfig)
+        super().__init__(ServoConfig)
         self._host_time = HostTime()
         self.configure()
         self._servo: Servo | None = None
@@ -50,40 +44,26 @@ class ServoNode(DeviceNode):
             QoSProfile(depth=_DEPTH),
             qos_overriding_options=OVERRIDABLE,
         )
-        self._status = self.create_lifecycle_publisher(
-            NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=OVERRIDABLE
-        )
         self._status_ns = 0
-        self.sole_topic = self.create_subscription(
-            NodCommand,
-            'nod_command',
-            self._on_command,
-            QoSProfile(depth=10),
-            qos_overriding_options=OVERRIDABLE,
-        ).topic_name
 
     def configure(self) -> None:
         """Restart the counts, and forget all commands: the limits may have changed."""
-        self._commands = NodCommands(self.config)
+        self.commands = NodCommands(self.config)
         self._figures = LoopFigures()
         self._following = Following(self.config)
         self._fault_logged = ''
         self.diagnosis: Diagnosis = Diagnosis(
-            self._figures, self._commands, self._following, self.config.feedback_rate
+            self._figures, self.commands, self._following, self.config.feedback_rate
         )
         self._message = joint_state_template(self.config.joint_name)
         self._samples: list[Sample] = []
         self._together = 1 + int(LONGEST_HELD * self.config.feedback_rate)
 
-    def _on_command(self, message: NodCommand) -> None:
-        take_command(self._commands, message, time.time_ns(), self.get_logger().error)
-
     def _publish_status(self) -> None:
         now_ns, state = steady_ns(), self.diagnosis.state
         if now_ns - self._status_ns >= STATUS_PERIOD * NS_PER_S and state.link is not None:
             self._status_ns = now_ns
-            progress = None if state.fault else state.progress
-            self._status.publish(status_message(progress, time.time_ns(), self.config))
+            self.publish_status(None if state.fault else state.progress)
 
     def connect(self) -> None:
         """Open the port and set the servo up."""
@@ -99,7 +79,7 @@ class ServoNode(DeviceNode):
         self.diagnosis.connected(self._servo, warning)
         self._loop = ServoLoop(
             self._servo,
-            self._commands,
+            self.commands,
             self._following,
             self.config.feedback_rate,
             self._figures,

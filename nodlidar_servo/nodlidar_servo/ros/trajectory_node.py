@@ -10,16 +10,14 @@ from typing import Any
 from nodlidar_common.dynamics import cruising_speed
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Drive, NodTracker, Progress
-from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.nod.nod_commands import NodCommands
-from nodlidar_servo.ros.messages import status_message, take_command
+from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.ros.trajectory_message import trajectory_message
 from nodlidar_servo.trajectory.joint_sample import joint_sample, JointSample, JointStamps
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
@@ -55,7 +53,7 @@ def _value(values: Sequence[float], index: int) -> float:
     return values[index] if index < len(values) else math.nan
 
 
-class TrajectoryNode(DeviceNode):
+class TrajectoryNode(NodNode):
     """Sends the nod to a joint_trajectory_controller; publishes `~/status`.
 
     The controller takes the place of a device: connected is the node while the controller listens
@@ -63,21 +61,11 @@ class TrajectoryNode(DeviceNode):
     """
 
     def __init__(self) -> None:
-        super().__init__('servo', TrajectoryConfig)
+        super().__init__(TrajectoryConfig)
         self._trajectory: Any = None  # its topic is a parameter
         self.configure()
         kept = QoSProfile(depth=MOST_STATES, reliability=ReliabilityPolicy.BEST_EFFORT)
         self._joint_states = PolledSubscription(self, JointState, 'joint_states', kept)
-        self._status = self.create_lifecycle_publisher(
-            NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=OVERRIDABLE
-        )
-        self.sole_topic = self.create_subscription(
-            NodCommand,
-            'nod_command',
-            self._on_command,
-            QoSProfile(depth=10),
-            qos_overriding_options=OVERRIDABLE,
-        ).topic_name
 
     def configure(self) -> None:
         """Forget all commands: the limits may have changed, and the controller."""
@@ -87,17 +75,14 @@ class TrajectoryNode(DeviceNode):
         self._trajectory = self.create_publisher(
             JointTrajectory, topic, QoSProfile(depth=1), qos_overriding_options=OVERRIDABLE
         )
-        self._commands = NodCommands(self.config)
+        self.commands = NodCommands(self.config)
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
         self._sample: JointSample | None = None
         self._arrived_ns = 0
         self._stamps = JointStamps(self.config.joint_timeout)
         self._is_moving = False
         self._off_nod = OffNod()
-        self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self._commands)
-
-    def _on_command(self, message: NodCommand) -> None:
-        take_command(self._commands, message, self._now_ns(), self.get_logger().error)
+        self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self.commands)
 
     def connect(self) -> None:
         """Wait for the controller and the first joint state."""
@@ -114,7 +99,7 @@ class TrajectoryNode(DeviceNode):
         samples = self._new_samples()
         self._check()
         assert self._sample is not None
-        tracker = self._commands.follow(steady_ns())
+        tracker = self.commands.follow(steady_ns())
         if tracker is None:
             self._stop()
             self._off_nod = OffNod()
@@ -131,7 +116,7 @@ class TrajectoryNode(DeviceNode):
         self._show(0, None, None)
 
     def _send(self, tracker: NodTracker, sample: JointSample) -> None:
-        now_ns = self._now_ns()
+        now_ns = self.now_ns()
         after = self._next(tracker, now_ns)
         waypoints = self._planner.plan(tracker.led, sample, now_ns, after)
         self._trajectory.publish(trajectory_message(self.config.joint_name, waypoints))
@@ -140,7 +125,7 @@ class TrajectoryNode(DeviceNode):
     def _next(self, tracker: NodTracker, now_ns: int) -> tuple[Nod, int] | None:
         """Return the nod after the present one and its start [ns], both led; None if unknown."""
         steady = steady_ns()
-        found = self._commands.next(steady)
+        found = self.commands.next(steady)
         if found is None:
             return None
         nod, start_ns = found
@@ -150,7 +135,7 @@ class TrajectoryNode(DeviceNode):
         # Without a recent sample the latest plan holds: it ends at rest at a reversal.
         if self._is_moving and self._sample is not None and self._is_recent(self._sample):
             limits = self.config.pitch_limits
-            rest = stop(self._sample, self._now_ns(), self.config.acceleration, limits)
+            rest = stop(self._sample, self.now_ns(), self.config.acceleration, limits)
             self._trajectory.publish(trajectory_message(self.config.joint_name, held(rest)))
         self._is_moving = False
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
@@ -168,7 +153,7 @@ class TrajectoryNode(DeviceNode):
     def _is_recent(self, sample: JointSample) -> bool:
         """Return whether a sample is of the last joint_timeout."""
         timeout: float = self.config.joint_timeout
-        return abs(self._now_ns() - sample.stamp_ns) <= timeout * NS_PER_S
+        return abs(self.now_ns() - sample.stamp_ns) <= timeout * NS_PER_S
 
     def _new_samples(self) -> list[JointSample]:
         """Return the measurements since the last call; the last one is kept."""
@@ -181,7 +166,7 @@ class TrajectoryNode(DeviceNode):
         return samples
 
     def _is_of_now(self, stamp_ns: int) -> bool:
-        return self._stamps.believe(stamp_ns, self._now_ns())
+        return self._stamps.believe(stamp_ns, self.now_ns())
 
     def _progress(self, tracker: NodTracker) -> Progress:
         speed = cruising_speed(tracker.nod, self.config.acceleration)
@@ -202,9 +187,9 @@ class TrajectoryNode(DeviceNode):
             progress=progress,
             follow_by_ns=follow_by_ns,
         )
-        self._status.publish(status_message(progress, self._now_ns(), self.config))
+        self.publish_status(progress)
 
-    def _now_ns(self) -> int:
+    def now_ns(self) -> int:
         """Return the time of the node's clock [ns], the simulator's with use_sim_time."""
         return int(self.get_clock().now().nanoseconds)
 
