@@ -437,7 +437,6 @@ def long_bags(tmp_path_factory):
 @pytest.mark.parametrize(
     ('storage', 'suffix', 'ego_motion'),
     [
-        (StoragePlugin.MCAP, 'ply', 'off'),
         (StoragePlugin.MCAP, 'mcap', 'beam'),
         (StoragePlugin.SQLITE3, 'pcd', 'off'),
     ],
