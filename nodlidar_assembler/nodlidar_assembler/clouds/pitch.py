@@ -119,5 +119,5 @@ def require_no_jump(sample_ns: NDArray[np.int64], sample_pitch: NDArray[np.float
     """
     step = np.abs(sample_pitch[1:] - sample_pitch[:-1])
     most = MOST_SPEED / NS_PER_S * (sample_ns[1:] - sample_ns[:-1])
-    if ((step > most) & (step > _LEAST_LEAP)).any():
+    if (step > np.maximum(most, _LEAST_LEAP)).any():
         raise PitchError(f'joint jumps: it moves faster than {MOST_SPEED:g} rad/s')

@@ -62,10 +62,10 @@ class RecentSamples:
         if not len(gap_ns):
             return False
         usual_ns = np.partition(kept_ns, len(kept_ns) // _SHORTER)[len(kept_ns) // _SHORTER]
-        is_used = (time_ns[1:] > begin_ns) & (time_ns[:-1] < end_ns)
-        is_wide = is_used & (gap_ns > _MISSING * usual_ns)
+        is_wide = gap_ns > _MISSING * usual_ns
         if not is_wide.any():
             return False
+        is_wide &= (time_ns[1:] > begin_ns) & (time_ns[:-1] < end_ns)
         speed = max(_speed(self._time_ns, self._pitch), _speed(time_ns, pitch))
         cut = np.minimum(_cut_beside(gap_ns, pitch), _cut_at(speed, gap_ns, pitch))
         return bool(np.any(is_wide & (cut > MOST_CUT)))
