@@ -38,8 +38,9 @@ class AssemblyFilter(SimpleFilter):
 
     Attributes
     ----------
-    scans, samples
-        Filters: scans that were not refused, and joint samples [ns], [rad], as they arrive.
+    scans, samples, odometry
+        Filters: scans that were not refused, joint samples [ns], [rad], and odometry as it is
+        added, all as they arrive.
     assembler
         Counts drops and remarks.
     """
@@ -56,7 +57,7 @@ class AssemblyFilter(SimpleFilter):
         super().__init__()
         self._clock, self._states, self._warn = clock, states, warn
         self.assembler = MessageAssembler(config, missing_odometry)
-        self.scans, self.samples = SimpleFilter(), SimpleFilter()
+        self.scans, self.samples, self.odometry = (SimpleFilter() for _ in range(3))
         scans.registerCallback(self.add_scan)
         states.registerCallback(self.add_state)
 
@@ -90,6 +91,7 @@ class AssemblyFilter(SimpleFilter):
         self, time_ns: int, position: Sequence[float], orientation: Sequence[float]
     ) -> None:
         """Add a pose of the frame of the clouds in that of odometry: [ns], [m], x y z w."""
+        self.odometry.signalMessage(time_ns, position, orientation)
         self.assembler.add_odometry(time_ns, position, orientation)
         self.release()
 

@@ -7,6 +7,7 @@ import math
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.held_odometry import HeldOdometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.config import AssemblerConfig
@@ -74,7 +75,9 @@ class Diagnosis:
         self._range_ns: int | None = None  # of the last scan with a range, or of the first one
         self._odometry_ns: int | None = None
         self._commanded, self._following = commanded, NodFollowing()
+        self._held = HeldOdometry()
         assembly.samples.registerCallback(self._sample_arrived)
+        assembly.odometry.registerCallback(self._held.add)
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
         self._latency = self._restamped = 0.0
@@ -218,6 +221,7 @@ class Diagnosis:
         return [
             self._blindness(),
             self._clock_ahead(),
+            self._held.warning if self._odometry is not None else '',
             self._restamping(),
             self._following.warning,
             self.agreement.warning,
