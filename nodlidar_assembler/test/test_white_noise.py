@@ -44,11 +44,12 @@ def test_a_vibration_of_many_frequencies_is_hardly_noise():
     assert found_in(NOD + vibration) < 0.4 * 5e-3
 
 
-@pytest.mark.parametrize('jitter', [3e-4, 1e-3, 2e-3])
+@pytest.mark.parametrize('jitter', [3e-4, 1e-3, 2e-3, 3e-3, 4e-3])
 def test_stamps_that_jitter_are_noise_by_the_way_within_the_jitter(jitter):
     speed = 1.2 / 0.39
     stamps = TIME + np.random.default_rng(7).normal(0.0, jitter, len(TIME))
-    assert found_in(NOD, stamps) == pytest.approx(jitter * speed, rel=0.25)
+    order = np.argsort(stamps)
+    assert found_in(NOD[order], stamps[order]) == pytest.approx(jitter * speed, rel=0.25)
 
 
 def test_uneven_stamps_that_are_right_are_no_noise():

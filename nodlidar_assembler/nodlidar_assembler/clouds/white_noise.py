@@ -11,7 +11,6 @@ MEMORY = 0.998  # weight of a sample, over that of the next one
 LAGS = 32  # with fewer, a vibration spreads over the frequencies beside its own
 HISTORY = 4 * LAGS  # samples
 CLIPPED = 4.5  # medians; a larger third difference is a reversal
-UNEVEN = 1.25  # times the usual time of four samples, in which one is lost
 FREQUENCIES = np.linspace(np.pi / 2.0, np.pi, LAGS + 1)  # per sample, which a nod hardly has
 
 _SHARE = np.arange(LAGS + 1) / (LAGS + 1.0)
@@ -63,9 +62,9 @@ class WhiteNoise:
         self._new.clear()
         if len(self._pitch) > LAGS + 3:
             memory = MEMORY**new
-            difference, even = _third_difference(self._time_ns, self._pitch)
+            difference = _third_difference(self._time_ns, self._pitch)
             self._products = memory * self._products + _by_lag(difference)
-            self._count = memory * self._count + _by_lag(even)
+            self._count = memory * self._count + _by_lag(np.ones(len(difference)))
         if self._count[0] < HISTORY:
             return 0.0
         covariance = self._products / np.maximum(self._count, 1.0)
@@ -73,8 +72,8 @@ class WhiteNoise:
         return max(0.0, float(spectrum.min()) / _LEAST)
 
 
-def _third_difference(time_ns: Times, pitch: Array) -> tuple[Array, Array]:
-    """Return the third difference, clipped, and where it counts: 0 across a gap, 1 elsewhere.
+def _third_difference(time_ns: Times, pitch: Array) -> Array:
+    """Return the third difference, clipped.
 
     It is the divided one, so stamps that jitter count as noise and uneven ones do not. Its scale
     is that which leaves the variance of white noise as at even stamps.
@@ -86,11 +85,9 @@ def _third_difference(time_ns: Times, pitch: Array) -> tuple[Array, Array]:
     scale = np.sqrt(sum(weight * weight for weight in weights) / _OF_WHITE_NOISE[0])
     four = pitch[:-3], pitch[1:-2], pitch[2:-1], pitch[3:]
     difference = sum(weight * each for weight, each in zip(weights, four, strict=True)) / scale
-    usual = np.partition(span, len(span) // 10)[len(span) // 10]
-    even = (span < UNEVEN * usual).astype(float)
     size = np.abs(difference)
     limit = CLIPPED * np.partition(size, len(size) // 2)[len(size) // 2]
-    return even * np.minimum(np.maximum(difference, -limit), limit), even
+    return np.asarray(np.minimum(np.maximum(difference, -limit), limit))
 
 
 def _by_lag(values: Array) -> Array:
