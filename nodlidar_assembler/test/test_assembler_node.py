@@ -265,3 +265,14 @@ def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):
     assert "'end' must be at least begin" in turned.message
     assert (none.success, none.cloud.width) == (True, 0)
     assert none.cloud.header.frame_id == 'nodlidar_base_link'
+
+
+@pytest.mark.parametrize(('jitter_ms', 'named'), [(0.0, False), (0.5, False), (3.0, True)])
+def test_joint_states_whose_stamps_jitter_are_named(log, jitter_ms, named):
+    off = np.random.default_rng(2).normal(0.0, jitter_ms * 1e6, len(log.sample_ns))
+    jittering = replace(log, sample_ns=log.sample_ns + np.rint(off).astype(np.int64))
+    with bench() as running:
+        running.feed(jittering)
+        running.spin_until(lambda: len(running.out[PointCloud2]) >= len(log.scans) // 2)
+        scatter = [text for text in running.node.diagnosis._warnings() if 'scatter by' in text]
+    assert bool(scatter) is named
