@@ -65,6 +65,15 @@ def test_the_joint_of_ros2_control_is_the_nodding_one_of_the_same_robot(prefix):
     assert joint(prefix=prefix).get('name') == f'{prefix}nod_joint'
 
 
+@pytest.mark.parametrize('name', ['robot', 'ros2_control'])
+def test_a_copy_in_another_folder_is_the_same_robot(tmp_path, name):
+    original = FOLDER / 'urdf' / f'{name}.urdf.xacro'
+    copy = tmp_path / 'my robot.urdf.xacro'
+    copy.write_text(original.read_text())
+    robots = [xacro.process_file(str(path)).documentElement.toxml() for path in (original, copy)]
+    assert robots[0] == robots[1]
+
+
 def test_the_controller_manager_loads_the_controller_that_the_node_sends_to(parameters):
     manager = parameters('controller_manager')
     assert {name: manager[f'{name}.type'] for name in TYPES} == TYPES
