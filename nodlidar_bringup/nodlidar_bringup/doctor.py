@@ -42,7 +42,9 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument('--baud-rate', type=int, metavar='BIT/S', help='of the servo')
     parser.add_argument('--servo-id', type=int, metavar='ID', help='of the servo')
     parser.add_argument('--namespace', default='', help='of the sensor')
-    parser.add_argument('--frame-prefix', default='', help='of the sensor')
+    parser.add_argument(
+        '--frame-prefix', help="of the sensor [default: that of the running assembler's frame]"
+    )
     parser.add_argument(
         '--seconds',
         type=float,

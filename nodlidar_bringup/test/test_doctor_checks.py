@@ -258,6 +258,17 @@ def test_advice_about_a_sensor_in_a_namespace_names_its_topics():
     assert set(named) == {'/left/scan', '/left/servo/status'}
 
 
+def test_a_sensor_in_another_namespace_is_named():
+    nodes = ('/robot/left/assembler', '/robot/left/driver', '/camera/driver')
+    (found,) = check_graph(Graph(nodes))
+    assert "in the namespace '/', but in '/robot/left'" in found.text
+    assert found.remedy == 'ros2 run nodlidar_bringup doctor --namespace /robot/left'
+    (found,) = check_graph(Graph(('/assembler',), namespace='/left'))
+    assert found.remedy == 'ros2 run nodlidar_bringup doctor --namespace /'
+    (found,) = check_graph(Graph(('/camera/driver',)))
+    assert 'in this ROS domain' in found.text
+
+
 def test_of_all_diagnostics_those_of_the_sensor_count():
     others = ('battery_monitor: battery', 'right/mapper: map', 'left/camera: device', 'driver: x')
     names = (*others, 'left/mapper: map', 'left/driver: device')

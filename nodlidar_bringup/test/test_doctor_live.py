@@ -140,7 +140,7 @@ def test_a_joint_whose_position_is_missing_is_a_fault(capsys):
 
 def test_clouds_of_slow_sweeps_are_no_fault(capsys):
     settings = {'laser_xyz': [0.0, 0.0, 0.08], 'laser_rpy': [0.0] * 3}
-    settings |= {'cloud_mode': 'sweep', 'sweeps_per_cloud': 2}
+    settings |= {'frame_id': 'nodlidar_base_link', 'cloud_mode': 'sweep', 'sweeps_per_cloud': 2}
     sweep = 1.5  # s
     with spinning_node('assembler', 'slow', **settings) as node:
         commands = node.create_publisher(NodCommand, 'nod_command', 1)
@@ -157,3 +157,20 @@ def test_clouds_of_slow_sweeps_are_no_fault(capsys):
         node.create_timer(2.0 * sweep, cloud)
         messages = subjects(capsys, '--namespace', '/slow')['messages']
     assert [each['check'] for each in messages] == ['rate'], messages
+
+
+def test_frames_and_joint_of_a_sensor_have_the_prefix_of_its_assembler(capsys):
+    settings = {'laser_xyz': [0.0, 0.0, 0.08], 'laser_rpy': [0.0] * 3}
+    settings |= {'frame_id': 'second_nodlidar_base_link', 'cloud_mode': 'scan'}
+    with spinning_node('assembler', 'second', sweeps_per_cloud=1, **settings) as node:
+        states = node.create_publisher(JointState, 'joint_states', 5)
+        state = JointState(name=['second_nod_joint'], position=[0.0])
+        node.create_timer(0.05, lambda: states.publish(state))
+        of_own = subjects(capsys, '--namespace', '/second')
+        of_other = subjects(capsys, '--namespace', '/second', '--frame-prefix', 'third_')
+    checks = [{each['check'] for each in of['messages']} for of in (of_own, of_other)]
+    assert ['joint missing' in found for found in checks] == [False, True]
+    missing = [
+        each['text'] for each in of_own['transforms'] if each['check'] == 'transform missing'
+    ]
+    assert any("'second_laser'" in text for text in missing)

@@ -81,13 +81,25 @@ def is_running(graph: Graph) -> bool:
 def check_graph(graph: Graph) -> list[Finding]:
     """Return what is wrong with nodes and topics."""
     if not is_running(graph):
-        text = 'no sensor runs in this ROS domain: its topics, transforms, rates are not checked'
-        return [unknown('no running system', text, f'{LAUNCH}, then doctor again')]
+        return [_nothing_runs(graph)]
     findings = [*_twice(graph.nodes), *_inactive(graph.inactive), *_sim_time(graph)]
     for topic in graph.topics:
         full = f'{graph.namespace}/{topic.name}'
         findings += [*_publishers(topic, full), *_types(topic, full), *_mismatches(topic, full)]
     return findings or [good('nodes', f'{len(graph.nodes)} nodes run, each topic has one source')]
+
+
+def _nothing_runs(graph: Graph) -> Finding:
+    spaces = {
+        name.removesuffix('/assembler') for name in graph.nodes if name.endswith('/assembler')
+    }
+    if not spaces:
+        text = 'no sensor runs in this ROS domain: its topics, transforms, rates are not checked'
+        return unknown('no running system', text, f'{LAUNCH}, then doctor again')
+    places = ', '.join(f"'{space or '/'}'" for space in sorted(spaces))
+    text = f"no sensor runs in the namespace '{graph.namespace or '/'}', but in {places}"
+    remedy = f'ros2 run nodlidar_bringup doctor --namespace {min(spaces) or "/"}'
+    return unknown('no running system', text, remedy)
 
 
 def _twice(nodes: Sequence[str]) -> list[Finding]:

@@ -39,6 +39,7 @@ from rclpy.node import Node
 
 DISCOVERY = 3.2  # s, until the running nodes are found: Fast DDS announces itself every 3 s
 OTHERS = 1.0  # s, from the first node until all are found
+CLOUDS = 'nodlidar_base_link'  # their frame, without its prefix
 _PORTS = {
     LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
     SERVO: ('/dev/nodlidar_servo', '/dev/ttyUSB0'),
@@ -46,7 +47,10 @@ _PORTS = {
 _SETTINGS = {
     'driver': ('use_sim_time', 'port'),
     'servo': ('use_sim_time', 'port', 'baud_rate', 'servo_id'),
-    'assembler': ('use_sim_time', 'laser_xyz', 'laser_rpy', 'cloud_mode', 'sweeps_per_cloud'),
+    'assembler': (
+        *('use_sim_time', 'frame_id', 'laser_xyz', 'laser_rpy'),
+        *('cloud_mode', 'sweeps_per_cloud'),
+    ),
 }
 _OF_ROS2_CONTROL = ('use_sim_time', 'controller')  # of the node that takes the servo's place
 Settings = dict[str, dict[str, Any]]
@@ -66,7 +70,7 @@ def examine(options: Namespace) -> list[Section]:
         If the namespace or the prefix of frames is not allowed.
     """
     arguments.check_namespace(options.namespace)
-    arguments.check_frame_prefix(options.frame_prefix)
+    arguments.check_frame_prefix(options.frame_prefix or '')
     watch = HostWatch()
     system, settings, running = _examine_system(options)
     ports = _examine_ports(options, settings)
@@ -117,11 +121,12 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
     _listen(watch, max(options.seconds, 1.0), lasts)
     on_sim_time = [f'{space}/{n}' for n, v in settings.items() if v.get('use_sim_time')]
     graph = replace(watch.graph(on_sim_time), inactive=inactive(node, lifecycle))
-    frames = _frames(watch, options.frame_prefix, settings)
+    prefix = _prefix(options.frame_prefix, settings.get('assembler', {}))
+    frames = _frames(watch, prefix, settings)
     return (
         [
             Section('nodes', check_graph(graph)),
-            Section('messages', _of_messages(watch, lasts, options.frame_prefix)),
+            Section('messages', _of_messages(watch, lasts, prefix)),
             Section('transforms', check_frames(frames)),
             Section('mount', _of_mount(watch, frames)),
             Section('diagnostics', check_diagnostics(watch.statuses, True, space)),
@@ -139,6 +144,14 @@ def _discover(watch: SystemWatch) -> None:
         if is_running(watch.graph()):
             watch.listen(OTHERS)
             return
+
+
+def _prefix(given: str | None, assembler: dict[str, Any]) -> str:
+    """Return the prefix of the sensor's frames: the given one, or that of the clouds."""
+    if given is not None:
+        return given
+    frame = str(assembler.get('frame_id', ''))
+    return frame.removesuffix(CLOUDS) if frame.endswith(CLOUDS) else ''
 
 
 def _cloud_lasts(assembler: dict[str, Any], sweep: float | None) -> float:
