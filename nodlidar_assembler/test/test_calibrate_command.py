@@ -24,14 +24,20 @@ def test_a_bag_gives_a_file_and_a_table(tmp_path, monkeypatch, capsys):
     seen = simulate(load_scene('room', ideal=True), NOD, 2.5, start_ns=10**18)
     write_bag(replace(seen, joint_stamp_ns=seen.joint_stamp_ns + 8_000_000), tmp_path / 'bag')
     monkeypatch.chdir(tmp_path)
-    assert main(['bag', '--output', 'found.yaml']) == 0
-    values = file_values(Path('found.yaml'), 'assembler', AssemblerConfig)
+    assert main(['bag', '--output', 'found here.yaml']) == 0
+    values = file_values(Path('found here.yaml'), 'assembler', AssemblerConfig)
     assert abs(values['joint_delay'] - 0.008) < 0.5e-3
     assert abs(values['laser_rpy'][2]) < math.radians(0.1)
     printed = capsys.readouterr().out
     assert 'joint delay' in printed
     assert 'RMS thickness' in printed
-    assert 'calibration:=found.yaml' in printed
+    assert "calibration:='found here.yaml'" in printed
+
+
+def test_a_result_that_cannot_be_written_is_refused_before_the_work(tmp_path, capsys):
+    """The bag does not exist either, which would be named if it was read first."""
+    assert main(['nowhere', '--output', str(tmp_path / 'new' / 'found.yaml')]) == 1
+    assert f"No such file or directory: '{tmp_path}/new/found.yaml'" in capsys.readouterr().err
 
 
 def test_what_is_missing_is_named(capsys):

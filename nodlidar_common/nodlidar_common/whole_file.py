@@ -2,8 +2,11 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+import errno
+import os
 from pathlib import Path
 import shutil
+from tempfile import TemporaryFile
 
 
 @contextmanager
@@ -26,6 +29,15 @@ def whole_file(path: Path) -> Iterator[Path]:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
             raise
+
+
+def check_writable(path: Path) -> None:
+    """Raise OSError, with the path, if a file cannot be written there: before long work."""
+    with named(path):
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        with TemporaryFile(dir=path.parent):
+            pass
 
 
 @contextmanager

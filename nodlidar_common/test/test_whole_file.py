@@ -2,7 +2,7 @@
 
 import errno
 
-from nodlidar_common.whole_file import whole_file
+from nodlidar_common.whole_file import check_writable, whole_file
 import pytest
 
 
@@ -48,3 +48,16 @@ def test_a_folder_is_not_replaced(tmp_path):
     with pytest.raises(IsADirectoryError) as caught:
         write_half(tmp_path, None)
     assert caught.value.filename == str(tmp_path)
+
+
+def test_a_path_that_cannot_be_written_is_known_before(tmp_path):
+    path = tmp_path / 'a.ply'
+    check_writable(path)
+    assert list(tmp_path.iterdir()) == []
+    for wrong, error in (
+        (tmp_path / 'no' / 'b', FileNotFoundError),
+        (tmp_path, IsADirectoryError),
+    ):
+        with pytest.raises(error) as caught:
+            check_writable(wrong)
+        assert caught.value.filename == str(wrong)

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Callable, Sequence
 import math
 from pathlib import Path
+import shlex
 import sys
 
 from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN
@@ -20,7 +21,7 @@ from nodlidar_assembler.calibration.recorded import (
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.terminal import result_console
-from nodlidar_common.whole_file import whole_file
+from nodlidar_common.whole_file import check_writable, whole_file
 from rich.table import Table
 import yaml
 
@@ -60,6 +61,7 @@ def calibrate_and_report(
     """
     arguments = _parse(argv, description)
     config = configuration(arguments.params, {})
+    check_writable(arguments.output)
     if arguments.source == LIVE:
         topics = arguments.scan or 'scan', arguments.joint_states or 'joint_states'
         log = record(config, *topics, arguments.seconds)
@@ -70,8 +72,8 @@ def calibrate_and_report(
     up = None if arguments.not_level else upward(tuple(arguments.mount_rpy))
     beams = Beam.of(log, config.max_range or math.inf, config.max_joint_gap)
     found = calibrate(beams, start_values(config), up)
+    write(arguments.output, found, config)  # first: the reader of the table may go away
     result_console().print(result_table(found, arguments.output))
-    write(arguments.output, found, config)
 
 
 def result_table(found: Calibration, output: Path) -> Table:
@@ -92,7 +94,8 @@ def result_table(found: Calibration, output: Path) -> Table:
     lines = [
         f'{name} is not determined: {why}' for name, why in (found.undetermined | NEVER).items()
     ]
-    table.caption = '\n'.join([*lines, f'use it: robot.launch.py calibration:={output}'])
+    use = f'use it: robot.launch.py calibration:={shlex.quote(str(output))}'
+    table.caption = '\n'.join([*lines, use])
     table.caption_justify = 'left'
     return table
 
