@@ -317,6 +317,17 @@ def test_the_command_is_shown_with_what_another_lidar_needs(capsys):
     assert command == start_command(ports['servo'], ServoConfig(model='XL430-W250'), None)
 
 
+def test_a_file_that_cannot_be_written_is_refused_before_the_servo_is_changed(tmp_path, capsys):
+    servo = make(XServoEmulator)
+    before = values(servo, READY_X)
+    with PseudoTerminals({'servo': servo}) as ports:
+        path = tmp_path / 'new' / 'servo.yaml'
+        options = ['--port', ports['servo'], '--yes', '--limits', '-0.3', '0.3']
+        assert main([*options, '--output', str(path)]) == 1
+    assert f"No such file or directory: '{path}'" in capsys.readouterr().err
+    assert values(servo, READY_X) == before
+
+
 def test_every_error_is_a_device_error():
     for kind in (NoServoError, SeveralServosError, SharedIdError, WrongModelError, LockedError):
         assert issubclass(kind, DeviceError)

@@ -14,7 +14,7 @@ import sys
 
 from nodlidar_common.command_line import LineParser, run
 from nodlidar_common.serial_port import close_port, open_port, port_errors, SerialPort
-from nodlidar_common.whole_file import whole_file
+from nodlidar_common.whole_file import check_writable, whole_file
 from nodlidar_servo.bus.latency import latency_timer
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.models.models import MODELS
@@ -31,6 +31,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def work() -> None:
         options = _parse(argv)
+        if not options.dry_run:
+            check_writable(Path(options.output))
         port = Port(options.port)
         _warn_of_latency(port)
         try:
