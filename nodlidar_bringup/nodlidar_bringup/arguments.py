@@ -30,7 +30,8 @@ from nodlidar_viewer.config import ViewerConfig
 import xacro
 
 _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
-_FARTHEST = 1000.0  # [m, rad]
+_FARTHEST = 1000.0  # [m]
+_TURN = 6.2832  # [rad]: what is beyond are degrees
 _FASTEST = 1000.0  # [Hz], of robot_state_publisher, which counts in milliseconds
 # Moves the transforms into the namespace of a node, as nav2 does for several robots.
 OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
@@ -82,9 +83,9 @@ def numbers(name: str, text: str) -> list[float]:
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
-    if len(values) != 3 or not all(abs(value) <= _FARTHEST for value in values):
-        unit = 'rad' if name.endswith('_rpy') else 'm'
-        allowed = f'three numbers [{unit}], separated by spaces, none beyond {_FARTHEST:g}'
+    unit, farthest = ('rad', _TURN) if name.endswith('_rpy') else ('m', _FARTHEST)
+    if len(values) != 3 or not all(abs(value) <= farthest for value in values):
+        allowed = f'three numbers [{unit}], separated by spaces, none beyond {farthest}'
         raise ParameterError(name, allowed, text)
     return values
 

@@ -35,10 +35,16 @@ EDGES = [
 ]
 
 
+def typed(of, key, value):
+    """Return a value in the type of a parameter: each number of a list is this one."""
+    default = of.__dataclass_fields__[key].default
+    return (value,) * len(default) if isinstance(default, tuple) else value
+
+
 def refusal(of, key, value):
     """Return the error of a configuration with one value, None if it is allowed."""
     try:
-        check(of(**{key: value}))
+        check(of(**{key: typed(of, key, value)}))
     except ParameterError as error:
         return error
     return None
@@ -58,7 +64,7 @@ def test_just_beyond_a_limit_is_refused_by_name(of, key, edge, outward):
         beyond = edge + int(math.copysign(1, outward))
     error = refusal(of, key, beyond)
     own = limits_of(of.__dataclass_fields__[key])
-    assert (error.key, error.limit, error.value) == (key, own.in_words(), beyond)
+    assert (error.key, error.limit, error.value) == (key, own.in_words(), typed(of, key, beyond))
 
 
 @pytest.mark.parametrize(('of', 'key', 'edge', 'outward'), EDGES)

@@ -82,6 +82,7 @@ def test_good_arguments_pass(values, change):
         ('mount_rpy', '0 0 nan', "'mount_rpy' must be three numbers [rad]"),
         ('mount_xyz', '0 0 inf', "'mount_xyz' must be three numbers [m]"),
         ('mount_xyz', '0 0 1e300', 'none beyond 1000'),
+        ('mount_rpy', '0 30 0', 'none beyond 6.2832'),  # degrees
         ('mount_xyz', '0 0 1" foo', "'mount_xyz' must be three numbers [m]"),
         ('tf_rate', 'often', "'tf_rate' must be from 1 to 1000 Hz, but is 'often'"),
         ('tf_rate', '0', "'tf_rate' must be from 1 to 1000 Hz"),
@@ -194,6 +195,14 @@ def test_the_mapper_takes_deskewed_sweeps(ego_motion):
 
 def test_numbers_are_taken_as_they_are():
     assert numbers('laser_xyz', '0.01 0 -5e-2') == [0.01, 0.0, -0.05]
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'), [('laser_xyz', [0.0, 0.0, 80.0]), ('laser_rpy', [180.0, 0.0, 0.0])]
+)
+def test_millimetres_and_degrees_of_the_lidar_are_refused(name, value):
+    with pytest.raises(NodlidarError, match=f"'{name}' must be between -"):
+        check_assembler([], {}, {name: value})
 
 
 def test_a_robot_model_is_made_or_what_is_wrong_with_it_is_told(tmp_path):

@@ -28,11 +28,15 @@ class MountConfig:
         (0.0, 0.0, 0.080),
         'Optical centre of the lidar in the nodding frame',
         unit='m',
+        minimum=-10.0,
+        maximum=10.0,
     )
     laser_rpy: tuple[float, float, float] = parameter(
         (0.0, 0.0, 0.0),
         'Roll, pitch and yaw of the lidar in the nodding frame; a positive pitch turns beams down',
         unit='rad',
+        minimum=-6.2832,
+        maximum=6.2832,
     )
 
     def check_together(self) -> None:
