@@ -23,7 +23,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run('calibrate', work)
 
 
-def _record(config: AssemblerConfig, scan: str, joint_states: str, seconds: float) -> SensorLog:
+def _record(
+    config: AssemblerConfig | None, scan: str, joint_states: str, seconds: float
+) -> tuple[SensorLog, AssemblerConfig]:
     # Only the running sensor needs ROS.
     from nodlidar_assembler.ros.live_log import record
 

@@ -67,7 +67,12 @@ def test_values_and_parameters_are_the_same(way):
     }
 
 
+def test_degrees_are_refused(capsys):
+    assert main(['live', '--mount-rpy', '0', '30', '0']) == 2
+    assert '--mount-rpy: angles are in radians' in capsys.readouterr().err
+
+
 def test_upward_in_a_tilted_frame():
     rpy = (0.3, -0.4, 1.0)
     expected = Pose.from_xyzrpy((0.0, 0.0, 0.0, *rpy)).rotation.T @ [0.0, 0.0, 1.0]
-    np.testing.assert_allclose(upward(rpy), expected, 0, 1e-12)
+    np.testing.assert_allclose(upward(*rpy[:2]), expected, 0, 1e-12)

@@ -41,8 +41,9 @@ NEVER = {
     'pitch': 'the same as a joint zero with another x and z',
 }
 
-# Records the live topics for a time [s]: config, scan topic, joint topic, seconds.
-Record = Callable[[AssemblerConfig, str, str, float], SensorLog]
+# Records the live topics for a time [s]: config, scan topic, joint topic, seconds. Without a
+# config, it is that of the running assembler. Returns the log, and the config that was used.
+Record = Callable[[AssemblerConfig | None, str, str, float], tuple[SensorLog, AssemblerConfig]]
 
 
 def calibrate_and_report(
@@ -64,12 +65,13 @@ def calibrate_and_report(
     check_writable(arguments.output)
     if arguments.source == LIVE:
         topics = arguments.scan or 'scan', arguments.joint_states or 'joint_states'
-        log = record(config, *topics, arguments.seconds)
+        log, config = record(config if arguments.params else None, *topics, arguments.seconds)
     else:
         log = log_of_bag(Path(arguments.source), config, topics_of(arguments))
         for damage in log.damage:
             print(damage, file=sys.stderr)
-    up = None if arguments.not_level else upward(tuple(arguments.mount_rpy))
+    tilt = arguments.mount_rpy[:2] if arguments.mount_rpy else config.mount_tilt
+    up = None if arguments.not_level else upward(*tilt)
     beams = Beam.of(log, config.max_range or math.inf, config.max_joint_gap)
     found = calibrate(beams, start_values(config), up)
     write(arguments.output, found, config)  # first: the reader of the table may go away
@@ -132,15 +134,18 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
         help='file to write or replace; default: calibration.yaml',
     )
     parser.add_argument(
-        '--params', type=Path, metavar='YAML', help='parameter file of the assembler node'
+        '--params',
+        type=Path,
+        metavar='YAML',
+        help='parameter file of the assembler node [default with live: what the node has]',
     )
     parser.add_argument(
         '--mount-rpy',
         type=float,
         nargs=3,
         metavar=('ROLL', 'PITCH', 'YAW'),
-        default=(0.0, 0.0, 0.0),
-        help='orientation of the sensor in the level robot [rad], as mount_rpy of the launch file',
+        help='orientation of the sensor in the level robot [rad], as mount_rpy of the launch file '
+        '[default: mount_tilt of the parameters]',
     )
     parser.add_argument(
         '--not-level',
@@ -151,4 +156,7 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
         '--seconds', type=float, default=SECONDS, help=f'of live; default: {SECONDS:g}'
     )
     add_topics(parser, (SCAN, JOINT_STATE))
-    return parser.parse_args(argv)
+    arguments = parser.parse_args(argv)
+    if arguments.mount_rpy and max(map(abs, arguments.mount_rpy)) > math.tau:
+        parser.error('argument --mount-rpy: angles are in radians, within a turn')
+    return arguments

@@ -69,9 +69,8 @@ def _sign(config: AssemblerConfig) -> float:
     return 1.0 if config.joint_positive == 'up' else -1.0
 
 
-def upward(mount_rpy: tuple[float, float, float]) -> 'np.ndarray[Any, np.dtype[np.float64]]':
-    """Return upward in a frame with this roll, pitch and yaw [rad], shape (3,)."""
-    roll, pitch, _ = mount_rpy
+def upward(roll: float, pitch: float) -> 'np.ndarray[Any, np.dtype[np.float64]]':
+    """Return upward in a frame with this roll and pitch [rad], shape (3,)."""
     return np.array(
         [
             -math.sin(pitch),

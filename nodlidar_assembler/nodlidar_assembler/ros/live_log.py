@@ -1,21 +1,47 @@
 """The topics of the running sensor, recorded for some time."""
 
+from dataclasses import fields
+import sys
 import time
+from typing import Any
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.recorded import Recorder
 from nodlidar_assembler.config import AssemblerConfig
 import rclpy
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState, LaserScan
 
+ANSWER = 4.0  # s, until the running assembler is found: Fast DDS announces itself every 3 s
 
-def record(config: AssemblerConfig, scan: str, joint_states: str, seconds: float) -> SensorLog:
-    """Return the log of two topics over a time [s]; raises CalibrationError if one is silent."""
-    recorder = Recorder(config)
+
+def record(
+    config: AssemblerConfig | None, scan: str, joint_states: str, seconds: float
+) -> tuple[SensorLog, AssemblerConfig]:
+    """Return the log of two topics over a time [s], and the parameters of the assembler.
+
+    Parameters
+    ----------
+    config
+        These parameters; None for those of the assembler that hears the scans.
+    scan, joint_states
+        The topics.
+    seconds
+        How long they are recorded.
+
+    Raises
+    ------
+    CalibrationError
+        If one of the topics is silent.
+    """
     rclpy.init()
     try:
         node = rclpy.create_node('calibrate')
+        config = config or running_config(node, scan)
+        recorder = Recorder(config)
 
         def add_scan(message: LaserScan) -> None:
             recorder.add_scan(message, node.get_clock().now().nanoseconds)
@@ -31,4 +57,37 @@ def record(config: AssemblerConfig, scan: str, joint_states: str, seconds: float
         node.destroy_node()
     finally:
         rclpy.try_shutdown()
-    return recorder.log()
+    return recorder.log(), config
+
+
+def running_config(node: Node, scan: str) -> AssemblerConfig:
+    """Return the parameters of the assembler that hears a topic.
+
+    If there is none, they are the defaults, and a line on stderr says so.
+    """
+    topic, end = node.resolve_topic_name(scan), time.monotonic() + ANSWER
+    while time.monotonic() < end:
+        for info in node.get_subscriptions_info_by_topic(topic):
+            if info.node_name == 'assembler':
+                full = f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+                values = _values(node, full, end)
+                if values:
+                    return AssemblerConfig(**values)
+        rclpy.spin_once(node, timeout_sec=0.1)
+    print(f"no assembler hears '{topic}': calibrating its defaults", file=sys.stderr)
+    return AssemblerConfig()
+
+
+def _values(node: Node, assembler: str, end: float) -> dict[str, Any]:
+    """Return the parameters of a node; none if it has not answered at some time [s]."""
+    defaults = AssemblerConfig()
+    names = [each.name for each in fields(defaults)]
+    client = AsyncParameterClient(node, assembler)
+    if not client.wait_for_services(max(end - time.monotonic(), 0.0)):
+        return {}
+    answer = client.get_parameters(names)
+    rclpy.spin_until_future_complete(node, answer, timeout_sec=max(end - time.monotonic(), 0.0))
+    given = answer.result().values if answer.done() else ()
+    values = dict(zip(names, map(parameter_value_to_python, given), strict=False))
+    lists = {name for name in values if isinstance(getattr(defaults, name), tuple)}
+    return {name: tuple(v) if name in lists else v for name, v in values.items()}
