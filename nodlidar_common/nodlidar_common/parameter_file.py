@@ -1,6 +1,6 @@
 """Parameters of a node from its YAML file, without ROS."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import Field, fields
 from functools import cache
 from pathlib import Path
@@ -36,7 +36,7 @@ def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any
     """
     own = {each.name: each for each in fields(config_class)}
     values: dict[str, Any] = {}
-    for parameters in _sections(path, node):
+    for parameters in sections(path, node):
         values |= parameters
     for remark in misspelt([str(key) for key in values], own):
         _say(f"'{path}': {remark}")
@@ -50,27 +50,53 @@ def _say(remark: str) -> None:
 
 
 def read_parameters(path: Path | str) -> dict[Any, Any]:
-    """Return the sections of a parameter file by name; raises YamlError if it has none."""
+    """Return the sections of a parameter file by name.
+
+    Raises
+    ------
+    YamlError
+        If it has none, or a value that is in none, which ROS refuses.
+    """
     content = read_yaml(path)
     if not isinstance(content, dict):
         raise YamlError(str(path), "is not a parameter file, such as '/**: ...'")
+    for key, section in content.items():
+        if not isinstance(section, dict):
+            problem = f"'{key}' must be in a section such as '/**', under 'ros__parameters'"
+            raise YamlError(str(path), problem)
     return content
 
 
-def _sections(path: Path, node: str) -> list[Mapping[str, Any]]:
-    """Return the parameters in each section for a node; sections for all nodes come first."""
-    content = read_parameters(path)
+def sections(path: Path, node: str) -> list[Mapping[str, Any]]:
+    """Return the parameters in each section for a node; sections for all nodes come first.
+
+    Raises
+    ------
+    YamlError
+        If the file cannot be read or is not a parameter file.
+    """
+    content = [*_of_nodes(read_parameters(path))]
     found: list[Mapping[str, Any]] = []
     for name in ('**', '*', node):
-        for key, section in content.items():
+        for key, section in content:
             if str(key).rsplit('/', 1)[-1] != name:
                 continue
-            parameters = section.get('ros__parameters') if isinstance(section, dict) else None
+            parameters = section.get('ros__parameters')
             if not isinstance(parameters, dict):
                 problem = f"'{key}' must be a section with 'ros__parameters'"
                 raise YamlError(str(path), problem)
             found.append(parameters)
     return found
+
+
+def _of_nodes(content: Mapping[Any, Any]) -> Iterator[tuple[Any, dict[Any, Any]]]:
+    """Yield the sections of nodes with their names, also those within namespaces."""
+    for key, section in content.items():
+        holds_sections = section and all(isinstance(each, dict) for each in section.values())
+        if holds_sections and 'ros__parameters' not in section:
+            yield from _of_nodes(section)
+        else:
+            yield key, section
 
 
 def _typed(parameter: 'Field[Any]', value: Any) -> Any:
@@ -82,4 +108,6 @@ def _typed(parameter: 'Field[Any]', value: Any) -> Any:
             return tuple(value)
     elif type(value) is type(default):
         return value
-    raise ParameterError(parameter.name, type_in_words(parameter), value)
+    is_bare_word = isinstance(default, str) and isinstance(value, bool)  # to YAML, off is false
+    quotes = ', in quotes' if is_bare_word else ''
+    raise ParameterError(parameter.name, type_in_words(parameter) + quotes, value)

@@ -46,6 +46,11 @@ def test_sections_for_the_node_count_in_any_namespace(values, name):
     assert values(section(name, 'count: 3')) == {'count': 3}
 
 
+def test_a_section_may_be_in_those_of_its_namespaces(values):
+    inner = 'front: {assembler: {ros__parameters: {count: 3}}, servo: {ros__parameters: {}}}'
+    assert values(f'robot: {{{inner}}}') == {'count': 3}
+
+
 def test_other_nodes_and_other_parameters_are_passed_over(values):
     assert values(section('driver', 'count: 3')) == {}
     assert values(section('/**', 'use_sim_time: true', 'count: 3')) == {'count': 3}
@@ -67,7 +72,7 @@ def test_the_node_s_own_section_wins_wherever_it_stands(values):
     [
         ('rate: 2', "'rate' must be of type float, but is 2"),
         ('count: 2.0', "'count' must be of type int, but is 2.0"),
-        ('mode: off', "'mode' must be of type str, but is False"),
+        ('mode: off', "'mode' must be of type str, in quotes, but is False"),
         ('live: 1', "'live' must be of type bool, but is 1"),
         ('place: 1.0', "'place' must be a list of floats, but is 1.0"),
         ('place: [1.0, 2]', r"'place' must be a list of floats, but is \[1.0, 2\]"),
@@ -84,6 +89,8 @@ def test_a_value_of_another_type_is_refused_as_ros_does(values, line, message):
         ('a: [', r"parameters.yaml', line 1: expected the node content"),
         ('just words', 'is not a parameter file'),
         ('', 'is not a parameter file'),
+        ('rate: 2.0', "'rate' must be in a section such as '/[*][*]', under 'ros__parameters'"),
+        ('/**: {ros__parameters: {}}\nother:', "'other' must be in a section"),
         ('assembler: {rate: 2.0}', "'assembler' must be a section with 'ros__parameters'"),
     ],
 )
