@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 import os
 from pathlib import Path
 import re
+import sys
 from typing import Any
 
 from nodlidar_assembler.clouds.geometry import MountConfig
@@ -12,9 +13,9 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.errors import NodlidarError, ParameterError
-from nodlidar_common.parameter_file import file_values, read_parameters
+from nodlidar_common.parameter_file import file_values, read_parameters, sections
 from nodlidar_common.parameters import check as check_parameters
-from nodlidar_common.parameters import check_ranges, limits_of
+from nodlidar_common.parameters import check_ranges, limits_of, misspelt
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_driver.config import DriverConfig
@@ -64,6 +65,24 @@ def check(values: Mapping[str, str]) -> None:
         if values['servo'] and values['servo'] not in EMULATED:
             raise ParameterError('servo', f'one of {", ".join(EMULATED)} in sim', values['servo'])
         load_scene(values['scene'], values['route'] or None)
+
+
+def remarks(given: Mapping[str, str], known: Mapping[str, str]) -> list[str]:
+    """Return what is given without effect: misspelt names, and ports of simulated devices.
+
+    Parameters
+    ----------
+    given
+        All arguments of the launch, also those of the files that include it.
+    known
+        Default values of the declared arguments.
+    """
+    ports = [name for name in ('lidar_port', 'servo_port') if given[name] != known[name]]
+    without_effect = ports if given['hardware'] == 'sim' else []
+    return [
+        *misspelt(given, known, 'argument'),
+        *(f"'{name}' has no effect without hardware:=real" for name in without_effect),
+    ]
 
 
 def check_mapping(values: Mapping[str, str]) -> None:
@@ -214,6 +233,8 @@ def check_parameter_file(name: str, path: str) -> None:
     except YamlError as error:
         raise ParameterError(name, f'a YAML file of parameters ({error})', path) from error
     node = name.removesuffix('_params')
+    if node != name and not sections(Path(path), node):
+        print(f"'{path}' sets nothing: it has no section '/**' or '{node}'", file=sys.stderr)
     if node not in _CONFIGURATIONS:
         return
     config_class = _CONFIGURATIONS[node]

@@ -12,14 +12,17 @@ from nodlidar_bringup.arguments import (
     check_parameter_file,
     joint_limits,
     numbers,
+    remarks,
     robot_description,
     sensor_height,
     servo_config,
     servo_limits,
 )
+from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
 from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import Nod
+from nodlidar_common.parameters import misspelt
 from nodlidar_planner.pattern.servo import MAX_SPEEDS, shortest_by_mean_speed
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.models.models import MODELS
@@ -191,6 +194,39 @@ def test_parameters_of_the_assembler_that_contradict_each_other_are_named(
 @pytest.mark.parametrize('ego_motion', ['', 'deskew'])
 def test_the_mapper_takes_deskewed_sweeps(ego_motion):
     check_mapping({'map': '', 'profile': 'slam', 'ego_motion': ego_motion})
+
+
+DEFAULTS = {'hardware': 'sim', 'lidar_port': '/dev/ttyACM0', 'servo_port': '/dev/ttyUSB0'}
+
+
+@pytest.mark.parametrize(
+    ('given', 'words'),
+    [
+        ({}, []),
+        ({'map': 'a', 'mapper_params': 'b', 'use_sim_time': 'true', 'ros_namespace': 'c'}, []),
+        ({'hardware': 'real', 'lidar_port': '/dev/ttyACM1'}, []),
+        ({'servo_port': '/dev/ttyUSB1'}, ["'servo_port' has no effect without hardware:=real"]),
+        ({'lidarport': 'x'}, ["there is no argument 'lidarport': is 'lidar_port' meant?"]),
+    ],
+)
+def test_what_has_no_effect_is_told(given, words):
+    assert remarks(DEFAULTS | given, DEFAULTS) == words
+
+
+def test_no_argument_of_a_launch_file_is_taken_for_another():
+    own = {'mapper_params', 'map', 'bag'}
+    assert misspelt([*ARGUMENTS, *own], ARGUMENTS) == []
+
+
+@pytest.mark.parametrize(
+    ('section', 'told'), [('/**', False), ('/left/servo', False), ('servo_node', True)]
+)
+def test_a_file_without_a_section_for_its_node_is_told(tmp_path, capsys, section, told):
+    path = tmp_path / 'own.yaml'
+    path.write_text(f'{section}: {{ros__parameters: {{invert: true}}}}')
+    check_parameter_file('servo_params', str(path))
+    remark = f"'{path}' sets nothing: it has no section '/**' or 'servo'\n"
+    assert capsys.readouterr().err == (remark if told else '')
 
 
 def test_numbers_are_taken_as_they_are():

@@ -122,7 +122,7 @@ def _is_finite(value: object) -> bool:
     return not isinstance(value, float) or math.isfinite(value)
 
 
-def misspelt(given: Collection[str], known: Collection[str]) -> list[str]:
+def misspelt(given: Collection[str], known: Collection[str], kind: str = 'parameter') -> list[str]:
     """Return a remark for each given name that is almost a known one.
 
     ROS ignores unknown parameters, since a file for several nodes has some of others.
@@ -133,7 +133,7 @@ def misspelt(given: Collection[str], known: Collection[str]) -> list[str]:
         if name not in known
     }
     return [
-        f"there is no parameter '{name}': is '{found[0]}' meant?"
+        f"there is no {kind} '{name}': is '{found[0]}' meant?"
         for name, found in close.items()
         if found
     ]

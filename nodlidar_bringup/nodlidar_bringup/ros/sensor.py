@@ -3,6 +3,7 @@
 from functools import cached_property
 import math
 import os
+import sys
 import tempfile
 from typing import Any
 import uuid
@@ -60,6 +61,9 @@ class Sensor:
     def __init__(self, context: LaunchContext) -> None:
         self.context = context
         self.values = {name: context.launch_configurations[name] for name in ARGUMENTS}
+        defaults = {name: str(each['default_value']) for name, each in ARGUMENTS.items()}
+        for remark in arguments.remarks(context.launch_configurations, defaults):
+            print(remark, file=sys.stderr)
         self.values = arguments.calibrated(self.values)
         arguments.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
