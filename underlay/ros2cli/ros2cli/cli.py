@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 from importlib.metadata import entry_points
+import os
 import signal
 import sys
 from typing import Any
@@ -54,5 +55,9 @@ def main(argv: list[str] | None = None) -> int | str | None:
         return args.command.main(args)
     except KeyboardInterrupt:
         return signal.SIGINT
+    except BrokenPipeError:
+        # The reader of the output, such as head, is gone; Python would write the rest at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except RuntimeError as error:
         return str(error)

@@ -1,3 +1,6 @@
+import os
+from pathlib import Path
+import subprocess
 import sys
 
 import pytest
@@ -34,6 +37,27 @@ def test_command_is_called(capsys):
 def test_errors_and_interrupts():
     assert cli.main(['say', 'fail']) == 'it failed'
     assert cli.main(['say', 'interrupt']) == 2
+
+
+def test_a_reader_that_is_gone_is_no_traceback():
+    """As with head: the pipe is closed before the command prints."""
+    code = (
+        'import sys; from ros2cli import cli; from test_cli import Say; '
+        "cli.load_commands = lambda: {'say': Say()}; sys.exit(cli.main(['say', 'word']))"
+    )
+    reading, writing = os.pipe()
+    os.close(reading)
+    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get('PYTHONPATH', '')])
+    ended = subprocess.run(
+        [sys.executable, '-c', code],
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, 'PYTHONPATH': path},
+        check=False,
+    )
+    os.close(writing)
+    assert (ended.returncode, ended.stderr) == (1, '')
 
 
 def test_uncovered_command_is_refused_by_name():
