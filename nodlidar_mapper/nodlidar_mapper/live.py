@@ -122,7 +122,8 @@ def load(folder: Path, config: MapConfig) -> LiveMapper:
     OSError
         With the path of a file that cannot be read.
     """
-    return LiveMapper(Mapper(config, *load_keyframes(folder.expanduser() / KEYFRAMES)))
+    path = folder.expanduser().absolute() / KEYFRAMES  # an error says where it was looked for
+    return LiveMapper(Mapper(config, *load_keyframes(path)))
 
 
 def continued(progress: Progress, config: MapConfig) -> LiveMapper:

@@ -83,6 +83,13 @@ def test_a_map_is_saved_and_loaded_below_home(tmp_path, monkeypatch):
     assert len(loaded.mapper.keyframes) == len(progress.keyframes)
 
 
+def test_a_missing_map_is_named_with_the_folder_of_the_node(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileNotFoundError) as caught:
+        live.load(Path('my_map'), MapConfig())
+    assert caught.value.filename == f'{tmp_path}/my_map/keyframes.npz'
+
+
 @pytest.mark.parametrize('shape', [(6000, 80), (80, 6000), (200, 200)])
 def test_a_picture_of_a_long_corridor_is_no_larger_than_others(tmp_path, shape):
     grid = Grid(np.zeros(shape, dtype=np.int8), (0.0, 0.0), 0.05)
