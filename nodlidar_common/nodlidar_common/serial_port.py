@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 import errno
+import re
 import termios
 from typing import Protocol
 
@@ -70,7 +71,10 @@ def open_port(path: str, baud_rate: int, timeout: float | None) -> OpenPort:
             path, baud_rate, timeout=timeout, write_timeout=LONGEST_WRITE, exclusive=True
         )
     except (OSError, termios.error, ValueError) as error:
-        hint = _HINTS.get(_error_number(error), str(error))
+        number = _error_number(error)
+        hint = _HINTS.get(number, str(error))
+        if number == errno.ENOENT and re.match(r'tcp:|\d+(\.\d+){3}', path):
+            hint += f' One on a network is {TCP}ADDRESS'
         raise PortError(f"cannot open serial port '{path}': {hint}") from error
 
 

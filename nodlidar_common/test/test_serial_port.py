@@ -48,6 +48,14 @@ def test_missing_port():
         open_port('/dev/no-lidar', 115200, timeout=0.0)
 
 
+@pytest.mark.parametrize('address', ['192.168.0.10', 'tcp:/192.168.0.10'])
+def test_an_address_that_is_taken_for_a_file_is_told_how_to_be_written(address):
+    with pytest.raises(PortError, match=r'it does not exist; .* on a network is tcp://ADDRESS'):
+        open_port(address, 115200, timeout=0.0)
+    with pytest.raises(PortError, match=r'plugged in[?]$'):
+        open_port('servo', 115200, timeout=0.0)
+
+
 def test_file_that_is_no_port(tmp_path):
     path = tmp_path / 'file'
     path.touch()
