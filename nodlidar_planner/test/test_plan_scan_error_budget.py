@@ -35,6 +35,20 @@ def test_without_the_option_there_is_none(capsys):
     assert json.loads(capsys.readouterr().out)['error_budget'] is None
 
 
+@pytest.mark.parametrize(
+    ('options', 'noted'),
+    [
+        (['--servo', 'XL430-W250'], True),
+        (['--servo', 'XL430-W250', '--encoder-step', '0.00153'], False),
+        (['--servo', 'RX-24F'], False),
+    ],
+)
+def test_it_is_noted_if_the_errors_are_of_another_servo_than_the_speed(capsys, options, noted):
+    assert command.main(['--json', '--error-budget', *NOD, *options]) == 0
+    notes = json.loads(capsys.readouterr().out)['notes']
+    assert any('of the RX-24F, not of the XL430-W250' in note for note in notes) == noted
+
+
 def test_the_table_has_a_row_per_source_in_millimetres(capsys):
     assert command.main(['--error-budget', *NOD, *PITCH]) == 0
     table = capsys.readouterr().out.partition('RMS error of a point')[2]

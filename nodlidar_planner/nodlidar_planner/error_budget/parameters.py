@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.parameters import check, parameter
 
+SERVO = 'RX-24F'
+"""The servo whose data are the defaults."""
+_OF_SERVO = ('encoder_step', 'encoder_noise', 'encoder_error', 'backlash', 'deflection')
 ESTIMATORS = ('slerp', 'trajectory')
 
 
@@ -129,3 +132,9 @@ class ErrorParameters:
 
     def __post_init__(self) -> None:
         check(self)
+
+    @property
+    def is_of_default_servo(self) -> bool:
+        """Whether all data of the servo are those of SERVO."""
+        defaults = ErrorParameters()
+        return all(getattr(self, each) == getattr(defaults, each) for each in _OF_SERVO)

@@ -36,11 +36,14 @@ class ErrorReport:
         Of the surfaces [m].
     rms
         RMS errors [m] at each distance, by source, and 'total'.
+    parameters
+        The data of the devices.
     """
 
     pitch: float
     distances: Sequence[float]
     rms: dict[str, list[float]]
+    parameters: ErrorParameters
 
 
 def error_report(
@@ -63,7 +66,7 @@ def error_report(
         distances = sorted({*DISTANCES, task.distance})
     found = [budget.rms(beams_at(task, distance)) for distance in distances]
     rms = {name: [each[name] for each in found] for name in (*SOURCES, 'total')}
-    return ErrorReport(math.sqrt(budget.pitch_variance), distances, rms)
+    return ErrorReport(math.sqrt(budget.pitch_variance), distances, rms, parameters)
 
 
 def print_error_report(report: ErrorReport, console: Console) -> None:
