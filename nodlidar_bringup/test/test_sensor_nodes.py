@@ -70,3 +70,32 @@ def test_the_file_of_a_driver_takes_precedence_over_the_assembler_s(monkeypatch)
     assert names == ['balanced.yaml', 'assembler.yaml', 'ldlidar.yaml']
     assert 'last_beam_first' not in own
     assert own['adapt_limits'] is True
+
+
+@pytest.mark.parametrize(
+    ('pushed', 'own', 'topic'),
+    [
+        ('', '', '/scan'),
+        ('', 'left', '/left/scan'),
+        ('/', 'left', '/left/scan'),
+        ('/robot', '', '/robot/scan'),
+        ('/robot', 'left', '/robot/left/scan'),
+        ('/robot', '/left', '/left/scan'),
+    ],
+)
+def test_best_effort_scans_come_in_within_a_namespace_that_is_pushed(
+    monkeypatch, pushed, own, topic
+):
+    """By PushRosNamespace in a launch file that includes this one, as launch_ros combines them."""
+    monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options)
+    context = LaunchContext()
+    defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
+    given = {'hardware': 'real', 'lidar': 'ydlidar', 'namespace': own, 'ros_namespace': pushed}
+    context.launch_configurations.update(defaults | given)
+    node = sensor.Sensor(context).assembler()
+    assert f'qos_overrides.{topic}.subscription.reliability' in node['parameters'][-1]
+    assert node['namespace'].strip('/') == topic.removesuffix('scan').strip('/')
+
+
+def test_a_namespace_that_is_pushed_is_one_for_own_transforms(executables):
+    assert executables(hardware='real', own_tf='true', ros_namespace='/robot')

@@ -65,6 +65,9 @@ class Sensor:
         for remark in arguments.remarks(context.launch_configurations, defaults):
             print(remark, file=sys.stderr)
         self.values = arguments.calibrated(self.values)
+        # Where a launch file that includes this one has pushed a namespace (PushRosNamespace).
+        pushed = context.launch_configurations.get('ros_namespace', '')
+        self.values['namespace'] = arguments.namespace(pushed, self.values['namespace'])
         arguments.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
         # The frame that stands still in a view.
