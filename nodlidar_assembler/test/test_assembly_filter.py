@@ -5,6 +5,7 @@ from message_filters import SimpleFilter
 from node_bench import sensor_log, simulated, START_NS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
+from nodlidar_common.stamps import time_ns
 from nodlidar_sim.world.scene import load_scene
 import pytest
 
@@ -90,6 +91,30 @@ def test_a_scan_without_odometry_is_given_up_with_the_first_joint_state_after_th
         bracketed_ns = next(ns for ns in states if ns >= arrival_ns)
         due_ns = bracketed_ns + round(DEADLINE * 1e9)
         assert at_ns == min(ns for ns in states + arrivals if ns > due_ns)
+
+
+def odometry(begin_ns, end_ns):
+    """Return poses of a robot that stands still, every 20 ms."""
+    return [
+        (stamp_ns, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+        for stamp_ns in range(begin_ns, end_ns, 20_000_000)
+    ]
+
+
+@pytest.mark.parametrize('goes_back', [False, True])
+def test_odometry_taken_after_the_deadline_places_a_scan_all_the_same(messages, goes_back):
+    bench, before = Bench(), [entry for entry in messages if entry[0] < START_NS + 90_000_000]
+    for entry in before:
+        bench.feed(*entry)
+    bench.clock.at_ns += round(2 * DEADLINE * 1e9)
+    for pose in odometry(START_NS, bench.clock.at_ns):
+        bench.filter.add_odometry(*pose)
+    if goes_back:
+        bench.filter.odometry_went_back()
+    bench.filter.release()
+    (arrived,) = [message for _, kind, message in before if kind == SCAN]
+    assert bench.made == [time_ns(arrived.header.stamp)]
+    assert not bench.drops
 
 
 def test_it_leaves_uncompensated_as_soon_if_so_told(messages):

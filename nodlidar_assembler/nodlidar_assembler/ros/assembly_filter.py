@@ -90,13 +90,17 @@ class AssemblyFilter(SimpleFilter):
     def add_odometry(
         self, time_ns: int, position: Sequence[float], orientation: Sequence[float]
     ) -> None:
-        """Add a pose of the frame of the clouds in that of odometry: [ns], [m], x y z w."""
+        """Add a pose of the frame of the clouds in that of odometry: [ns], [m], x y z w.
+
+        Call `release` once all poses that wait are added. The first may be of before a scan that
+        has waited too long, and the last of after it.
+        """
         self.odometry.signalMessage(time_ns, position, orientation)
         self.assembler.add_odometry(time_ns, position, orientation)
-        self.release()
 
     def odometry_went_back(self) -> None:
         """Forget the odometry: its time went back."""
+        self.release()  # with the odometry of the time before
         self.assembler.odometry_went_back()
         self.release()
 

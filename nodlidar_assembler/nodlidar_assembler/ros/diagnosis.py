@@ -122,6 +122,7 @@ class Diagnosis:
         self._states.take()
         now_ns = steady_ns()
         self._hear_odometry(now_ns)
+        self._assembly.release()
         self._recent.add(now_ns, self._losses())
         faults = self._recent.counts, *self._doubts()
         return [*self._silences()], [*map(bool, faults)], self._shared_inputs()
@@ -201,7 +202,6 @@ class Diagnosis:
         return {what: count for what, count in active.items() if count > 1}
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        self._assembly.release()
         status.summary(DiagnosticStatus.OK, 'publishing clouds')
         if not self.counts['scans']:
             status.summary(DiagnosticStatus.STALE, 'no scan received yet')
