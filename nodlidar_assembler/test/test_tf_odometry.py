@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP, TRANSFORM_OUT_OF_ORDER, UNSTAMPED
+from nodlidar_assembler.ros import tf_odometry
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.survival import Survival
@@ -133,6 +134,17 @@ def test_transforms_wait_until_they_are_taken_and_wake_nobody(bench, node):
         bench.tf.take()
     assert [ms for ms, _ in bench.noted()] == [0, 20]
     node.destroy_publisher(sender)
+
+
+def test_a_flood_of_transforms_does_not_keep_the_node(bench, monkeypatch):
+    def flood(subscription):
+        for ms in count():
+            assert ms < tf_odometry.WAITING  # all that waited were taken, and more came meanwhile
+            yield TFMessage(transforms=[transform(ms, 0.0, 'odom', 'base')]), {}
+
+    monkeypatch.setattr(tf_odometry, 'taken', flood)
+    bench.tf.take()
+    assert bench.samples == tf_odometry.MOST_TAKEN
 
 
 def test_of_two_moving_frames_the_slower_one_gives_the_times(bench):

@@ -96,6 +96,8 @@ class PolledInput(Input):
         See Input.
     wanted
         Returns whether the next message is wanted at once.
+    on_wake
+        Called before a message that woke the node is passed on.
     """
 
     def __init__(
@@ -106,11 +108,18 @@ class PolledInput(Input):
         depth: int,
         survival: Survival,
         wanted: Callable[[], bool],
+        on_wake: Callable[[], None],
     ) -> None:
+        self._on_wake = on_wake
         group = WhenWanted(wanted)
         super().__init__(node, kind, topic, depth, survival, callback_group=group)
+
+    def callback(self, msg: Any, info: dict[str, int]) -> None:
+        """Pass on a message that woke the node."""
+        self._on_wake()
+        super().callback(msg, info)
 
     def take(self) -> None:
         """Pass on the messages that wait, the oldest first."""
         for message, info in taken(self.sub):
-            self.callback(message, info)
+            super().callback(message, info)

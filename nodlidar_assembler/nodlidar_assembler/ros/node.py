@@ -84,9 +84,9 @@ class Assembler(Node):
             STATES_WAITING,
             self.survival,
             lambda: self.assembly.assembler.is_waiting,
+            self._take_odometry,
         )
-        for messages in (self.scans, self.states):
-            messages.registerCallback(self._take_odometry)  # before them, as it came
+        self.scans.registerCallback(lambda scan: self._take_odometry())  # before it, as it came
         self.assembly = AssemblyFilter(
             self.scans,
             self.states,
@@ -136,7 +136,7 @@ class Assembler(Node):
             lambda reason: self.assembly.assembler.drops.update([reason]),
         )
 
-    def _take_odometry(self, _before: LaserScan | JointState) -> None:
+    def _take_odometry(self) -> None:
         if self.odometry is not None:
             self.odometry.take()
 

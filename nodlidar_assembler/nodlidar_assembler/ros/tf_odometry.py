@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Collection, Sequence
+from itertools import islice
 import math
 
 from geometry_msgs.msg import TransformStamped
@@ -24,6 +25,9 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException
 
 WAITING = 1000  # messages of all nodes, until they are taken
+# Messages that are taken at once. Where they are too many for the computer, more come as fast as
+# they are taken; this many keep up with 3 kHz, if they are taken with each scan of a URG alone.
+MOST_TAKEN = 300
 _AUTHORITY = 'nodlidar'  # of what is set in the buffer
 _TF2_TOLERANCE = 5e-3  # of lengths of quaternions; tf2 ignores all others and only logs it
 
@@ -114,8 +118,8 @@ class TfOdometry:
         self._static = node.create_subscription(TFMessage, '/tf_static', self.add_static, latched)
 
     def take(self) -> None:
-        """Add the messages that wait."""
-        for message, info in taken(self._moving):
+        """Add the messages that wait, at most MOST_TAKEN."""
+        for message, info in islice(taken(self._moving), MOST_TAKEN):
             self.add(message, info)
 
     def restart(self) -> None:
