@@ -147,6 +147,18 @@ def test_a_flood_of_transforms_does_not_keep_the_node(bench, monkeypatch):
     assert bench.samples == tf_odometry.MOST_TAKEN
 
 
+def test_a_transform_that_comes_before_its_clock_has_gone_back_is_kept(bench, monkeypatch):
+    """As when a bag begins again: its transforms and its clock are different topics."""
+    for ms in (5_000, 5_020):
+        bench.hear(ms)
+    waiting = [TFMessage(transforms=[transform(ms, 0.0, 'odom', 'base')]) for ms in (5_040, 0, 20)]
+    monkeypatch.setattr(tf_odometry, 'taken', lambda _: ((each, {}) for each in waiting))
+    bench.tf._clock_went_back()
+    bench.hear(40)
+    assert (bench.backs, bench.drops) == (1, [])
+    assert [ms for ms, _ in bench.noted()] == [0, 20, 40]
+
+
 def test_of_two_moving_frames_the_slower_one_gives_the_times(bench):
     bench.hear(0, 1.0, 'odom', 'foot')
     assert bench.samples == 0

@@ -56,6 +56,12 @@ class TimeOrder(Generic[Sample]):
         self._reject_others()
         self._newest = None
 
+    def withdraw(self) -> list[Sample]:
+        """Return the samples that are held back, and forget them."""
+        held = [other for *_, other in self._others]
+        self._others.clear()
+        return held
+
     def add(self, time_ns: int, sample: Sample, clock_ns: int = 0) -> list[Sample]:
         """Add a sample of a time [ns]; return the samples that are confirmed by it.
 
@@ -80,10 +86,8 @@ class TimeOrder(Generic[Sample]):
         self._others.append((*now, sample))
         if len(self._others) < LEAST_TO_JUMP:
             return []
-        confirmed = [other for *_, other in self._others]
         self._newest = now
-        self._others.clear()
-        return confirmed
+        return self.withdraw()
 
     def _follows(self, before: tuple[int, int], now: tuple[int, int]) -> bool:
         later_ns, silence_ns = (b - a for a, b in zip(before, now, strict=True))

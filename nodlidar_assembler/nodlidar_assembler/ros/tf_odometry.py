@@ -104,13 +104,14 @@ class TfOdometry:
         )
         self._publishers: defaultdict[str, Publishers] = defaultdict(Publishers)
         self._on_sample, self._on_time_back = on_sample, on_time_back
-        # Of a simulated clock. Stamps may go back by less, and would seem to be late.
+        self.buffer = Buffer(node=node)
+        # Of a simulated clock. Stamps may go back by less, and would seem to be late. The
+        # buffer, which was told first, is empty then.
         backward = Duration(nanoseconds=-TIME_JUMP_NS)
         self._jump_handle = node.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=backward, on_clock_change=False),
             post_callback=lambda jump: self._clock_went_back(),
         )
-        self.buffer = Buffer(node=node)
         self._moving = node.create_subscription(
             TFMessage, '/tf', self.add, QoSProfile(depth=WAITING), callback_group=WhenWanted()
         )
@@ -128,8 +129,10 @@ class TfOdometry:
         self.newest_ns = None
 
     def _clock_went_back(self) -> None:
-        self.take()  # what waits is of the time before
+        self.take()  # what waits is of the time before, or already of the new one
+        new = [one for order in self._orders.values() for one in order.withdraw()]
         self._go_back()
+        self._add_in_order(new, self._node.get_clock().now().nanoseconds)
 
     def _go_back(self) -> None:
         self.restart()
@@ -169,12 +172,15 @@ class TfOdometry:
                 self._publishers[frame].note(self._publishers[frame].add(number))
             now_ns = self._node.get_clock().now().nanoseconds
             self._arrived_ns = info.get('received_timestamp') or now_ns
-            for transform in self._well_formed(data, self._fixed):
-                if not time_ns(transform.header.stamp):
-                    self._on_drop(UNSTAMPED)
-                    continue
-                for one in self._in_order(transform, now_ns):
-                    self._add(one)
+            self._add_in_order(self._well_formed(data, self._fixed), now_ns)
+
+    def _add_in_order(self, transforms: list[TransformStamped], now_ns: int) -> None:
+        for transform in transforms:
+            if not time_ns(transform.header.stamp):
+                self._on_drop(UNSTAMPED)
+                continue
+            for one in self._in_order(transform, now_ns):
+                self._add(one)
 
     def _well_formed(self, data: TFMessage, others: Collection[str]) -> list[TransformStamped]:
         """Drop malformed transforms, and those of frames of the other kind; return the others."""
