@@ -59,12 +59,14 @@ def install(rules: Path, *, as_root: bool) -> None:
     NodlidarError
         If one of them fails.
     """
+    state = 'the rules are not installed'
     for command in commands(rules, as_root=as_root):
         print(shlex.join(command), flush=True)
         try:
             subprocess.run(command, check=True)
         except (OSError, subprocess.CalledProcessError) as error:
-            raise NodlidarError(f'the rules are not installed: {error}') from error
+            raise NodlidarError(f'{state}: {error}') from error
+        state = 'the rules are installed, but in effect only after a restart'
     print('done: /dev/nodlidar_lidar and /dev/nodlidar_servo appear when the devices are there')
 
 

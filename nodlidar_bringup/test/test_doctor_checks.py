@@ -99,6 +99,7 @@ def test_a_healthy_sensor_has_no_fault(findings):
     assert all(finding.level < Level.WARNING for finding in findings), findings
 
 
+FAILED = 'of the replies failed'
 FAULTS = [
     # what was put in, what is found, a part of what mends it
     (ports({'exists': False}), 'port missing', 'lidar_port:='),
@@ -226,6 +227,20 @@ FAULTS = [
         check_diagnostics((Status('servo', 2, 'the servo has shut down (overload)'),), True),
         'reported',
         'what blocks the nod',
+    ),
+    (
+        check_diagnostics(
+            (Status('servo', 1, f'{FAILED}: late reply; 1% {FAILED}: no answer'),), True
+        ),
+        'reported',
+        'end other programs',
+    ),
+    (
+        check_diagnostics(
+            (Status('servo', 1, f'{FAILED}: no answer; 1% {FAILED}: late reply'),), True
+        ),
+        'reported',
+        'check supply, cable',
     ),
     (check_diagnostics((Status('driver', 1, 'no scan for 3 s'),), True), 'reported', 'faults.md'),
 ]

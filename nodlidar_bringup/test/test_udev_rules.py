@@ -82,3 +82,11 @@ def test_a_refused_password_is_one_error(monkeypatch, tmp_path):
     monkeypatch.setenv('PATH', f'{tmp_path}:/usr/bin:/bin')
     with pytest.raises(NodlidarError, match='not installed'):
         install(RULES, as_root=False)
+
+
+def test_rules_that_are_installed_but_not_in_effect_are_told_as_such(monkeypatch, tmp_path):
+    (tmp_path / 'sudo').write_text('#!/bin/sh\ntest "$1" = install\n')
+    (tmp_path / 'sudo').chmod(0o755)
+    monkeypatch.setenv('PATH', f'{tmp_path}:/usr/bin:/bin')
+    with pytest.raises(NodlidarError, match=r'in effect only after a restart.*udevadm'):
+        install(RULES, as_root=False)

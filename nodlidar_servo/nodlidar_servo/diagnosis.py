@@ -151,7 +151,7 @@ class Diagnosis:
             warnings.append(f'{self._rate:.1f} joint states per second, not {wanted}')
         counts = self._recent.counts
         replies = counts.total()
-        for reason, count in counts.items():
+        for reason, count in counts.most_common():
             if reason == LateReplyError.reason and count <= MANY_LATE * replies:
                 continue
             if reason != _SAMPLES:

@@ -10,6 +10,7 @@ from nodlidar_bringup.checks.ports import INSTALL_RULES
 NODES = (*SOURCES.values(), 'mapper')
 """Nodes of ours that report; all others of a robot do so on the same topic."""
 
+_BUSY = 'end other programs (`top`), or profile:=fast'
 # What fixes a status that has these words; the first that matches.
 _REMEDIES = (
     ('latency|holds replies back', INSTALL_RULES),
@@ -26,11 +27,12 @@ _REMEDIES = (
     ),
     ('shut down|overload|overheating', 'remove what blocks the nod, then start the servo again'),
     ('supply|voltage', 'supply the servo with what its model needs (docs/hardware.md)'),
+    ('late reply;.*no answer', _BUSY),  # the more frequent one comes first
     ('does not answer|no answer', 'check supply, cable, bit rate and ID of the device'),
     ('no joint', 'ros2 topic hz joint_states'),
     ('clock drift|time mode', 'use a USB port of the computer itself, without a hub'),
     ('clock was set', 'use a service that slews the clock: sudo apt install chrony'),
-    ('late|per second|scans/s', 'end other programs (`top`), or profile:=fast'),
+    ('late|per second|scans/s', _BUSY),
 )
 _OTHERWISE = 'ros2 topic echo /diagnostics shows all of it; docs/faults.md says what it means'
 
