@@ -10,11 +10,11 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_common.nod import Nod
+from nodlidar_common.ros.executor import Executor
 from nodlidar_msgs.msg import Coverage, NodCommand
 from nodlidar_sim.simulation import simulate
 import numpy as np
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 
 START_NS = 1_700_000_000_000_000_000
@@ -48,7 +48,7 @@ class NodeBench:
     def __init__(self, parameters):
         rclpy.init(args=['--ros-args', *(f for p in parameters for f in ('-p', p))])
         self.node, self.feeder = Assembler(), rclpy.create_node('feeder')
-        self.executor = SingleThreadedExecutor()
+        self.executor = Executor()
         for node in (self.node, self.feeder):
             self.executor.add_node(node)
         self.out = {PointCloud2: [], NodCommand: [], DiagnosticArray: [], Coverage: []}

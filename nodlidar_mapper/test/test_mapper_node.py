@@ -7,6 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Path
 from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_mapper.geometry.poses import inverse, planar
@@ -19,7 +20,6 @@ from nodlidar_msgs.srv import MapFolder
 import numpy as np
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
@@ -101,7 +101,7 @@ class Robot(Node):
 @pytest.fixture
 def running(request):
     rclpy.init(args=['--ros-args', *getattr(request, 'param', [])])
-    robot, mapper, executor = Robot(), MapperNode(), SingleThreadedExecutor()
+    robot, mapper, executor = Robot(), MapperNode(), Executor()
     for node in (robot, mapper):
         executor.add_node(node)
 
@@ -112,6 +112,10 @@ def running(request):
             executor.spin_once(timeout_sec=0.05)
 
     until(lambda: mapper.count_publishers('points') and robot.count_publishers('map'))
+    # The robot has sent nothing to whom it does not know yet; it hears its own transforms.
+    hearers = {'/points': 1, '/initialpose': 1, '/tf': 2}
+    sending = [each for each in robot.publishers if each.topic_name in hearers]
+    until(lambda: all(p.get_subscription_count() >= hearers[p.topic_name] for p in sending))
     yield robot, mapper, until
     executor.shutdown()
     for node in (robot, mapper):
