@@ -82,3 +82,17 @@ def test_after_a_clock_was_set_back_the_noise_is_that_of_the_samples_since():
             noise.add(time_ns, rng.normal(0.0, deviation, 40))
             variance = noise.variance()
     assert np.sqrt(variance) == pytest.approx(1e-3, rel=0.25)
+
+
+def test_asking_again_without_new_samples_changes_nothing():
+    rng = np.random.default_rng(8)
+    often, once = WhiteNoise(), WhiteNoise()
+    for first, deviation in ((0, 5e-3), (600, 1e-3)):
+        for begin in range(first, first + 600, 40):
+            time_ns = START_NS + 10_000_000 * np.arange(begin, begin + 40)
+            pitch = rng.normal(0.0, deviation, 40)
+            for noise in (often, once):
+                noise.add(time_ns, pitch)
+                found = noise.variance()
+        assert all(often.variance() == found for _ in range(500))
+    assert often.variance() == once.variance()

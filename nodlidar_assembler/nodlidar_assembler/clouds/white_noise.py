@@ -39,7 +39,7 @@ class WhiteNoise:
         self._time_ns, self._pitch = np.zeros(0, np.int64), np.zeros(0)
         self._new: list[tuple[Times, Array]] = []
         self._newest_ns = 0
-        self._products, self._count = np.zeros(LAGS + 1), np.zeros(LAGS + 1)
+        self._products, self._count = np.zeros(LAGS + 1), 0.0  # by lag, of as many products each
 
     def add(self, time_ns: Times, pitch: Array) -> None:
         """Add those of the samples [ns], [rad], ascending, that are later than all before.
@@ -55,6 +55,15 @@ class WhiteNoise:
 
     def variance(self) -> float:
         """Return the variance [rad^2]; 0 while there are too few samples to tell."""
+        if self._new:
+            self._take_new()
+        if self._count < HISTORY:
+            return 0.0
+        spectrum = self._products / self._count @ _COSINES / _SPECTRUM_OF_WHITE_NOISE
+        return max(0.0, float(spectrum.min()) / _LEAST)
+
+    def _take_new(self) -> None:
+        """Take the samples that were added since the last time."""
         new = sum(len(pitch) for _, pitch in self._new)
         times, pitches = zip((self._time_ns, self._pitch), *self._new, strict=True)
         self._time_ns = np.concatenate(times)[-HISTORY:]
@@ -64,12 +73,7 @@ class WhiteNoise:
             memory = MEMORY**new
             difference = _third_difference(self._time_ns, self._pitch)
             self._products = memory * self._products + _by_lag(difference)
-            self._count = memory * self._count + _by_lag(np.ones(len(difference)))
-        if self._count[0] < HISTORY:
-            return 0.0
-        covariance = self._products / np.maximum(self._count, 1.0)
-        spectrum = covariance @ _COSINES / _SPECTRUM_OF_WHITE_NOISE
-        return max(0.0, float(spectrum.min()) / _LEAST)
+            self._count = memory * self._count + len(difference) - LAGS
 
 
 def _third_difference(time_ns: Times, pitch: Array) -> Array:
