@@ -112,7 +112,7 @@ def running(request):
             executor.spin_once(timeout_sec=0.05)
 
     until(lambda: mapper.count_publishers('points') and robot.count_publishers('map'))
-    # The robot has sent nothing to whom it does not know yet; it hears its own transforms.
+    # Nobody hears what is sent before. The robot hears its own transforms, too.
     hearers = {'/points': 1, '/initialpose': 1, '/tf': 2}
     sending = [each for each in robot.publishers if each.topic_name in hearers]
     until(lambda: all(p.get_subscription_count() >= hearers[p.topic_name] for p in sending))

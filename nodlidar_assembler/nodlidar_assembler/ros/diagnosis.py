@@ -7,7 +7,7 @@ import math
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.held_odometry import HeldOdometry
+from nodlidar_assembler.clouds.held_odometry import DISTANCE, HeldOdometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
@@ -151,7 +151,8 @@ class Diagnosis:
             return ''
         return (
             f"positions of '{self._joint_name}' scatter by {scatter * 1e3:.0f} mrad RMS, "
-            f'points 2 m away by {2e3 * scatter:.0f} mm: stamp each position when it is measured'
+            f'points {DISTANCE:g} m away by {DISTANCE * scatter * 1e3:.0f} mm: '
+            'stamp each position when it is measured'
         )
 
     def _restamping(self) -> str:
