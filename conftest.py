@@ -1,6 +1,7 @@
 """Every test file talks on a domain of its own, and only on this machine.
 
-In `make test`, tests that start nodes run one after the other, and beside them all others.
+In `make test`, tests of a package that start nodes run one after the other: they mostly wait,
+so that three tests at once keep two cores busy.
 """
 
 import itertools
@@ -34,14 +35,15 @@ STARTS_NODES = re.compile(
 
 @pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the marks in the same hook
 def pytest_collection_modifyitems(config, items):
-    """Keep the tests of a file together, and all tests that start nodes: they are about time."""
+    """Keep the tests of a file together, and those of a package that start nodes."""
     if not config.pluginmanager.hasplugin('xdist'):
         return
     groups = {}
     for item in items:
         if item.path not in groups:
             starts_nodes = STARTS_NODES.search(Path(item.path).read_text())
-            groups[item.path] = 'nodes' if starts_nodes else str(item.path)
+            package = item.path.relative_to(config.rootpath).parts[0]
+            groups[item.path] = package if starts_nodes else str(item.path)
         item.add_marker(pytest.mark.xdist_group(groups[item.path]))
 
 
