@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.error_budget.budget import Beams, beams_at, budget_of, ErrorBudget, SOURCES
-from nodlidar_planner.error_budget.parameters import ErrorParameters
+from nodlidar_planner.error_budget.parameters import ErrorParameters, SERVO_ERRORS
 from nodlidar_planner.error_budget.pitch_error import (
     between_samples,
     of_samples,
@@ -16,7 +16,9 @@ from nodlidar_planner.error_budget.pitch_error import (
     smoothed,
 )
 from nodlidar_planner.error_budget.swing import Swing
+from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_planner.pattern.task import Task
+from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.world.servo.encoder import Encoder
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
@@ -220,12 +222,22 @@ def test_a_late_scan_of_a_driving_robot_is_moved_along():
     assert driving - standing == pytest.approx(1e-4 * (0.25 + 0.64 * (x**2 + y**2)))
 
 
-def test_by_default_the_encoder_is_that_of_an_rx24f():
-    """Over the nod and many encoders; each has the error of another."""
+@pytest.mark.parametrize('servo', SERVO_ERRORS)
+def test_the_errors_of_a_servo_are_those_of_its_simulation(servo):
+    """The smooth one over the nod and many encoders; each has the error of another."""
+    of, simulated = SERVO_ERRORS[servo], load_servo(EMULATED[servo].parameters)
     pitch = np.linspace(Task().pitch_min, Task().pitch_max, 100)
-    encoders = [Encoder(load_servo('rx24f'), seed).smooth(pitch) for seed in range(500)]
+    encoders = [Encoder(simulated, seed).smooth(pitch) for seed in range(500)]
     error = np.sqrt(np.mean((np.array(encoders) - pitch) ** 2))
-    assert ErrorParameters().encoder_error == pytest.approx(error, rel=0.05)
+    assert of['encoder_error'] == pytest.approx(error, rel=0.05)
+    assert of['encoder_step'] == pytest.approx(simulated.tick, rel=1e-3)
+    assert of['encoder_noise'] == pytest.approx(simulated.encoder_noise * simulated.tick, rel=0.03)
+    assert of['backlash'] == simulated.backlash
+
+
+def test_the_defaults_are_those_of_an_rx24f():
+    assert ErrorParameters() == ErrorParameters(**SERVO_ERRORS['RX-24F'])
+    assert set(SERVO_ERRORS) == set(MAX_SPEEDS)
 
 
 def test_on_a_full_circle_beams_all_around_count():

@@ -36,17 +36,18 @@ def test_without_the_option_there_is_none(capsys):
 
 
 @pytest.mark.parametrize(
-    ('options', 'noted'),
+    ('options', 'backlash'),
     [
-        (['--servo', 'XL430-W250'], True),
-        (['--servo', 'XL430-W250', '--encoder-step', '0.00153'], False),
-        (['--servo', 'RX-24F'], False),
+        ([], 0.004),
+        (['--servo', 'STS3215'], 0.0152),
+        (['--servo', 'STS3215', '--backlash', '0.002'], 0.002),
     ],
 )
-def test_it_is_noted_if_the_errors_are_of_another_servo_than_the_speed(capsys, options, noted):
-    assert command.main(['--json', '--error-budget', *NOD, *options]) == 0
-    notes = json.loads(capsys.readouterr().out)['notes']
-    assert any('of the RX-24F, not of the XL430-W250' in note for note in notes) == noted
+def test_encoder_and_backlash_are_those_of_the_servo(capsys, options, backlash):
+    assert command.main(['--json', '--error-budget', *NOD, '--deflection', '0', *options]) == 0
+    errors = json.loads(capsys.readouterr().out)['error_budget']
+    others = errors['rms']['backlash'][-1] / (backlash / 2.0)
+    assert others == pytest.approx(5.0 * math.sqrt(0.4), rel=0.05)  # from the axis, RMS
 
 
 def test_the_table_has_a_row_per_source_in_millimetres(capsys):

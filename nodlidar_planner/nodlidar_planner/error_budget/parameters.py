@@ -5,9 +5,24 @@ from dataclasses import dataclass
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.parameters import check, parameter
 
-SERVO = 'RX-24F'
-"""The servo whose data are the defaults."""
-_OF_SERVO = ('encoder_step', 'encoder_noise', 'encoder_error', 'backlash', 'deflection')
+# Step, noise and smooth error over the default nod, of a potentiometer with 1024 steps in 300 deg
+# and of a magnet with 4096 in 360 deg [rad]. Noise and error are guessed (docs/physics.md).
+_POTENTIOMETER = {'encoder_step': 0.005113, 'encoder_noise': 0.0015, 'encoder_error': 0.0037}
+_MAGNET = {'encoder_step': 0.001534, 'encoder_noise': 0.00046, 'encoder_error': 0.0029}
+SERVO_ERRORS = {
+    'RX-24F': _POTENTIOMETER | {'backlash': 0.004},
+    'RX-28': _POTENTIOMETER | {'backlash': 0.0058},
+    'RX-64': _POTENTIOMETER | {'backlash': 0.0058},
+    'AX-12A': _POTENTIOMETER | {'backlash': 0.006},
+    'AX-18A': _POTENTIOMETER | {'backlash': 0.006},
+    'MX-28': _MAGNET | {'backlash': 0.0058},
+    'MX-28-2': _MAGNET | {'backlash': 0.0058},
+    'XL430-W250': _MAGNET | {'backlash': 0.0044},
+    'XL330-M288': _MAGNET | {'backlash': 0.006},
+    'XL330-M077': _MAGNET | {'backlash': 0.006},
+    'STS3215': _MAGNET | {'backlash': 0.0152},
+}
+"""The fields of `ErrorParameters` that differ between servos."""
 ESTIMATORS = ('slerp', 'trajectory')
 
 
@@ -132,9 +147,3 @@ class ErrorParameters:
 
     def __post_init__(self) -> None:
         check(self)
-
-    @property
-    def is_of_default_servo(self) -> bool:
-        """Whether all data of the servo are those of SERVO."""
-        defaults = ErrorParameters()
-        return all(getattr(self, each) == getattr(defaults, each) for each in _OF_SERVO)

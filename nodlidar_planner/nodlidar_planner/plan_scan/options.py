@@ -12,7 +12,7 @@ from nodlidar_common.parameters import check, parameter
 from nodlidar_planner.choice.front import PATIENCE
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.coverage.coverage import MAX_SAMPLES_PER_SWEEP
-from nodlidar_planner.error_budget.parameters import ErrorParameters
+from nodlidar_planner.error_budget.parameters import ErrorParameters, SERVO_ERRORS
 from nodlidar_planner.pattern.band import USEFUL_SWEEP
 from nodlidar_planner.pattern.servo import (
     MAX_ACCELERATION,
@@ -167,7 +167,7 @@ _BOUNDS = ('azimuth', 'centre', 'window_min', 'window_max')
 _GROUPS: dict[Any, str] = {
     Task: 'object, region and lidar',
     Request: 'the nod',
-    ErrorParameters: 'with --error-budget',
+    ErrorParameters: 'with --error-budget; defaults of encoder and backlash are those of --servo',
 }
 
 
@@ -186,6 +186,7 @@ def parse(argv: Sequence[str] | None) -> tuple[Task, Request, ErrorParameters]:
         group = parser.add_argument_group(title)
         for option_field in fields(of):
             add_option(group, option_field)
+    parser.set_defaults(**SERVO_ERRORS.get(parser.parse_args(argv).servo, {}))
     values = vars(parser.parse_args(argv))
     task, request, errors = ({f.name: values[f.name] for f in fields(of)} for of in _GROUPS)
     _check_full_circle(task)

@@ -8,7 +8,6 @@ from typing import Any
 from nodlidar_planner.choice.front import Corner
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import Plan
-from nodlidar_planner.error_budget.parameters import SERVO
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.error_report import error_json, ErrorReport, print_error_report
@@ -53,18 +52,6 @@ def start_pitch(task: Task, plan: Plan) -> float:
     return float(pattern.pitch(0, task.pitch_min, task.pitch_max))
 
 
-def _notes(answer: Answer) -> list[str]:
-    found = notes(answer.task, answer.plans[0], answer.servo)
-    report = answer.errors
-    if report is not None and answer.servo != SERVO and report.parameters.is_of_default_servo:
-        found.append(
-            f'the error budget has encoder, backlash and deflection of the {SERVO}, not of the '
-            f'{answer.servo}: give --encoder-step, --encoder-noise, --encoder-error, --backlash '
-            'and --deflection'
-        )
-    return found
-
-
 def print_answer(answer: Answer, console: Console) -> None:
     """Print the best plan, notes, and the next best plans or the front."""
     table = Table(
@@ -73,7 +60,7 @@ def print_answer(answer: Answer, console: Console) -> None:
     for row in [*_plan_rows(answer), *_error_rows(answer)]:
         table.add_row(*row)
     console.print(table)
-    for note in _notes(answer):
+    for note in notes(answer.task, answer.plans[0], answer.servo):
         console.print(f'Note: {note}')
     if len(answer.plans) > 1:
         console.print(_plans_table(answer))
@@ -89,7 +76,7 @@ def as_json(answer: Answer, alternatives: bool) -> dict[str, Any]:
     result = _plan_json(task, best)
     result |= {'columns': task.columns, 'rows': task.rows, 'cell': task.cell}
     result |= {'hole_after': answer.objective.hole_after}
-    result['notes'] = _notes(answer)
+    result['notes'] = notes(task, best, answer.servo)
     result['nominal'] = answer.nominal and _plan_json(task, answer.nominal)
     result['error_budget'] = answer.errors and error_json(answer.errors)
     result['front'] = [asdict(corner) for corner in answer.front]
