@@ -91,8 +91,7 @@ def without(frame):
         check_traffic(replace(CLOUDS, seconds=4.0, ages=(), steps=())),
         check_content(CONTENT),
         check_frames(FRAMES),
-        check_diagnostics((Status('driver: device', 0, 'connected'),), True),
-        check_diagnostics((), False),
+        check_diagnostics((Status('driver: device', 0, 'connected'),)),
     ],
 )
 def test_a_healthy_sensor_has_no_fault(findings):
@@ -214,35 +213,31 @@ FAULTS = [
         'laser_xyz:="0.01 0 0.05"',
     ),
     (
-        check_diagnostics((Status('servo', 2, 'supply is 4.4 V, outside 4.5 to 6.0 V'),), True),
+        check_diagnostics((Status('servo', 2, 'supply is 4.4 V, outside 4.5 to 6.0 V'),)),
         'reported',
         'what its model needs',
     ),
     (
-        check_diagnostics((Status('servo', 2, 'in multi-turn mode: set its angle limits'),), True),
+        check_diagnostics((Status('servo', 2, 'in multi-turn mode: set its angle limits'),)),
         'reported',
         'nodlidar_servo setup',
     ),
     (
-        check_diagnostics((Status('servo', 2, 'the servo has shut down (overload)'),), True),
+        check_diagnostics((Status('servo', 2, 'the servo has shut down (overload)'),)),
         'reported',
         'what blocks the nod',
     ),
     (
-        check_diagnostics(
-            (Status('servo', 1, f'{FAILED}: late reply; 1% {FAILED}: no answer'),), True
-        ),
+        check_diagnostics((Status('servo', 1, f'{FAILED}: late reply; 1% {FAILED}: no answer'),)),
         'reported',
         'end other programs',
     ),
     (
-        check_diagnostics(
-            (Status('servo', 1, f'{FAILED}: no answer; 1% {FAILED}: late reply'),), True
-        ),
+        check_diagnostics((Status('servo', 1, f'{FAILED}: no answer; 1% {FAILED}: late reply'),)),
         'reported',
         'check supply, cable',
     ),
-    (check_diagnostics((Status('driver', 1, 'no scan for 3 s'),), True), 'reported', 'faults.md'),
+    (check_diagnostics((Status('driver', 1, 'no scan for 3 s'),)), 'reported', 'faults.md'),
 ]
 
 
@@ -288,11 +283,11 @@ def test_of_all_diagnostics_those_of_the_sensor_count():
     others = ('battery_monitor: battery', 'right/mapper: map', 'left/camera: device', 'driver: x')
     names = (*others, 'left/mapper: map', 'left/driver: device')
     statuses = tuple(Status(name, 2, 'broken') for name in names)
-    found = check_diagnostics(statuses, True, '/left')
+    found = check_diagnostics(statuses, '/left')
     assert [each.text for each in found] == [f'{name}: broken' for name in names[-2:]]
-    [found] = check_diagnostics(statuses, True)
+    [found] = check_diagnostics(statuses)
     assert found.text == 'driver: x: broken'
-    [found] = check_diagnostics(statuses[:1], True)
+    [found] = check_diagnostics(statuses[:1])
     assert found.level == Level.UNKNOWN
 
 

@@ -46,22 +46,16 @@ class Status:
     message: str
 
 
-def check_diagnostics(
-    statuses: tuple[Status, ...], running: bool, namespace: str = ''
-) -> list[Finding]:
+def check_diagnostics(statuses: tuple[Status, ...], namespace: str = '') -> list[Finding]:
     """Return a finding for each status of a sensor that is not OK.
 
     Parameters
     ----------
     statuses
         All statuses, also those of other sensors and of other programs.
-    running
-        Whether the sensor runs.
     namespace
         Of the sensor, without a slash at the end.
     """
-    if not running:
-        return []
     own = [f'{namespace}/{node}' for node in NODES]
     statuses = tuple(each for each in statuses if f'/{each.name.partition(":")[0]}' in own)
     if not statuses:

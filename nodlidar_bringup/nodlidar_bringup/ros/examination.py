@@ -129,7 +129,7 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
             Section('messages', _of_messages(watch, lasts, prefix)),
             Section('transforms', check_frames(frames)),
             Section('mount', _of_mount(watch, frames)),
-            Section('diagnostics', check_diagnostics(watch.statuses, True, space)),
+            Section('diagnostics', check_diagnostics(watch.statuses, space)),
         ],
         settings,
         True,
