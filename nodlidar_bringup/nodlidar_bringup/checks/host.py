@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
+from nodlidar_bringup.checks.graph import LAUNCH
 
 EARLIEST_NS = 1_735_689_600_000_000_000
 """2025-01-01: a clock before that was never set, as after the start of a computer without one."""
@@ -24,7 +25,7 @@ SELF_GOVERNED = ('intel_pstate', 'amd-pstate-epp')
 """Frequency drivers, in active mode, whose governor 'powersave' follows the load (Linux'
 admin-guide/pm/intel_pstate and amd-pstate). In passive mode they have other names."""
 
-_FAST = 'ros2 launch nodlidar_bringup robot.launch.py profile:=fast'
+_FAST = f'{LAUNCH} profile:=fast'
 
 
 @dataclass(frozen=True, slots=True)

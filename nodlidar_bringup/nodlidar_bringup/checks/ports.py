@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import re
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
+from nodlidar_bringup.checks.graph import LAUNCH
 from nodlidar_common.serial_port import TCP, TCP_PORT
 
 LIDAR, SERVO = 'lidar', 'servo'
@@ -18,7 +19,7 @@ LONGEST_LATENCY = 1
 """Of a USB adapter's latency timer, without a warning [ms]."""
 
 INSTALL_RULES = 'ros2 run nodlidar_bringup install_udev_rules'
-_LAUNCH = 'ros2 launch nodlidar_bringup robot.launch.py hardware:=real'
+_LAUNCH = f'{LAUNCH} hardware:=real'
 
 
 @dataclass(frozen=True, slots=True)
