@@ -6,19 +6,12 @@ from typing import Any
 
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
-from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
 
 TIMEOUT = 1.5  # s, to find the services of all nodes, and again for their answers
-_VALUES = {
-    ParameterType.PARAMETER_BOOL: 'bool_value',
-    ParameterType.PARAMETER_INTEGER: 'integer_value',
-    ParameterType.PARAMETER_DOUBLE: 'double_value',
-    ParameterType.PARAMETER_STRING: 'string_value',
-    ParameterType.PARAMETER_DOUBLE_ARRAY: 'double_array_value',
-}
 
 
 def settings_of(node: Node, wanted: dict[str, tuple[str, ...]]) -> dict[str, dict[str, Any]]:
@@ -74,8 +67,5 @@ def _spin(executor: SingleThreadedExecutor, finished: Callable[[], bool]) -> Non
 
 
 def _values(names: tuple[str, ...], answer: Any) -> dict[str, Any]:
-    return {
-        name: getattr(value, _VALUES[value.type])
-        for name, value in zip(names, answer.values, strict=False)
-        if value.type in _VALUES
-    }
+    values = map(parameter_value_to_python, answer.values)
+    return {n: v for n, v in zip(names, values, strict=False) if v is not None}

@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nodlidar_bringup.checks.diagnostics import Status
 from nodlidar_bringup.checks.graph import Endpoint, Graph, SOURCES, Topic
 from nodlidar_bringup.checks.traffic import Content, Traffic
+from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 import numpy as np
@@ -18,7 +19,6 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
-from sensor_msgs_py.point_cloud2 import read_points
 from tf2_msgs.msg import TFMessage
 
 TYPES = {'scan': LaserScan, 'joint_states': JointState, 'points': PointCloud2}
@@ -176,10 +176,9 @@ class SystemWatch:
         clouds, count = [], 0
         for _, cloud in reversed(self._arrivals['points']):
             if cloud.header.frame_id == frame and count < _MOST_POINTS:
-                points = read_points(cloud, ('x', 'y', 'z'))
-                clouds.append(np.stack([points[axis] for axis in 'xyz'], axis=-1))
-                count += len(points)
-        return np.concatenate(clouds).astype(np.float64) if clouds else np.zeros((0, 3))
+                clouds.append(coordinates(cloud))
+                count += len(clouds[-1])
+        return np.concatenate(clouds) if clouds else np.zeros((0, 3))
 
 
 def _endpoint(info: Any) -> Endpoint:
