@@ -52,9 +52,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     poses = np.stack([mapper.pose_of(each) for each in found])
     stamps_ns = [each.stamp_ns for each in found]
     matched = np.array([not each.lost for each in found])
-    surface, _ = write_map(
-        arguments.output, mapper.keyframes, mapper.edges, stamps_ns, poses, cells
-    )
+    surface = write_map(arguments.output, mapper.keyframes, mapper.edges, stamps_ns, poses, cells)
     seconds = time.perf_counter() - begin
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
     assert log.odometry is not None

@@ -105,7 +105,7 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
     if progress is None:
         raise EmptyMapError('nothing to save: no cloud was matched since the start or load_map')
     folder = folder.expanduser()
-    surface, _ = write_map(
+    surface = write_map(
         folder, progress.keyframes, progress.edges, progress.stamps_ns, progress.path, config
     )
     what = f'{len(progress.keyframes)} keyframes and {len(surface.points)} points'

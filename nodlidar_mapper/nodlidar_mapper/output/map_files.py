@@ -14,6 +14,7 @@ from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_mapper.output.picture import write_picture
 from nodlidar_mapper.output.saved_map import KEYFRAMES, save_keyframes
 import numpy as np
+from numpy.lib.recfunctions import unstructured_to_structured
 from plyfile import PlyData, PlyElement
 from scipy.spatial.transform import Rotation
 import yaml
@@ -30,8 +31,8 @@ def write_map(
     stamps_ns: Sequence[int],
     path: Array,
     config: GridConfig,
-) -> tuple[Surface, Grid]:
-    """Write a map and a path (n, 4, 4) into a folder, all files or none; return what was drawn.
+) -> Surface:
+    """Write a map and a path (n, 4, 4) into a folder, all files or none; return its surfaces.
 
     Raises
     ------
@@ -48,15 +49,13 @@ def write_map(
         write_path(part / 'trajectory.txt', stamps_ns, path)
         save_keyframes(part / KEYFRAMES, keyframes, edges)
         write_picture(part / 'map.png', grid, path)
-    return surface, grid
+    return surface
 
 
 def write_surface(path: Path, surface: Surface) -> None:
     """Write points and normals as a binary PLY file."""
-    vertices = np.empty(len(surface.points), dtype=[(axis, '<f4') for axis in AXES])
-    columns = np.concatenate([surface.points, surface.normals], axis=1).T
-    for axis, values in zip(AXES, columns, strict=True):
-        vertices[axis] = values
+    values = np.concatenate([surface.points, surface.normals], axis=1)
+    vertices = unstructured_to_structured(values, np.dtype([(axis, '<f4') for axis in AXES]))
     PlyData([PlyElement.describe(vertices, 'vertex')]).write(str(path))
 
 

@@ -28,7 +28,6 @@ SHAPES: dict[str, tuple[int | str, ...]] = {
     'relative': ('edges', 4, 4),
     'information': ('edges', 6, 6),
 }
-FEWEST = 1  # keyframes
 
 
 class SavedMapError(NodlidarError):
@@ -114,7 +113,7 @@ def _check(arrays: dict[str, NDArray[Any]]) -> None:
         'cloud': int(arrays['cloud_counts'].sum()),
         'edges': len(arrays['edge']),
     }
-    if sizes['keyframes'] < FEWEST:
+    if not sizes['keyframes']:
         raise ValueError('it has no keyframe')
     for name, shape in SHAPES.items():
         wanted = tuple(sizes.get(n, n) if isinstance(n, str) else n for n in shape)

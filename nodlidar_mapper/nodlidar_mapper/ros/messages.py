@@ -18,6 +18,7 @@ from nodlidar_mapper.geometry.poses import Array, matrix_from
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.output.grid import Grid
 import numpy as np
+from numpy.lib.recfunctions import unstructured_to_structured
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2, PointField
 from sensor_msgs_py.point_cloud2 import create_cloud
@@ -98,10 +99,8 @@ def path_message(stamps_ns: Sequence[int], poses: Array, stamp_ns: int, frame: s
 
 def surface_message(surface: Surface, stamp_ns: int, frame: str) -> PointCloud2:
     """Return points with their normals as a cloud."""
-    data = np.empty(len(surface.points), dtype=[(name, np.float32) for name in SURFACE_FIELDS])
-    columns = np.concatenate([surface.points, surface.normals], axis=1).T
-    for name, values in zip(SURFACE_FIELDS, columns, strict=True):
-        data[name] = values
+    values = np.concatenate([surface.points, surface.normals], axis=1).astype(np.float32)
+    data = unstructured_to_structured(values, names=SURFACE_FIELDS)
     fields = [
         PointField(name=name, offset=4 * k, datatype=PointField.FLOAT32, count=1)
         for k, name in enumerate(SURFACE_FIELDS)
