@@ -18,7 +18,6 @@ from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
 from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF, Topics
 from nodlidar_assembler.bags.sensor_log import assemble_log
-from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.bag import write_bag
@@ -90,7 +89,7 @@ def from_arrays(simulated: Recording) -> Row:
 
 
 def _assembled(log: Any) -> int:
-    clouds, _ = assemble_log(log, Pipeline(AssemblerConfig()))
+    clouds, _ = assemble_log(log, AssemblerConfig())
     return sum(len(cloud.data) for cloud in clouds)
 
 

@@ -129,7 +129,7 @@ def _by_mode(log: SensorLog) -> list[Row]:
 def _ages(log: SensorLog, mode: str) -> list[NDArray[np.float64]]:
     """Return the age of each cloud's points when it is complete [s]."""
     ages = []
-    for outcome in outcomes(log, Pipeline(PipelineConfig(cloud_mode=mode))):
+    for outcome in outcomes(log, PipelineConfig(cloud_mode=mode)):
         around = log.samples_around(outcome.scan.stamp_ns, outcome.scan.end_ns)
         now_ns = log.sample_ns[around.stop - 1]
         clouds = outcome.assembled.clouds if outcome.assembled is not None else []

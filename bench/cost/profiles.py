@@ -113,7 +113,7 @@ def mean_rms(profile: str, samples_per_sweep: int, seeds: range = SEEDS) -> floa
 
 
 def _surface_rms(simulated: Recording, config: AssemblerConfig) -> float:
-    clouds, _ = assemble_log(near_beams(simulated_log(simulated)), Pipeline(config))
+    clouds, _ = assemble_log(near_beams(simulated_log(simulated)), config)
     squares = [surface_rms(cloud, simulated.world) ** 2 * len(cloud.data) for cloud in clouds]
     return float(np.sqrt(sum(squares) / sum(len(cloud.data) for cloud in clouds)))
 

@@ -68,8 +68,7 @@ def row_of(scene: str, nod: str, duration: float = DURATION) -> Row:
 
 def _ratios(seen: Recording) -> Iterator[Array]:
     """Yield the errors of the points of each scan, each divided by its sigma."""
-    log, pipeline = simulated_log(seen), Pipeline(CONFIG)
-    for number, outcome in enumerate(outcomes(log, pipeline)):
+    for number, outcome in enumerate(outcomes(simulated_log(seen), CONFIG)):
         if outcome.assembled is None:
             continue  # the first and the last scan lack samples
         placed, beams = outcome.assembled.placed, outcome.assembled.beams

@@ -12,7 +12,7 @@ from nodlidar_assembler.bags.sensor_log import outcomes
 from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
+from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_planner.error_budget.parameters import ErrorParameters
@@ -129,7 +129,7 @@ def _assembled(
         scans=[replace(s, stamp_ns=s.stamp_ns + delay_ns) for s in log.scans[:-COOL_DOWN]],
         sample_ns=log.sample_ns + round(constant.joint_delay * NS_PER_S),
     )
-    for number, outcome in enumerate(outcomes(late, Pipeline(config))):
+    for number, outcome in enumerate(outcomes(late, config)):
         found = outcome.assembled
         assert found is not None or number < WARM_UP, outcome.dropped
         if found is not None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
-from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_sim.world.base import rotate, to_parent
 from nodlidar_sim.world.scene import load_scene
@@ -61,7 +60,7 @@ class Judged:
 def level_scans(log: SensorLog, config: LevelScanConfig) -> list[LevelScan]:
     """Return the level scans of a log."""
     scanner = LevelScanner(config)
-    assembled = (outcome.assembled for outcome in outcomes(log, Pipeline(CONFIG)))
+    assembled = (outcome.assembled for outcome in outcomes(log, CONFIG))
     return [found for each in assembled if each is not None for found in scanner.add(each)]
 
 

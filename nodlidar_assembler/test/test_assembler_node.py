@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from log_messages import scan_message
 from node_bench import BEAM_PERIOD, bench, SCAN_NS, sensor_log, simulated, START_NS
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
+from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
@@ -66,9 +66,7 @@ def test_an_unknown_profile_is_refused():
 @pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])
 def test_clouds_are_those_of_the_same_data_offline(log, cloud_mode, estimator):
     log = replace(log, scans=log.scans[:-3])  # trajectory waits for samples after a scan
-    expected, drops = assemble_log(
-        log, Pipeline(PipelineConfig(estimator=estimator, cloud_mode=cloud_mode))
-    )
+    expected, drops = assemble_log(log, PipelineConfig(estimator=estimator, cloud_mode=cloud_mode))
     assert not drops
     parameters = (f'cloud_mode:={cloud_mode}', f'estimator:={estimator}', 'deadline:=10.0')
     with bench(*parameters) as running:
@@ -209,7 +207,7 @@ def test_stamps_that_move_while_scans_come_as_before_are_warned_of(log):
 
 def test_scans_of_a_second_publisher_are_dropped_counted_and_warned_of(log):
     log = replace(log, scans=log.scans[:-3])
-    expected, _ = assemble_log(log, Pipeline(PipelineConfig()))
+    expected, _ = assemble_log(log, PipelineConfig())
     with bench('deadline:=10.0') as running:
         other = running.feeder.create_publisher(LaserScan, 'scan', 10)
         running.spin_until_heard(other)

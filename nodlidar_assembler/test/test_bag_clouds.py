@@ -12,7 +12,6 @@ from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.point_files import OutputError
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
@@ -96,7 +95,7 @@ def of_pipeline(bag, config):
     if config.ego_motion != 'off':
         odometry = read_odometry(bag, config)
         log = SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
-    return assemble_log(log, Pipeline(config))
+    return assemble_log(log, config)
 
 
 @pytest.mark.parametrize('estimator', ['nearest', 'ends', 'slerp', 'trajectory'])

@@ -9,7 +9,7 @@ import node_bench
 from node_bench import NodeBench, SCAN_NS, sensor_log, simulated, START_NS
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
+from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_common.errors import ParameterError
@@ -106,7 +106,7 @@ def offline(log, cloud_mode='scan', ego_motion='beam'):
     """Return the clouds that the same data give without ROS."""
     moved = replace(log, odometry=log.odometry.mounted(MOUNT))
     config = PipelineConfig(cloud_mode=cloud_mode, ego_motion=ego_motion)
-    clouds, drops = assemble_log(moved, Pipeline(config))
+    clouds, drops = assemble_log(moved, config)
     assert not drops
     return clouds
 
@@ -222,7 +222,7 @@ def test_odometry_that_is_sent_again_with_newer_stamps_is_named():
 def test_without_odometry_scans_are_uncompensated_in_their_own_frame_if_so_told(log):
     late = log.odometry.time_ns > log.scans[-1].stamp_ns + SCAN_NS
     begins_after = replace(log, odometry=part_of(log.odometry, late))
-    expected, _ = assemble_log(replace(log, odometry=None), Pipeline(PipelineConfig()))
+    expected, _ = assemble_log(replace(log, odometry=None), PipelineConfig())
     key = 'uncompensated: no odometry before it'
     with bench('deadline:=10.0', 'without_odometry:=uncompensated') as running:
         running.feed(begins_after)

@@ -10,7 +10,7 @@ from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
+from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
@@ -139,8 +139,8 @@ def driving(tmp_path_factory):
 def test_clouds_have_it_behind_the_other_fields_and_only_if_asked(driving, cloud_mode, ego_motion):
     log = replace(driving, odometry=None) if ego_motion == 'off' else driving
     config = PipelineConfig(cloud_mode=cloud_mode, ego_motion=ego_motion)
-    without, _ = assemble_log(log, Pipeline(config))
-    having, _ = assemble_log(log, Pipeline(replace(config, sigma_field=True)))
+    without, _ = assemble_log(log, config)
+    having, _ = assemble_log(log, replace(config, sigma_field=True))
     assert len(having) == len(without) > 0
     for one, other in zip(having, without, strict=True):
         names = other.data.dtype.names
@@ -156,7 +156,7 @@ def test_clouds_have_it_behind_the_other_fields_and_only_if_asked(driving, cloud
 
 def test_the_pipeline_judges_each_point_by_its_own_range_and_place(driving):
     config = PipelineConfig(sigma_field=True, sigma_time=0.0, sigma_pitch=0.01, sigma_range=0.0)
-    clouds, _ = assemble_log(replace(driving, odometry=None), Pipeline(config))
+    clouds, _ = assemble_log(replace(driving, odometry=None), config)
     for cloud in clouds:
         x, y, z = (cloud.data[axis].astype(float) for axis in 'xyz')
         squared_range = x**2 + y**2 + z**2 - 0.08**2  # the optical centre is above the pivot

@@ -8,7 +8,6 @@ from bags import entries_of, recording, write_bag, write_messages
 from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.read_bag import read_bag, read_drive
 from nodlidar_assembler.bags.sensor_log import assemble_log
-from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.clouds.time_order import UNSTAMPED
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
@@ -52,7 +51,7 @@ def test_a_malformed_scan_is_left_out(simulated, tmp_path):
     np.testing.assert_array_equal([scan.stamp_ns for scan in log.scans], expected)
     (reason,) = log.drops
     assert reason.startswith('angle_increment must be')
-    _, drops = assemble_log(log, Pipeline(AssemblerConfig()))
+    _, drops = assemble_log(log, AssemblerConfig())
     assert drops[reason] == log.drops[reason] == 1
 
 

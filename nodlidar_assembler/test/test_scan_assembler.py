@@ -520,7 +520,7 @@ def clouds_of_log(config, stamps_ms, places):
         pitch_at(stamps_ms),
         Odometry(stamps_ns, poses),
     )
-    return assemble_log(log, Pipeline(config))
+    return assemble_log(log, config)
 
 
 @pytest.mark.parametrize('jump_ms', [1030, 1080])

@@ -30,7 +30,7 @@ class EvaluationError(NodlidarError):
 def points_of(log: SensorLog, estimator: str, veil_angle: float = 0.0) -> Points:
     """Return all points of a log; raises EvaluationError if there are none."""
     config = PipelineConfig(estimator=estimator, veil_angle=veil_angle)
-    clouds, drops = assemble_log(log, Pipeline(config))
+    clouds, drops = assemble_log(log, config)
     if not clouds:
         raise EvaluationError(f'the log gives no points; scans dropped: {dict(drops)}')
     origin = clouds[0].origin

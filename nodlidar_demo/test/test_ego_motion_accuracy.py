@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
+from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import (
     moved_surface_rms,
@@ -73,7 +73,7 @@ def test_scans_that_odometry_does_not_cover_are_dropped_by_reason(driving):
     position[stamps[kept] > 5_030_000_000] += (0.5, 0.0, 0.0)  # a jump in 20 ms, within a scan
     part = Odometry(whole.time_ns[kept], Poses(position, whole.poses.orientation[kept]))
     log = replace(simulated_log(driving), odometry=part)
-    clouds, drops = assemble_log(log, Pipeline(PipelineConfig()))
+    clouds, drops = assemble_log(log, PipelineConfig())
     assert sum(drops.values()) + len(clouds) == len(log.scans)
     stamp = (driving.scan_stamp_ns - START_NS) / 1e9
     end = (driving.true_time_ns[:, -1] - START_NS) / 1e9

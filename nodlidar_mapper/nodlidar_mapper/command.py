@@ -10,7 +10,6 @@ from typing import TypeVar
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import clouds_in
-from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
@@ -46,7 +45,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     mapper = Mapper(_given(arguments.params, MapConfig()))
     cells = _given(arguments.params, GridConfig())
     log = read_drive(arguments.bag, config, topics_of(arguments))
-    clouds, drops = clouds_in(log, Pipeline(config))
+    clouds, drops = clouds_in(log, config)
     with progress_bar() as bar:
         found = estimates(mapper, bar.track(clouds, description='mapping'), log, config)
     poses = np.stack([mapper.pose_of(each) for each in found])

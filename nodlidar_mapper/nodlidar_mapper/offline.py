@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
-from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.geometry.poses import Array, matrix_from
@@ -19,7 +18,7 @@ LIMITS = OdometryConfig()
 
 def clouds_of(log: SensorLog, config: AssemblerConfig) -> list[Points]:
     """Return the deskewed clouds of a drive that have odometry; raises BagError without any."""
-    return clouds_in(log, Pipeline(config))[0]
+    return clouds_in(log, config)[0]
 
 
 def estimates(

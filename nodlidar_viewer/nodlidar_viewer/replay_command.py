@@ -11,7 +11,6 @@ from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.parameters import check
 from nodlidar_viewer.config import ViewerConfig
@@ -77,7 +76,7 @@ def _clouds_of(bag: Path, params: Path | None, topics: Topics) -> tuple[str, lis
     else:
         frame = config.odom_frame
         config = configuration(params, {'ego_motion': 'beam'})
-    clouds, drops = clouds_in(log, Pipeline(config))
+    clouds, drops = clouds_in(log, config)
     for damage in log.damage:
         print(damage, file=sys.stderr)
     for reason, count in drops.items():

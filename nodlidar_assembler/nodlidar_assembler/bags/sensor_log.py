@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from nodlidar_assembler.bags.bag_types import BagError
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry
-from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.errors import ScanError
 import numpy as np
@@ -46,15 +46,16 @@ class SensorLog:
         return slice(max(first, 0), min(last + 1, len(self.sample_ns)))
 
 
-def outcomes(log: SensorLog, pipeline: Pipeline) -> Iterator[Outcome]:
+def outcomes(log: SensorLog, config: PipelineConfig) -> Iterator[Outcome]:
     """Yield what becomes of each scan of a log.
 
     All samples are known, however late they came; a ScanAssembler waits for them.
     """
+    pipeline = Pipeline(config)
     margin_ns = pipeline.estimator.margin_ns
     jumps_ns = np.empty(0, dtype=np.int64)
     if log.odometry is not None:
-        jumps_ns = log.odometry.jumps_ns(pipeline.motion_limits)
+        jumps_ns = log.odometry.jumps_ns(config)
     samples_added = 0
     jumps_before = 0  # until the last scan that was assembled
     for scan in log.scans:
@@ -73,11 +74,11 @@ def outcomes(log: SensorLog, pipeline: Pipeline) -> Iterator[Outcome]:
             yield Outcome(scan, assembled)
 
 
-def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Counter[str]]:
+def assemble_log(log: SensorLog, config: PipelineConfig) -> tuple[list[Points], Counter[str]]:
     """Return a log's clouds, and what was dropped, counted by reason."""
     clouds: list[Points] = []
     drops = log.drops.copy()
-    for outcome in outcomes(log, pipeline):
+    for outcome in outcomes(log, config):
         if outcome.assembled is None:
             drops[outcome.dropped] += 1
         else:
@@ -85,9 +86,9 @@ def assemble_log(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Coun
     return clouds, drops
 
 
-def clouds_in(log: SensorLog, pipeline: Pipeline) -> tuple[list[Points], Counter[str]]:
+def clouds_in(log: SensorLog, config: PipelineConfig) -> tuple[list[Points], Counter[str]]:
     """Return the same for a log that was read; raises BagError if there is no cloud."""
-    clouds, drops = assemble_log(log, pipeline)
+    clouds, drops = assemble_log(log, config)
     if not clouds:
         reasons = ', '.join(f'{count} {reason}' for reason, count in drops.items())
         raise BagError(f'no cloud from {len(log.scans)} scans: {reasons or "no whole sweep"}')

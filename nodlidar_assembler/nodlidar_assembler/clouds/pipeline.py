@@ -119,8 +119,6 @@ class Pipeline:
     ----------
     estimator
         Estimator of the pitch of each beam.
-    motion_limits
-        Odometry that exceeds them is not believed.
     veil_points
         Number of points removed as mixed pixels.
     """
@@ -130,7 +128,7 @@ class Pipeline:
         self._veils: VeilConfig = config
         self._sigma: SigmaConfig = config
         self.estimator = PitchEstimator(config)
-        self.motion_limits: OdometryConfig = config
+        self._motion_limits: OdometryConfig = config
         self._mount = config.mount
         self._deskews, self._deskew_to = config.ego_motion == 'deskew', config.deskew_to
         self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
@@ -200,7 +198,7 @@ class Pipeline:
         self._repeats.check(scan.geometry, scan.ranges, pitch)
         poses = None
         if odometry is not None:
-            poses = odometry.at(scan.stamp_ns + beams.offset_ns, self.motion_limits)
+            poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
         placed = self._with_sigma(
             place(beams, self._without_mixed_pixels(scan), pitch), scan, beams, pitch
         )
