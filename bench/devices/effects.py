@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 from nodlidar_common.parameters import limits_of
-from nodlidar_demo.evaluation import points_of, simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import points_of, simulated_drive, simulated_log
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.base import to_space
 from nodlidar_sim.world.effects import Effects
@@ -154,9 +154,8 @@ def recording(scene: Scene, seed: int = 0) -> Recording:
 
 def figures(simulated: Recording) -> Figures:
     """Return the figures of a recording whose points are assembled as in the node."""
-    scene, log = simulated.world.scene, simulated_log(simulated)
-    if scene.drives:
-        log = replace(log, odometry=simulated_odometry(simulated))
+    scene = simulated.world.scene
+    log = simulated_drive(simulated) if scene.drives else simulated_log(simulated)
     points = points_of(log, 'slerp').xyz
     some = points[::THINNING] if scene.drives else scene.mount.to_parent(points[::THINNING])
     in_world = to_space(np.array(scene.base_start)).to_parent(some)

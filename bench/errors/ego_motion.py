@@ -4,7 +4,6 @@ With the errors of lidar and servo, and without. Odometry has no errors.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
@@ -13,6 +12,7 @@ from nodlidar_demo.evaluation import (
     moved_surface_rms,
     near_beams,
     points_of,
+    simulated_drive,
     simulated_log,
     simulated_odometry,
 )
@@ -46,7 +46,7 @@ def recordings(velocity: tuple[float, float]) -> dict[str, Recording]:
 
 def beam_rms(simulated: Recording, estimator: str = 'slerp', veil_angle: float = 0.0) -> float:
     """Return the RMS distance of the points to the surfaces [m], with a pose for each beam."""
-    log = replace(near_beams(simulated_log(simulated)), odometry=simulated_odometry(simulated))
+    log = near_beams(simulated_drive(simulated))
     points = points_of(log, estimator, veil_angle)
     return moved_surface_rms(points.xyz, points.time_ns, simulated.world)
 

@@ -3,12 +3,12 @@
 With the errors of a URG-04LX-UG01 and an RX-24F, and with ideal devices. Odometry has no errors.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import simulated_drive
 from nodlidar_sim.world.base import rotate, to_parent
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.world import World
@@ -95,7 +95,7 @@ def results() -> list[Row]:
 
 def _row(name: str, route: str | None, ideal: bool) -> Row:
     recording = recorded(load_scene(name, route, ideal=ideal), DURATION, seed=1)
-    log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
+    log = simulated_drive(recording)
     config = LevelScanConfig(level_scan='sweep')
     found = judged(log, recording.world, config)
     off = np.abs(found.errors)

@@ -5,10 +5,10 @@ Odometry has errors of scale and slip. Paths are aligned at the first cloud, whe
 and by the best fit.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import time
 
-from nodlidar_demo.evaluation import moved_surface_rms, simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import moved_surface_rms, simulated_drive
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, moved
 from nodlidar_mapper.mapper import Mapper
@@ -60,7 +60,7 @@ class Mapped:
 
 def mapped(recording: Recording) -> Mapped:
     """Map a recording, and compare it with the truth."""
-    log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
+    log = simulated_drive(recording)
     mapper, found, seconds, by_odometry = Mapper(MapConfig()), [], [], []
     for cloud in clouds_of(log, CONFIG):
         points, odometry = cloud.xyz, odometry_at(log, cloud.stamp_ns)

@@ -7,7 +7,7 @@ a crooked ring. The jump comes at a random place and has a random direction.
 from dataclasses import dataclass, replace
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import simulated_drive
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
@@ -90,7 +90,7 @@ def _trial(recording: Recording, distance: float, turn: float, rng: np.random.Ge
         [distance * np.cos(direction), distance * np.sin(direction), rng.uniform(-turn, turn)]
     )
     jumped = with_jump(recording, jump_ns, jump)
-    log = replace(simulated_log(jumped), odometry=simulated_odometry(jumped))
+    log = simulated_drive(jumped)
     found = estimates(Mapper(MapConfig()), clouds_of(log, CONFIG), log)
     stamps_ns = np.array([each.stamp_ns for each in found])
     off = errors(true_poses(recording, stamps_ns), [each.pose for each in found])

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from ament_index_python.packages import get_package_share_directory
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import simulated_drive
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
@@ -93,8 +93,7 @@ class Followed:
 def drive(name: str, route: str | None, duration: float, seed: int) -> tuple[SensorLog, Recording]:
     """Return what real devices recorded on a drive, and the truth."""
     recording = recorded(scene_of(name, route, 1.0, ideal=False), duration, seed)
-    log = simulated_log(recording)
-    return replace(log, odometry=simulated_odometry(recording)), recording
+    return simulated_drive(recording), recording
 
 
 def followed(log: SensorLog, recording: Recording, use: Use) -> Followed:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import simulated_drive, simulated_log
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
@@ -15,8 +15,7 @@ from bench.maps.level_scan import judged
 def driven(name):
     scene = load_scene(name, ideal=True).with_velocity((0.6, 0.5))
     recording = recorded(scene, 4.0, seed=1)
-    log = simulated_log(recording)
-    return recording.world, log, replace(log, odometry=simulated_odometry(recording))
+    return recording.world, simulated_log(recording), simulated_drive(recording)
 
 
 @pytest.mark.parametrize('mode', ['sweep', 'scan'])
@@ -53,7 +52,7 @@ def test_beams_that_the_lidar_lost_show_what_is_free_or_nothing():
 
 def test_devices_with_errors_leave_few_azimuths_unknown():
     recording = recorded(load_scene('corridor'), 4.0, seed=2)
-    log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
+    log = simulated_drive(recording)
     found = judged(log, recording.world, LevelScanConfig(level_scan='sweep'))
     assert found.known.min() >= 0.98
     assert np.median(np.abs(found.errors)) < 0.02

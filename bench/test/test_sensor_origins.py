@@ -1,8 +1,6 @@
 """Rays that octomap_server and Nav2 cast, from a cloud's frame to its points, in the scene."""
 
-from dataclasses import replace
-
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_demo.evaluation import simulated_drive
 from nodlidar_mapper.offline import clouds_of
 from nodlidar_sim.world.base import rotate, to_parent
 from nodlidar_sim.world.scene import load_scene
@@ -18,7 +16,7 @@ CELL = 0.1  # m
 def drive(request):
     route = 'figure_of_eight' if request.param == 'room' else None
     recording = recorded(load_scene(request.param, route, ideal=True), 8.0, seed=1)
-    log = replace(simulated_log(recording), odometry=simulated_odometry(recording))
+    log = simulated_drive(recording)
     return recording.world, clouds_of(log, CONFIG)[2:]
 
 

@@ -129,6 +129,11 @@ def simulated_odometry(simulated: Recording) -> Odometry:
     return of_base.mounted(simulated.world.scene.mount)
 
 
+def simulated_drive(simulated: Recording) -> SensorLog:
+    """Return the log of the simulated devices, with the odometry of the wheels."""
+    return replace(simulated_log(simulated), odometry=simulated_odometry(simulated))
+
+
 def moved_surface_rms(
     xyz: NDArray[np.float64], times_ns: NDArray[np.int64], world: World
 ) -> float:
