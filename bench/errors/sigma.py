@@ -9,7 +9,8 @@ from dataclasses import replace
 from functools import partial
 
 from nodlidar_assembler.bags.sensor_log import outcomes
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.assembly import nodded
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log
@@ -25,7 +26,6 @@ from bench.shared.scans import samples_for
 from bench.shared.timing import interleaved
 
 Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 DURATION = 8.0
 SCENES = ('room', 'corridor', 'corner')
@@ -73,10 +73,8 @@ def _ratios(seen: Recording) -> Iterator[Array]:
             continue  # the first and the last scan lack samples
         placed, beams = outcome.assembled.placed, outcome.assembled.beams
         true = beams.direction * seen.true_range[number] + beams.mount.position[:, None]
-        x, y, z = true[:, placed.beams]
-        cos, sin = (f(seen.true_pitch[number, placed.beams]) for f in (np.cos, np.sin))
-        off = placed.xyz - np.stack([x * cos - z * sin, y, x * sin + z * cos])
-        yield np.sqrt(np.sum(off**2, axis=0)) / placed.sigma
+        off = placed.xyz - nodded(true, seen.true_pitch[number])[:, placed.beams]
+        yield np.linalg.norm(off, axis=0) / placed.sigma
 
 
 def time_of_sigma() -> Row:
@@ -87,10 +85,6 @@ def time_of_sigma() -> Row:
     for wanted in (True, False):
         pipeline = Pipeline(replace(CONFIG, sigma_field=wanted))
         samples = samples_for(scan, log, pipeline)
-        actions[str(wanted)] = partial(_add, pipeline, scan, samples)
+        actions[str(wanted)] = partial(pipeline.add_scan, scan, *samples)
     (with_it, _), (without, _) = interleaved(actions, ROUNDS)
     return {TIME: (with_it - without) * 1e6, 'without it [us]': without * 1e6}
-
-
-def _add(pipeline: Pipeline, scan: Scan, samples: tuple[Times, Array]) -> object:
-    return pipeline.add_scan(scan, *samples)

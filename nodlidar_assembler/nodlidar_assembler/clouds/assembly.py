@@ -81,10 +81,9 @@ class Placed:
 def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64]) -> Placed:
     """Return the end points of a scan's beams in nodlidar_base_link.
 
-    A beam ends at ``p = direction * r + mount.position`` in the nodding frame. The nod turns it by
-    phi (positive up) about -y to ``x = p_x cos(phi) - p_z sin(phi)``, ``y = p_y``,
-    ``z = p_x sin(phi) + p_z cos(phi)``: with the mount z_off above the axis, this is the transform
-    of docs/model.md, erratum 2 included.
+    A beam ends at ``direction * r + mount.position`` in the nodding frame, which the nod turns.
+    With the mount z_off above the axis, this is the transform of docs/model.md, erratum 2
+    included.
 
     Parameters
     ----------
@@ -99,10 +98,25 @@ def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64])
     xyz = beams.direction.take(valid, axis=1)
     xyz *= ranges.take(valid)
     xyz += beams.mount.position[:, None]
-    phi = pitch.take(valid)
-    cos, sin = np.cos(phi), np.sin(phi)
+    return Placed(valid, nodded(xyz, pitch.take(valid)))
+
+
+def nodded(xyz: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn points of the nodding frame by the nod, in place; return them in nodlidar_base_link.
+
+    A pitch phi (positive up) turns about -y, to ``x cos(phi) - z sin(phi)``, ``y``,
+    ``x sin(phi) + z cos(phi)``.
+
+    Parameters
+    ----------
+    xyz
+        Points [m], shape (3, n).
+    pitch
+        Pitch of the nod at each [rad], shape (n,).
+    """
+    cos, sin = np.cos(pitch), np.sin(pitch)
     xyz[0], xyz[2] = xyz[0] * cos - xyz[2] * sin, xyz[0] * sin + xyz[2] * cos
-    return Placed(valid, xyz)
+    return xyz
 
 
 def points_of(

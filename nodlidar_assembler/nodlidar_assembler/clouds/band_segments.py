@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.assembly import place
+from nodlidar_assembler.clouds.assembly import nodded, place
 from nodlidar_assembler.clouds.deskew import as_of
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.pipeline import Assembled
@@ -100,7 +100,8 @@ def segments_in_band(
     order = np.argsort(which)
     which = which[order]
     end = np.concatenate([assembled.placed.xyz, free.xyz], axis=1)[:, order].T @ levelled.T
-    begin = _optical_centres(beams.mount.position, pitch[which]) @ levelled.T
+    centres = np.repeat(beams.mount.position[:, None], len(which), axis=1)
+    begin = nodded(centres, pitch[which]).T @ levelled.T
     enters, leaves = _within(begin[:, 2], end[:, 2], band)
     way = end - begin
     segments = Segments(
@@ -111,13 +112,6 @@ def segments_in_band(
         None if assembled.poses is None else assembled.poses[which].turned(levelled.T),
     )
     return segments[np.flatnonzero(enters < leaves)]
-
-
-def _optical_centres(position: Array, pitch: Array) -> Array:
-    """Return the optical centre at each pitch, in nodlidar_base_link [m], shape (n, 3)."""
-    x, y, z = position
-    cos, sin = np.cos(pitch), np.sin(pitch)
-    return np.stack([x * cos - z * sin, np.full_like(pitch, y), x * sin + z * cos], axis=1)
 
 
 def _within(begin: Array, end: Array, band: tuple[float, float]) -> tuple[Array, Array]:

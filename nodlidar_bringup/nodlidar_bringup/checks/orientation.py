@@ -13,6 +13,7 @@ Which way is left, a cloud of a room at rest cannot show: that is left to the us
 
 from dataclasses import dataclass, field
 
+from nodlidar_assembler.clouds.assembly import nodded
 import numpy as np
 from numpy.typing import NDArray
 
@@ -117,9 +118,8 @@ def beams_of(points: Array, lever: Lever) -> tuple[Array, Array, Array]:
 def points_of(range_: Array, azimuth: Array, pitch: Array, lever: Lever) -> Array:
     """Return where beams end, shape (n, 3); the transform of docs/model.md."""
     ahead = range_ * np.cos(azimuth) + lever[0]
-    cos, sin = np.cos(pitch), np.sin(pitch)
-    x, z = ahead * cos - lever[2] * sin, ahead * sin + lever[2] * cos
-    return np.stack([x, range_ * np.sin(azimuth) + lever[1], z], axis=1)
+    aside = range_ * np.sin(azimuth) + lever[1]
+    return nodded(np.stack([ahead, aside, np.full_like(ahead, lever[2])]), pitch).T
 
 
 def pairs_on_surfaces(points: Array, azimuth: Array, pitch: Array) -> int:
