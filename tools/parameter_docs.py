@@ -81,9 +81,9 @@ def in_yaml(value: object) -> str:
 
 def allowed(limits: Limits) -> str:
     """Return the allowed values in a few words; empty text if all are."""
-    if limits.choices or (limits.minimum is None and limits.maximum is None):
-        return '' if not limits.choices else ', '.join(limits.choices)
     low, high = limits.minimum, limits.maximum
+    if limits.choices or (low is None and high is None):
+        return ', '.join(limits.choices)
     if high is None:
         return f'from {low:g}'
     return f'to {high:g}' if low is None else f'{low:g} to {high:g}'
