@@ -4,7 +4,6 @@ Times are of one core, the lower quartile of interleaved runs. The time of a ste
 it, less the time without it.
 """
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 import subprocess
@@ -27,9 +26,7 @@ from rosbags.rosbag2 import Reader, StoragePlugin
 
 from bench.shared.reference import DRIVING, simulated_room
 from bench.shared.report import Row
-from bench.shared.timing import interleaved
-
-Action = Callable[[], object]
+from bench.shared.timing import Action, interleaved
 
 DURATION = 60.0
 LONGER = 8  # times as long: a second bag, which must not need more memory

@@ -11,6 +11,7 @@ from nodlidar_viewer.config import ViewerConfig
 import psutil
 
 from bench.cost.chromium import chromium
+from bench.shared.node_processes import node_processes, seconds_of
 from bench.shared.report import Row
 
 SETTLING, DURATION = 12.0, 20.0  # until most_points are shown; of the measurement [s]
@@ -30,7 +31,7 @@ def results() -> list[Row]:
         with launched_sensor(log, 'view:=web', 'ideal:=true') as sensor:
             address = _address(log)
             time.sleep(SETTLING)  # the launch has settled
-            node = _viewer(sensor.process.pid)
+            node = node_processes(sensor.process.pid, ['viewer'])['viewer']
             return [asyncio.run(_measure(address, node))]
 
 
@@ -58,10 +59,9 @@ async def _measure(address: str, node: psutil.Process) -> Row:
 
 async def _load(node: psutil.Process) -> float:
     """Return the share of a core that a process uses [%]."""
-    before = node.cpu_times()
+    before = seconds_of(node)
     await asyncio.sleep(DURATION)
-    after = node.cpu_times()
-    return (after.user + after.system - before.user - before.system) / DURATION * 100.0
+    return (seconds_of(node) - before) / DURATION * 100.0
 
 
 def _address(log: Path) -> str:
@@ -72,11 +72,3 @@ def _address(log: Path) -> str:
             return found[1]
         time.sleep(0.1)
     raise TimeoutError(log.read_text())
-
-
-def _viewer(launch_pid: int) -> psutil.Process:
-    return next(
-        child
-        for child in psutil.Process(launch_pid).children(recursive=True)
-        if any(Path(part).name == 'viewer' for part in child.cmdline()[:2])
-    )

@@ -52,7 +52,7 @@ def hall(rng: np.random.Generator) -> tuple[Array, Walls, Things]:
     unit = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
     corners = size * unit
     way = corners + rng.uniform(2.5, 4.0, (4, 2)) * (1.0 - 2.0 * unit)
-    walls = [(start, end) for start, end in pairwise([*corners, corners[0]])]
+    walls = list(pairwise([*corners, corners[0]]))
     places = rng.uniform(0.5, size - 0.5, (80, 2))
     away = [place for place in places if _distance(place, way) > 1.2]
     return way, walls, [_thing(rng, place) for place in away]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 import ctypes
 from dataclasses import dataclass
 import fcntl
@@ -169,11 +170,9 @@ class Machines:
 
     def _take(self, end: int) -> None:
         """Take the frames that wait at an end of the line."""
-        try:
+        with suppress(BlockingIOError):
             while frame := os.read(self._cards[end], MTU + _HEADER + 4):
                 self._accept(end, frame)
-        except BlockingIOError:
-            return
 
     def _accept(self, end: int, frame: bytes) -> None:
         self.sent[end] += len(frame)

@@ -1,6 +1,7 @@
 """The processes of a launched sensor's nodes, and the processor time that they use."""
 
 from collections import Counter
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
@@ -9,13 +10,13 @@ import psutil
 NODES = ('driver', 'servo', 'assembler', 'robot_state_publisher')
 
 
-def node_processes(launch_pid: int) -> dict[str, psutil.Process]:
-    """Return the process of each node that a launch has started and that still runs."""
+def node_processes(launch_pid: int, nodes: Iterable[str] = NODES) -> dict[str, psutil.Process]:
+    """Return the process of each of some nodes that a launch has started and that still runs."""
     found: dict[str, psutil.Process] = {}
     with suppress(psutil.NoSuchProcess):
         for child in psutil.Process(launch_pid).children(recursive=True):
             with suppress(psutil.NoSuchProcess):
-                for node in {Path(part).name for part in child.cmdline()[:2]} & set(NODES):
+                for node in {Path(part).name for part in child.cmdline()[:2]} & set(nodes):
                     found[node] = child
     return found
 
