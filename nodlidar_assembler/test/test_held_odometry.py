@@ -5,7 +5,7 @@ import re
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.held_odometry import HeldOdometry
+from nodlidar_assembler.inputs.held_odometry import HeldOdometry
 import pytest
 
 

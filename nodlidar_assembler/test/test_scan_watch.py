@@ -1,6 +1,6 @@
 """Wrong stamps and rates, and missing scans, found by the revolutions of the lidar."""
 
-from nodlidar_assembler.control.scan_watch import ScanWatch
+from nodlidar_assembler.inputs.scan_watch import ScanWatch
 import numpy as np
 import pytest
 

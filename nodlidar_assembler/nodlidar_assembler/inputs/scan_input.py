@@ -6,9 +6,9 @@ from typing import Any
 
 from nodlidar_assembler.clouds.geometry import revolution_time
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.control.scan_watch import ScanWatch
 from nodlidar_assembler.inputs.one_source import OneSource
 from nodlidar_assembler.inputs.scan_message import scan_from_message
+from nodlidar_assembler.inputs.scan_watch import ScanWatch
 from nodlidar_assembler.inputs.stamp_clock import StampClock
 from nodlidar_common.errors import ParameterError, ScanError
 from nodlidar_common.nod import NS_PER_S

@@ -7,13 +7,13 @@ import math
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.held_odometry import DISTANCE, HeldOdometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_following import NodFollowing
 from nodlidar_assembler.control.revolutions import GATE_NS
+from nodlidar_assembler.inputs.held_odometry import DISTANCE, HeldOdometry
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
