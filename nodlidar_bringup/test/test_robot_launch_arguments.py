@@ -9,12 +9,22 @@ from nodlidar_common.stamps import time_ns
 import numpy as np
 from observer import Observer
 import pytest
-from rcl_interfaces.srv import GetParameters
+from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import ReliabilityPolicy
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from tf2_msgs.msg import TFMessage
 import yaml
+
+
+def parameters(observer, *names):
+    """Return the values of the running assembler."""
+    client = AsyncParameterClient(observer.node, 'assembler')
+    observer.spin_until(client.services_are_ready, 'the assembler')
+    answer = client.get_parameters(list(names))
+    observer.spin_until(answer.done, 'parameters')
+    return [parameter_value_to_python(value) for value in answer.result().values]
 
 
 def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
@@ -78,15 +88,10 @@ def test_a_profile_is_the_assembler_s_and_sets_the_rates_of_joint_states_and_tf(
     observer.subscribe(TFMessage, '/tf')
     observer.subscribe(JointState, 'joint_states')
     observer.subscribe(PointCloud2, 'points')
-    client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
     with launched_sensor(tmp_path / 'launch.log', 'profile:=fast', 'scene:=wall', 'ideal:=true'):
         heard = observer.messages['points'], observer.messages['joint_states']
         observer.spin_until(lambda: all(len(topic) > 40 for topic in heard), 'both topics')
-        observer.spin_until(client.service_is_ready, 'the assembler')
-        answer = client.call_async(GetParameters.Request(names=['profile', 'coverage_window']))
-        observer.spin_until(answer.done, 'parameters')
-    profile, window = answer.result().values
-    assert (profile.string_value, window.double_value) == ('fast', 0.0)
+        assert parameters(observer, 'profile', 'coverage_window') == ['fast', 0.0]
     stamps = [time_ns(state.header.stamp) for state in observer.messages['joint_states']]
     assert np.median(np.diff(stamps)) == pytest.approx(NS_PER_S / 16.0, rel=0.1)
     nods = [tf.transforms[0] for tf in observer.messages['/tf']]
@@ -98,15 +103,11 @@ def test_a_profile_is_the_assembler_s_and_sets_the_rates_of_joint_states_and_tf(
 
 def test_the_lidar_s_place_is_the_assembler_s_and_the_model_s(tmp_path):
     observer = Observer()
-    client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
     mount = 'laser_xyz:=0.01 0 -5e-2', 'laser_rpy:=0 0 3.141592653589793'
     frames = 'nodlidar_tilt_link', 'laser', Time()
     with launched_sensor(tmp_path / 'launch.log', 'scene:=wall', 'ideal:=true', *mount):
-        observer.spin_until(client.service_is_ready, 'the assembler')
-        answer = client.call_async(GetParameters.Request(names=['laser_xyz', 'laser_rpy']))
-        observer.spin_until(answer.done, 'parameters')
+        xyz, rpy = map(list, parameters(observer, 'laser_xyz', 'laser_rpy'))
         observer.spin_until(lambda: observer.transforms.can_transform(*frames), 'the model')
-    xyz, rpy = (list(value.double_array_value) for value in answer.result().values)
     assert (xyz, rpy) == ([0.01, 0.0, -0.05], [0.0, 0.0, np.pi])
     transform = observer.transforms.lookup_transform(*frames).transform
     p, q = transform.translation, transform.rotation
@@ -119,14 +120,9 @@ def test_the_assembler_plans_for_the_servo_unless_its_file_says_otherwise(tmp_pa
     file = tmp_path / 'assembler.yaml'
     file.write_text('/**: {ros__parameters: {max_nod_speed: 2.5}}\n')
     observer = Observer()
-    client = observer.node.create_client(GetParameters, 'assembler/get_parameters')
     arguments = 'scene:=wall', 'ideal:=true', 'servo:=XL430-W250', f'assembler_params:={file}'
     with launched_sensor(tmp_path / 'launch.log', *arguments):
-        observer.spin_until(client.service_is_ready, 'the assembler')
-        names = ['max_nod_speed', 'max_nod_acceleration']
-        answer = client.call_async(GetParameters.Request(names=names))
-        observer.spin_until(answer.done, 'parameters')
-    found = [value.double_value for value in answer.result().values]
+        found = parameters(observer, 'max_nod_speed', 'max_nod_acceleration')
     assert found == pytest.approx([2.5, 150.0], rel=1e-3)
     observer.close()
 

@@ -9,18 +9,18 @@ from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
 import pytest
 
 
+def sensor_of(**arguments):
+    context = LaunchContext()
+    defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
+    context.launch_configurations.update(defaults | arguments)
+    return sensor.Sensor(context)
+
+
 @pytest.fixture
 def executables(monkeypatch):
     """Return a function from arguments to the executables of the nodes."""
     monkeypatch.setattr(sensor, 'tied_node', lambda _, package, executable, **options: executable)
-
-    def of(**values):
-        context = LaunchContext()
-        defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
-        context.launch_configurations.update(defaults | values)
-        return sensor.Sensor(context).nodes()
-
-    return of
+    return lambda **arguments: sensor_of(**arguments).nodes()
 
 
 @pytest.mark.parametrize(
@@ -49,11 +49,7 @@ def test_the_driver_starts_unless_another_one_publishes_scans(executables, lidar
 
 def test_the_assembler_is_told_how_the_sensor_is_mounted(monkeypatch):
     monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['arguments'])
-    context = LaunchContext()
-    defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
-    mount = {'mount_xyz': '0.2 0 0.4', 'mount_rpy': '3.14159265 0.25 1'}
-    context.launch_configurations.update(defaults | mount)
-    said = sensor.Sensor(context).assembler()
+    said = sensor_of(mount_xyz='0.2 0 0.4', mount_rpy='3.14159265 0.25 1').assembler()
     assert 'mount_tilt:=[3.14159265, 0.25]' in said
     height = next(word for word in said if word.startswith('sensor_height:='))
     assert float(height.partition('=')[2]) == pytest.approx(0.4 - 0.08 * math.cos(0.25))
@@ -61,11 +57,8 @@ def test_the_assembler_is_told_how_the_sensor_is_mounted(monkeypatch):
 
 def test_the_file_of_a_driver_takes_precedence_over_the_assembler_s(monkeypatch):
     monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['parameters'])
-    context = LaunchContext()
-    defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
     chosen = {'hardware': 'real', 'lidar': 'ldlidar', 'adapt_limits': 'true'}
-    context.launch_configurations.update(defaults | chosen)
-    *files, own = sensor.Sensor(context).assembler()
+    *files, own = sensor_of(**chosen).assembler()
     names = [Path(file).name for file in files]
     assert names == ['balanced.yaml', 'assembler.yaml', 'ldlidar.yaml']
     assert 'last_beam_first' not in own
@@ -88,11 +81,8 @@ def test_best_effort_scans_come_in_within_a_namespace_that_is_pushed(
 ):
     """By PushRosNamespace in a launch file that includes this one, as launch_ros combines them."""
     monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options)
-    context = LaunchContext()
-    defaults = {name: options['default_value'] for name, options in ARGUMENTS.items()}
     given = {'hardware': 'real', 'lidar': 'ydlidar', 'namespace': own, 'ros_namespace': pushed}
-    context.launch_configurations.update(defaults | given)
-    node = sensor.Sensor(context).assembler()
+    node = sensor_of(**given).assembler()
     assert f'qos_overrides.{topic}.subscription.reliability' in node['parameters'][-1]
     assert node['namespace'].strip('/') == topic.removesuffix('scan').strip('/')
 
