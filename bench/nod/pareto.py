@@ -12,7 +12,7 @@ from math import degrees, inf, isfinite, pi, sin, tau
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.runtime_coverage import largest_square
+from nodlidar_assembler.control.observed_coverage import largest_square
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_demo.evaluation import (

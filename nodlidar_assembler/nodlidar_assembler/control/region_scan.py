@@ -7,8 +7,8 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.clouds.scan_memory import ScanMemory
 from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
+from nodlidar_assembler.control.observed_coverage import Covered, ObservedCoverage
 from nodlidar_assembler.control.region_plan import LONGEST, RegionPlan
-from nodlidar_assembler.control.runtime_coverage import Covered, RuntimeCoverage
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +59,7 @@ class RegionScan:
         usual = min(max(PATIENCE * self.predicted_time, LEAST_LIMIT), LONGEST)
         self.time_limit = plan.time_limit or usual
         rows = min(plan.shape.samples_per_sweep, MOST_FINEST // plan.task.steps_per_revolution)
-        self._coverage = RuntimeCoverage(plan.task, rows, 2.0 * LONGEST)
+        self._coverage = ObservedCoverage(plan.task, rows, 2.0 * LONGEST)
         self._memory = ScanMemory(2.0 * LONGEST, deskew_to)
         self._columns = plan.task.column_of_step()
         self.is_over, self.message = False, ''

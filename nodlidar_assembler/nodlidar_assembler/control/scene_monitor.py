@@ -9,12 +9,16 @@ from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape
+from nodlidar_assembler.control.observed_coverage import (
+    Covered,
+    MAX_FINEST_CELLS,
+    ObservedCoverage,
+)
 from nodlidar_assembler.control.pitch_limits import (
     PitchLimits,
     PitchLimitsConfig,
     ranges_that_count,
 )
-from nodlidar_assembler.control.runtime_coverage import Covered, MAX_FINEST_CELLS, RuntimeCoverage
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
@@ -61,11 +65,11 @@ class SceneMonitor:
         self._last_ns = 0
 
     def _restart_coverage(self) -> None:
-        self._coverage: RuntimeCoverage | None = None
+        self._coverage: ObservedCoverage | None = None
         if self._config.coverage_window > 0.0:
             nod, task = self._view.config, self._view.task
             rows = min(nod.samples_per_sweep, MAX_FINEST_CELLS // nod.steps_per_revolution)
-            self._coverage = RuntimeCoverage(task, rows, self._config.coverage_window)
+            self._coverage = ObservedCoverage(task, rows, self._config.coverage_window)
 
     def plan(self, config: SceneMonitorConfig) -> None:
         """Begin anew for another planned nod."""

@@ -6,7 +6,7 @@ import math
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.runtime_coverage import Covered
+from nodlidar_assembler.control.observed_coverage import Covered
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_msgs.msg import Coverage

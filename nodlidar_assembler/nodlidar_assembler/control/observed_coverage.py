@@ -51,7 +51,7 @@ class Covered:
     least_repeats: float
 
 
-class RuntimeCoverage:
+class ObservedCoverage:
     """Cells that the beams of a sliding window hit.
 
     The cost of a scan is that of its beams and of those that leave the window, of any length.

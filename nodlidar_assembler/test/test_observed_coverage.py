@@ -7,7 +7,7 @@ from time import thread_time
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from nodlidar_assembler.control.runtime_coverage import largest_square, RuntimeCoverage
+from nodlidar_assembler.control.observed_coverage import largest_square, ObservedCoverage
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
@@ -65,7 +65,7 @@ def brute(task, n_s, times_ns, azimuth, pitch, after_ns):
 )
 def test_any_window_is_that_of_counting_anew(seed, task, window, n_s):
     rng = np.random.default_rng(seed)
-    coverage = RuntimeCoverage(task, n_s, window)
+    coverage = ObservedCoverage(task, n_s, window)
     times_ns = START_NS + np.sort(rng.integers(0, S, 300))
     azimuth, pitch = rng.uniform(-math.pi, math.pi, 300), rng.uniform(-0.7, 0.8, 300)
     for last in range(30, 301, 30):
@@ -87,7 +87,7 @@ def nod_beams(task, pattern, first, count):
 @pytest.mark.parametrize(('n_s', 'share'), [(401, 0.0), (400, 15 / 16), (408, 7 / 8)])
 def test_repeats_of_a_planned_nod_are_those_of_the_common_divisor(n_s, share):
     task = Task(full_circle=True)
-    coverage = RuntimeCoverage(task, n_s, 0.1 * n_s)
+    coverage = ObservedCoverage(task, n_s, 0.1 * n_s)
     for revolution in range(n_s):
         coverage.add(*nod_beams(task, Pattern(1024, n_s), 1024 * revolution, 1024))
     found = coverage.covered()
@@ -99,7 +99,7 @@ def test_repeats_of_a_planned_nod_are_those_of_the_common_divisor(n_s, share):
 def test_beams_beyond_the_finest_grid_cannot_but_repeat():
     """9 revolutions hit each of 64 x 9 cells once; 36 of them hit it four times."""
     task = Task(0.4, 1.0, -0.5, 0.5, full_circle=True, steps_per_revolution=64)
-    coverage = RuntimeCoverage(task, 9, 10.0)
+    coverage = ObservedCoverage(task, 9, 10.0)
     coverage.add(*nod_beams(task, Pattern(64, 9), 0, 4 * 9 * 64))
     found = coverage.covered()
     assert found.repeats == found.least_repeats == 0.75
@@ -107,14 +107,14 @@ def test_beams_beyond_the_finest_grid_cannot_but_repeat():
 
 
 def test_before_the_first_scan_the_whole_region_is_a_hole():
-    found = RuntimeCoverage(Task(), 4001, 5.0).covered()
+    found = ObservedCoverage(Task(), 4001, 5.0).covered()
     assert (found.beams, found.seen, found.repeats, found.least_repeats) == (0, 0.0, 0.0, 0.0)
     assert found.hole == Task().span
 
 
 def test_a_scan_costs_less_than_a_millisecond():
     task, pattern = Task(), Pattern(1024, 4001)
-    coverage = RuntimeCoverage(task, 4001, 5.0)
+    coverage = ObservedCoverage(task, 4001, 5.0)
     scans = [nod_beams(task, pattern, 1024 * k + 44, 682) for k in range(200)]
     costs = []
     for scan in scans:
@@ -127,10 +127,10 @@ def test_a_scan_costs_less_than_a_millisecond():
 
 def test_what_is_not_possible_is_named():
     with pytest.raises(ParameterError, match="'window'"):
-        RuntimeCoverage(SMALL, 9, 0.0)
+        ObservedCoverage(SMALL, 9, 0.0)
     with pytest.raises(ParameterError, match="'samples_per_sweep'"):
-        RuntimeCoverage(SMALL, 2**26, 1.0)
-    coverage = RuntimeCoverage(SMALL, 9, 1.0)
+        ObservedCoverage(SMALL, 2**26, 1.0)
+    coverage = ObservedCoverage(SMALL, 9, 1.0)
     coverage.add(np.array([START_NS]), np.zeros(1), np.zeros(1))
     for times_ns in ([START_NS - 1], [START_NS + 2, START_NS + 1]):
         with pytest.raises(ParameterError, match="'times_ns'"):
