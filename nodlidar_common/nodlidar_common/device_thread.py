@@ -116,7 +116,7 @@ class DeviceThread:
             self._stop.wait(self._device.config.reconnect_delay)
         if self._may_be_on and self._stop_request is not None:
             self._leave_to_guard(self._stop_request)
-        self._show(_NOT_ACTIVE)
+        self._show(Connection().message)
 
     def _stay_connected(self) -> None:
         self._device.connect()
@@ -176,6 +176,3 @@ class DeviceThread:
 
     def _show(self, message: str, is_failed: bool = False) -> None:
         self.connection = replace(self.connection, message=message, is_failed=is_failed)
-
-
-_NOT_ACTIVE = Connection().message
