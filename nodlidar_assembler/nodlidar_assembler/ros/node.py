@@ -16,7 +16,7 @@ from nodlidar_assembler.ros.coverage_report import CoverageReport
 from nodlidar_assembler.ros.diagnosis import Diagnosis
 from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
-from nodlidar_assembler.ros.level_scan_message import LevelScanPublisher
+from nodlidar_assembler.ros.level_scan_publisher import LevelScanPublisher
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_assembler.ros.profile_change import ProfileChange
 from nodlidar_assembler.ros.region_action import RegionAction

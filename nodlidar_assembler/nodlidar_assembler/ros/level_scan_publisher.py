@@ -41,11 +41,10 @@ class LevelScanPublisher:
         """Add a scan, and publish the level scans that it completes."""
         for scan in self.scanner.add(assembled):
             range_min = assembled.scan.geometry.range_min
-            self._publisher.publish(level_scan_message(scan, self._config, range_min))
+            self._publisher.publish(_message(scan, self._config, range_min))
 
 
-def level_scan_message(scan: LevelScan, config: AssemblerConfig, range_min: float) -> LaserScan:
-    """Return a level scan as a message."""
+def _message(scan: LevelScan, config: AssemblerConfig, range_min: float) -> LaserScan:
     message = LaserScan(**message_fields(scan, config, range_min))
     message.header.frame_id = level_frame(config.frame_id, config)
     message.header.stamp = time_message(scan.stamp_ns)
