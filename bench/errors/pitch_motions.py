@@ -6,6 +6,7 @@ no joint sample shows, stands beside.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 import math
 import time
 
@@ -14,6 +15,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.world.motion import triangle_motion
 from nodlidar_sim.world.sensor_model import SensorModel
+from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo_section import load_servo, servo_names
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +32,7 @@ DURATION = 40.0
 SETTLING = 3.0  # of an estimator that learns [s]
 RATES = (62.0, 100.0)  # of the joint states, as through an adapter with a latency of 16 or 1 ms
 JITTER = 5e-4  # of stamps, RMS [s]
+NOISY = 1.0  # noise of a potentiometer's encoder, RMS [steps]; the sets have 0.3
 FILTER_STEP = 1e-4  # s
 VIBRATION_STEP = 5e-4  # s
 VIBRATIONS = 200  # frequencies of a band
@@ -46,7 +49,14 @@ def results() -> list[Row]:
     lagging = motions()['lag of 10 ms']
     name = f'lag of 10 ms, stamps off by {JITTER * 1e3:g} ms RMS'
     late = [_row(name, rate, lagging, lagging, _rounded(lagging), JITTER) for rate in RATES]
-    return closed + late + [_servo_row(name, rate) for rate in RATES for name in servo_names()]
+    servos = [
+        _servo_row(f'servo {name}', load_servo(name), rate)
+        for rate in RATES
+        for name in servo_names()
+    ]
+    noisy = replace(load_servo('rx24f'), encoder_noise=NOISY)
+    name = f'servo rx24f, noise of {NOISY:g} steps'
+    return closed + late + servos + [_servo_row(name, noisy, rate) for rate in RATES]
 
 
 def motions() -> dict[str, Position]:
@@ -127,11 +137,11 @@ def _rounded(motion: Position) -> Position:
     return encoder
 
 
-def _servo_row(name: str, rate: float) -> Row:
+def _servo_row(name: str, parameters: ServoParameters, rate: float) -> Row:
     sensor = SensorModel(joint_rate=rate, joint_latency=0.0015 if rate > 62.0 else 0.016)
     end_ns = START_NS + round((DURATION + 1.0) * NS_PER_S)
-    servo = nodding_servo(load_servo(name), reference_nod(), sensor, START_NS, end_ns, seed=1)
-    return _row(f'servo {name}', rate, servo.shaft_position, servo.position, servo.encoder)
+    servo = nodding_servo(parameters, reference_nod(), sensor, START_NS, end_ns, seed=1)
+    return _row(name, rate, servo.shaft_position, servo.position, servo.encoder)
 
 
 def _row(

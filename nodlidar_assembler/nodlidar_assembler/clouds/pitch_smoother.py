@@ -25,7 +25,7 @@ LONGEST_NS = 1_000_000_000  # ... looked for only if they last longer than that
 SAME = 1e-5  # difference of samples at the same step of the encoder, at most [rad]
 LEAST_STEP = 1.5e-4  # of an encoder, about 15 bits [rad]; a finer one hardly errs by it
 MOST_STEP = 5.2e-3  # of the coarsest encoder, 300 degrees in 1024 steps [rad]
-MOST_NOISE = 2.5e-3  # of an encoder beyond rounding, RMS [rad]; more is motion
+MOST_NOISE = 2.5e-3  # beyond rounding, or the encoder's step if larger, RMS [rad]; more is motion
 FIRST_INTENSITY = 3.0 * ROUGHNESS  # of an interval that no scan has fitted yet
 LEAST_REST = 1e-3  # share of a sample's residual that the fit leaves, at least
 FAR_OFF = 3.0  # standard deviations; a sample that is farther off counts less
@@ -218,7 +218,7 @@ class PitchSmoother:
             # What was learned without it does not count.
             self._score, self._unfitted = np.zeros(len(ROUGHNESS)), UnfittedMotion()
         white = max(white, rounding)
-        most = rounding + MOST_NOISE**2
+        most = rounding + max(MOST_NOISE, self._cell) ** 2
         self._unfitted.add(usual[new], share @ splines.influence(new), min(white, most))
         self._noise = np.maximum(0.0, np.minimum(learned, white - rounding))
 

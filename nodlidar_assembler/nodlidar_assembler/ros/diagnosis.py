@@ -152,7 +152,7 @@ class Diagnosis:
         return (
             f"positions of '{self._joint_name}' scatter by {scatter * 1e3:.0f} mrad RMS, "
             f'points {DISTANCE:g} m away by {DISTANCE * scatter * 1e3:.0f} mm: '
-            'stamp each position when it is measured'
+            'the encoder is noisy, or positions are not stamped when they are measured'
         )
 
     def _restamping(self) -> str:
