@@ -34,6 +34,13 @@ def test_a_bag_gives_a_file_and_a_table(tmp_path, monkeypatch, capsys):
     assert "calibration:='found here.yaml'" in printed
 
 
+def test_a_robot_that_moves_is_named(tmp_path, capsys):
+    scene = load_scene('room', ideal=True).with_velocity((0.1, 0.0))
+    write_bag(simulate(scene, NOD, 1.0, start_ns=10**18), tmp_path / 'bag')
+    assert main([str(tmp_path / 'bag'), '--output', str(tmp_path / 'found.yaml')]) == 1
+    assert 'the robot moves in this recording, by 0.1' in capsys.readouterr().err
+
+
 def test_a_result_that_cannot_be_written_is_refused_before_the_work(tmp_path, capsys):
     """The bag does not exist either, which would be named if it was read first."""
     assert main(['nowhere', '--output', str(tmp_path / 'new' / 'found.yaml')]) == 1

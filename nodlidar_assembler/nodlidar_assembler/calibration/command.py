@@ -15,6 +15,7 @@ from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAM
 from nodlidar_assembler.calibration.recorded import (
     log_of_bag,
     parameters,
+    require_standing,
     start_values,
     upward,
 )
@@ -67,7 +68,9 @@ def calibrate_and_report(
         topics = arguments.scan or 'scan', arguments.joint_states or 'joint_states'
         log, config = record(config if arguments.params else None, *topics, arguments.seconds)
     else:
-        log = log_of_bag(Path(arguments.source), config, topics_of(arguments))
+        bag, recorded = Path(arguments.source), topics_of(arguments)
+        log = log_of_bag(bag, config, recorded)
+        require_standing(bag, config, recorded)
         for damage in log.damage:
             print(damage, file=sys.stderr)
     tilt = arguments.mount_rpy[:2] if arguments.mount_rpy else config.mount_tilt

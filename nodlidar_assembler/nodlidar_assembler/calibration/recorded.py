@@ -6,12 +6,16 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.bag_types import Topics
-from nodlidar_assembler.bags.read_bag import LogGatherer
+from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.read_bag import LogGatherer, read_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import CalibrationError, Values
+from nodlidar_assembler.clouds.ego_motion import OdometryError
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
+
+# How far odometry of a robot that stands may drift [m], [rad].
+STANDS, FACES = 0.03, 0.02
 
 
 class Recorder(LogGatherer):
@@ -48,6 +52,24 @@ def log_of_bag(path: Path, config: AssemblerConfig, topics: Topics) -> SensorLog
     """
     with BagSource(path) as source:
         return Recorder(config).read(source, source.inputs(topics))
+
+
+def require_standing(path: Path, config: AssemblerConfig, topics: Topics) -> None:
+    """Raise CalibrationError if the robot moves in a bag, by its odometry; without, nobody knows.
+
+    What the bag's calibration needs is read by `log_of_bag`.
+    """
+    try:
+        poses = read_odometry(path, config, topics).poses
+    except (BagError, OdometryError):
+        return
+    way = np.linalg.norm(poses.position - poses.position[0], axis=1).max()
+    turn = 2.0 * np.arccos(np.abs(poses.orientation @ poses.orientation[0]).clip(max=1.0)).max()
+    if way > STANDS or turn > FACES:
+        raise CalibrationError(
+            f'the robot moves in this recording, by {way:.2g} m and {turn:.2g} rad: '
+            'record it where it stands'
+        )
 
 
 def start_values(config: AssemblerConfig) -> Values:
