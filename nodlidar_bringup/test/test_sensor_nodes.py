@@ -47,6 +47,22 @@ def test_the_driver_starts_unless_another_one_publishes_scans(executables, lidar
     assert nodes == ['servo', 'assembler', 'robot_state_publisher']
 
 
+@pytest.mark.parametrize(
+    ('given', 'base'),
+    [
+        ({}, 'route'),
+        ({'profile': 'slam'}, 'odometry'),
+        ({'profile': 'slam', 'ego_motion': 'off'}, 'route'),
+        ({'ego_motion': 'beam'}, 'odometry'),
+        ({'ego_motion': 'beam', 'base': 'route'}, 'route'),
+    ],
+)
+def test_a_simulated_base_publishes_the_odometry_that_clouds_need(monkeypatch, given, base):
+    monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['arguments'])
+    said = sensor_of(**given).emulators()
+    assert said[said.index('--base') + 1] == base
+
+
 def test_the_assembler_is_told_how_the_sensor_is_mounted(monkeypatch):
     monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['arguments'])
     said = sensor_of(mount_xyz='0.2 0 0.4', mount_rpy='3.14159265 0.25 1').assembler()

@@ -64,11 +64,12 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'false: with those that the scene names',
     },
     'base': {
-        'default_value': 'route',
-        'choices': ['route', 'odometry', 'cmd_vel'],
+        'default_value': '',
+        'choices': ['', 'route', 'odometry', 'cmd_vel'],
         'description': 'simulated base (hardware:=sim); route: follows the route without '
         'publishing odometry; odometry: also publishes odom and its transform; cmd_vel: '
-        'publishes both, and drives by the topic cmd_vel',
+        'publishes both, and drives by the topic cmd_vel; empty: odometry with profile:=slam, '
+        'ego_motion:=beam or deskew, else route',
     },
     'profile': {
         'default_value': 'balanced',

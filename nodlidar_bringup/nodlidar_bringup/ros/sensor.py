@@ -70,6 +70,10 @@ class Sensor:
         self.values['namespace'] = arguments.namespace(pushed, self.values['namespace'])
         arguments.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
+        if not self.values['base']:
+            ego_motion = self.values['ego_motion'] or self.values['profile']
+            needed = ego_motion in ('beam', 'deskew', 'slam')
+            self.values['base'] = 'odometry' if needed else 'route'
         # The frame that stands still in a view.
         self.fixed_frame = 'odom' if self.values['ego_motion'] == 'beam' else 'base_link'
         # The emulators create and remove this folder; the name is unique to this sensor.
