@@ -1,7 +1,7 @@
 """Calibration from a static scene: errors of what is found, and whether standard errors are true.
 
-The first row is the room with given values; the others were chosen beforehand, with values, place
-and heading of the robot drawn at random for each run.
+The first two cases are the room with given values; the others were chosen beforehand, with values,
+place and heading of the robot drawn at random for each run.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -55,6 +55,7 @@ class Case:
 
 CASES = {
     'room, ideal servo': Case('room', 50, fixed=True),
+    'room, RX-24F, values as above': Case('room', 12, servo='rx24f', fixed=True),
     'room, RX-24F': Case('room', 12, servo='rx24f'),
     'corridor': Case('corridor', 12, ((1.0, 0.0), (7.0, 0.2))),
     'rooms of the building': Case('building', 12, ((4.5, 5.0), (9.5, 5.0), (10.0, -2.0))),
