@@ -3,27 +3,87 @@
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
-from nodlidar_mapper.output.grid import FREE, grid_of, GridConfig, OCCUPIED
+from nodlidar_mapper.output.grid import FREE, grid_of, GridConfig, OCCUPIED, UNKNOWN
 import numpy as np
+import pytest
+
+FAR = 6.0  # where the wall is [m]
 
 
-def test_a_table_top_is_occupied_though_beams_go_over_it():
-    """1.6 m by 0.8 m, 0.7 m high, with a point every 0.1 m; the lidar is 1 m high, 2 m away."""
-    rng = np.random.default_rng(1)
-    x, y = (v.ravel() for v in np.meshgrid(np.arange(2.05, 3.6, 0.1), np.arange(-0.35, 0.4, 0.1)))
-    top = np.stack([x, y, np.full(x.size, 0.7)], axis=1)
-    top[:, :2] += rng.uniform(-0.02, 0.02, (len(top), 2))
-    surface = Surface(top, np.tile([0.0, 0.0, 1.0], (len(top), 1)))
+def level_fan(height, more=()):
+    """Return a keyframe of a lidar at x = y = 0 that sees the wall, and more points, level."""
+    y = np.linspace(-4.0, 4.0, 801)
+    behind = np.stack([np.full(801, FAR), y, np.zeros(801)], axis=1)
     pose = planar(0.0, 0.0, 0.0)
-    pose[2, 3] = 1.0
-    behind = np.stack([np.full(801, 6.0), np.linspace(-4.0, 4.0, 801), np.zeros(801)], axis=1)
-    grid = grid_of(surface, [Keyframe(0, pose, surface, behind)], GridConfig())
+    pose[2, 3] = height
+    empty = np.empty((0, 3))
+    points = np.concatenate([behind, np.reshape(more, (-1, 3)) - pose[:3, 3]])
+    return Keyframe(0, pose, Surface(empty, empty), points)
+
+
+def walls():
+    """Return the surface of the wall and of one behind the lidar, both 8 m wide."""
+    x, y, z = np.meshgrid((-0.5, FAR), np.arange(-4.0, 4.0, 0.02), (0.5, 1.0))
+    points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    return Surface(points, np.tile([-1.0, 0.0, 0.0], (len(points), 1)))
+
+
+def table_top(x):
+    """Return a level surface, 0.8 m wide and 0.7 m high, with points at x and every 0.1 m in y."""
+    x, y = (v.ravel() for v in np.meshgrid(x, np.arange(-0.35, 0.4, 0.1)))
+    top = np.stack([x, y, np.full(x.size, 0.7)], axis=1)
+    return Surface(top, np.tile([0.0, 0.0, 1.0], (len(top), 1)))
+
+
+def centres(grid):
+    """Return x and y of the middle of each cell [m]."""
     rows, columns = np.indices(grid.cells.shape)
-    x, y = (
+    return (
         corner + grid.resolution * (index + 0.5)
         for corner, index in zip(grid.origin, (columns, rows), strict=True)
     )
+
+
+def test_a_table_top_is_occupied_though_beams_go_over_it():
+    """1.6 m by 0.8 m, 0.7 m high, with a point every 0.1 m, 2 m away."""
+    rng = np.random.default_rng(1)
+    surface = table_top(np.arange(2.05, 3.6, 0.1))
+    surface.points[:, :2] += rng.uniform(-0.02, 0.02, (len(surface.points), 2))
+    grid = grid_of(surface, [level_fan(z) for z in (0.15, 0.55, 0.95)], GridConfig())
+    x, y = centres(grid)
     outside = np.maximum(np.abs(x - 2.8) - 0.8, np.abs(y) - 0.4)  # distance from the top [m]
     assert np.mean(grid.cells[outside < 0.0] == OCCUPIED) > 0.95
     assert np.all(grid.cells[outside > 0.08] != OCCUPIED)
     assert np.mean(grid.cells[(outside > 0.08) & (x > 1.0) & (np.abs(y) < 0.5)] == FREE) > 0.95
+
+
+@pytest.mark.parametrize(('apart', 'between'), [(0.3, UNKNOWN), (0.5, FREE)])
+def test_between_rows_that_no_robot_fits_in_a_table_top_is_not_free(apart, between):
+    """Points of two rows stand for 0.05 m on both sides; a robot is at least 0.3 m wide."""
+    surface = table_top([3.0 - apart / 2.0, 3.0 + apart / 2.0])
+    grid = grid_of(surface, [level_fan(z) for z in (0.15, 0.55, 0.95)], GridConfig())
+    x, y = centres(grid)
+    assert np.all(grid.cells[(np.abs(x - 3.0) < 0.06) & (np.abs(y) < 0.2)] == between)
+
+
+@pytest.mark.parametrize(('lowest', 'value'), [(0.65, FREE), (0.75, UNKNOWN)])
+def test_what_is_seen_only_from_above_is_not_free(lowest, value):
+    """The band begins at 0.1 m, and at most 0.5 m may be unseen; it goes to 1.8 m, unseen."""
+    grid = grid_of(walls(), [level_fan(1.05), level_fan(lowest)], GridConfig())
+    x, y = centres(grid)
+    assert np.all(grid.cells[(x > 1.0) & (x < 5.5) & (np.abs(y) < 0.3)] == value)
+    assert np.all(grid.cells[np.hypot(x, y) < 0.1] == FREE)  # where the robot stands
+
+
+def test_a_leg_is_not_free_though_beams_pass_beside_it():
+    """2 cm thick, 3 m away: two of eight keyframes see it, and all see through beside it."""
+    leg = (3.02, 0.02, 0.55)
+    beams = [level_fan(z) for z in (0.15, 0.95)] + [level_fan(0.55)] * 6
+    grid = grid_of(walls(), [*beams, *[level_fan(0.55, leg)] * 2], GridConfig())
+    x, y = centres(grid)
+    off = np.hypot(x - leg[0], y - leg[1])
+    assert grid.cells.ravel()[off.argmin()] == UNKNOWN
+    assert np.all(grid.cells[(off > 0.1) & (x > 1.0) & (x < 5.5) & (np.abs(y) < 0.3)] == FREE)
+    # Who walked by is seen once, and later seen through.
+    grid = grid_of(walls(), [*beams, level_fan(0.55, leg)], GridConfig())
+    assert grid.cells.ravel()[off.argmin()] == FREE

@@ -1,5 +1,7 @@
 """An occupancy grid from a map."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,6 +12,7 @@ from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_closing, binary_dilation
 
 # As in nav_msgs/OccupancyGrid.
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
@@ -17,6 +20,10 @@ LEAST_POINTS = 2  # in an occupied cell
 MARGIN = 1.0  # around all points [m]
 LEVEL = 0.7  # vertical part of the normal, beyond which a surface is a shelf or a table top
 PATCH = 0.1  # side of such a surface that a point of the map stands for, by default [m]
+LAYER = 0.1  # of the heights that beams cross [m]
+# A thin leg fills a part of a cube: something is there, unless so many times as many keyframes see
+# through the cube as see a point in it.
+OUTWEIGHED = 5
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,22 @@ class GridConfig:
     )
     height_max: float = parameter(
         1.8, 'Highest height that counts as occupied', unit='m', minimum=-100.0, maximum=100.0
+    )
+    free_gap: float = parameter(
+        0.5,
+        'A cell is free if beams crossed it from height_min up, but for gaps of at most so much: '
+        'what is lower may stand there unseen',
+        unit='m',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    narrowest_passage: float = parameter(
+        0.3,
+        'Space between things is not free if it is narrower: of a table top, a few rows are seen. '
+        'At most the width of the robot',
+        unit='m',
+        minimum=0.0,
+        maximum=2.0,
     )
 
 
@@ -60,7 +83,9 @@ class EmptyMapError(NodlidarError):
 def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig) -> Grid:
     """Return the grid of a map: occupied by surfaces within a band of heights.
 
-    A cell is free where a beam of a keyframe crosses it within the band, and nothing is there.
+    A cell is free where beams of keyframes cross it at all heights that are seen, and neither
+    surfaces nor single points are there or close on both sides: a beam over a chair, or between
+    its legs, shows nothing of the chair.
 
     Raises
     ------
@@ -70,23 +95,87 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
     points = surface.points
     if not len(points):
         raise EmptyMapError('the map has no surface yet')
-    size = config.resolution
-    low = np.floor((points[:, :2].min(axis=0) - MARGIN) / size) * size
-    shape = np.ceil((points[:, :2].max(axis=0) + MARGIN - low) / size).astype(int)
-    cells = np.full((shape[1], shape[0]), UNKNOWN, dtype=np.int8)
-
-    def indices(at: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        at = at[(config.height_min <= at[:, 2]) & (at[:, 2] <= config.height_max)]
-        column, row = np.floor((at[:, :2] - low) / size).astype(np.intp).T
-        inside = (column >= 0) & (row >= 0) & (column < shape[0]) & (row < shape[1])
-        return row[inside], column[inside]
-
+    cubes = _Cubes.around(points, config)
+    passes = np.zeros(cubes.shape, dtype=np.uint16)
+    passes_of = passes.reshape(-1)  # by number
+    ends = []
     for keyframe in keyframes:
-        cells[indices(_along_beams(keyframe, size))] = FREE
-    counts = np.zeros(cells.shape, dtype=np.int64)
-    np.add.at(counts, indices(_covering(surface, size)), 1)
-    cells[counts >= LEAST_POINTS] = OCCUPIED
-    return Grid(cells, (float(low[0]), float(low[1])), size)
+        end = np.unique(cubes.numbers(moved(keyframe.pose, keyframe.points)))
+        before = passes_of[end]
+        passes_of[cubes.numbers(_along_beams(keyframe, cubes.size))] += 1  # all its beams once
+        passes_of[end] = before
+        ends.append(end)
+    hit, hits = np.unique(np.concatenate(ends), return_counts=True)
+    hit = hit[OUTWEIGHED * hits > passes_of[hit]]
+    occupied = cubes.cells(cubes.numbers(_covering(surface, cubes.size)), LEAST_POINTS)
+    places = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
+    places[:, 2] = config.height_min
+    robot = _disc(config.narrowest_passage / 2.0 / cubes.size)
+    stood = binary_dilation(cubes.cells(cubes.numbers(places)), robot)
+    cells = np.full(occupied.shape, UNKNOWN, dtype=np.int8)
+    cells[_seen(passes > 0, round(config.free_gap / LAYER)) | stood] = FREE
+    cells[binary_closing(occupied | cubes.cells(hit), robot)] = UNKNOWN
+    cells[occupied] = OCCUPIED
+    return Grid(cells, (float(cubes.corner[0]), float(cubes.corner[1])), cubes.size)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cubes:
+    """Cubes above the cells of a grid, in the band of heights, numbered layer by layer.
+
+    corner is that of the first one, and top the end of the band [m]; shape is layers, rows along
+    y and columns along x.
+    """
+
+    corner: Array
+    top: float
+    size: float
+    shape: tuple[int, int, int]
+
+    @classmethod
+    def around(cls, points: Array, config: GridConfig) -> _Cubes:
+        """Return those around points (n, 3) [m]."""
+        size, band = config.resolution, config.height_max - config.height_min
+        low = np.floor((points[:, :2].min(axis=0) - MARGIN) / size) * size
+        columns, rows = np.ceil((points[:, :2].max(axis=0) + MARGIN - low) / size).astype(int)
+        layers = max(int(np.ceil(band / LAYER)), 1)
+        corner = np.array([*low, config.height_min])
+        return cls(corner, config.height_max, size, (layers, int(rows), int(columns)))
+
+    def numbers(self, points: Array) -> NDArray[np.intp]:
+        """Return the numbers of the cubes of those points (n, 3) that are in any."""
+        points = points[(self.corner[2] <= points[:, 2]) & (points[:, 2] <= self.top)]
+        edges = np.array([self.size, self.size, LAYER])
+        column, row, layer = np.floor((points - self.corner) / edges).astype(np.intp).T
+        layers, rows, columns = self.shape
+        inside = (column >= 0) & (row >= 0) & (column < columns) & (row < rows)
+        number = (np.minimum(layer, layers - 1) * rows + row) * columns + column
+        return np.asarray(number[inside])
+
+    def cells(self, numbers: NDArray[np.intp], least: int = 1) -> NDArray[np.bool_]:
+        """Return which cells (rows, columns) have so many of the numbers above them."""
+        _, rows, columns = self.shape
+        counts = np.bincount(numbers % (rows * columns), minlength=rows * columns)
+        return np.asarray(counts >= least).reshape(rows, columns)
+
+
+def _seen(passed: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
+    """Return the cells whose layers (k, rows, columns) beams passed, but for so many in a row.
+
+    Those above all beams do not count: out of reach of the lidar, where only what hangs could be.
+    """
+    gap, largest = np.zeros((2, *passed.shape[1:]), dtype=np.int16)
+    for layer in passed:
+        np.maximum(largest, gap, out=largest, where=layer)
+        gap += 1
+        gap[layer] = 0
+    return np.asarray(passed.any(axis=0) & (largest <= most))
+
+
+def _disc(radius: float) -> NDArray[np.bool_]:
+    """Return which cells of a square are within a radius [cells] of its middle."""
+    steps = np.arange(-int(radius), int(radius) + 1)
+    return np.asarray(np.hypot(*np.meshgrid(steps, steps)) <= radius)
 
 
 def _covering(surface: Surface, size: float) -> Array:
