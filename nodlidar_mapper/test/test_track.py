@@ -107,6 +107,23 @@ def test_wheels_that_slipped_once_are_no_lesson():
     np.testing.assert_allclose(after[0, 3] - stood[0, 3], 0.3, atol=1e-3)
 
 
+def test_wheels_that_slipped_may_slip_again():
+    """Odometry is 0.06 instead of 0.015 of the way off, beside 2 mm; after 500 m, as before."""
+    step, variances = 0.3, []
+    for believed in (1.0, 1e-6):
+        track = Track(MapConfig())
+        track.move_to(np.eye(4), 0, np.eye(4))
+        track.learn(np.eye(4), np.zeros((6, 6)), believed)
+        for seconds, x in ((1, step), (1000, 500.0), (1001, 500.0 + step)):
+            track.covariance = np.diag([1e-6] * 6)
+            track.predicted(seconds * NS, planar(x, 0.0, 0.0))
+            track.move_to(planar(x, 0.0, 0.0), seconds * NS, planar(x, 0.0, 0.0))
+            variances.append(track.covariance[0, 0])
+    soon, _, late = np.subtract(variances[3:], variances[:3])
+    assert soon == pytest.approx((0.002 + 0.06 * step) ** 2 - (0.002 + 0.015 * step) ** 2, 0.02)
+    assert abs(late) < 0.001 * soon
+
+
 def test_odometry_that_was_right_all_the_way_is_believed_more():
     """At first, it may miscount by a share, and turn by two thirds of it per metre.
 

@@ -20,13 +20,14 @@ from nodlidar_mapper.geometry.poses import (
 )
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.tracking.matching import MatchingConfig
-from nodlidar_mapper.tracking.odometer import Odometer
+from nodlidar_mapper.tracking.odometer import MEMORY, Odometer
 import numpy as np
 
 PAUSE = 3.0  # times as long as the longest of the last times between clouds
 TIMES = 4  # that are remembered; the clouds of several sensors may come in quick succession
 SPEED_OVER = 0.1  # time over which the speed is measured, at least [s]
 UNSTEADY = 0.5  # share of the slip along the way that is not always alike; in turns, none is
+SLIPPERY = 2.0  # the same where wheels have slipped: they will again
 FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 CERTAIN = np.diag([1e-10] * 6)  # covariance of what is not estimated [m^2], [rad^2]
 JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m^2], [rad^2]
@@ -86,6 +87,7 @@ class Track:
         self._speed_since: tuple[int, Array] | None = None
         # Rates (6,) [m/s], [rad/s]: of the robot backwards, and of the errors of odometry.
         self._back = self._miscounted = np.zeros(6)
+        self._slipped = 0.0  # 1 where wheels have just slipped, forgotten over MEMORY
         self.pose: Array | None = None
         self.covariance = self._known = np.diag([1e-6] * 6)  # now, and after the last match
         self.jump = ''
@@ -132,6 +134,7 @@ class Track:
             Share of its information with which odometry counted. What it lacks is noise, and no
             error that stays.
         """
+        self._slipped = max(self._slipped, 1.0 - believed)
         surprise = (1.0 / believed - 1.0) * self.covariance
         self._known, self.covariance = self._known + surprise, self.covariance + surprise
         if self.pose is not None and not self.jump:
@@ -199,7 +202,9 @@ class Track:
         self._counted, self._last_motion = motion, self._odometer.corrected(motion)
         self._measure_speed(stamp_ns, odometry)
         shift, rotation = FLOOR
-        slip, straight = config.odometry_slip, UNSTEADY * distance
+        self._slipped *= float(np.exp(-distance / MEMORY))
+        unsteady_share = UNSTEADY + (SLIPPERY - UNSTEADY) * self._slipped
+        slip, straight = config.odometry_slip, unsteady_share * distance
         unsteady = np.diag(
             [(shift + slip * straight) ** 2] * 3 + [(rotation + slip * (turn + straight)) ** 2] * 3
         )
