@@ -51,11 +51,11 @@ def hit_cells(n_s, count, columns, rows, cell, span):
     return np.bincount(_cells(n_s, count, rows, cell, span), minlength=columns * rows) > 0
 
 
-def completion(n_s, columns, rows, cell, span):
+def completion(n_s, columns, rows, cell, span, phase=(1, 2)):
     """Return the index of the sample by which every cell of a full circle has been hit."""
     count = 4 * N_L
     while True:
-        cells = _cells(n_s, count, rows, cell, span)
+        cells = _cells(n_s, count, rows, cell, span, phase)
         seen, first = np.unique(cells, return_index=True)
         if len(seen) == columns * rows:
             return int(first.max())

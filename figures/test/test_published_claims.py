@@ -152,6 +152,17 @@ def test_fig_6a_the_published_n_s_is_among_the_faster_ones_but_at_two_metres(dis
     assert np.mean(others) == pytest.approx(faster, abs=0.06)
 
 
+def test_fig_6a_the_start_pitch_changes_the_completion_little_for_most_n_s():
+    """But a lot for some, such as 2401."""
+    ratios = []
+    for n_s in range(1001, 8000, 700):
+        starts = np.linspace(0, n_s - 1, 8).astype(int).tolist()
+        ends = [completion(n_s, *cells_at(2.0), pi / 2, (2 * each + 1, 2)) for each in starts]
+        ratios.append(max(ends) / min(ends))
+    assert np.median(ratios) == pytest.approx(1.06, abs=0.01)
+    assert max(ratios) > 1.5
+
+
 def test_fig_6b_the_start_pitch_changes_the_revisit_next_to_nothing():
     columns, rows, cell = cells_at(2.0)
     means = []
