@@ -238,6 +238,15 @@ FAULTS = [
         'check supply, cable',
     ),
     (check_diagnostics((Status('driver', 1, 'no scan for 3 s'),)), 'reported', 'faults.md'),
+    *(
+        (check_diagnostics((Status('assembler: clouds', 1, words),)), 'reported', remedy)
+        for words, remedy in (
+            ('up and down sweeps disagree: joint_delay is off by 8 ms', 'calibrate live'),
+            ("2 publishers of 'scan': stop all but one", 'topic info -v'),
+            ('odometry is stamped 0.40 s in the future', 'chrony'),
+            ('no range for 4 s: is the lidar covered?', 'probe'),
+        )
+    ),
 ]
 
 

@@ -14,6 +14,10 @@ _BUSY = 'end other programs (`top`), or profile:=fast'
 # What fixes a status that has these words; the first that matches.
 _REMEDIES = (
     ('latency|holds replies back', INSTALL_RULES),
+    ('sweeps disagree', 'ros2 run nodlidar_assembler calibrate live, where nothing moves'),
+    ('publishers of', 'ros2 topic info -v names their nodes: end all but one'),
+    ('in the future', 'sudo apt install chrony, on both computers'),
+    ('lidar covered', 'ros2 run nodlidar_driver probe draws what the lidar sees'),
     (
         'no odometry|TF:',
         'ros2 run tf2_ros tf2_echo odom base_link shows odometry',
