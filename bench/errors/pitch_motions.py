@@ -32,7 +32,7 @@ DURATION = 40.0
 SETTLING = 3.0  # of an estimator that learns [s]
 RATES = (62.0, 100.0)  # of the joint states, as through an adapter with a latency of 16 or 1 ms
 JITTER = 5e-4  # of stamps, RMS [s]
-NOISY = 1.0  # noise of a potentiometer's encoder, RMS [steps]; the sets have 0.3
+NOISY = 1.0  # noise of an encoder, RMS [steps]; the sets have 0.3
 FILTER_STEP = 1e-4  # s
 VIBRATION_STEP = 5e-4  # s
 VIBRATIONS = 200  # frequencies of a band
@@ -55,7 +55,7 @@ def results() -> list[Row]:
         for name in servo_names()
     ]
     noisy = replace(load_servo('rx24f'), encoder_noise=NOISY)
-    name = f'servo rx24f, noise of {NOISY:g} steps'
+    name = 'servo rx24f, noise of a step'
     return closed + late + servos + [_servo_row(name, noisy, rate) for rate in RATES]
 
 
