@@ -17,6 +17,8 @@ from sensor_msgs.msg import PointCloud2
 from sensor_msgs_py import point_cloud2
 
 SCAN_NS = 66_600_000  # from the first beam to the last
+# Odometry comes from a process of the test.
+OTHER_ODOMETRY = 'base:=route', 'ego_motion:=beam'
 LATE = 'dropped: no odometry after it before the deadline'
 
 
@@ -105,7 +107,7 @@ def test_when_odometry_dies_scans_are_dropped_and_counted_until_it_lives_again(t
     topics = (PointCloud2, 'points'), (Odometry, 'odom'), (DiagnosticArray, '/diagnostics')
     with (
         observed(*topics) as observer,
-        launched_sensor(log, 'scene:=wall', 'ideal:=true', 'ego_motion:=beam') as running,
+        launched_sensor(log, 'scene:=wall', 'ideal:=true', *OTHER_ODOMETRY) as running,
     ):
         clouds, odometry, diagnostics = map(observer.messages.get, [t for _, t in topics])
         with odometry_process(tmp_path) as process:
