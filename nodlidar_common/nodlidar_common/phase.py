@@ -17,7 +17,8 @@ MIDDLE = 0.25
 neither accelerates nor brakes."""
 
 LOCKED = 0.05
-"""A servo that is later or earlier than this [s] is on its way to the nod and has no phase."""
+"""A servo that is later or earlier than this [s], or than MIDDLE of a short sweep, is on its way
+to the nod and has no phase."""
 
 LONGEST_LEAD = 0.05
 """The nod is led by up to this time [s]."""
@@ -118,7 +119,7 @@ class PhaseLead:
         late = lateness(nod, sample, cruise)
         if late is None:
             return
-        if abs(late) > LOCKED:
+        if abs(late) > min(LOCKED, MIDDLE * nod.sweep_duration):
             self.error, self._in_phase = math.nan, 0
             self.drift.clear()
             return

@@ -1,7 +1,7 @@
 import contextlib
 import itertools
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError, PortError
 from nodlidar_common.nod import Nod
@@ -173,8 +173,17 @@ commands = st.tuples(
 )
 
 
+# 16 and 20 sweeps a second: no servo is on such a nod, so it may teach no lead.
+HECTIC = [
+    (Nod(0.0, 0.125, 0.0625, 4001, START_NS - 10**9), 0.40625),
+    (Nod(0.0, 0.109375, 0.05, 4001, START_NS - 10**9), 0.3359375),
+    (Nod(-0.03125, 0.3125, 0.5625, 4001, START_NS + 816_192_821), 0.5625),
+]
+
+
 @settings(max_examples=20)
 @given(st.lists(commands, min_size=2, max_size=8))
+@example(HECTIC)
 def test_no_sequence_of_commands_asks_for_more_than_mount_and_motor_can_do(sequence):
     config, bench = ServoConfig(), Bench()
     fastest = MODELS[config.model].max_speed
