@@ -1,7 +1,6 @@
 """Scans as the drivers of other lidars publish them, in a box, against the true walls.
 
-The order of beams, stamps, times and lost beams are those of the drivers' sources; docs/lidars.md
-names their versions.
+The order of beams, stamps, times and lost beams are those of nodlidar_sim.devices.other_lidars.
 """
 
 from dataclasses import replace
@@ -12,14 +11,13 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import ScanInput, ScanInputConfig
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ScanAssembler
-from nodlidar_bringup.ros.launch_arguments import OTHER_DRIVERS
 from nodlidar_common.parameter_file import read_parameters
-from nodlidar_common.ros.messages import time_message
+from nodlidar_sim.devices.other_lidars import OTHER_LIDARS, Published, Revolution
+from nodlidar_sim.ros.scan_publisher import scan_message
 import numpy as np
 import pytest
 import rclpy
 from rclpy.qos import ReliabilityPolicy
-from sensor_msgs.msg import LaserScan
 
 FOLDER = Path(get_package_share_directory('nodlidar_bringup')) / 'config' / 'lidars'
 FILES = sorted(FOLDER.glob('*.yaml'))
@@ -45,60 +43,19 @@ def ranges_at(seconds, azimuth):
         return np.nanmin((np.sign(direction) * BOX[:, None] - origin) / direction, axis=0)
 
 
-def scan(stamp, azimuths, ranges, scan_time, time_increment):
-    message = LaserScan(
-        angle_min=float(azimuths[0]),
-        angle_max=float(azimuths[-1]),
-        angle_increment=float((azimuths[-1] - azimuths[0]) / (len(azimuths) - 1)),
-        scan_time=scan_time,
-        time_increment=time_increment,
-        range_min=0.05,
-        range_max=12.0,
-        ranges=ranges.astype(np.float32).tolist(),
-    )
-    message.header.stamp = time_message(T0 + round(stamp * 1e9))
-    return message
-
-
-def clockwise(begin, beams, lost, rng, turned=np.pi):
-    """Return azimuths, ascending, and what a lidar that turns clockwise measured there."""
-    index = np.arange(beams)
-    azimuth = turned - 2.0 * np.pi * index / (beams - 1)
-    ranges = ranges_at(begin + REVOLUTION * index / beams, azimuth)
-    ranges[rng.random(beams) < 0.05] = lost
-    return azimuth[::-1], ranges[::-1]
-
-
-def rplidar(begin, rng):
-    """sllidar_node.cpp: the stamp is when it began to wait, scan_time how long that took."""
-    azimuths, ranges = clockwise(begin, 720, np.inf, rng)
-    waited = REVOLUTION - rng.uniform(0.0, 0.002)
-    return scan(begin + 0.002, azimuths, ranges, waited, waited / 719)
-
-
-def ldlidar(begin, rng):
-    """demo.cpp: 0 to 2 pi, the stamp is when it polls; the number of beams varies."""
-    beams = int(rng.integers(447, 455))
-    azimuths, ranges = clockwise(begin, beams, np.nan, rng, turned=2.0 * np.pi)
-    return scan(begin + REVOLUTION, azimuths, ranges, REVOLUTION, REVOLUTION / (beams - 1))
-
-
-def ydlidar(begin, rng):
-    """ydlidar_ros2_driver_node.cpp and CYdLidar.cpp: lost beams are 0, time by the count."""
-    azimuths, ranges = clockwise(begin, 505, 0.0, rng)
-    return scan(begin, azimuths, ranges, REVOLUTION, REVOLUTION / 505)
-
-
-def urg_node2(begin, rng):
-    """urg_node2.cpp: counter-clockwise in a window of 270 degrees, NaN."""
-    index = np.arange(1081)
-    azimuth = -0.75 * np.pi + 2.0 * np.pi * index / 1440
-    ranges = ranges_at(begin + 0.025 * index / 1440, azimuth)
-    ranges[rng.random(1081) < 0.05] = np.nan
-    return scan(begin, azimuth, ranges, 0.025, 0.025 / 1440)
-
-
-DRIVERS = {'rplidar': rplidar, 'ldlidar': ldlidar, 'ydlidar': ydlidar, 'urg_node2': urg_node2}
+def message(name, begin, rng):
+    """Return the scan of a revolution whose first beam is measured at a time [s]."""
+    lidar = OTHER_LIDARS[name]
+    begin_ns = T0 + round(begin * 1e9)
+    times_ns, azimuths = lidar.rays(begin_ns, int(rng.integers(*lidar.beams, endpoint=True)))
+    ranges = ranges_at((times_ns - T0) / 1e9, azimuths)
+    ranges[rng.random(len(ranges)) < 0.05] = np.nan
+    # An ldlidar is polled at once; of the others, only an rplidar's scan says when they are got.
+    since_ns = begin_ns + (2_000_000 if name == 'rplidar' else 0)
+    jitter = rng.uniform(0.0, 0.002) if name == 'rplidar' else 0.0
+    fetched_ns = since_ns + round((REVOLUTION - jitter) * 1e9)
+    revolution = Revolution(times_ns, azimuths, REVOLUTION, since_ns, fetched_ns)
+    return scan_message(lidar.published(revolution, ranges), 'laser')
 
 
 def values_of(name):
@@ -115,7 +72,7 @@ def errors(name, config, count=30):
         assembler.add_joint_sample(T0 + round(time * 1e9), float(pitch_at(time)))
     clouds = []
     for begin in begins:
-        assembler.add_scan(inputs.scan(DRIVERS[name](begin, rng), 0), 0)
+        assembler.add_scan(inputs.scan(message(name, begin, rng), 0), 0)
         for outcome in assembler.ready(0):
             assert not outcome.dropped
             clouds += outcome.assembled.clouds
@@ -129,10 +86,10 @@ def configured(values):
 
 
 def test_there_is_a_test_for_each_file():
-    assert [path.stem for path in FILES] == sorted(DRIVERS) == sorted(OTHER_DRIVERS)
+    assert [path.stem for path in FILES] == sorted(OTHER_LIDARS)
 
 
-@pytest.mark.parametrize('name', DRIVERS)
+@pytest.mark.parametrize('name', OTHER_LIDARS)
 def test_points_are_on_the_walls(name):
     found = errors(name, configured(values_of(name)))
     assert len(found) > 9_000
@@ -158,9 +115,10 @@ def test_the_file_for_ydlidar_lets_best_effort_scans_in():
 
 
 def test_the_order_of_beams_is_undone_exactly():
-    message = scan(0.0, np.linspace(-1.0, 1.0, 5), np.arange(1.0, 6.0), 0.1, 0.001)
+    ranges = np.arange(1.0, 6.0, dtype=np.float32)
+    published = Published(T0, -1.0, 1.0, 0.5, 0.001, 0.1, 0.05, 12.0, ranges)
     config = ScanInputConfig(last_beam_first=True)
-    turned = ScanInput(config).scan(message, 0)
+    turned = ScanInput(config).scan(scan_message(published, 'laser'), 0)
     assert turned.ranges.tolist() == [5.0, 4.0, 3.0, 2.0, 1.0]
     assert turned.geometry.angle_min == pytest.approx(1.0)
     assert turned.geometry.angle_increment == pytest.approx(-0.5)
