@@ -10,6 +10,8 @@ import time
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.command_line import run as run_command
 from nodlidar_sim.devices.device import Device
+from nodlidar_sim.devices.driven_lidar import DrivenLidar
+from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED, make_emulator, with_servo
 from nodlidar_sim.devices.urg import UrgEmulator
@@ -26,6 +28,7 @@ from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
 
+LIDARS = (*SCIP_MODELS, *OTHER_LIDARS)
 _GRACE = 2.0  # for drivers that stop at the same time, to make the devices safe [s]
 _LONGEST_TIMEOUT = 3600.0  # of a cmd_vel [s]
 _LONGEST_LATENCY = 255.0  # of an FTDI adapter [ms]
@@ -82,9 +85,13 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         help=f'{", ".join(EMULATED)}; its physics replace those of the scene',
     )  # fmt: skip
     parser.add_argument(
-        '--lidar-model', choices=tuple(SCIP_MODELS), default='URG-04LX-UG01', metavar='MODEL',
-        help=f'{", ".join(SCIP_MODELS)}, with the errors of the scene',
+        '--lidar-model', choices=LIDARS, default='URG-04LX-UG01', metavar='MODEL',
+        help=f'{", ".join(SCIP_MODELS)}, with the errors of the scene; {", ".join(OTHER_LIDARS)}: '
+        'a lidar together with that driver, which publishes scan, in place of a link',
     )  # fmt: skip
+    parser.add_argument(
+        '--frame-id', default='laser', help='frame of the scans of a lidar with a driver'
+    )
     parser.add_argument('--scip11', action='store_true', help='the lidar powers up in SCIP 1.1')
     options = parser.parse_args(without_ros_args(arguments))
     _check(options, parser)
@@ -93,7 +100,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 
 def _check(options: argparse.Namespace, parser: LineParser) -> None:
     """Exit with one line and status 2 if an option is not allowed."""
-    if options.lidar_link is None and options.servo_link is None:
+    driven = options.lidar_model in OTHER_LIDARS
+    if driven and options.lidar_link is not None:
+        parser.error(f'--lidar-link must not be given: {options.lidar_model} publishes scan')
+    if not driven and options.lidar_link is None and options.servo_link is None:
         parser.error('no device to emulate: set --lidar-link, --servo-link or both')
     if not 0.0 < options.cmd_vel_timeout <= _LONGEST_TIMEOUT:
         allowed = f'above 0 and at most {_LONGEST_TIMEOUT:g} s'
@@ -133,18 +143,30 @@ def make_devices(
     base
         Motion of the base; by default the scene's route.
     servo_model, lidar_model
-        One of EMULATED, and one of SCIP_MODELS.
+        One of EMULATED, and one of LIDARS.
     """
     motion = make_servo(scene, seed)
     world = World(scene, motion, base, start_ns)
-    lidar = UrgEmulator(
-        imperfect(Lidar(scene.lidar, world, start_ns, seed).ranges, scene.effects, seed),
-        start_ns=start_ns,
-        clock_rate=scene.effects.clock_rate,
-        rotation_phase=np.random.default_rng(seed).random(),
-        scip11=scip11,
-        model=SCIP_MODELS[lidar_model],
-    )
+    measure = imperfect(Lidar(scene.lidar, world, start_ns, seed).ranges, scene.effects, seed)
+    clock_rate = scene.effects.clock_rate
+    lidar: Device
+    if lidar_model in OTHER_LIDARS:
+        lidar = DrivenLidar(
+            OTHER_LIDARS[lidar_model],
+            measure,
+            start_ns=start_ns,
+            clock_rate=clock_rate,
+            seed=seed,
+        )
+    else:
+        lidar = UrgEmulator(
+            measure,
+            start_ns=start_ns,
+            clock_rate=clock_rate,
+            rotation_phase=np.random.default_rng(seed).random(),
+            scip11=scip11,
+            model=SCIP_MODELS[lidar_model],
+        )
     return {'lidar': lidar, 'servo': make_emulator(servo_model, motion, latency_timer)}
 
 
@@ -174,16 +196,20 @@ def run(options: argparse.Namespace) -> int:
     )
     links = {'lidar': options.lidar_link, 'servo': options.servo_link}
     links = {name: link for name, link in links.items() if link is not None}
-    with PseudoTerminals({name: devices[name] for name in links}, links) as terminals:
+    lidar = devices['lidar']
+    driven = lidar if isinstance(lidar, DrivenLidar) else None
+    served = {name: one for name, one in devices.items() if name in links or one is driven}
+    with PseudoTerminals(served, links) as terminals:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: terminals.stop(_GRACE))
         for name in links:
             print(f'{name} ready at {terminals[name]}', flush=True)
-        if options.base == 'route':
+        if options.base == 'route' and driven is None:
             terminals.wait()
             return 0
         odometer = Odometer(base, scene.effects, start_ns, options.seed)
-        return run_node(base, odometer, OdometryUncertainty(scene.effects), terminals)
+        odometry = odometer, OdometryUncertainty(scene.effects)
+        return run_node(options, base, odometry, driven, terminals)
 
 
 def make_base(options: argparse.Namespace, scene: Scene, start_ns: int) -> Base:
@@ -194,18 +220,30 @@ def make_base(options: argparse.Namespace, scene: Scene, start_ns: int) -> Base:
 
 
 def run_node(
-    base: Base, odometer: Odometer, uncertainty: OdometryUncertainty, terminals: PseudoTerminals
+    options: argparse.Namespace,
+    base: Base,
+    odometry: tuple[Odometer, OdometryUncertainty],
+    driven: DrivenLidar | None,
+    terminals: PseudoTerminals,
 ) -> int:
-    """Run the base's node until a signal, then the devices until their hosts have closed them."""
+    """Run the simulation's node until a signal, then the devices until their hosts close them."""
     # Imported here, so that the devices can be emulated without ROS.
     from nodlidar_common.ros.node import run as run_until_signal
     from nodlidar_sim.ros.base_node import BaseNode
+    from nodlidar_sim.ros.scan_publisher import ScanPublisher
+    from rclpy.node import Node
 
-    commanded = base if isinstance(base, CommandedBase) else None
-    status = run_until_signal(
-        lambda: BaseNode(odometer, uncertainty, terminals.clock, terminals.running, commanded),
-        sys.argv,
-    )
+    def make_node() -> Node:
+        if options.base == 'route':
+            node = Node('base')
+        else:
+            commanded = base if isinstance(base, CommandedBase) else None
+            node = BaseNode(*odometry, terminals.clock, terminals.running, commanded)
+        if driven is not None:
+            ScanPublisher(node, driven, options.frame_id, terminals.running)
+        return node
+
+    status = run_until_signal(make_node, sys.argv)
     if not terminals.running():  # stopped by an early signal, or an error that their exit raises
         return 0
     terminals.stop(_GRACE)

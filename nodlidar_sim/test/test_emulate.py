@@ -17,6 +17,8 @@ from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 import rclpy
+from rclpy.qos import ReliabilityPolicy
+from sensor_msgs.msg import LaserScan
 
 LONGEST = 30.0  # s; then a process is killed, so that no read waits for ever
 PING = bytes.fromhex('FFFF010201FB')
@@ -121,6 +123,35 @@ def test_the_base_is_driven_by_cmd_vel(start, tmp_path, listener):
     assert message.pose.pose.position.x == 0.0
 
 
+def test_a_lidar_with_a_driver_publishes_scans_beside_the_odometry(start, listener):
+    """At rest at pitch 0, 2 m in front of the wall."""
+    start(
+        '--lidar-model=rplidar', '--frame-id=left_laser', '--scene=wall', '--ideal',
+        '--base=odometry', '--ros-args', '-r', '__ns:=/left',
+    )  # fmt: skip
+    scan = heard(listener, LaserScan, '/left/scan', lambda m: True)
+    assert scan.header.frame_id == 'left_laser'
+    front = [scan.ranges[i] for i in (359, 360)]  # half a step of 2 pi / 719 beside azimuth 0
+    assert front == pytest.approx([2.0 / np.cos(np.pi / 719)] * 2, rel=1e-6)
+    assert scan.ranges[0] == np.inf  # nothing behind
+    heard(listener, Odometry, '/left/odom', lambda m: True)
+
+
+@pytest.mark.parametrize(
+    ('name', 'reliability'),
+    [('ydlidar', ReliabilityPolicy.BEST_EFFORT), ('ldlidar', ReliabilityPolicy.RELIABLE)],
+)
+def test_scans_have_the_quality_of_service_of_their_driver(start, listener, name, reliability):
+    process = start(f'--lidar-model={name}', '--scene=wall')
+    deadline = time.monotonic() + LONGEST
+    while not (found := listener.get_publishers_info_by_topic('/scan')):
+        assert time.monotonic() < deadline
+        rclpy.spin_once(listener, timeout_sec=0.1)
+    assert [each.qos_profile.reliability for each in found] == [reliability]
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(10) == 0
+
+
 def test_a_servo_at_another_bit_rate_is_silent(start, tmp_path):
     start('--servo-link', tmp_path / 'servo').stdout.readline()
     with open_port(str(tmp_path / 'servo'), 57600, 0.2) as port:
@@ -145,6 +176,7 @@ def test_scip_1_1(start, tmp_path):
         (['--lidar-link', 'l', '--cmd-vel-timeout', '0'], 'at most 3600 s, but is 0.0'),
         (['--lidar-link', 'l', '--latency-timer', 'nan'], 'from 0 to 255 ms, but is nan'),
         (['--servo-link', 's', '--servo-model', 'S3003'], 'XL430-W250'),
+        (['--lidar-link', 'l', '--lidar-model', 'rplidar'], 'rplidar publishes scan'),
         (['--lidar-link', 'l', '--seed', 'x'], '--seed'),
         (['--lidar-link', 'l', '--seed', '-1'], 'at least 0, but is -1'),
     ],
