@@ -67,6 +67,7 @@ def values(tmp_path):
         {'hardware': 'real', 'scene': 'moon'},
         {'servo': 'XL430-W250'},
         {'lidar': 'UST-10LX'},
+        {'lidar': 'rplidar'},
         {'hardware': 'real', 'servo': 'XL330-M288'},
         {'hardware': 'real', 'servo': 'none'},
         {'hardware': 'real', 'lidar': 'rplidar'},
@@ -111,7 +112,8 @@ def test_good_arguments_pass(values, change):
         (
             'lidar',
             'none',
-            "'lidar' must be one of URG-04LX-UG01, UST-10LX, UST-20LX, UTM-30LX",
+            "'lidar' must be one of URG-04LX-UG01, UST-10LX, UST-20LX, UTM-30LX, rplidar, "
+            "ldlidar, ydlidar, urg_node2 in sim, but is 'none'",
         ),
         ('servo', 'none', "XL430-W250, XL330-M288, XL330-M077, STS3215 in sim, but is 'none'"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),

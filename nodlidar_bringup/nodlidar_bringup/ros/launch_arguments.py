@@ -6,6 +6,7 @@ from typing import Any
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
 from nodlidar_servo.models.models import MODELS
+from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 
 
@@ -14,8 +15,9 @@ def share(package: str, path: str) -> str:
     return os.path.join(get_package_share_directory(package), path)
 
 
-OTHER_DRIVERS = ('rplidar', 'ldlidar', 'ydlidar', 'urg_node2')  # each has a file in config/lidars
-BEST_EFFORT = ('ydlidar',)  # of these; their scans reach no reliable subscription
+OTHER_DRIVERS = tuple(OTHER_LIDARS)  # each has a file in config/lidars
+# Of these; their scans reach no reliable subscription.
+BEST_EFFORT = tuple(name for name, lidar in OTHER_LIDARS.items() if lidar.best_effort)
 
 DESCRIPTIONS = ('robot', 'ros2_control')  # each is a file in urdf
 
@@ -38,7 +40,8 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'choices': ['', *SCIP_MODELS, *OTHER_DRIVERS, 'none'],
         'description': 'model of a Hokuyo lidar (hardware:=sim; a real one says itself what it '
         'is); or the driver of another lidar that publishes scan, with what the assembler must '
-        'know of it (docs/lidars.md); none: any other driver (both hardware:=real)',
+        'know of it (docs/lidars.md), in simulation also with that lidar; none: any other driver '
+        '(hardware:=real)',
     },
     'servo': {
         'default_value': '',

@@ -128,8 +128,11 @@ class Sensor:
             'emulate',
             name='base',
             arguments=[
-                '--lidar-link',
-                self.port('lidar'),
+                *(
+                    ['--frame-id', self.frame('laser')]
+                    if self.values['lidar'] in OTHER_DRIVERS
+                    else ['--lidar-link', self.port('lidar')]
+                ),
                 '--servo-link',
                 self.port('servo'),
                 '--scene',
