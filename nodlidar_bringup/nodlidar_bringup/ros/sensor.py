@@ -12,6 +12,7 @@ from launch import LaunchContext
 from launch.actions import Shutdown
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_bringup import arguments
 from nodlidar_bringup.ros.launch_arguments import (
     ARGUMENTS,
@@ -71,9 +72,8 @@ class Sensor:
         arguments.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
         if not self.values['base']:
-            ego_motion = self.values['ego_motion'] or self.values['profile']
-            needed = ego_motion in ('beam', 'deskew', 'slam')
-            self.values['base'] = 'odometry' if needed else 'route'
+            ego_motion = self.values['ego_motion'] or PROFILES[self.values['profile']].ego_motion
+            self.values['base'] = 'route' if ego_motion == 'off' else 'odometry'
         # The frame that stands still in a view.
         self.fixed_frame = 'odom' if self.values['ego_motion'] == 'beam' else 'base_link'
         # The emulators create and remove this folder; the name is unique to this sensor.
