@@ -95,16 +95,16 @@ def test_a_log_gives_what_it_has_where_the_margin_goes_beyond_it():
     assert log.samples_around(int(SAMPLE_NS[4]) - 10**9, int(SAMPLE_NS[6]) + 10**9) == slice(0, 10)
 
 
-def nod_samples(reversal_s, apart=0.01, missing=()):
+def nod_samples(reversal_s, apart=0.01, missing=(), since=-0.05):
     """Return samples of a reversal at an instant [s], but for some of them [s]."""
-    times = np.arange(-0.05, 0.13, apart)
+    times = np.arange(since, 0.13, apart)
     kept = [not any(abs(t - gone) < apart / 2 for gone in missing) for t in times]
     half, speed, acceleration = 0.015, 3.0, 200.0
-    since = np.abs(times - reversal_s)
+    away = np.abs(times - reversal_s)
     pitch = np.where(
-        since > half,
-        -speed * (since - half) - speed * half / 2,
-        -acceleration * since**2 / 2,
+        away > half,
+        -speed * (away - half) - speed * half / 2,
+        -acceleration * away**2 / 2,
     )
     stamps_ns = START_NS + np.rint(times * 1e9).astype(np.int64)
     return stamps_ns[kept], (np.rint(pitch / STEP) * STEP)[kept]
@@ -138,9 +138,8 @@ def test_a_gap_on_a_straight_way_is_interpolated():
 
 def test_a_reversal_in_a_gap_is_refused_also_where_gaps_are_many():
     estimator = PitchEstimator(EstimatorConfig())
-    ago_ns = np.arange(2, 150) * 10_000_000
-    before_ns = (START_NS - ago_ns)[::-1]
-    estimator.pitch(int(before_ns[0]), np.zeros(1), before_ns, np.zeros(len(before_ns)))
+    before_ns, before = nod_samples(0.05, since=-1.53)
+    estimator.pitch(int(before_ns[0]), np.zeros(1), before_ns[:149], before[:149])
     with pytest.raises(PitchError, match='joint samples missing at a reversal'):
         estimator.pitch(START_NS, OFFSET, *nod_samples(0.05, apart=0.04))
 
@@ -195,6 +194,27 @@ def test_a_slow_nod_with_late_coarse_samples_is_not_refused():
         except PitchError as error:
             refused[str(error)] += 1
     assert refused['joint samples missing at a reversal'] == 0
+
+
+@pytest.mark.parametrize(('jitter_s', 'most'), [(0.001, 3), (0.002, 3), (0.003, 29)])
+def test_stamps_that_jitter_are_not_taken_for_lost_samples(jitter_s, most):
+    """590 scans of a fast nod; the samples are of 100 Hz, and none is lost."""
+    motion = triangle_motion(NOD, START_NS, START_NS + 60_000_000_000)
+    taken_ns = START_NS + np.arange(6000) * 10_000_000
+    jitter_ns = np.random.default_rng(1).normal(0.0, jitter_s * 1e9, 6000)
+    stamps_ns = taken_ns + np.rint(jitter_ns).astype(np.int64)
+    order = np.argsort(stamps_ns)
+    stamps_ns = stamps_ns[order]
+    samples = np.rint(motion.position(taken_ns) / STEP)[order] * STEP
+    estimator, refused = PitchEstimator(EstimatorConfig()), 0
+    for scan_ns in START_NS + np.arange(5, 590) * 100_000_000:
+        first, last = np.searchsorted(stamps_ns, (scan_ns, scan_ns + round(OFFSET[-1] * 1e9)))
+        around = slice(first - 1, last + 1)
+        try:
+            estimator.pitch(int(scan_ns), OFFSET, stamps_ns[around], samples[around])
+        except PitchError:
+            refused += 1
+    assert refused <= most
 
 
 def test_a_gap_that_ends_at_the_first_beam_is_not_used():

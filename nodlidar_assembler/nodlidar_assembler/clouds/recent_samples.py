@@ -28,10 +28,16 @@ class RecentSamples:
 
     Missing samples make gaps longer, never shorter, so the usual gap is among the shortest of the
     last hundred, even if most samples are missing. It follows a lower rate within 95 samples.
+    Stamps that jitter make gaps longer too, so a gap counts as far as the pitch bears it out.
     """
 
     def __init__(self) -> None:
+        self._forget()
+
+    def _forget(self) -> None:
         self._time_ns, self._pitch = np.empty(0, np.int64), np.empty(0)
+        # Whether the sample before was the one kept before, which it need not be between scans.
+        self._is_next = np.empty(0, np.bool_)
 
     def add(self, time_ns: Times, pitch: Array) -> None:
         """Add samples [ns], [rad], ascending, shape (n,), which may repeat earlier ones.
@@ -43,9 +49,12 @@ class RecentSamples:
             if kept_ns[kept_ns.searchsorted(time_ns[0])] == time_ns[0]:
                 first = int(time_ns.searchsorted(kept_ns[-1], side='right'))
             else:
-                self._time_ns, self._pitch = self._time_ns[:0], self._pitch[:0]
+                self._forget()
+        is_next = np.ones(len(time_ns) - first, np.bool_)
+        is_next[:1] = first > 0
         self._time_ns = np.concatenate((self._time_ns, time_ns[first:]))[-_KEPT:]
         self._pitch = np.concatenate((self._pitch, pitch[first:]))[-_KEPT:]
+        self._is_next = np.concatenate((self._is_next, is_next))[-_KEPT:]
 
     def may_hide_reversal(self, begin_ns: int, end_ns: int, time_ns: Times, pitch: Array) -> bool:
         """Return whether samples are missing at a reversal between two instants.
@@ -57,18 +66,38 @@ class RecentSamples:
         time_ns, pitch
             The samples around them [ns], [rad], ascending, shape (m,), which were added.
         """
-        kept_ns = self._time_ns[1:] - self._time_ns[:-1]
+        kept_ns = (self._time_ns[1:] - self._time_ns[:-1])[self._is_next[1:]]
         gap_ns = time_ns[1:] - time_ns[:-1]
         if not len(gap_ns):
             return False
         usual_ns = np.partition(kept_ns, len(kept_ns) // _SHORTER)[len(kept_ns) // _SHORTER]
-        is_wide = gap_ns > _MISSING * usual_ns
-        if not is_wide.any():
+        if not (gap_ns > _MISSING * usual_ns).any():
             return False
+        share, mean_ns = self._borne_out(), kept_ns.mean()
+        usual_ns, gap_ns = (mean_ns + share * (each - mean_ns) for each in (usual_ns, gap_ns))
+        is_wide = gap_ns > _MISSING * usual_ns
         is_wide &= (time_ns[1:] > begin_ns) & (time_ns[:-1] < end_ns)
         speed = max(_speed(self._time_ns, self._pitch), _speed(time_ns, pitch))
         cut = np.minimum(_cut_beside(gap_ns, pitch), _cut_at(speed, gap_ns, pitch))
         return bool(np.any(is_wide & (cut > MOST_CUT)))
+
+    def _borne_out(self) -> float:
+        """Return how far the steps of the pitch bear out the gaps in time, from 0 to 1.
+
+        Where the nod is even, steps are proportional to the gaps if stamps are right, and alike if
+        stamps jitter about a regular rate. So this is the slope of step against gap, each without
+        the mean of three: the share of what a gap has beyond the mean that is true. A step that
+        bears out its gap is added, so stamps are right as long as nothing shows the contrary.
+        """
+        time_ns, pitch, is_next = self._time_ns, self._pitch, self._is_next
+        in_a_row = is_next[1:-2] & is_next[2:-1] & is_next[3:]
+        step, way = np.diff(pitch), pitch[3:] - pitch[:-3]
+        gap_share = (time_ns[2:-1] - time_ns[1:-2]) / (time_ns[3:] - time_ns[:-3])
+        by_time = (way * (gap_share - 1.0 / 3.0))[in_a_row]
+        by_pitch = (step[1:-1] - way / 3.0)[in_a_row]
+        one = float(np.mean(step**2)) + 1e-12
+        slope = (float(by_time @ by_pitch) + one) / (float(by_time @ by_time) + one)
+        return min(max(slope, 0.0), 1.0)
 
 
 def _speed(time_ns: Times, pitch: Array) -> float:
