@@ -386,6 +386,18 @@ def test_a_file_that_is_there_is_replaced_and_it_is_said(bag, tmp_path):
     assert any('was replaced' in note for note in summary.notes)
 
 
+def test_joint_states_whose_stamps_jitter_are_noted(simulated, bag, tmp_path):
+    rng, entries = np.random.default_rng(2), entries_of(simulated)
+    for _, topic, message in entries:
+        if topic == '/joint_states':
+            stamp_ns = time_ns(message.header.stamp) + round(rng.normal(0.0, 3e6))
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+    jittering = write_messages(tmp_path / 'jittering', entries)
+    for source, named in ((bag, False), (jittering, True)):
+        summary = write_clouds(source, tmp_path / 'out.ply', AssemblerConfig(), TOPICS)
+        assert any("'nod_joint' scatter by" in note for note in summary.notes) is named
+
+
 def test_the_bag_itself_is_never_written(bag):
     [file] = bag.glob('*.mcap')
     before = file.read_bytes()

@@ -54,7 +54,7 @@ class Summary:
     seconds
         Time that the work took [s].
     notes
-        Damage of the bag, and whether a file was replaced.
+        Damage of the bag, joint positions that scatter, and whether a file was replaced.
     """
 
     counts: Counter[str]
@@ -100,7 +100,8 @@ def write_clouds(
                     on_progress(recorded.time_ns, first_ns, last_ns)
             assembly.finish()
             _check_result(source, assembly)
-        notes = [*source.damage, *replaced, *_left_out(path, config)]
+        scatter = assembly.assembler.joint.scatter.text
+        notes = [*source.damage, *replaced, *_left_out(path, config), *filter(None, [scatter])]
     seconds = time.perf_counter() - begin
     return Summary(assembly.counts, assembly.assembler, first_ns, last_ns, seconds, notes)
 

@@ -7,6 +7,7 @@ from typing import Any
 from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
 from nodlidar_assembler.clouds.pitch import LARGEST
 from nodlidar_assembler.clouds.time_order import TimeOrder
+from nodlidar_assembler.inputs.joint_scatter import JointScatter
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import LATEST_NS, time_ns
@@ -54,6 +55,11 @@ class JointInput:
         Name of the joint, zero and direction of its positions, delay of its stamps.
     drops
         Counter of malformed, unstamped, misordered and contradictory joint states.
+
+    Attributes
+    ----------
+    scatter
+        Of the samples.
     """
 
     MALFORMED = (
@@ -64,6 +70,7 @@ class JointInput:
     SAME_STAMP = 'joint state with the stamp of the one before at another position'
 
     def __init__(self, config: JointInputConfig, drops: Counter[str]) -> None:
+        self.scatter = JointScatter(config.joint_name)
         self._joint_name, self._zero = config.joint_name, config.joint_zero
         self._sign = 1.0 if config.joint_positive == 'up' else -1.0
         self._delay_ns = round(config.joint_delay * NS_PER_S)
@@ -115,4 +122,7 @@ class JointInput:
             self._drops[self.SAME_STAMP] += 1
             return []
         self._last = sample
-        return self._order.add(measured_ns, sample)
+        confirmed = self._order.add(measured_ns, sample)
+        for each in confirmed:
+            self.scatter.add(each)
+        return confirmed

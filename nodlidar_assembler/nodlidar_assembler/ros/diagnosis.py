@@ -9,11 +9,10 @@ from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
-from nodlidar_assembler.clouds.white_noise import WhiteNoise
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_following import NodFollowing
 from nodlidar_assembler.control.revolutions import GATE_NS
-from nodlidar_assembler.inputs.held_odometry import DISTANCE, HeldOdometry
+from nodlidar_assembler.inputs.held_odometry import HeldOdometry
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
@@ -24,12 +23,10 @@ from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.silence import LEAST_SILENCE, Silence
 from nodlidar_common.survival import Survival
-import numpy as np
 from rclpy.node import Node
 
 _RECENT = 1.0  # s, for which drops, losses and errors are reported
 _BLIND = 3.0  # s without a range; in a hall, a sweep may have none for a second
-_SCATTER = 4e-3  # rad, of joint positions; the coarsest encoder rounds by 1.5e-3 RMS
 _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
 
 
@@ -78,7 +75,7 @@ class Diagnosis:
         self._range_ns: int | None = None  # of the last scan with a range, or of the first one
         self._odometry_ns: int | None = None
         self._commanded, self._following = commanded, NodFollowing()
-        self._joint_noise, self._held = WhiteNoise(), HeldOdometry()
+        self._held = HeldOdometry()
         assembly.samples.registerCallback(self._sample_arrived)
         assembly.odometry.registerCallback(self._held.add)
         self._recent = Recent(_RECENT)
@@ -103,7 +100,6 @@ class Diagnosis:
 
     def _sample_arrived(self, time_ns: int, pitch: float) -> None:
         self._joint_silence.heard(steady_ns(), time_ns)
-        self._joint_noise.add(np.array([time_ns]), np.array([pitch]))
         self._following.add(time_ns, pitch, self._commanded())
 
     def _silences(self) -> dict[str, float]:
@@ -143,17 +139,6 @@ class Diagnosis:
         if blind < _BLIND or self._scan_silence.seconds(now_ns):
             return ''
         return f'no range for {blind:.0f} s: is the lidar covered?'
-
-    def _scatter(self) -> str:
-        """Return how much joint positions scatter; empty if it is little."""
-        scatter = self._joint_noise.variance() ** 0.5
-        if scatter < _SCATTER:
-            return ''
-        return (
-            f"positions of '{self._joint_name}' scatter by {scatter * 1e3:.0f} mrad RMS, "
-            f'points {DISTANCE:g} m away by {DISTANCE * scatter * 1e3:.0f} mm: '
-            'the encoder is noisy, or positions are not stamped when they are measured'
-        )
 
     def _restamping(self) -> str:
         """Return by how much stamps of scans moved; empty if not, or if they proved right."""
@@ -237,7 +222,7 @@ class Diagnosis:
             self._blindness(),
             self._clock_ahead(),
             self._held.warning if self._odometry is not None else '',
-            self._scatter(),
+            self._assembly.assembler.joint.scatter.text,
             self._restamping(),
             self._following.warning,
             self.agreement.warning,

@@ -1,0 +1,44 @@
+"""How much the positions of the joint scatter about its motion."""
+
+from nodlidar_assembler.clouds.white_noise import WhiteNoise
+from nodlidar_assembler.inputs.held_odometry import DISTANCE
+import numpy as np
+
+SCATTER = 4e-3  # that is named [rad]; the coarsest encoder rounds by 1.5e-3 RMS
+_AT_ONCE = 100  # samples
+
+
+class JointScatter:
+    """Takes the samples of a joint, and says if they scatter a lot."""
+
+    def __init__(self, joint_name: str) -> None:
+        self._joint_name = joint_name
+        self._noise = WhiteNoise()
+        self._new: list[tuple[int, float]] = []
+
+    def add(self, sample: tuple[int, float]) -> None:
+        """Add a sample [ns], [rad]."""
+        self._new.append(sample)
+        if len(self._new) == _AT_ONCE:
+            self._take()
+
+    @property
+    def text(self) -> str:
+        """By how much positions scatter; empty if it is little."""
+        self._take()
+        scatter = self._noise.variance() ** 0.5
+        if scatter < SCATTER:
+            return ''
+        return (
+            f"positions of '{self._joint_name}' scatter by {scatter * 1e3:.0f} mrad RMS, "
+            f'points {DISTANCE:g} m away by {DISTANCE * scatter * 1e3:.0f} mm: '
+            'the encoder is noisy, or positions are not stamped when they are measured'
+        )
+
+    def _take(self) -> None:
+        if not self._new:
+            return
+        times_ns, pitch = zip(*self._new, strict=True)
+        self._noise.add(np.array(times_ns), np.array(pitch))
+        self._noise.variance()  # takes in all samples, not only the last ones
+        self._new.clear()
