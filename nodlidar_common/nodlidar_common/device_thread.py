@@ -125,6 +125,14 @@ class DeviceThread:
         self._log_info(f"connected to '{self._device.config.port}'")
         while self.keep_going():
             self._device.cycle()
+            self._keep_guarded()
+
+    def _keep_guarded(self) -> None:
+        """Start another guard if the one of the port has ended."""
+        guard, port, stop = self._guard, self._port, self._stop_request
+        if guard is not None and port is not None and stop is not None and guard.has_ended:
+            self._log_error('the guard of the port was killed: starting another one')
+            self._guard = Guard(port.fileno(), stop)
 
     def _make_safe(self) -> None:
         port, self._port = self._port, None

@@ -74,6 +74,11 @@ class Guard:
             if output.read() != guard_process.READY:
                 raise OSError('the guard of the port could not be started')
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether the guard was killed or crashed: nothing would switch the device off."""
+        return self._process.poll() is not None
+
     def trigger(self) -> None:
         """Switch the device off as if this process had ended."""
         assert self._process.stdin is not None

@@ -4,6 +4,7 @@ import os
 import pty
 import queue
 import select
+import signal
 import threading
 from types import SimpleNamespace
 
@@ -26,12 +27,16 @@ def terminal():
 
 
 class FaultyDevice:
-    """A device whose first switching off is a fault of the program."""
+    """A device whose first switching off is a fault of the program.
+
+    It is unplugged once it is told to be.
+    """
 
     def __init__(self, port):
         self.config = SimpleNamespace(port=port, baud_rate=115200, reconnect_delay=0.01)
-        self.steps, self.connected = queue.Queue(), 0
-        self.thread = DeviceThread(self, lambda text: None, lambda text: None)
+        self.steps, self.connected, self.errors = queue.Queue(), 0, queue.Queue()
+        self.unplugged = threading.Event()
+        self.thread = DeviceThread(self, lambda text: None, self.errors.put)
 
     def connect(self):
         self.thread.open_port(0.1, STOP)
@@ -39,7 +44,7 @@ class FaultyDevice:
         self.steps.put(self.connected)
 
     def cycle(self):
-        if self.connected == 1:
+        if self.connected == 1 and self.unplugged.is_set():
             raise OSError('unplugged')
         self.thread._stop.wait(0.01)
 
@@ -109,9 +114,28 @@ def test_the_guard_switches_off_what_an_error_of_the_program_left_on(
 ):
     ours, path = terminal
     device = FaultyDevice(path)
+    device.unplugged.set()
     device.thread.start()
     try:
         assert device.steps.get(timeout=LONGEST) == 1
+        assert select.select([ours], [], [], LONGEST)[0]
+        assert os.read(ours, 3) == b'OFF'
+        os.write(ours, b'OK')
+        assert device.steps.get(timeout=LONGEST) == 3
+    finally:
+        device.thread.stop()
+
+
+def test_a_guard_that_is_killed_is_replaced(terminal):
+    ours, path = terminal
+    device = FaultyDevice(path)
+    device.thread.start()
+    try:
+        assert device.steps.get(timeout=LONGEST) == 1
+        os.kill(device.thread._guard._process.pid, signal.SIGKILL)
+        assert 'the guard of the port was killed' in device.errors.get(timeout=LONGEST)
+        assert not select.select([ours], [], [], 0)[0]
+        device.unplugged.set()
         assert select.select([ours], [], [], LONGEST)[0]
         assert os.read(ours, 3) == b'OFF'
         os.write(ours, b'OK')
