@@ -1,0 +1,108 @@
+"""Odometry that leaps or scatters, as no robot moves."""
+
+import math
+import re
+
+from hypothesis import given
+from hypothesis import strategies as st
+from nodlidar_assembler.inputs.odometry_scatter import OdometryScatter
+import numpy as np
+import pytest
+
+START_NS = 1_700_000_000_000_000_000
+
+
+def warning_of(pose, rate=50.0, duration=12.0):
+    """Return the warning about odometry, x [m], y [m] and yaw [rad] at times [s]."""
+    scatter = OdometryScatter()
+    for k in range(round(duration * rate)):
+        x, y, yaw = pose(k / rate, k)
+        turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+        scatter.add(START_NS + round(k / rate * 1e9), (x, y, 0.0), turn)
+    return scatter.warning
+
+
+def driven(t, speed=0.4, turn=0.5):
+    """Return the pose on a circle."""
+    return speed / turn * math.sin(turn * t), speed / turn * (1.0 - math.cos(turn * t)), turn * t
+
+
+@pytest.mark.parametrize('rate', [10.0, 20.0, 50.0, 200.0])
+def test_odometry_that_flaps_with_each_sample_scatters(rate):
+    def flapping(t, k):
+        x, y, yaw = driven(t)
+        return x + 0.05 * (k % 2), y, yaw
+
+    found = warning_of(flapping, rate)
+    assert re.search(r'points 2 m away are 50 mm off', found)
+
+
+@pytest.mark.parametrize('rate', [20.0, 50.0, 200.0])
+@pytest.mark.parametrize('period', [2.5, 1.3])
+def test_odometry_that_leaps_now_and_then_is_named_with_how_far(rate, period):
+    def flapping(t, k):
+        x, y, yaw = driven(t)
+        return x, y + 0.05 * (math.floor(t / period) % 2), yaw
+
+    found = warning_of(flapping, rate)
+    times, size = map(int, re.search(r'leaps: (\d+) times .* by (\d+) mm', found).groups())
+    assert abs(times - 10.0 / period) <= 1.0
+    assert size == pytest.approx(50, abs=5)
+
+
+def test_a_heading_that_leaps_counts_at_the_distance_of_the_points():
+    def flapping(t, k):
+        return 0.4 * t, 0.0, 0.05 * (math.floor(t / 1.7) % 2)
+
+    size = int(re.search(r'by (\d+) mm', warning_of(flapping))[1])
+    assert size == pytest.approx(50 * 2.0 * math.sqrt(2.0 / 3.0), abs=2)
+
+
+@given(
+    st.floats(-2.0, 2.0),
+    st.floats(-2.0, 2.0),
+    st.sampled_from([10.0, 20.0, 50.0, 100.0]),
+    st.integers(0, 1000),
+)
+def test_a_robot_that_speeds_up_and_brakes_is_not_named(speed, turn, rate, seed):
+    """At 3 m/s^2 and 10 rad/s^2, to other speeds every half a second."""
+    rng, fine = np.random.default_rng(seed), 1000
+    wanted = rng.uniform(-1.0, 1.0, (24, 2)).repeat(fine // 2, axis=0) * (speed, turn)
+    velocity, most = np.zeros((len(wanted) + 1, 2)), np.array([3.0, 10.0]) / fine
+    for k, want in enumerate(wanted):
+        velocity[k + 1] = velocity[k] + np.clip(want - velocity[k], -most, most)
+    yaw = velocity[:, 1].cumsum() / fine
+    x = (velocity[:, 0] * np.cos(yaw)).cumsum() / fine
+    y = (velocity[:, 0] * np.sin(yaw)).cumsum() / fine
+    assert warning_of(lambda t, k: [each[round(t * fine)] for each in (x, y, yaw)], rate) == ''
+
+
+@pytest.mark.parametrize('noise', [0.002, 0.004])
+def test_noise_of_a_few_millimetres_is_not_named(noise):
+    rng = np.random.default_rng(3)
+
+    def noisy(t, k):
+        return np.add(driven(t), rng.normal(0.0, noise, 3) * (1.0, 1.0, 0.5))
+
+    assert warning_of(noisy) == ''
+
+
+def test_noise_of_centimetres_is_named_with_its_size():
+    rng = np.random.default_rng(3)
+    found = warning_of(lambda t, k: (0.4 * t, rng.normal(0.0, 0.02), 0.0))
+    assert int(re.search(r'are (\d+) mm off RMS', found)[1]) == pytest.approx(20, rel=0.2)
+
+
+def test_a_correction_or_two_are_not_named():
+    def corrected(t, k):
+        return 0.4 * t + 0.1 * (t > 4.0) - 0.2 * (t > 9.0), 0.0, 0.0
+
+    assert warning_of(corrected) == ''
+
+
+def test_odometry_that_recovers_is_no_longer_named():
+    def flapping(t, k):
+        return 0.05 * (k % 2) * (t < 5.0), 0.0, 0.0
+
+    assert warning_of(flapping, duration=5.0)
+    assert warning_of(flapping, duration=17.0) == ''
