@@ -1,0 +1,86 @@
+"""Stamps that drift: of one input against those of another."""
+
+from nodlidar_common.nod import NS_PER_S
+
+WINDOW_NS = 10 * NS_PER_S  # in which the message counts that was fastest on its way
+CONFIRMED = 2  # windows in a row, since one may have no fast message
+MOST_NS = 5_000_000  # that stamps may move; jumps of scans by as much are noticed elsewhere
+
+SCANS = 'scans'
+
+
+class StampDrift:
+    """Compares the times from stamp to arrival of other inputs with those of scans.
+
+    They stay as they are at their least, window by window: a host may delay messages, but it never
+    brings them early. If one changes against another, stamps drift, or the clocks of the machines
+    that stamp. If all change, a recording is played at another speed, and all begin anew. So does
+    an input that was silent for a window, as it may be of another publisher.
+    """
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all, as after the clock was set."""
+        self._end_ns: int | None = None
+        self._least_ns: dict[str, int] = {}
+        self._last_ns: dict[str, int] = {}  # the least of the window before
+        self._first_ns: dict[str, int] = {}  # of the others, less that of scans
+        self._moved_ns: dict[str, list[int]] = {}  # in the last windows
+
+    def add(self, name: str, late_ns: int, now_ns: int) -> None:
+        """Add a message.
+
+        Parameters
+        ----------
+        name
+            Its input, SCANS or another one.
+        late_ns
+            Time from the last instant that it measured to its arrival [ns].
+        now_ns
+            Present time by a steady clock [ns].
+        """
+        if self._end_ns is None:
+            self._end_ns = now_ns + WINDOW_NS
+        if now_ns >= self._end_ns:
+            self._end_window()
+            self._end_ns = now_ns + WINDOW_NS
+        self._least_ns[name] = min(late_ns, self._least_ns.get(name, late_ns))
+
+    def forget(self, name: str) -> None:
+        """Begin anew with an input whose stamps proved right as they are now."""
+        self._first_ns.pop(name, None)
+        self._moved_ns.pop(name, None)
+
+    def _end_window(self) -> None:
+        last_ns, self._last_ns, self._least_ns = self._last_ns, self._least_ns, {}
+        both = last_ns.keys() & self._last_ns.keys()
+        if both and all(abs(self._last_ns[name] - last_ns[name]) > MOST_NS for name in both):
+            self._first_ns.clear()
+        of_scans_ns = self._last_ns.get(SCANS)
+        apart_ns = {
+            name: late_ns - of_scans_ns
+            for name, late_ns in self._last_ns.items()
+            if of_scans_ns is not None and name != SCANS
+        }
+        self._moved_ns = {
+            name: [*self._moved_ns.get(name, []), now_ns - self._first_ns[name]][-CONFIRMED:]
+            for name, now_ns in apart_ns.items()
+            if name in self._first_ns
+        }
+        self._first_ns = {
+            name: self._first_ns.get(name, now_ns) for name, now_ns in apart_ns.items()
+        }
+
+    @property
+    def moved(self) -> dict[str, float]:
+        """By how much scans are later stamped against other inputs than at first [s].
+
+        Only those that surely moved.
+        """
+        return {
+            name: moved_ns[-1] / NS_PER_S
+            for name, moved_ns in self._moved_ns.items()
+            if len(moved_ns) == CONFIRMED and (min(moved_ns) > MOST_NS or max(moved_ns) < -MOST_NS)
+        }
