@@ -1,13 +1,15 @@
 """The assembler node on real DDS, fed with simulated data, against the same data offline."""
 
 from dataclasses import replace
+import time
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from log_messages import scan_message
-from node_bench import BEAM_PERIOD, bench, SCAN_NS, sensor_log, simulated, START_NS
+from log_messages import scan_message, state_message
+from node_bench import BEAM_PERIOD, bench, LONGEST, SCAN_NS, sensor_log, simulated, START_NS
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
+from nodlidar_assembler.inputs import stamp_drift
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
@@ -227,6 +229,27 @@ def test_a_joint_that_stands_still_in_a_commanded_nod_is_warned_of(log):
     with bench('samples_per_sweep:=4001') as running:
         running.feed(still)
         running.spin_until(lambda: any('although a nod is commanded' in t for t in texts(running)))
+
+
+def test_stamps_that_drift_are_named(log, monkeypatch):
+    # Of short windows, the least delay scatters by as much as the host delays messages.
+    monkeypatch.setattr(stamp_drift, 'WINDOW_NS', 300_000_000)
+    monkeypatch.setattr(stamp_drift, 'MOST_NS', 300_000_000)
+    with bench() as running:
+
+        def send(later_ns):
+            now_ns = time.time_ns()
+            running.send(running.states, state_message(now_ns, 0.1))
+            scan = replace(log.scans[0], stamp_ns=now_ns - SCAN_NS + later_ns)
+            running.send(running.scans, scan_message(scan))
+
+        deadline = time.monotonic() + LONGEST
+        while not running.node.diagnosis._drift._first_ns:
+            send(0)
+            assert time.monotonic() < deadline
+        while not any('stamps of scans drifted: they are' in t for t in texts(running)):
+            send(800_000_000)
+            assert time.monotonic() < deadline
 
 
 def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):

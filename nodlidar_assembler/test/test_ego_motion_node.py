@@ -219,6 +219,19 @@ def test_odometry_that_is_sent_again_with_newer_stamps_is_named():
         assert 'stamped every 20 ms, but changes every 100 ms' in text
 
 
+def test_odometry_that_flaps_between_two_values_is_named():
+    with bench() as running:
+        node = running.node
+        for k in range(80):
+            place = (0.01 * k + 0.05 * (k % 2), 0.0, 0.0)
+            sent = transform(
+                'odom', 'nodlidar_base_link', START_NS + 20_000_000 * k, place, (0, 0, 0, 1)
+            )
+            running._tf.publish(TFMessage(transforms=[sent]))
+        running.spin_until(lambda: node.odometry.newest_ns == START_NS + 20_000_000 * 79)
+        assert any('50 mm off RMS' in text for text in node.diagnosis._warnings())
+
+
 def test_without_odometry_scans_are_uncompensated_in_their_own_frame_if_so_told(log):
     late = log.odometry.time_ns > log.scans[-1].stamp_ns + SCAN_NS
     begins_after = replace(log, odometry=part_of(log.odometry, late))

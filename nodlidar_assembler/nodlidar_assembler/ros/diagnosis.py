@@ -1,7 +1,7 @@
 """The assembler's state on /diagnostics."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import math
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -13,6 +13,8 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_following import NodFollowing
 from nodlidar_assembler.control.revolutions import GATE_NS
 from nodlidar_assembler.inputs.held_odometry import HeldOdometry
+from nodlidar_assembler.inputs.odometry_scatter import OdometryScatter
+from nodlidar_assembler.inputs.stamp_drift import SCANS, StampDrift
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.ros.tf_odometry import TfOdometry
@@ -76,8 +78,10 @@ class Diagnosis:
         self._odometry_ns: int | None = None
         self._commanded, self._following = commanded, NodFollowing()
         self._held = HeldOdometry()
+        self._odometry_scatter, self._drift = OdometryScatter(), StampDrift()
+        self._drifting = False
         assembly.samples.registerCallback(self._sample_arrived)
-        assembly.odometry.registerCallback(self._held.add)
+        assembly.odometry.registerCallback(self._odometry_arrived)
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
         self._latency = self._restamped = 0.0
@@ -90,6 +94,7 @@ class Diagnosis:
         now_ns = steady_ns()
         self.counts.update(scans=1, beams=len(scan.ranges))
         self._scan_silence.heard(now_ns, scan.stamp_ns)
+        self._note_late(SCANS, scan.end_ns, self._scans.arrived_ns)
         if self._range_ns is None or scan.geometry.measured(scan.ranges).any():
             self._range_ns = now_ns
 
@@ -98,9 +103,28 @@ class Diagnosis:
         self.counts.update(clouds=1, points=len(cloud.data))
         self._latency = (now_ns - int(cloud.time_ns[-1])) / NS_PER_S
 
+    def clock_was_set(self) -> None:
+        """Forget what was learned from stamps of the time before."""
+        self.agreement.restart()
+        self._drift.restart()
+
     def _sample_arrived(self, time_ns: int, pitch: float) -> None:
         self._joint_silence.heard(steady_ns(), time_ns)
+        self._note_late(self._joint_name, time_ns, self._states.arrived_ns)
         self._following.add(time_ns, pitch, self._commanded())
+
+    def _odometry_arrived(
+        self, time_ns: int, position: Sequence[float], orientation: Sequence[float]
+    ) -> None:
+        self._held.add(time_ns, position, orientation)
+        self._odometry_scatter.add(time_ns, position, orientation)
+        if self._odometry is not None:
+            self._note_late('odometry', time_ns, time_ns - self._odometry.ahead_ns)
+
+    def _note_late(self, name: str, measured_ns: int, arrived_ns: int) -> None:
+        """Note when a message arrived [ns]; 0 if it is unknown, as in simulated time."""
+        if arrived_ns and not self._node.get_clock().ros_time_is_active:
+            self._drift.add(name, arrived_ns - measured_ns, steady_ns())
 
     def _silences(self) -> dict[str, float]:
         """Return the silent inputs, with the duration of their silence [s]."""
@@ -153,6 +177,23 @@ class Diagnosis:
         way = 'later' if self._restamped > 0.0 else 'earlier'
         moved = f'{abs(self._restamped) * 1e3:.0f} ms {way}'
         return f'scans are stamped {moved} than before, but come as before: check their driver'
+
+    def _drifted(self) -> str:
+        """Return by how much stamps drifted; empty if not, or if they proved right."""
+        moved = self._drift.moved
+        if (self._joint_name in moved) != self._drifting:
+            self._drifting = not self._drifting
+            self.agreement.restart()  # its last window may be of before
+        elif self.agreement.excludes(moved.get(self._joint_name, 0.0)):
+            self._drift.forget(self._joint_name)
+        if not moved:
+            return ''
+        name, by = max(moved.items(), key=lambda each: abs(each[1]))
+        way = 'later' if by > 0.0 else 'earlier'
+        return (
+            f'stamps of scans drifted: they are {abs(by) * 1e3:.0f} ms {way} than at first, '
+            f'compared with those of {name}, but come as before: check both clocks'
+        )
 
     def _clock_ahead(self) -> str:
         """Return that odometry is of a clock ahead of that of scans and host; empty if not."""
@@ -221,9 +262,9 @@ class Diagnosis:
         return [
             self._blindness(),
             self._clock_ahead(),
-            self._held.warning if self._odometry is not None else '',
+            '' if self._odometry is None else self._held.warning or self._odometry_scatter.warning,
             self._assembly.assembler.joint.scatter.text,
-            self._restamping(),
+            self._restamping() or self._drifted(),
             self._following.warning,
             self.agreement.warning,
         ]

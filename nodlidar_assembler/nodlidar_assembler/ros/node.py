@@ -152,7 +152,7 @@ class Assembler(Node):
         """Restart all but the nod, which continues in the new time."""
         self.get_logger().warning(f'the clock was set by {step_ns / NS_PER_S:.3f} s')
         self.assembly.clock_was_set(step_ns)
-        self.diagnosis.agreement.restart()
+        self.diagnosis.clock_was_set()
         if self.odometry is not None:
             self.odometry.restart()
         self._scene_monitor.restart()
