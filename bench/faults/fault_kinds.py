@@ -67,6 +67,11 @@ def _changed(line: FaultyLine, rng: Random) -> str:
     return f'{line.corrupt_rate:.2%}'
 
 
+def _swapped(line: FaultyLine, rng: Random) -> str:
+    line.swap_rate = _rate(rng)
+    return f'{line.swap_rate:.2%}'
+
+
 def _inserted(line: FaultyLine, rng: Random) -> str:
     line.insert_rate = _rate(rng)
     return f'{line.insert_rate:.2%}'
@@ -182,7 +187,7 @@ def _ended(node: str, number: signal.Signals) -> Kind:
 
 
 def _all_kinds() -> list[Kind]:
-    damages = (_lost, _changed, _inserted, _silent)
+    damages = (_lost, _changed, _swapped, _inserted, _silent)
     late = (_delayed, _jittery)
     return [
         *(_on_wire('lidar', 'from', spoil) for spoil in damages + late),

@@ -42,6 +42,16 @@ def test_bytes_are_inserted_and_none_is_lost():
     assert all(byte in rest for byte in DATA)  # in order
 
 
+def test_bytes_change_places_and_none_is_lost():
+    line = FaultyLine(seed=2)
+    line.swap_rate = 0.01
+    received = line.carry(DATA, 7)
+    assert sum(received) == sum(DATA)
+    moved = [a != b for a, b in zip(received, DATA, strict=True)]
+    assert sum(moved) / len(DATA) == pytest.approx(0.02, abs=0.003)
+    assert line.first_hit_ns == 7
+
+
 def test_a_delay_holds_bytes_and_keeps_their_order():
     line = FaultyLine()
     line.delay_ns = 300 * MS

@@ -1,4 +1,4 @@
-"""One direction of a bad connection, which changes, loses, inserts, delays or drops bytes."""
+"""One direction of a bad connection, which changes, swaps, loses, inserts or delays bytes."""
 
 from collections import deque
 
@@ -17,6 +17,8 @@ class FaultyLine:
     ----------
     corrupt_rate
         Share of the bytes that have one bit flipped.
+    swap_rate
+        Share of the bytes that change places with the next one, which a sum does not show.
     drop_rate
         Share of the bytes that are lost.
     insert_rate
@@ -36,7 +38,7 @@ class FaultyLine:
 
     def mend(self) -> None:
         """Remove all faults; delayed bytes keep their delay."""
-        self.corrupt_rate = self.drop_rate = self.insert_rate = 0.0
+        self.corrupt_rate = self.swap_rate = self.drop_rate = self.insert_rate = 0.0
         self.mute = False
         self.delay_ns = self.jitter_ns = 0
         self.first_hit_ns: int | None = None
@@ -67,6 +69,8 @@ class FaultyLine:
             return b''
         if self.corrupt_rate > 0.0:
             data = self._corrupt(data)
+        if self.swap_rate > 0.0:
+            data = self._swap(data)
         if self.drop_rate > 0.0:
             data = self._drop(data)
         if self.insert_rate > 0.0:
@@ -78,6 +82,12 @@ class FaultyLine:
         bits = np.left_shift(1, self._rng.integers(0, 8, sound.size)).astype(np.uint8)
         hit = self._rng.random(sound.size) < self.corrupt_rate
         return np.where(hit, sound ^ bits, sound).astype(np.uint8).tobytes()
+
+    def _swap(self, data: bytes) -> bytes:
+        swapped = bytearray(data)
+        for first in np.flatnonzero(self._rng.random(max(len(data) - 1, 0)) < self.swap_rate):
+            swapped[first], swapped[first + 1] = swapped[first + 1], swapped[first]
+        return bytes(swapped)
 
     def _drop(self, data: bytes) -> bytes:
         sound = np.frombuffer(data, np.uint8)
