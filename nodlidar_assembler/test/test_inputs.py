@@ -154,6 +154,11 @@ def test_joint_states_without_a_stamp_are_counted_as_such():
     assert samples_and_drops(message) == ([], {JointInput.UNSTAMPED: 1})
 
 
+def test_a_joint_state_that_has_the_joint_twice_is_dropped():
+    message = joint_state(name=['nod', 'wheel', 'nod'], position=[0.1, 7.0, 0.4])
+    assert samples_and_drops(message) == ([], {JointInput.TWICE: 1})
+
+
 def test_other_joints_are_passed_over_and_the_own_one_is_found_among_them():
     assert samples_and_drops(joint_state(name=['arm', 'leg'])) == ([], {})
     ((_, pitch),), drops = samples_and_drops(joint_state())

@@ -67,6 +67,7 @@ class JointInput:
     )
     UNSTAMPED = 'joint state without a stamp'
     OUT_OF_ORDER = 'joint state whose stamp does not fit its neighbours'
+    TWICE = 'joint state that has the joint twice'
     SAME_STAMP = 'joint state with the stamp of the one before at another position'
 
     def __init__(self, config: JointInputConfig, drops: Counter[str]) -> None:
@@ -109,6 +110,9 @@ class JointInput:
         self._heard = True
         if not time_ns(message.header.stamp):
             self._drops[self.UNSTAMPED] += 1
+            return []
+        if message.name.count(self._joint_name) > 1:
+            self._drops[self.TWICE] += 1
             return []
         index = message.name.index(self._joint_name)
         has_position = index < len(message.position) and abs(message.position[index]) <= LARGEST
