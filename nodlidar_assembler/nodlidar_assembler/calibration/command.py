@@ -68,11 +68,10 @@ def calibrate_and_report(
         topics = arguments.scan or 'scan', arguments.joint_states or 'joint_states'
         log, config = record(config if arguments.params else None, *topics, arguments.seconds)
     else:
-        bag, recorded = Path(arguments.source), topics_of(arguments)
-        log = log_of_bag(bag, config, recorded)
-        require_standing(bag, config, recorded)
+        log = log_of_bag(Path(arguments.source), config, topics_of(arguments))
         for damage in log.damage:
             print(damage, file=sys.stderr)
+    require_standing(log)
     tilt = arguments.mount_rpy[:2] if arguments.mount_rpy else config.mount_tilt
     up = None if arguments.not_level else upward(*tilt)
     beams = Beam.of(log, config.max_range or math.inf, config.max_joint_gap)

@@ -1,5 +1,6 @@
 """Recorded messages as the input of a calibration."""
 
+from contextlib import suppress
 from dataclasses import replace
 import math
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_types import BagError, Topics
-from nodlidar_assembler.bags.read_bag import LogGatherer, read_odometry
+from nodlidar_assembler.bags.read_bag import LogGatherer, with_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import CalibrationError, Values
 from nodlidar_assembler.clouds.ego_motion import OdometryError
@@ -41,7 +42,7 @@ class Recorder(LogGatherer):
 
 
 def log_of_bag(path: Path, config: AssemblerConfig, topics: Topics) -> SensorLog:
-    """Return the log of a bag's topics.
+    """Return the log of a bag's topics, with odometry if the bag has it.
 
     Raises
     ------
@@ -51,18 +52,17 @@ def log_of_bag(path: Path, config: AssemblerConfig, topics: Topics) -> SensorLog
         If it has no scans or joint states.
     """
     with BagSource(path) as source:
-        return Recorder(config).read(source, source.inputs(topics))
+        log = Recorder(config).read(source, source.inputs(topics))
+    with suppress(BagError, OdometryError):
+        return with_odometry(log, path, config, topics)
+    return log
 
 
-def require_standing(path: Path, config: AssemblerConfig, topics: Topics) -> None:
-    """Raise CalibrationError if the robot moves in a bag, by its odometry; without, nobody knows.
-
-    What the bag's calibration needs is read by `log_of_bag`.
-    """
-    try:
-        poses = read_odometry(path, config, topics).poses
-    except (BagError, OdometryError):
+def require_standing(log: SensorLog) -> None:
+    """Raise CalibrationError if the robot moves, by its odometry; without, nobody knows."""
+    if log.odometry is None:
         return
+    poses = log.odometry.poses
     way = np.linalg.norm(poses.position - poses.position[0], axis=1).max()
     turn = 2.0 * np.arccos(np.abs(poses.orientation @ poses.orientation[0]).clip(max=1.0)).max()
     if way > STANDS or turn > FACES:

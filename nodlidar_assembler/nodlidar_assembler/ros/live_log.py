@@ -1,13 +1,19 @@
 """The topics of the running sensor, recorded for some time."""
 
-from dataclasses import fields
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import fields, replace
 import sys
 import time
 from typing import Any
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.recorded import Recorder
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryError, Poses
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.ros.tf_odometry import TfOdometry
+from nodlidar_common.survival import Survival
+import numpy as np
 import rclpy
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
@@ -22,6 +28,8 @@ def record(
     config: AssemblerConfig | None, scan: str, joint_states: str, seconds: float
 ) -> tuple[SensorLog, AssemblerConfig]:
     """Return the log of two topics over a time [s], and the parameters of the assembler.
+
+    The log has the odometry that TF has in that time, if any.
 
     Parameters
     ----------
@@ -42,8 +50,18 @@ def record(
         node = rclpy.create_node('calibrate')
         config = config or running_config(node, scan)
         recorder = Recorder(config)
+        poses: list[tuple[int, Sequence[float], Sequence[float]]] = []
+        odometry = TfOdometry(
+            node,
+            config.odom_frame,
+            config.frame_id,
+            lambda *pose: poses.append(pose),
+            poses.clear,
+            Survival(node.get_logger().error),
+        )
 
         def add_scan(message: LaserScan) -> None:
+            odometry.take()
             recorder.add_scan(message, node.get_clock().now().nanoseconds)
 
         for kind, topic, add in (
@@ -57,7 +75,15 @@ def record(
         node.destroy_node()
     finally:
         rclpy.try_shutdown()
-    return recorder.log(), config
+    return replace(recorder.log(), odometry=_odometry(poses)), config
+
+
+def _odometry(poses: list[tuple[int, Sequence[float], Sequence[float]]]) -> Odometry | None:
+    with suppress(OdometryError):
+        if poses:
+            times_ns, places, turns = (np.array(each) for each in zip(*poses, strict=True))
+            return Odometry(times_ns, Poses(places, turns))
+    return None
 
 
 def running_config(node: Node, scan: str) -> AssemblerConfig:
