@@ -20,6 +20,7 @@ from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.errors.panelled_room import panelled_room
 from bench.shared.reference import BEAM_PERIOD, joints_at, SPAN, STANDING, START_NS
@@ -31,6 +32,7 @@ JOINT_RATE = 100.0  # Hz
 SAMPLES = 7547  # per sweep: the default nod
 DEGREE = math.radians(1.0)
 PUT_IN = Values(8e-3, 1.5 * DEGREE, DEGREE, 0.0, DEGREE, 0.005, 0.0, 0.085)
+START = Values.of_mount(MountConfig())
 TITLE = (
     f'Calibration from {DURATION:.0f} s in static scenes, joint states at {JOINT_RATE:.0f} Hz, '
     'errors of the lidar on'
@@ -39,9 +41,10 @@ TITLE = (
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A scene with its number of runs, place of the robot (x, y), spans and mount.
+    """A scene with its number of runs, places of the robot (x, y), span and mount.
 
-    Without a scene, each run has a panelled room of its own.
+    Without a scene, each run has a panelled room of its own. An ideal one is without errors of the
+    lidar.
     """
 
     scene: str
@@ -51,6 +54,7 @@ class Case:
     mount: tuple[float, ...] = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     servo: str = ''
     fixed: bool = False
+    ideal: bool = False
 
 
 CASES = {
@@ -79,6 +83,12 @@ def results() -> list[Row]:
 
 def run(case: Case, seed: int) -> tuple[Calibration, Values]:
     """Return the calibration of a simulated recording, and the true values."""
+    log, true, up = recording(case, seed)
+    return calibrate(Beam.of(log), START, up), true
+
+
+def recording(case: Case, seed: int) -> tuple[SensorLog, Values, NDArray[np.float64]]:
+    """Return a simulated recording, the true values, and upward in nodlidar_base_link, (3,)."""
     rng = np.random.default_rng([seed, 16])
     true = PUT_IN if case.fixed else _drawn(rng)
     scene = _scene(case, true, rng)
@@ -93,8 +103,7 @@ def run(case: Case, seed: int) -> tuple[Calibration, Values]:
     late_ns = log.sample_ns + round(true.delay * NS_PER_S)
     measured = SensorLog(log.scans, late_ns, log.sample_pitch + true.zero)
     up = scene.mount.rotation.T @ np.array([0.0, 0.0, 1.0])
-    found = calibrate(Beam.of(measured), Values.of_mount(MountConfig()), up)
-    return found, replace(true, zero=true.zero - unseen)
+    return measured, replace(true, zero=true.zero - unseen), up
 
 
 def _drawn(rng: np.random.Generator) -> Values:
@@ -108,7 +117,7 @@ def _scene(case: Case, true: Values, rng: np.random.Generator) -> Scene:
     place = case.places[int(rng.integers(len(case.places)))]
     x, y = (float(each + rng.uniform(-0.1, 0.1)) for each in place)
     heading = 0.0 if case.fixed else float(rng.uniform(-math.pi, math.pi))
-    scene = load_scene(case.scene) if case.scene else panelled_room(rng)
+    scene = load_scene(case.scene, ideal=case.ideal) if case.scene else panelled_room(rng)
     return replace(
         scene.with_velocity(STANDING),
         servo=load_servo(case.servo) if case.servo else None,

@@ -98,7 +98,7 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
     undetermined: dict[str, str] = {}
     if 'zero' not in names:
         undetermined['zero'] = 'a turn of the whole cloud: without a level floor nothing shows it'
-    coarse = replace(start, delay=start.delay + _coarse_delay(beams, start))
+    coarse = replace(start, delay=start.delay + coarse_delay(beams, start))
     solution, system = _solve(beams, coarse, start, names, level)
     assert solution.errors is not None
     errors = dict(zip(names, solution.errors.tolist(), strict=True))
@@ -134,7 +134,7 @@ def _level(up: Array | None) -> Level | None:
     return Level(up)
 
 
-def _coarse_delay(beams: Beam, start: Values) -> float:
+def coarse_delay(beams: Beam, start: Values) -> float:
     """Return the delay [s] with which surfaces are thinnest, up and down sweeps together."""
     costs = []
     for delay in DELAYS:
