@@ -172,7 +172,7 @@ def test_derivatives_are_those_of_the_ends(beams):
     some, step = beams[::200], 1e-6
     some = some[np.isfinite(ends_of(some, TRUE).xyz[0])]
     ends = ends_of(some, TRUE)
-    for name in ('zero', 'roll', 'yaw', 'x', 'y', 'z'):
+    for name in ('zero', 'roll', 'yaw', 'x', 'z'):
         sides = [
             ends_of(some, replace(TRUE, **{name: getattr(TRUE, name) + off})).xyz
             for off in (step, -step)

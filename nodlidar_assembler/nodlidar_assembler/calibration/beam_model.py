@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.assembly import nodded
 from nodlidar_assembler.clouds.geometry import Beams, MountConfig, REFERENCE_MOUNT
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
@@ -194,39 +195,29 @@ def ends_of(beams: Beam, values: Values, with_moves: bool = True) -> Ends:
     pitch, phi = position(time + delay) - zero: see `place`.
     """
     position, speed = beams.track.at(beams.time + values.delay)
-    phi = position - values.zero
     rotation = np.asarray(euler2mat(values.roll, values.pitch, values.yaw, axes='sxyz'))
-    along = np.stack([np.cos(beams.azimuth), np.sin(beams.azimuth), np.zeros(len(beams))])
-    direction = rotation @ along
-    arm = np.array([values.x, values.y, values.z])
-    local = direction * beams.ranges + arm[:, None]
-    cos, sin = np.cos(phi), np.sin(phi)
-    xyz = _nodded(local, cos, sin)
-    ways = _nodded(direction, cos, sin)
+    one, nothing = np.ones(len(beams)), np.zeros(len(beams))
+    direction = rotation @ np.stack([np.cos(beams.azimuth), np.sin(beams.azimuth), nothing])
+    vectors = {
+        'xyz': direction * beams.ranges + np.array([[values.x], [values.y], [values.z]]),
+        'ways': direction,
+    }
+    if with_moves:
+        vectors |= {
+            'roll': np.cross(rotation[:, 0], direction.T).T * beams.ranges,
+            'yaw': np.stack([-direction[1], direction[0], nothing]) * beams.ranges,
+            'x': np.stack([one, nothing, nothing]),
+            'z': np.stack([nothing, nothing, one]),
+        }
+    turned = nodded(np.stack(list(vectors.values()), axis=1), position - values.zero)
+    xyz, ways, *moved = turned.swapaxes(0, 1)
     if not with_moves:
         return Ends(xyz, ways, {})
     up = upward(xyz)
-    of_roll = np.cross(rotation[:, 0], direction.T).T * beams.ranges
-    of_yaw = np.stack([-direction[1], direction[0], np.zeros(len(beams))]) * beams.ranges
-    one, nothing = np.ones(len(beams)), np.zeros(len(beams))
-    moves = {
-        'delay': up * speed,
-        'zero': -up,
-        'roll': _nodded(of_roll, cos, sin),
-        'yaw': _nodded(of_yaw, cos, sin),
-        'x': _nodded(np.stack([one, nothing, nothing]), cos, sin),
-        'y': np.stack([nothing, one, nothing]),
-        'z': _nodded(np.stack([nothing, nothing, one]), cos, sin),
-    }
-    return Ends(xyz, ways, moves)
+    moves = dict(zip(list(vectors)[2:], moved, strict=True))
+    return Ends(xyz, ways, moves | {'delay': up * speed, 'zero': -up})
 
 
 def upward(xyz: Array) -> Array:
     """Return how points (3, n) move with the pitch, by radian."""
     return np.stack([-xyz[2], np.zeros(xyz.shape[1]), xyz[0]])
-
-
-def _nodded(vectors: Array, cos: Array, sin: Array) -> Array:
-    """Return vectors of the nodding frame (3, n), rotated up by the pitch."""
-    x, y, z = vectors
-    return np.stack([x * cos - z * sin, y, x * sin + z * cos])

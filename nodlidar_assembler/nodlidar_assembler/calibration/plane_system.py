@@ -49,8 +49,6 @@ class Solution:
         Their standard deviation [rad], learned from them.
     errors
         Standard errors of the named values, shape (k,); None if they were not asked for.
-    rms
-        Distance of the beams' ends from their planes [m].
     """
 
     values: Values
@@ -61,7 +59,6 @@ class Solution:
     bends: Array = field(default_factory=lambda: np.zeros(len(KNOTS)))
     bend: float = BEND
     errors: Array | None = None
-    rms: float = float('nan')
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +119,7 @@ class PlaneSystem:
             level_scores = level_slopes * (level_weight * level_off)[:, None]
             spread = spread_of(scores, self._beams.scan) + level_scores.T @ level_scores + prior
             errors = standard_errors(_curvature(normal, of_others, rows), spread)[:k]
-        after = self._moved(before, bases, change, rows, errors)
+        after = self._moved(before, bases, change, errors)
         return replace(after, bend=self._learned_bend(after, inverse))
 
     def _learned_bend(self, after: Solution, covariance: Array) -> float:
@@ -220,12 +217,7 @@ class PlaneSystem:
         return off, information
 
     def _moved(
-        self,
-        before: Solution,
-        bases: list[Array],
-        change: Array,
-        rows: _Rows,
-        errors: Array | None,
+        self, before: Solution, bases: list[Array], change: Array, errors: Array | None
     ) -> Solution:
         """Return a solution with its unknowns changed."""
         own = change[self._first :].reshape(-1, _OF_PLANE)
@@ -235,7 +227,6 @@ class PlaneSystem:
             length = np.linalg.norm(normal)
             planes.append(Plane(normal / length, float((plane.offset + offset) / length)))
         slant, tilt = change[self._bends.stop : self._first]
-        inside = rows.weight > 0.0
         return Solution(
             before.values.moved(self.names, change[: len(self.names)]),
             planes,
@@ -245,7 +236,6 @@ class PlaneSystem:
             before.bends + change[self._bends],
             before.bend,
             errors,
-            float(np.sqrt(np.mean(rows.off[inside] ** 2))),
         )
 
 

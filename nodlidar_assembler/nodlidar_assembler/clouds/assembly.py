@@ -110,7 +110,7 @@ def nodded(xyz: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.f
     Parameters
     ----------
     xyz
-        Points [m], shape (3, n).
+        Points [m], shape (3, n) or, with several of the same pitch, (3, k, n).
     pitch
         Pitch of the nod at each [rad], shape (n,).
     """
