@@ -287,6 +287,15 @@ def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):
     assert none.cloud.header.frame_id == 'nodlidar_base_link'
 
 
+def test_all_requests_that_come_at_once_are_answered():
+    with bench() as running:
+        client = running.feeder.create_client(AssembleScans, 'assembler/assemble_scans')
+        running.spin_until(client.service_is_ready)
+        sent = [client.call_async(AssembleScans.Request()) for _ in range(50)]
+        running.spin_until(lambda: all(future.done() for future in sent))
+    assert {future.result().message for future in sent} == {'no points'}
+
+
 @pytest.mark.parametrize(('jitter_ms', 'named'), [(0.0, False), (0.5, False), (3.0, True)])
 def test_joint_states_whose_stamps_jitter_are_named(log, jitter_ms, named):
     off = np.random.default_rng(2).normal(0.0, jitter_ms * 1e6, len(log.sample_ns))

@@ -221,3 +221,15 @@ def test_a_nod_that_is_not_commanded_here_is_not_taken_over():
         client = Client(running)
         _, result = client.result(client.send(COARSE))
     assert result.message.startswith('refused: the nod is not commanded by this node')
+
+
+def test_of_many_goals_at_once_all_are_answered():
+    with bench() as running:
+        client = Client(running).client
+        sent = [client.send_goal_async(COARSE) for _ in range(50)]
+        running.spin_until(lambda: all(future.done() for future in sent))
+        got = [future.result().get_result_async() for future in sent]
+        running.spin_until(lambda: all(future.done() for future in got))
+        cancelled = [future.result().cancel_goal_async() for future in sent]
+        running.spin_until(lambda: all(future.done() for future in cancelled))
+    assert {future.result().result.message for future in got} == {'refused: no scans arrive'}

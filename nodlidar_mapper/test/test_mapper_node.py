@@ -200,6 +200,16 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
     assert 'nowhere' in missing.message
 
 
+@pytest.mark.parametrize('name', ['save_map', 'load_map'])
+def test_all_requests_that_come_at_once_are_answered(running, tmp_path, name):
+    robot, _, until = running
+    until(robot.requests[name].service_is_ready)
+    request = MapFolder.Request(folder=str(tmp_path / 'none'))
+    sent = [robot.requests[name].call_async(request) for _ in range(50)]
+    until(lambda: all(future.done() for future in sent))
+    assert not any(future.result().success for future in sent)
+
+
 OVERRIDES = [
     word
     for name in ('map.publisher', 'pose.publisher', 'initialpose.subscription')

@@ -12,6 +12,7 @@ from nodlidar_assembler.ros.coverage_report import fill_coverage
 from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.ros.polled import PolledSubscription
+from nodlidar_common.ros.qos import SERVICE
 from nodlidar_common.ros.steady import create_steady_timer
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.action import ScanRegion
@@ -65,6 +66,9 @@ class RegionAction:
             '~/scan_region',
             self._execute,
             cancel_callback=self._cancel,
+            goal_service_qos_profile=SERVICE,
+            result_service_qos_profile=SERVICE,
+            cancel_service_qos_profile=SERVICE,
             result_timeout=RESULT_TIMEOUT,
         )
         self._statuses = PolledSubscription(node, NodStatus, 'servo/status', QoSProfile(depth=1))

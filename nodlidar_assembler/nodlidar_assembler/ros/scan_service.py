@@ -8,6 +8,7 @@ from nodlidar_assembler.clouds.scan_memory import ScanMemory
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.ros.qos import SERVICE
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.srv import AssembleScans
 from rclpy.node import Node
@@ -35,7 +36,7 @@ class ScanService:
         self.memory = ScanMemory(config.scan_memory, config.deskew_to)
         self._frame_id = frame_id
         self._frames = config.frame_id, config.odom_frame
-        node.create_service(AssembleScans, '~/assemble_scans', self._assemble)
+        node.create_service(AssembleScans, '~/assemble_scans', self._assemble, qos_profile=SERVICE)
 
     def add(self, assembled: Assembled) -> None:
         """Keep the points of a scan."""

@@ -10,7 +10,7 @@ from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.ros.qos import OVERRIDABLE
+from nodlidar_common.ros.qos import OVERRIDABLE, SERVICE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
@@ -67,8 +67,10 @@ class MapOutput:
         ]
         # A service that awaits its thread would otherwise block the other callbacks.
         group = ReentrantCallbackGroup()
-        node.create_service(MapFolder, '~/save_map', self._save, callback_group=group)
-        node.create_service(MapFolder, '~/load_map', self._load, callback_group=group)
+        for name, answer in (('save_map', self._save), ('load_map', self._load)):
+            node.create_service(
+                MapFolder, f'~/{name}', answer, qos_profile=SERVICE, callback_group=group
+            )
 
     def begin(self) -> None:
         """Forget the map that was drawn: another one begins."""
