@@ -26,10 +26,15 @@ from bench.shared.report import Row
 
 DURATION, WARM_UP, PATIENCE = 20.0, 4.0, 40.0  # s
 TITLE = f'Serialised messages of a sensor in the room, {DURATION:.0f} s'
+# Launch file, its arguments, and level_scan of the assembler.
 SETUPS = {
-    'balanced': ('robot.launch.py', ['base:=odometry']),
-    'slam': ('robot.launch.py', ['base:=odometry', 'profile:=slam']),
-    'slam, with the mapper': ('mapping.launch.py', ['scene:=room', 'route:=figure_of_eight']),
+    'balanced': ('robot.launch.py', ['base:=odometry'], 'scan'),
+    'slam': ('robot.launch.py', ['base:=odometry', 'profile:=slam'], 'sweep'),
+    'slam, with the mapper': (
+        'mapping.launch.py',
+        ['scene:=room', 'route:=figure_of_eight'],
+        'sweep',
+    ),
 }
 PACKET = 1480  # bytes of a message in an IP packet of 1500 bytes
 OWN = 'bandwidth'
@@ -89,21 +94,23 @@ def results() -> list[Row]:
     keep_apart()
     return [
         {'profile': profile, **row}
-        for profile, (file, arguments) in SETUPS.items()
-        for row in measured(file, arguments)
+        for profile, setup in SETUPS.items()
+        for row in measured(*setup)
     ]
 
 
-def measured(file: str, arguments: list[str], duration: float = DURATION) -> list[Row]:
-    """Return the traffic of the topics of a launch file with arguments."""
+def measured(file: str, arguments: list[str], level_scan: str) -> list[Row]:
+    """Return the traffic of the topics of a launch file with arguments and level scans."""
     with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / 'launch.log'
+        parameters, log = Path(folder) / 'assembler.yaml', Path(folder) / 'launch.log'
+        parameters.write_text(f"/**: {{ros__parameters: {{level_scan: '{level_scan}'}}}}\n")
+        arguments = [*arguments, f'assembler_params:={parameters}']
         with launched_sensor(log, *arguments, file=file), _listener() as (node, executor):
             _spin(executor, node, PATIENCE, lambda: _works(node))
             _spin(executor, node, WARM_UP)
             for traffic in node.traffic.values():
                 traffic.earlier = len(traffic.sizes)
-            took = _spin(executor, node, duration)
+            took = _spin(executor, node, DURATION)
             return [_row(topic, each, took) for topic, each in sorted(node.traffic.items())]
 
 

@@ -17,7 +17,8 @@ NODES = {'driver', 'servo', 'assembler', 'mapper'}
 @pytest.fixture(scope='module')
 def node():
     """Return one of all nodes in one process, which know of each other at once."""
-    rclpy.init(args=['--ros-args', '-p', 'ego_motion:=beam'])
+    given = ['-p', 'ego_motion:=beam', '-p', 'level_scan:=sweep']
+    rclpy.init(args=['--ros-args', *given])
     nodes = [make() for make in (DriverNode, ServoNode, Assembler, MapperNode)]
     for device in nodes[:2]:
         device.trigger_configure()  # from then on it publishes diagnostics
