@@ -33,8 +33,11 @@ def ranges(beams, config=CONFIG):
     [
         ([], np.nan),
         ([(0.0, 0.0, 1.0, True)], 1.0),
-        ([(0.01, 0.0, 1.0, True), (-0.01, 0.0, 1.06, True)], 1.03),  # one surface
-        ([(0.0, 0.0, 1.0, True), (0.0, 0.0, 1.2, True)], 1.0),  # another one behind it
+        # One surface and another one behind it, by 4 x 8.8 mm and, farther away, by 4 x 20 mm.
+        ([(0.01, 0.0, 1.0, True), (-0.01, 0.0, 1.034, True)], 1.017),
+        ([(0.0, 0.0, 1.0, True), (0.0, 0.0, 1.036, True)], 1.0),
+        ([(0.0, 0.0, 4.5, True), (0.0, 0.0, 4.576, True)], 4.538),
+        ([(0.0, 0.0, 4.5, True), (0.0, 0.0, 4.582, True)], 4.5),
         ([(0.0, 0.0, 1.0, True), (0.0, 0.0, 9.0, False)], 1.0),  # free at another height
         ([(0.0, 0.0, 1.9, False)], np.nan),  # left the band
         ([(0.0, 0.0, 2.1, False)], np.inf),

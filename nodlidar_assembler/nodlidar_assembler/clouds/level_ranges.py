@@ -5,6 +5,7 @@ import math
 
 from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.clouds.geometry import MountConfig
+from nodlidar_assembler.clouds.point_sigma import SigmaConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 import numpy as np
@@ -13,13 +14,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LEVEL_SCANS = ('off', 'sweep', 'scan')
-# Hits this much [m] behind the nearest of an azimuth are of the same surface, and averaged: the
-# nearest alone would be too near by the noise. Three times that of a URG-04LX-UG01 at 5 m.
-SAME_SURFACE = 0.1
+# Hits so many standard deviations behind the nearest of an azimuth are of the same surface, and
+# averaged: the nearest alone would be too near by the noise, of a few hits by about half of this.
+SAME_SURFACE = 4.0
 
 
 @dataclass(frozen=True)
-class LevelScanConfig(MountConfig, BandConfig):
+class LevelScanConfig(MountConfig, BandConfig, SigmaConfig):
     """Level scan."""
 
     level_scan: str = parameter(
@@ -122,7 +123,8 @@ def _nearest(
     bins, distance = bins[known], np.hypot(*hits[known].T)
     nearest = np.full(len(ranges), np.inf)
     np.minimum.at(nearest, bins, distance)
-    same = distance <= nearest[bins] + SAME_SURFACE
+    first = nearest[bins]
+    same = distance <= first + SAME_SURFACE * np.sqrt(config.range_variance(first))
     count = np.bincount(bins[same], minlength=len(ranges))
     total = np.bincount(bins[same], distance[same], minlength=len(ranges))
     seen = count > 0

@@ -47,6 +47,10 @@ class SigmaConfig:
         maximum=1.0,
     )
 
+    def range_variance(self, ranges: Array) -> Array:
+        """Return the variance of ranges [m^2], shape (n,)."""
+        return self.sigma_range**2 + (self.sigma_range_growth * ranges) ** 2
+
 
 def point_sigma(
     config: SigmaConfig,
@@ -73,7 +77,7 @@ def point_sigma(
     """
     from_axis = xyz[0] ** 2 + xyz[2] ** 2
     angle = config.sigma_pitch**2 + (config.sigma_time * speed) ** 2
-    of_range = config.sigma_range**2 + (config.sigma_range_growth * ranges.astype(float)) ** 2
+    of_range = config.range_variance(ranges.astype(float))
     return np.asarray(np.sqrt(of_range + from_axis * angle))
 
 
