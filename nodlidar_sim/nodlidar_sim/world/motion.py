@@ -44,11 +44,17 @@ class ServoShaft(Motion, Protocol):
     def encoder(self, times_ns: Times) -> Array:
         """Return the angle [rad] that the servo measures at each time [ns]."""
 
+    def measured(self, now_ns: int) -> tuple[float, float]:
+        """Return angle by the encoder [rad] and speed of the shaft [rad/s] at a time [ns]."""
+
     def load(self, now_ns: int) -> float:
         """Return the motor's torque as a share of that at standstill, -1 to 1."""
 
     def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
         """Move to an angle [rad], from a time [ns] on, at a limited speed [rad/s]."""
+
+    def reach(self, now_ns: int, end_ns: int, position: float, velocity: float) -> None:
+        """Be at an angle [rad] with a velocity [rad/s] at an end, from a time on [ns]."""
 
     def brake(self, now_ns: int) -> None:
         """Switch the torque off, from a time [ns] on."""

@@ -113,6 +113,11 @@ class ServoMotion:
         """Return the same as position: the device rounds it."""
         return self.position(times_ns)
 
+    def measured(self, now_ns: int) -> tuple[float, float]:
+        """Return angle [rad] and speed [rad/s] at a time [ns]: the device rounds them."""
+        now = np.array([now_ns])
+        return float(self.position(now)[0]), float(self.velocity(now)[0])
+
     def load(self, now_ns: int) -> float:
         """Return 0: nothing resists an ideal servo."""
         return 0.0
@@ -131,33 +136,44 @@ class ServoMotion:
         check_goal(goal, speed_limit)
         start_ns = now_ns
         if self._delay is not None:
-            position, velocity = self._state(now_ns)
+            position, velocity = self.measured(now_ns)
             start_ns = self._delay.apply(now_ns, goal - position, velocity)
-        position, velocity = self._state(start_ns)
+        position, velocity = self.measured(start_ns)
         profile = trapezoid(goal - position, velocity, speed_limit, self.acceleration)
         self._follow(start_ns, profile, goal)
 
+    def reach(self, now_ns: int, end_ns: int, position: float, velocity: float) -> None:
+        """Be at an angle [rad] with a velocity [rad/s] at an end, from a time on [ns]; and go on.
+
+        The speed changes evenly up to the middle of this time, and from there on; if both changes
+        are the same, the acceleration is constant.
+        """
+        begin, before = self.measured(now_ns)
+        half = (end_ns - now_ns) / NS_PER_S / 2.0
+        middle = (position - begin) / half - (before + velocity) / 2.0
+        changes = middle - before, velocity - middle
+        profile = [Piece(half, change / half) for change in changes]
+        self._follow(now_ns, profile, position, velocity)
+
     def brake(self, now_ns: int) -> None:
         """Brake to rest from a time [ns] on, as a geared servo without torque."""
-        position, velocity = self._state(now_ns)
+        position, velocity = self.measured(now_ns)
         stop = Piece(
             abs(velocity) / self.acceleration, -math.copysign(self.acceleration, velocity)
         )
         self._follow(now_ns, [stop], position + velocity * stop.duration / 2.0)
 
-    def _state(self, now_ns: int) -> tuple[float, float]:
-        now = np.array([now_ns])
-        return float(self.position(now)[0]), float(self.velocity(now)[0])
-
-    def _follow(self, start_ns: int, profile: list[Piece], goal: float) -> None:
-        """Replace the motion after start_ns by a profile that ends at rest at a goal."""
-        position, velocity = self._state(start_ns)
+    def _follow(
+        self, start_ns: int, profile: list[Piece], goal: float, speed: float = 0.0
+    ) -> None:
+        """Replace the motion after start_ns by a profile that ends at a goal, with a speed."""
+        position, velocity = self.measured(start_ns)
         rows = []
         for piece in profile:
             rows.append((position, velocity, piece.acceleration))
             position += (velocity + 0.5 * piece.acceleration * piece.duration) * piece.duration
             velocity += piece.acceleration * piece.duration
-        rows.append((goal, 0.0, 0.0))
+        rows.append((goal, speed, 0.0))
         ends = np.cumsum([0.0] + [piece.duration for piece in profile])
         starts_ns = start_ns + np.rint(ends * NS_PER_S).astype(np.int64)
         self._pieces = _spliced(self._pieces, starts_ns, np.array(rows), self._history_ns)

@@ -126,6 +126,14 @@ class PhysicalServo:
             self._states[-1] = last._replace(loop=(last.motion[_SHAFT], 0.0, 0.0))
         self._target = goal, speed_limit
 
+    def reach(self, now_ns: int, end_ns: int, position: float, velocity: float) -> None:
+        """Move to the tick next to a pitch [rad] as fast as the position loop can, from a time on.
+
+        The loop knows neither the end [ns] nor the velocity [rad/s] there, so the servo lags.
+        """
+        tick = self.parameters.tick
+        self.set_goal(now_ns, round(position / tick) * tick, math.inf)
+
     def brake(self, now_ns: int) -> None:
         """Switch the torque off, from a time [ns] on."""
         self._change(now_ns)
