@@ -9,6 +9,7 @@ import time
 
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.command_line import run as run_command
+from nodlidar_sim.devices.controlled_joint import ControlledJoint
 from nodlidar_sim.devices.device import Device
 from nodlidar_sim.devices.driven_lidar import DrivenLidar
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
@@ -19,7 +20,7 @@ from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.commanded import CommandedBase
 from nodlidar_sim.world.effects import imperfect
 from nodlidar_sim.world.lidar import Lidar
-from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.motion import Motion, ServoShaft
 from nodlidar_sim.world.odometry import Base, Odometer
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
 from nodlidar_sim.world.scene import load_scene, route_names, Scene, scene_names
@@ -29,7 +30,10 @@ from nodlidar_sim.world.world import World
 import numpy as np
 
 LIDARS = (*SCIP_MODELS, *OTHER_LIDARS)
+CONTROLLED = 'trajectory'
+SERVOS = (*EMULATED, CONTROLLED)
 _GRACE = 2.0  # for drivers that stop at the same time, to make the devices safe [s]
+_WATCH_PERIOD = 0.1  # at which a node without a base checks that the devices run [s]
 _LONGEST_TIMEOUT = 3600.0  # of a cmd_vel [s]
 _LONGEST_LATENCY = 255.0  # of an FTDI adapter [ms]
 
@@ -81,8 +85,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         help="of the servo's USB adapter [ms]; 16 limits the servo to 62 Hz",
     )  # fmt: skip
     parser.add_argument(
-        '--servo-model', choices=tuple(EMULATED), default='RX-24F', metavar='MODEL',
-        help=f'{", ".join(EMULATED)}; its physics replace those of the scene',
+        '--servo-model', choices=SERVOS, default='RX-24F', metavar='MODEL',
+        help=f'{", ".join(EMULATED)}; its physics replace those of the scene; {CONTROLLED}: the '
+        'servo of the scene as a joint of ros2_control, with a joint_trajectory_controller that '
+        'takes joint_trajectory and publishes joint_states, in place of a link',
     )  # fmt: skip
     parser.add_argument(
         '--lidar-model', choices=LIDARS, default='URG-04LX-UG01', metavar='MODEL',
@@ -91,6 +97,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )  # fmt: skip
     parser.add_argument(
         '--frame-id', default='laser', help='frame of the scans of a lidar with a driver'
+    )
+    parser.add_argument('--joint-name', default='nod_joint', help='of the joint of ros2_control')
+    parser.add_argument(
+        '--controller', default='joint_trajectory_controller', help='name of that controller'
     )
     parser.add_argument('--scip11', action='store_true', help='the lidar powers up in SCIP 1.1')
     options = parser.parse_args(without_ros_args(arguments))
@@ -101,9 +111,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 def _check(options: argparse.Namespace, parser: LineParser) -> None:
     """Exit with one line and status 2 if an option is not allowed."""
     driven = options.lidar_model in OTHER_LIDARS
+    controlled = options.servo_model == CONTROLLED
     if driven and options.lidar_link is not None:
         parser.error(f'--lidar-link must not be given: {options.lidar_model} publishes scan')
-    if not driven and options.lidar_link is None and options.servo_link is None:
+    if controlled and options.servo_link is not None:
+        parser.error(f'--servo-link must not be given: {CONTROLLED} publishes joint_states')
+    if not (driven or controlled or options.lidar_link or options.servo_link):
         parser.error('no device to emulate: set --lidar-link, --servo-link or both')
     if not 0.0 < options.cmd_vel_timeout <= _LONGEST_TIMEOUT:
         allowed = f'above 0 and at most {_LONGEST_TIMEOUT:g} s'
@@ -143,9 +156,15 @@ def make_devices(
     base
         Motion of the base; by default the scene's route.
     servo_model, lidar_model
-        One of EMULATED, and one of LIDARS.
+        One of SERVOS, and one of LIDARS.
     """
-    motion = make_servo(scene, seed)
+    shaft = make_servo(scene, seed)
+    servo: Device
+    motion: Motion
+    if servo_model == CONTROLLED:
+        servo = motion = ControlledJoint(shaft, start_ns)
+    else:
+        servo, motion = make_emulator(servo_model, shaft, latency_timer), shaft
     world = World(scene, motion, base, start_ns)
     measure = imperfect(Lidar(scene.lidar, world, start_ns, seed).ranges, scene.effects, seed)
     clock_rate = scene.effects.clock_rate
@@ -167,7 +186,7 @@ def make_devices(
             scip11=scip11,
             model=SCIP_MODELS[lidar_model],
         )
-    return {'lidar': lidar, 'servo': make_emulator(servo_model, motion, latency_timer)}
+    return {'lidar': lidar, 'servo': servo}
 
 
 def make_servo(scene: Scene, seed: int) -> ServoShaft:
@@ -180,7 +199,7 @@ def make_servo(scene: Scene, seed: int) -> ServoShaft:
 def run(options: argparse.Namespace) -> int:
     """Run the devices with a link until SIGINT or SIGTERM; return the exit status."""
     scene = load_scene(options.scene, options.route or None, ideal=options.ideal)
-    if options.servo_model != 'RX-24F':
+    if options.servo_model not in ('RX-24F', CONTROLLED):
         scene = with_servo(scene, options.servo_model)
     start_ns = time.time_ns()
     base = make_base(options, scene, start_ns)
@@ -196,20 +215,19 @@ def run(options: argparse.Namespace) -> int:
     )
     links = {'lidar': options.lidar_link, 'servo': options.servo_link}
     links = {name: link for name, link in links.items() if link is not None}
-    lidar = devices['lidar']
-    driven = lidar if isinstance(lidar, DrivenLidar) else None
-    served = {name: one for name, one in devices.items() if name in links or one is driven}
+    in_ros = [one for one in devices.values() if isinstance(one, DrivenLidar | ControlledJoint)]
+    served = {name: one for name, one in devices.items() if name in links or one in in_ros}
     with PseudoTerminals(served, links) as terminals:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: terminals.stop(_GRACE))
         for name in links:
             print(f'{name} ready at {terminals[name]}', flush=True)
-        if options.base == 'route' and driven is None:
+        if options.base == 'route' and not in_ros:
             terminals.wait()
             return 0
         odometer = Odometer(base, scene.effects, start_ns, options.seed)
         odometry = odometer, OdometryUncertainty(scene.effects)
-        return run_node(options, base, odometry, driven, terminals)
+        return run_node(options, base, odometry, in_ros, terminals)
 
 
 def make_base(options: argparse.Namespace, scene: Scene, start_ns: int) -> Base:
@@ -223,24 +241,34 @@ def run_node(
     options: argparse.Namespace,
     base: Base,
     odometry: tuple[Odometer, OdometryUncertainty],
-    driven: DrivenLidar | None,
+    in_ros: Sequence[DrivenLidar | ControlledJoint],
     terminals: PseudoTerminals,
 ) -> int:
     """Run the simulation's node until a signal, then the devices until their hosts close them."""
     # Imported here, so that the devices can be emulated without ROS.
     from nodlidar_common.ros.node import run as run_until_signal
+    from nodlidar_common.ros.steady import create_steady_timer
     from nodlidar_sim.ros.base_node import BaseNode
+    from nodlidar_sim.ros.joint_controller import JointController
     from nodlidar_sim.ros.scan_publisher import ScanPublisher
     from rclpy.node import Node
+
+    def watch(node: Node) -> None:
+        node.failed = not terminals.running()
 
     def make_node() -> Node:
         if options.base == 'route':
             node = Node('base')
+            create_steady_timer(node, _WATCH_PERIOD, lambda: watch(node))
         else:
             commanded = base if isinstance(base, CommandedBase) else None
             node = BaseNode(*odometry, terminals.clock, terminals.running, commanded)
-        if driven is not None:
-            ScanPublisher(node, driven, options.frame_id, terminals.running)
+        for device in in_ros:
+            if isinstance(device, DrivenLidar):
+                ScanPublisher(node, device, options.frame_id)
+            else:
+                names = options.controller, options.joint_name
+                JointController(node, device, names, terminals.clock)
         return node
 
     status = run_until_signal(make_node, sys.argv)

@@ -7,18 +7,23 @@ import sys
 import threading
 import time
 
+from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from nodlidar_common import scip
 from nodlidar_common.serial_port import open_port
+from nodlidar_common.stamps import time_ns
+from nodlidar_sim.devices.trajectory_controller import TrajectoryError
 from nodlidar_sim.emulate import main, make_devices, parse, without_ros_args
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.ros.joint_controller import trajectory_of
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
 import rclpy
 from rclpy.qos import ReliabilityPolicy
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import JointState, LaserScan
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 LONGEST = 30.0  # s; then a process is killed, so that no read waits for ever
 PING = bytes.fromhex('FFFF010201FB')
@@ -152,6 +157,44 @@ def test_scans_have_the_quality_of_service_of_their_driver(start, listener, name
     assert process.wait(10) == 0
 
 
+def test_a_joint_of_ros2_control_is_held_then_goes_where_it_is_sent(start, listener):
+    process = start(
+        '--servo-model=trajectory', '--joint-name=left_joint', '--controller=nod', '--ideal',
+        '--ros-args', '-r', '__ns:=/left',
+    )  # fmt: skip
+    held = heard(listener, JointState, '/left/joint_states', lambda m: True)
+    assert (list(held.name), list(held.position)) == (['left_joint'], [0.0])
+    publisher = listener.create_publisher(JointTrajectory, '/left/nod/joint_trajectory', 1)
+    end = JointTrajectoryPoint(positions=[0.4], time_from_start=Duration(nanosec=50_000_000))
+
+    def send():
+        for joint in ('right_joint', 'left_joint'):  # the former is refused
+            publisher.publish(JointTrajectory(joint_names=[joint], points=[end]))
+
+    timer = listener.create_timer(0.5, send)
+    is_there = lambda m: abs(m.position[0] - 0.4) < 1e-9  # noqa: E731
+    there = heard(listener, JointState, '/left/joint_states', is_there)
+    assert time_ns(there.header.stamp) - time_ns(held.header.stamp) >= 50_000_000
+    listener.destroy_timer(timer)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(10) == 0
+    assert 'trajectory refused: its joints are not left_joint' in process.stderr.read()
+
+
+@pytest.mark.parametrize(
+    ('point', 'reason'),
+    [
+        ({'velocities': [0.0]}, 'lacks a value'),
+        ({'positions': [0.0], 'velocities': [0.0, 0.0]}, 'lacks a value'),
+        ({'positions': [0.0], 'effort': [1.0]}, 'has an effort'),
+    ],
+)
+def test_a_point_with_other_values_than_the_controller_takes_is_refused(point, reason):
+    message = JointTrajectory(joint_names=['joint'], points=[JointTrajectoryPoint(**point)])
+    with pytest.raises(TrajectoryError, match=reason):
+        trajectory_of(message, ['joint'])
+
+
 def test_a_servo_at_another_bit_rate_is_silent(start, tmp_path):
     start('--servo-link', tmp_path / 'servo').stdout.readline()
     with open_port(str(tmp_path / 'servo'), 57600, 0.2) as port:
@@ -177,6 +220,7 @@ def test_scip_1_1(start, tmp_path):
         (['--lidar-link', 'l', '--latency-timer', 'nan'], 'from 0 to 255 ms, but is nan'),
         (['--servo-link', 's', '--servo-model', 'S3003'], 'XL430-W250'),
         (['--lidar-link', 'l', '--lidar-model', 'rplidar'], 'rplidar publishes scan'),
+        (['--servo-link', 's', '--servo-model', 'trajectory'], 'publishes joint_states'),
         (['--lidar-link', 'l', '--seed', 'x'], '--seed'),
         (['--lidar-link', 'l', '--seed', '-1'], 'at least 0, but is -1'),
     ],

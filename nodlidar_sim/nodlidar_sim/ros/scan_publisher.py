@@ -1,7 +1,6 @@
 """Publishes the scans of a simulated lidar as its driver does."""
 
 from array import array
-from collections.abc import Callable
 
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.qos import OVERRIDABLE
@@ -26,17 +25,12 @@ class ScanPublisher:
         The lidar, which another thread serves.
     frame_id
         Of the scans.
-    is_running
-        Returns whether the simulation is running; if not, the node has failed.
     """
 
-    def __init__(
-        self, node: Node, lidar: DrivenLidar, frame_id: str, is_running: Callable[[], bool]
-    ) -> None:
+    def __init__(self, node: Node, lidar: DrivenLidar, frame_id: str) -> None:
         best_effort = lidar.lidar.best_effort
         policy = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
         qos = QoSProfile(depth=10, reliability=policy)
-        self._node, self._is_running = node, is_running
         self._scans, self._frame_id = lidar.scans, frame_id
         self._publisher = node.create_publisher(
             LaserScan, 'scan', qos, qos_overriding_options=OVERRIDABLE
@@ -45,7 +39,6 @@ class ScanPublisher:
 
     def publish(self) -> None:
         """Publish the scans that have come."""
-        self._node.failed = not self._is_running()
         while self._scans:
             self._publisher.publish(scan_message(self._scans.popleft(), self._frame_id))
 
