@@ -1,4 +1,4 @@
-"""The node as users run it, on real DDS; the controller is the one of spline_controller.py."""
+"""The node as users run it, on real DDS; the controller is that of the simulation."""
 
 from contextlib import contextmanager
 import math
@@ -14,12 +14,13 @@ from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.ros.trajectory_node import sample_of
 from nodlidar_servo.trajectory.joint_sample import JointSample
+from nodlidar_sim.devices.trajectory_controller import TrajectoryController, TrajectoryError
+from nodlidar_sim.ros.joint_controller import trajectory_of
 import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState
-from spline_controller import SplineController
 from trajectory_msgs.msg import JointTrajectory
 
 TIMEOUT = 20.0
@@ -56,7 +57,10 @@ class Robot:
         self.executor.add_node(self.node)
         self.nod, self.message, self.statuses, self.pitches = None, '', [], []
         self.start_ns = 0  # of the nod
-        self.controller = SplineController(0.1)
+        self.controller = TrajectoryController()
+        self.controller.update(time.time_ns(), 0.1, 0.0)
+        self.joints, self.takes_some, self.takes = ['nod_joint'], False, True
+        self.points, self.refusals = [], []  # of the latest trajectory: time [ns], position
         self.states_stop, self.states_late_ns, self.ends = False, 0, []
         self.unstamped = False
         self.ahead = 0  # every so many joint states, one is stamped an hour ahead
@@ -85,7 +89,8 @@ class Robot:
 
     def _publish_state(self):
         now_ns = time.time_ns()
-        pitch, _ = self.controller.sample(now_ns)
+        pitch, velocity = self.controller.at(now_ns)
+        self.controller.update(now_ns, pitch, velocity)
         self.pitches.append(pitch)
         other = JointState(name=['wheel', 'nod_joint'], position=[1.0, pitch], velocity=[])
         other.header.stamp = time_message(now_ns - self.states_late_ns)
@@ -100,7 +105,18 @@ class Robot:
         now_ns, last = time.time_ns(), message.points[-1]
         self.ends.append(last.positions[0])
         self.spare = time_ns(message.header.stamp) + time_ns(last.time_from_start) - now_ns
-        self.controller.accept_message(message, now_ns)
+        start_ns = time_ns(message.header.stamp)
+        self.points = [
+            (start_ns + time_ns(point.time_from_start), point.positions[0])
+            for point in message.points
+        ]
+        # With allow_partial_joints_goal, fill_partial_goal of the controller adds what is missing.
+        joints = self.joints[-1:] if self.takes_some else self.joints
+        try:
+            if self.takes:
+                self.controller.accept(trajectory_of(message, joints), now_ns)
+        except TrajectoryError as error:
+            self.refusals.append(str(error))
 
     def until(self, condition, what):
         deadline = time.monotonic() + TIMEOUT
@@ -148,7 +164,7 @@ def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot)
         robot.until(lambda: 'no controller listens' in robot.message, 'not diagnosed')
         robot.start_controller()
         robot.until(lambda: 'no nod command' in robot.message, 'not connected')
-        assert robot.controller.points == []  # nothing moves unasked
+        assert robot.points == []  # nothing moves unasked
         robot.nod = nod
         robot.until(robot.is_in_phase, 'not in phase')
         assert robot.statuses[-1].following
@@ -164,9 +180,9 @@ def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot)
         robot.until(lambda: not robot.rests(), 'the joint does not start again')
         process.kill()
         robot.until(robot.rests, 'the joint goes on after the node was killed')
-        assert robot.pitches[-1] == pytest.approx(robot.controller.points[-1][1])
-        assert time.time_ns() >= robot.controller.points[-1][0]
-    assert robot.controller.refusals == []
+        assert robot.pitches[-1] == pytest.approx(robot.points[-1][1])
+        assert time.time_ns() >= robot.points[-1][0]
+    assert robot.refusals == []
 
 
 def test_a_nod_that_is_commanded_for_later_is_planned_before_it_begins(robot):
@@ -181,11 +197,11 @@ def test_a_nod_that_is_commanded_for_later_is_planned_before_it_begins(robot):
         def is_planned():
             assert time.time_ns() < start_ns, 'not before it begins'
             # The fast leg after the start, by one that tuning may have moved a little.
-            legs = [abs(each[0] - start_ns - 5 * 10**8) for each in robot.controller.points]
+            legs = [abs(each[0] - start_ns - 5 * 10**8) for each in robot.points]
             return min(legs, default=10**9) < 5 * 10**7
 
         robot.until(is_planned, 'not planned')
-    assert robot.controller.refusals == []
+    assert robot.refusals == []
 
 
 def test_a_joint_that_stands_still_is_told_though_the_nod_passes_it(robot):
@@ -193,22 +209,23 @@ def test_a_joint_that_stands_still_is_told_though_the_nod_passes_it(robot):
     robot.start_controller()
     with running('autostart:=true', 'reconnect_delay:=0.1'):
         robot.until(robot.is_in_phase, 'not in phase')
-        accept, robot.controller.accept_message = robot.controller.accept_message, lambda *_: None
+        robot.takes = False
         robot.until(lambda: 'does not follow' in robot.message, 'not diagnosed')
-        robot.controller.accept_message = accept
+        robot.takes = True
         robot.until(lambda: robot.message == 'connected', 'does not recover')
 
 
 def test_a_controller_of_more_joints_takes_the_nod_if_partial_goals_are_allowed(robot):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
-    robot.controller = SplineController(0.1, ('pan_joint', 'nod_joint'))
+    robot.joints = ['pan_joint', 'nod_joint']
     robot.start_controller()
     with running('autostart:=true', 'reconnect_delay:=0.1'):
-        robot.until(lambda: robot.controller.refusals, 'nothing is sent')
-        assert set(robot.controller.refusals) == {'not the number of joints'}
-        robot.controller = SplineController(0.1, ('pan_joint', 'nod_joint'), True)
+        robot.until(lambda: robot.refusals, 'nothing is sent')
+        assert set(robot.refusals) == {'its joints are not pan_joint, nod_joint'}
+        robot.takes_some = True
+        robot.refusals.clear()
         robot.until(robot.is_in_phase, 'not in phase')
-    assert robot.controller.refusals == []
+    assert robot.refusals == []
 
 
 def test_a_joint_whose_states_stop_rests_at_a_reversal(robot):
@@ -222,7 +239,7 @@ def test_a_joint_whose_states_stop_rests_at_a_reversal(robot):
         robot.until(lambda: 'no joint states' in robot.message, 'not diagnosed')
         robot.until(robot.rests, 'the joint goes on')
     assert {round(end, 6) for end in robot.ends} <= {-0.3, 0.4}
-    assert robot.controller.refusals == []
+    assert robot.refusals == []
 
 
 @pytest.mark.parametrize('late_s', [-3600, 2])
@@ -232,7 +249,7 @@ def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
     robot.start_controller()
     with running('autostart:=true', 'reconnect_delay:=0.1'):
         robot.until(lambda: 'clocks' in robot.message, 'not diagnosed')
-    assert robot.controller.points == []
+    assert robot.points == []
 
 
 def test_joint_states_without_a_stamp_are_named_and_nothing_moves(robot):
@@ -242,7 +259,7 @@ def test_joint_states_without_a_stamp_are_named_and_nothing_moves(robot):
     with running('autostart:=true', 'reconnect_delay:=0.1'):
         robot.until(lambda: 'have no stamp' in robot.message, 'not diagnosed')
         assert 'clocks' not in robot.message
-    assert robot.controller.points == []
+    assert robot.points == []
 
 
 def test_single_joint_states_of_another_time_are_left_out_and_counted(robot):
@@ -258,7 +275,7 @@ def test_single_joint_states_of_another_time_are_left_out_and_counted(robot):
         assert all(status.following for status in robot.statuses)
         assert min(robot.pitches) == pytest.approx(-0.3, abs=0.02)
         assert max(robot.pitches) == pytest.approx(0.4, abs=0.02)
-    assert robot.controller.refusals == []
+    assert robot.refusals == []
 
 
 def test_the_qos_of_its_topics_can_be_overridden(robot):
