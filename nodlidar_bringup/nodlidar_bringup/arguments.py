@@ -24,8 +24,7 @@ from nodlidar_mapper.output.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
-from nodlidar_sim.devices.servo_models import EMULATED
-from nodlidar_sim.emulate import LIDARS
+from nodlidar_sim.emulate import LIDARS, SERVOS
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_viewer.config import ViewerConfig
 import xacro
@@ -59,10 +58,9 @@ def check(values: Mapping[str, str]) -> None:
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
         check_parameter_file(name, values[name])
     if values['hardware'] == 'sim':
-        if values['lidar'] and values['lidar'] not in LIDARS:
-            raise ParameterError('lidar', f'one of {", ".join(LIDARS)} in sim', values['lidar'])
-        if values['servo'] and values['servo'] not in EMULATED:
-            raise ParameterError('servo', f'one of {", ".join(EMULATED)} in sim', values['servo'])
+        for name, models in (('lidar', LIDARS), ('servo', SERVOS)):
+            if values[name] and values[name] not in models:
+                raise ParameterError(name, f'one of {", ".join(models)} in sim', values[name])
         load_scene(values['scene'], values['route'] or None)
 
 

@@ -72,6 +72,7 @@ def values(tmp_path):
         {'hardware': 'real', 'servo': 'none'},
         {'hardware': 'real', 'lidar': 'rplidar'},
         {'hardware': 'real', 'servo': 'trajectory'},
+        {'servo': 'trajectory'},
     ],
 )
 def test_good_arguments_pass(values, change):
@@ -105,17 +106,13 @@ def test_good_arguments_pass(values, change):
             "'scene' must be one of building, corner, corridor, crossing, room, wall, or a",
         ),
         (
-            'servo',
-            'trajectory',
-            "'servo' must be one of RX-24F, RX-28, RX-64, AX-12A, AX-18A, MX-28, MX-28-2",
-        ),
-        (
             'lidar',
             'none',
             "'lidar' must be one of URG-04LX-UG01, UST-10LX, UST-20LX, UTM-30LX, rplidar, "
             "ldlidar, ydlidar, urg_node2 in sim, but is 'none'",
         ),
-        ('servo', 'none', "XL430-W250, XL330-M288, XL330-M077, STS3215 in sim, but is 'none'"),
+        ('servo', 'none', "'servo' must be one of RX-24F, RX-28, RX-64, AX-12A, AX-18A, MX-28"),
+        ('servo', 'none', "XL330-M288, XL330-M077, STS3215, trajectory in sim, but is 'none'"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],
 )

@@ -7,6 +7,7 @@ from launch import LaunchContext
 from nodlidar_bringup.ros import sensor
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_sim.devices.controlled_joint import UPDATE_RATE
 import pytest
 import rclpy
 from urdf_parser_py.urdf import URDF
@@ -79,6 +80,7 @@ def test_the_controller_manager_loads_the_controller_that_the_node_sends_to(para
     assert {name: manager[f'{name}.type'] for name in TYPES} == TYPES
     assert CONFIG.controller in TYPES
     assert manager['update_rate'] >= 10.0 * CONFIG.send_rate
+    assert manager['update_rate'] == UPDATE_RATE  # as in simulation
 
 
 def test_the_controller_moves_the_joint_by_the_interfaces_that_the_hardware_has(parameters):

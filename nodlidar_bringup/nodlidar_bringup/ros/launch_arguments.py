@@ -47,8 +47,9 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'default_value': '',
         'choices': ['', *MODELS, 'trajectory', 'none'],
         'description': 'model of the servo; trajectory: a joint that ros2_control moves by a '
-        'joint_trajectory_controller; none: no servo node, another node moves the joint and '
-        'publishes joint_states (both hardware:=real); if empty, servo_params decides',
+        'joint_trajectory_controller, in simulation also with that controller; none: no servo '
+        'node, another node moves the joint and publishes joint_states (hardware:=real); if '
+        'empty, servo_params decides',
     },
     'scene': {
         'default_value': 'room',

@@ -123,18 +123,20 @@ class Sensor:
 
     def emulators(self) -> Node:
         """Return the program of the emulated devices."""
+        lidar = ['--lidar-link', self.port('lidar')]
+        if self.values['lidar'] in OTHER_DRIVERS:
+            lidar = ['--frame-id', self.frame('laser')]
+        servo = ['--servo-link', self.port('servo')]
+        if self.values['servo'] == 'trajectory':
+            servo = ['--controller', self.servo_config.controller]
+            servo += ['--joint-name', self.frame('nod_joint')]
         return self.node(
             'nodlidar_sim',
             'emulate',
             name='base',
             arguments=[
-                *(
-                    ['--frame-id', self.frame('laser')]
-                    if self.values['lidar'] in OTHER_DRIVERS
-                    else ['--lidar-link', self.port('lidar')]
-                ),
-                '--servo-link',
-                self.port('servo'),
+                *lidar,
+                *servo,
                 '--scene',
                 self.values['scene'],
                 f'--route={self.values["route"]}',
