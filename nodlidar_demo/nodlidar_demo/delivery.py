@@ -1,19 +1,22 @@
 """Delivery of clouds as recorded in a bag: latency and drops; start of the simulation."""
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 
-TOPICS = ('arrival', 'points', 'diagnostics')
+TOPICS = ('arrival', 'scan', 'points', 'diagnostics')
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +26,8 @@ class Delivery:
     Attributes
     ----------
     latency
-        From a scan's last byte at the port to the publication of its cloud [s], shape (n,).
+        From a scan's last byte at the port, or with a driver of others from its publication, to
+        the publication of its cloud [s], shape (n,).
     dropped
         Drops that the nodes reported in their last diagnostics, counted by reason.
     clouds, points
@@ -40,14 +44,23 @@ class Delivery:
     nods: NDArray[np.float64]
 
 
-def read_delivery(bag: Path) -> Delivery:
+def read_delivery(bag: Path, others: AssemblerConfig | None = None) -> Delivery:
     """Return the delivery of the clouds in a bag, one cloud per scan.
+
+    Parameters
+    ----------
+    bag
+        The bag.
+    others
+        Conventions of a driver of others, such as the delay of its stamps; by default, the scans
+        are of our driver, which publishes when their last byte arrived.
 
     Raises
     ------
     BagError
         If the bag cannot be read to its end.
     """
+    scan_input = None if others is None else ScanInput(others)
     arrivals: dict[int, int] = {}
     clouds: list[tuple[int, int]] = []
     dropped: dict[str, Counter[str]] = {}
@@ -56,6 +69,11 @@ def read_delivery(bag: Path) -> Delivery:
         name, message = _name(recorded.topic), recorded.message
         if name == 'arrival':
             arrivals[time_ns(message.time_ref)] = time_ns(message.header.stamp)
+        elif name == 'scan':
+            if scan_input is not None:
+                with suppress(RefusedScanError):  # which gives no cloud either
+                    scan = scan_input.scan(message, recorded.time_ns)
+                    arrivals[scan.stamp_ns] = recorded.time_ns
         elif name == 'points':
             clouds.append((time_ns(message.header.stamp), recorded.time_ns))
             points += message.width

@@ -14,7 +14,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Writer
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2, TimeReference
@@ -78,6 +78,23 @@ def test_the_assembler_is_asked_to_adapt_its_limits(tmp_path):
     recorder.close()
     executor.shutdown()
     for node in (recorder, assembler):
+        node.destroy_node()
+    rclpy.shutdown()
+
+
+def test_scans_are_recorded_though_their_publisher_is_not_reliable(tmp_path):
+    rclpy.init()
+    recorder, lidar = Recorder(tmp_path / 'bag', best_effort=True), Node('lidar')
+    executor = SingleThreadedExecutor()
+    executor.add_node(recorder)
+    qos = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    publisher = lidar.create_publisher(LaserScan, 'scan', qos)
+    lidar.create_timer(0.1, lambda: publisher.publish(LaserScan()))
+    executor.add_node(lidar)
+    spin_until(executor, lambda: recorder.counts['scan'] >= 1)
+    recorder.close()
+    executor.shutdown()
+    for node in (recorder, lidar):
         node.destroy_node()
     rclpy.shutdown()
 

@@ -151,11 +151,17 @@ def launch_arguments(scene_name: str, route: str | None, scene: Scene) -> list[s
     return arguments
 
 
-def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console) -> None:
+def record(
+    bag: Path,
+    duration: float,
+    sensor: LaunchedSensor,
+    console: Console,
+    best_effort: bool = False,
+) -> None:
     """Record a sensor into a bag, for a time [s] from the first cloud on.
 
     The first half is with the whole nod, which shows floor and ceiling. In the second, limits and
-    speed of the nod follow the range.
+    speed of the nod follow the range. Scans that are published best effort are taken if so told.
 
     Raises
     ------
@@ -167,7 +173,7 @@ def record(bag: Path, duration: float, sensor: LaunchedSensor, console: Console)
     with named(bag), ExitStack() as stack:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         stack.callback(rclpy.try_shutdown)
-        recorder = Recorder(bag)
+        recorder = Recorder(bag, best_effort)
         stack.callback(recorder.destroy_node)
         stack.callback(recorder.close)
         executor = SingleThreadedExecutor()

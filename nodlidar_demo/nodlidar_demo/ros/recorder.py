@@ -11,7 +11,7 @@ from nodlidar_msgs.msg import NodCommand
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import (
     Qos,
     QosDurability,
@@ -44,15 +44,23 @@ NO_LIMIT = QosTime(9223372036, 854775807)
 class Recorder(Node):
     """Subscribes to the topics of a sensor and writes their messages into a bag.
 
+    Parameters
+    ----------
+    bag
+        Folder to create.
+    best_effort
+        Take scans of a publisher that is not reliable.
+
     Attributes
     ----------
     counts
         Messages written so far, by topic.
     """
 
-    def __init__(self, bag: Path) -> None:
+    def __init__(self, bag: Path, best_effort: bool = False) -> None:
         super().__init__('recorder')
         self.counts: Counter[str] = Counter()
+        self._best_effort = {'scan'} if best_effort else set()
         self._assembler = AsyncParameterClient(self, 'assembler')
         self._writer = Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
@@ -90,6 +98,8 @@ class Recorder(Node):
         qos = QoSProfile(depth=100)
         if latched:
             qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        if topic in self._best_effort:
+            qos.reliability = ReliabilityPolicy.BEST_EFFORT
         self.create_subscription(message_type, topic, write, qos, raw=True)
 
 
