@@ -1,7 +1,8 @@
 """Each emulated servo and lidar in the whole launch: its clouds, their latency, the phase.
 
 With the errors of the scene's devices, and without them. An ideal servo has the bytes and the
-encoder of its model only.
+encoder of its model only. Lidars with drivers of others are simulated with these: the latency is
+then from the publication of their scans.
 """
 
 from pathlib import Path
@@ -10,12 +11,14 @@ import tempfile
 from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.read_bag import read_bag
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_bringup.ros.launch_arguments import BEST_EFFORT, share
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
+from nodlidar_common.parameter_file import file_values
 from nodlidar_demo.delivery import read_delivery
 from nodlidar_demo.evaluation import near_beams, points_of, surface_rms
 from nodlidar_demo.ros.demonstration import record, VEIL_ANGLE
-from nodlidar_sim.devices.scip_models import SCIP_MODELS
-from nodlidar_sim.devices.servo_models import EMULATED
+from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
+from nodlidar_sim.emulate import LIDARS, SERVOS
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
@@ -25,22 +28,24 @@ from rich.console import Console
 from bench.shared.report import Row
 
 SCENE, DURATION, SETTLING = 'room', 12.0, 4.0  # s
-SETUPS = {
-    **{f'{name}, URG-04LX-UG01': f'servo:={name}' for name in EMULATED},
-    **{f'RX-24F, {name}': f'lidar:={name}' for name in SCIP_MODELS if name != 'URG-04LX-UG01'},
-}
+LONGER = {'ldlidar': 100.0}  # s, in which the delay of its stamps goes through 0 to 0.1 s
+SERVO, LIDAR = 'RX-24F', 'URG-04LX-UG01'
+SETUPS = [
+    *((servo, LIDAR) for servo in SERVOS),
+    *((SERVO, lidar) for lidar in LIDARS if lidar != LIDAR),
+]
 TITLE = f"Servos and lidars in the whole launch, scene '{SCENE}', {DURATION:.0f} s"
 
 
 def results() -> list[Row]:
     """Return a row for each servo and each lidar."""
-    return [_row(name, argument) for name, argument in SETUPS.items()]
+    return [_row(servo, lidar) for servo, lidar in SETUPS]
 
 
-def _row(name: str, argument: str) -> Row:
-    real, ideal = (_measured(argument, is_ideal) for is_ideal in (False, True))
+def _row(servo: str, lidar: str) -> Row:
+    real, ideal = (_measured(servo, lidar, is_ideal) for is_ideal in (False, True))
     return {
-        'servo, lidar': name,
+        'servo, lidar': f'{servo}, {lidar}',
         'points RMS [mm]': real['rms'],
         'points RMS, ideal [mm]': ideal['rms'],
         'latency p50 [ms]': real['p50'],
@@ -50,17 +55,18 @@ def _row(name: str, argument: str) -> Row:
     }
 
 
-def _measured(argument: str, is_ideal: bool) -> dict[str, float]:
+def _measured(servo: str, lidar: str, is_ideal: bool) -> dict[str, float]:
     keep_apart()
+    arguments = f'servo:={servo}', f'lidar:={lidar}', f'ideal:={str(is_ideal).lower()}'
     with tempfile.TemporaryDirectory() as name:
-        folder, arguments = Path(name), [argument, f'ideal:={str(is_ideal).lower()}']
+        folder = Path(name)
         with launched_sensor(folder / 'launch.log', *arguments) as sensor:
-            quiet = Console(quiet=True)
-            record(folder / 'settling', SETTLING, sensor, quiet)
-            record(folder / 'bag', DURATION, sensor, quiet)
-        bag = folder / 'bag'
-        log = read_bag(bag, AssemblerConfig())
-        phase, latency = phase_errors(bag), read_delivery(bag).latency
+            how = sensor, Console(quiet=True), lidar in BEST_EFFORT
+            record(folder / 'settling', SETTLING, *how)
+            record(folder / 'bag', LONGER.get(lidar, DURATION), *how)
+        bag, others = folder / 'bag', conventions(lidar) if lidar in OTHER_LIDARS else None
+        log = read_bag(bag, others or AssemblerConfig())
+        phase, latency = phase_errors(bag), read_delivery(bag, others).latency
     world = World(load_scene(SCENE, ideal=is_ideal), ServoMotion(), start_ns=log.scans[0].stamp_ns)
     points = points_of(near_beams(log), 'slerp', VEIL_ANGLE)
     elapsed = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / 1e9
@@ -71,6 +77,12 @@ def _measured(argument: str, is_ideal: bool) -> dict[str, float]:
         'phase': float(np.sqrt(np.nanmean(np.square(phase)))),
         'rate': (len(log.scans) - 1) / elapsed,
     }
+
+
+def conventions(lidar: str) -> AssemblerConfig:
+    """Return what the assembler is told about the driver of a lidar."""
+    file = share('nodlidar_bringup', f'config/lidars/{lidar}.yaml')
+    return AssemblerConfig(**file_values(Path(file), 'assembler', AssemblerConfig))
 
 
 def phase_errors(bag: Path) -> list[float]:
