@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.nod_motion import triangle_motion
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console

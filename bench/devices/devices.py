@@ -19,8 +19,8 @@ from nodlidar_demo.evaluation import near_beams, points_of, surface_rms
 from nodlidar_demo.ros.demonstration import record, VEIL_ANGLE
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
 from nodlidar_sim.emulate import LIDARS, SERVOS
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
 from rich.console import Console
@@ -67,7 +67,7 @@ def _measured(servo: str, lidar: str, is_ideal: bool) -> dict[str, float]:
         bag, others = folder / 'bag', conventions(lidar) if lidar in OTHER_LIDARS else None
         log = read_bag(bag, others or AssemblerConfig())
         phase, latency = phase_errors(bag), read_delivery(bag, others).latency
-    world = World(load_scene(SCENE, ideal=is_ideal), ServoMotion(), start_ns=log.scans[0].stamp_ns)
+    world = World(load_scene(SCENE, ideal=is_ideal), IdealServo(), start_ns=log.scans[0].stamp_ns)
     points = points_of(near_beams(log), 'slerp', VEIL_ANGLE)
     elapsed = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / 1e9
     return {

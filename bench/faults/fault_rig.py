@@ -20,8 +20,8 @@ from nodlidar_sim.devices.urg_requests import Stream
 from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.effects import imperfect
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
 import psutil
@@ -96,7 +96,7 @@ class Rig:
         start_ns = time.time_ns()
         room = load_scene('room', ideal=True)
         self._scene = replace(room, effects=replace(room.effects, range_noise=RANGE_NOISE))
-        self.motion = FaultyServo(ServoMotion(), seed)
+        self.motion = FaultyServo(IdealServo(), seed)
         self.truth = Truth(self.motion.shaft)
         self._world = World(self._scene, self.motion.shaft, start_ns=start_ns)
         self.servo = RxServoEmulator(self.motion, baud=1)

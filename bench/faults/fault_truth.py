@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 from nodlidar_sim.devices.scip_models import URG_04LX_UG01
 from nodlidar_sim.devices.urg_scan import Revolution
-from nodlidar_sim.world.motion import Array, Motion, Times
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
+from nodlidar_sim.world.nod_motion import Array, Motion, Times
 import numpy as np
 from numpy.typing import NDArray
 
@@ -77,7 +77,7 @@ class Truth:
         self.scans.append(TrueScan(revolution.times_ns, codes, pitch, heard))
 
 
-class FaultyServo(ServoMotion):
+class FaultyServo(IdealServo):
     """A shaft with a motor and an encoder that can fail.
 
     Attributes
@@ -94,7 +94,7 @@ class FaultyServo(ServoMotion):
         When a fault first had an effect [ns]; None if none had.
     """
 
-    def __init__(self, shaft: ServoMotion, seed: int) -> None:
+    def __init__(self, shaft: IdealServo, seed: int) -> None:
         super().__init__()
         self.shaft = shaft
         self._rng = np.random.default_rng(seed)

@@ -20,8 +20,8 @@ from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.effects import imperfect
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 
 from bench.faults.fault_truth import Truth
@@ -81,7 +81,7 @@ class NetworkRig:
         self._parameters = ['veil_angle:=0.0', *parameters]
         room = load_scene('room', ideal=True)
         effects = replace(room.effects, range_noise=RANGE_NOISE)
-        motion, start_ns = ServoMotion(), time.time_ns()
+        motion, start_ns = IdealServo(), time.time_ns()
         self.truth = Truth(motion)
         world = World(room, motion, start_ns=start_ns)
         lidar = UrgEmulator(imperfect(world.ranges, effects, 1), start_ns=start_ns)

@@ -16,10 +16,10 @@ from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.motion import ServoShaft
-from nodlidar_sim.world.servo.motion import PhysicalServo
+from nodlidar_sim.world.ideal_servo import IdealServo
+from nodlidar_sim.world.nod_motion import ServoShaft
 from nodlidar_sim.world.servo.parameters import ServoParameters
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,7 +47,7 @@ class Faults:
 LOADED = Faults()
 
 
-class LoadedMotion(ServoMotion):
+class LoadedMotion(IdealServo):
     """A servo that its load makes slower than commanded."""
 
     def __init__(self, faults: Faults, seed: int) -> None:

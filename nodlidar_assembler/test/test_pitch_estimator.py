@@ -10,7 +10,7 @@ from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEsti
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_assembler.clouds.spline_fit import SplineError
 from nodlidar_common.nod import Nod
-from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.nod_motion import triangle_motion
 import numpy as np
 import pytest
 

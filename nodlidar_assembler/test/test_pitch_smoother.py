@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from nodlidar_assembler.clouds import pitch_smoother as module
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_assembler.clouds.spline_fit import fit
-from nodlidar_sim.world.motion import blended_motion
+from nodlidar_sim.world.nod_motion import blended_motion
 import numpy as np
 import pytest
 from scipy import signal

@@ -27,7 +27,7 @@ from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 import pytest
 
@@ -39,14 +39,14 @@ def lidar(**options):
 
 
 def servo(wheel=False, **options):
-    emulated = RxServoEmulator(ServoMotion(), **{'baud': 1, 'return_delay': 0, **options})
+    emulated = RxServoEmulator(IdealServo(), **{'baud': 1, 'return_delay': 0, **options})
     if wheel:
         emulated.table[table.CW_LIMIT], emulated.table[table.CCW_LIMIT] = 0, 0
     return emulated
 
 
 def x_servo(mode=3, **options):
-    emulated = XServoEmulator(ServoMotion(), baud=3, **options)
+    emulated = XServoEmulator(IdealServo(), baud=3, **options)
     emulated.table[x_table.OPERATING_MODE] = mode
     return emulated
 

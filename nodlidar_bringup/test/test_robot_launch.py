@@ -11,8 +11,8 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
 from observer import Observer
@@ -108,7 +108,7 @@ def test_clouds_have_the_documented_fields_and_lie_on_the_scene(launched):
             for cloud in clouds[5:]
         ]
     )
-    world = World(load_scene('wall', ideal=True), ServoMotion())
+    world = World(load_scene('wall', ideal=True), IdealServo())
     distance = world.surface_distance(xyz.astype(np.float64), np.array([0]))
     assert np.sqrt(np.mean(distance**2)) < 0.02
 

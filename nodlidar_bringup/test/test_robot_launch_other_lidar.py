@@ -1,8 +1,8 @@
 """The launch file with a lidar that has a driver of its own, both simulated."""
 
 from nodlidar_bringup.ros.launched import launched_sensor
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
 from observer import Observer
@@ -27,7 +27,7 @@ def test_clouds_of_an_rplidar_lie_on_the_room_all_around(tmp_path):
     azimuth, height = np.arctan2(points[:, 1], points[:, 0]), points[:, 2]
     assert np.histogram(azimuth, 8, (-np.pi, np.pi))[0].min() > len(points) / 20
     assert np.ptp(height) > 1.0  # it nods
-    world = World(load_scene('room', ideal=True), ServoMotion())
+    world = World(load_scene('room', ideal=True), IdealServo())
     distance = world.surface_distance(points, np.array([0]))
     # Stamps are up to 2 ms off; with the beams in the wrong order it would be ten times as much.
     assert np.sqrt(np.mean(distance**2)) < 0.01

@@ -2,8 +2,8 @@
 
 from nodlidar_bringup.ros.launched import launched_sensor
 from nodlidar_msgs.msg import NodStatus
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import numpy as np
 from observer import Observer
@@ -43,7 +43,7 @@ def test_clouds_lie_on_the_room_and_the_nod_is_in_phase(tmp_path):
         [point_cloud2.read_points_numpy(each, field_names=['x', 'y', 'z']) for each in clouds]
     ).astype(np.float64)
     assert np.ptp(points[:, 2]) > 1.0  # it nods
-    world = World(load_scene('room', ideal=True), ServoMotion())
+    world = World(load_scene('room', ideal=True), IdealServo())
     distance = world.surface_distance(points, np.array([0]))
     # A pitch of a cycle before would put them 16 mrad off, 30 mm at 2 m.
     assert np.sqrt(np.mean(distance**2)) < 0.005

@@ -34,8 +34,8 @@ from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_sim.world.servo_motion import ServoMotion
 import pytest
 import yaml
 
@@ -231,7 +231,7 @@ def test_servo(command):
 
 @starting('ros2', 'run', 'nodlidar_servo', 'setup')
 def test_setup(command, tmp_path, capsys):
-    servo = XServoEmulator(ServoMotion(), baud=3)
+    servo = XServoEmulator(IdealServo(), baud=3)
     with PseudoTerminals({'servo': servo}) as ports:
         there = ['--port', ports['servo'], '--output', str(tmp_path / 'servo.yaml'), '--yes']
         assert setup([*options(command), *there]) == 0

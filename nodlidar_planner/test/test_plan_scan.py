@@ -28,7 +28,7 @@ from nodlidar_planner.plan_scan.pictures import (
     outline_hole,
 )
 from nodlidar_planner.plan_scan.words import notes
-from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.nod_motion import triangle_motion
 import numpy as np
 from planner_enumeration import cells_of_samples, enumerate_cells, widest_by_corners
 import pytest

@@ -3,7 +3,7 @@
 from nodlidar_servo.device.servo import Servo
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 
 START_NS = 1_800_000_000_000_000_000
@@ -13,7 +13,7 @@ class ServoBench:
     """An emulated servo of a kind at a pitch, on a port whose faults can be set."""
 
     def __init__(self, emulator, config, pitch=0.2, **options):
-        self.motion = ServoMotion(pitch)
+        self.motion = IdealServo(pitch)
         self.emulator = emulator(self.motion, **options)
         self.faults = FaultyDevice(self.emulator)
         self.clock = VirtualClock(START_NS)

@@ -4,7 +4,7 @@ from nodlidar_common.nod import Nod
 from nodlidar_servo.following import RETRY
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.rx_motor import TICK
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 import pytest
 from test_servo_loop import Bench, NOD, START_NS, SWEEP
@@ -14,7 +14,7 @@ SMALL = Nod(-0.15, 0.15, SWEEP, 4001, START_NS)
 FAST = Nod(-0.6136, 0.6136, 0.2, 2001, START_NS)
 
 
-class FaultyMotion(ServoMotion):
+class FaultyMotion(IdealServo):
     """A shaft that may be blocked, with an encoder that may stand still."""
 
     blocked = False

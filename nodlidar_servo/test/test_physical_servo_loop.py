@@ -1,7 +1,7 @@
 """The servo's loop keeps its phase on a servo by physics, in virtual time."""
 
 from nodlidar_servo.device.config import ServoConfig
-from nodlidar_sim.world.servo.motion import PhysicalServo
+from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest

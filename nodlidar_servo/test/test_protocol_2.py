@@ -17,8 +17,8 @@ from nodlidar_sim.devices import x_table as table
 from nodlidar_sim.devices.servo_models import EMULATED, make_emulator
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.servo.motion import PhysicalServo
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
+from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def test_models_are_told_apart(name, number):
 
 @pytest.mark.parametrize('model', ['XL330-M288', 'XL330-M077'])
 def test_an_xl330_has_5_volts_and_reports_its_current(model):
-    emulator = make_emulator(model, ServoMotion(0.2), 0.0)
+    emulator = make_emulator(model, IdealServo(0.2), 0.0)
     servo = connected(emulator, ServoConfig(model=model))
     assert (servo.limits.voltage_min, servo.limits.voltage_max) == (3.5, 7.0)
     emulator.motor.load = 0.4  # of its torque, as 700 of 1750 mA
@@ -82,7 +82,7 @@ def test_an_xl330_has_5_volts_and_reports_its_current(model):
     ],
 )
 def test_the_position_gain_is_as_asked_or_as_the_model_needs(model, asked, gain):
-    emulator = make_emulator(model, ServoMotion(0.2), 0.0)
+    emulator = make_emulator(model, IdealServo(0.2), 0.0)
     connected(emulator, ServoConfig(model=model, position_gain=asked))
     assert emulator.table[table.P_GAIN] == gain
 

@@ -20,7 +20,7 @@ from nodlidar_sim.devices.rx_motor import SPEED_UNIT, TICK
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 import pytest
 
@@ -34,7 +34,7 @@ class Bench:
     """A loop on an emulated servo in virtual time, with a commander that can fall silent."""
 
     def __init__(self, latency_timer=0.0, rate=100.0, motion=None, config=CONFIG):
-        self.motion = motion or ServoMotion(0.2, history=1e6)
+        self.motion = motion or IdealServo(0.2, history=1e6)
         if MODELS[config.model].table is TABLE_1:
             self.emulator = RxServoEmulator(self.motion, baud=1, latency_timer=latency_timer)
         else:

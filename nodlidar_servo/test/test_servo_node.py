@@ -18,7 +18,7 @@ from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.rx_motor import TICK
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 import pytest
 import rclpy
@@ -131,7 +131,7 @@ def commander():
 
 @pytest.fixture
 def motion():
-    return ServoMotion(0.2, history=1e6)
+    return IdealServo(0.2, history=1e6)
 
 
 @pytest.fixture

@@ -39,7 +39,7 @@ from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import HostClock, PseudoTerminals
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 import pytest
 import yaml
@@ -72,7 +72,7 @@ class Line:
 
 
 def make(emulator, registers=None, pitch=0.0, **options):
-    device = emulator(ServoMotion(pitch), **options)
+    device = emulator(IdealServo(pitch), **options)
     for register, value in (registers or {}).items():
         device.table[register] = value
     return device

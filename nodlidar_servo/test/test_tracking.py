@@ -9,7 +9,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.models.models import MODELS, PitchScale
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 import pytest
 
@@ -47,7 +47,7 @@ def follow(
 
     In every fifth cycle the nod is replaced by a tuned one.
     """
-    motion = ServoMotion(start, acceleration, history=1e6)
+    motion = IdealServo(start, acceleration, history=1e6)
     tracker = NodTracker(nod, DYNAMICS)
 
     def steer(time_ns, sample):

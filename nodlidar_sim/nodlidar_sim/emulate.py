@@ -19,13 +19,13 @@ from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.commanded import CommandedBase
 from nodlidar_sim.world.effects import imperfect
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.lidar import Lidar
-from nodlidar_sim.world.motion import Motion, ServoShaft
+from nodlidar_sim.world.nod_motion import Motion, ServoShaft
 from nodlidar_sim.world.odometry import Base, Odometer
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
 from nodlidar_sim.world.scene import load_scene, route_names, Scene, scene_names
-from nodlidar_sim.world.servo.motion import PhysicalServo
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 from nodlidar_sim.world.world import World
 import numpy as np
 
@@ -192,7 +192,7 @@ def make_devices(
 def make_servo(scene: Scene, seed: int) -> ServoShaft:
     """Return the motion of the scene's servo, at rest at pitch 0, with a seed of its effects."""
     if scene.servo is None:
-        return ServoMotion(jitter=scene.effects.servo_jitter, seed=seed)
+        return IdealServo(jitter=scene.effects.servo_jitter, seed=seed)
     return PhysicalServo(scene.servo, seed=seed)
 
 

@@ -9,8 +9,8 @@ from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.tracking import Drive, NodTracker
 from nodlidar_sim.world.sensor_model import SensorModel
-from nodlidar_sim.world.servo.motion import PhysicalServo
 from nodlidar_sim.world.servo.parameters import ServoParameters
+from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 import numpy as np
 
 SETTLING = 10.0

@@ -11,7 +11,7 @@ from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.world.effects import Effects, Measure, range_faults
 from nodlidar_sim.world.lidar import Lidar
-from nodlidar_sim.world.motion import Motion, triangle_motion
+from nodlidar_sim.world.nod_motion import Motion, triangle_motion
 from nodlidar_sim.world.odometry import Odometer
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.sensor_model import instants, SensorModel

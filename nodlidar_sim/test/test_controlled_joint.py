@@ -1,7 +1,7 @@
 from nodlidar_sim.devices.controlled_joint import ControlledJoint
 from nodlidar_sim.devices.trajectory_controller import Trajectory
-from nodlidar_sim.world.servo.motion import PhysicalServo
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
+from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ START_NS = NOW + 200 * MS
 
 @pytest.fixture
 def joint():
-    return ControlledJoint(ServoMotion(), NOW)
+    return ControlledJoint(IdealServo(), NOW)
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def test_states_are_those_of_the_lidar_at_the_instants_of_the_cycles(joint, stat
 
 
 def test_what_it_does_does_not_depend_on_when_it_is_asked(joint, states):
-    other = ControlledJoint(ServoMotion(), NOW)
+    other = ControlledJoint(IdealServo(), NOW)
     move(joint)
     move(other)
     times_ns = NOW + np.arange(1, 1000) * MS

@@ -10,7 +10,7 @@ from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.lidar_section import load_lidar
-from nodlidar_sim.world.motion import PiecewiseMotion
+from nodlidar_sim.world.nod_motion import PiecewiseMotion
 from nodlidar_sim.world.raycast import PLAIN
 from nodlidar_sim.world.scene import load_scene, parse_scene
 from nodlidar_sim.world.section import SceneError

@@ -9,8 +9,8 @@ from nodlidar_sim.world.scene import parse_scene
 from nodlidar_sim.world.section import Section
 from nodlidar_sim.world.servo.encoder import Encoder, MOST_BLOCKS
 from nodlidar_sim.world.servo.firmware import Compliance, Firmware
-from nodlidar_sim.world.servo.motion import PhysicalServo
 from nodlidar_sim.world.servo.parameters import ServoParameters
+from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 from nodlidar_sim.world.servo_section import load_servo, servo_names, servo_parameters
 import numpy as np
 import pytest

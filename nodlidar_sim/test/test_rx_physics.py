@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from nodlidar_sim.emulate import make_devices
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_sim.world.servo.motion import PhysicalServo
+from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 from nodlidar_sim.world.servo_section import load_servo
 import pytest
 from test_rx_servo import Bus
@@ -111,6 +111,6 @@ def test_torque_off_lets_the_lidar_fall_to_its_stop():
 
 def test_a_scene_with_a_servo_gives_the_emulator_one():
     scene = replace(load_scene('wall', ideal=True), servo=RX24F)
-    for chosen, kind in ((scene, 'PhysicalServo'), (replace(scene, servo=None), 'ServoMotion')):
+    for chosen, kind in ((scene, 'PhysicalServo'), (replace(scene, servo=None), 'IdealServo')):
         servo = make_devices(chosen, 0, 1)['servo']
         assert type(servo.motor._motion).__name__ == kind

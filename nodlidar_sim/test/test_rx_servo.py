@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from nodlidar_sim.devices.dynamixel_packets import checksum
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 import pytest
 
@@ -22,7 +22,7 @@ class Bus:
     def __init__(self, start_ns=START, jitter=0.0, motion=None, **options):
         options = {'baud': 1, 'return_delay': 0, **options}
         self.clock = VirtualClock(start_ns)
-        self.motion = motion or ServoMotion(jitter=jitter)
+        self.motion = motion or IdealServo(jitter=jitter)
         self.servo = RxServoEmulator(self.motion, **options)
         self.port = VirtualPort(self.servo, self.clock, timeout=0.1)
 

@@ -13,11 +13,11 @@ from nodlidar_common.yaml_file import YamlError
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world import objects as objects_module
 from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene, parse_scene, route_names, scene_names
 from nodlidar_sim.world.section import SceneError
-from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.servo_section import load_servo
 from nodlidar_sim.world.world import World
 import numpy as np
@@ -360,7 +360,7 @@ def test_any_value_in_a_scene_is_one_of_a_world_or_a_typed_error(name, changes):
         scene = parse_scene(yaml.safe_dump(content), name)
     except ParameterError:
         return
-    world = World(scene, ServoMotion(), None, 0)
+    world = World(scene, IdealServo(), None, 0)
     with np.errstate(all='raise', under='ignore'):
         ranges = world.ranges(np.array([0, S, 10**15]), np.array([-1.0, 0.0, 1.0]))
     assert (ranges > 0.0).all()

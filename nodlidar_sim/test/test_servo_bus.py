@@ -6,7 +6,7 @@ from nodlidar_sim.devices.shared_bus import SharedBus
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
-from nodlidar_sim.world.servo_motion import ServoMotion
+from nodlidar_sim.world.ideal_servo import IdealServo
 import pytest
 
 IDS = (1, 2, 5)
@@ -31,7 +31,7 @@ OF_ONE_BYTE = {11, 12, 13, 31, 42}
 def servos(name, ids=IDS):
     kind = EMULATED[name]
     return [
-        kind.emulator(ServoMotion(0.1 * each), baud=kind.megabit, servo_id=each) for each in ids
+        kind.emulator(IdealServo(0.1 * each), baud=kind.megabit, servo_id=each) for each in ids
     ]
 
 
@@ -85,9 +85,7 @@ def test_the_sdk_uses_several_servos(name):
 def test_the_bit_rate_of_the_factory_is_that_of_the_e_manual(name):
     kind = EMULATED[name]
     fast = name.startswith('AX')
-    assert kind.emulator(ServoMotion()).bit_rate == pytest.approx(
-        1e6 if fast else 57_600, rel=0.01
-    )
+    assert kind.emulator(IdealServo()).bit_rate == pytest.approx(1e6 if fast else 57_600, rel=0.01)
 
 
 def test_the_eeprom_is_locked_while_torque_is_on(name):
@@ -125,7 +123,7 @@ def test_a_new_bit_rate_holds_after_the_reply():
 
 
 def at(*pitches):
-    return [XServoEmulator(ServoMotion(pitch), baud=3) for pitch in pitches]
+    return [XServoEmulator(IdealServo(pitch), baud=3) for pitch in pitches]
 
 
 def test_replies_of_one_id_break_each_other():

@@ -5,7 +5,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.effects import Effects, imperfect, range_faults
-from nodlidar_sim.world.motion import triangle_motion
+from nodlidar_sim.world.nod_motion import triangle_motion
 from nodlidar_sim.world.scene import load_scene, parse_scene, scene_names
 from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np

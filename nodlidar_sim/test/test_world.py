@@ -1,7 +1,7 @@
 import math
 
 from nodlidar_common.nod import Nod
-from nodlidar_sim.world.motion import PiecewiseMotion, triangle_motion
+from nodlidar_sim.world.nod_motion import PiecewiseMotion, triangle_motion
 from nodlidar_sim.world.route import Plan
 from nodlidar_sim.world.scene import load_scene, parse_scene
 from nodlidar_sim.world.world import World

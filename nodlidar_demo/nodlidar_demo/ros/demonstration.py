@@ -30,8 +30,8 @@ from nodlidar_demo.evaluation import (
 from nodlidar_demo.pictures import write_picture
 from nodlidar_demo.report import Distances, print_report
 from nodlidar_demo.ros.recorder import Recorder
+from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene, Scene
-from nodlidar_sim.world.servo_motion import ServoMotion
 from nodlidar_sim.world.world import World
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -108,7 +108,7 @@ def _measured(bag: Path, scene: Scene) -> tuple[SensorLog, Distances]:
     log = read_bag(bag, config)
     near = near_beams(log)
     start_ns = read_start_ns(bag) if scene.moves else log.scans[0].stamp_ns
-    world = World(scene, ServoMotion(), start_ns=start_ns)
+    world = World(scene, IdealServo(), start_ns=start_ns)
     lidar = 0.0 if scene.lidar.ideal else lidar_rms(near, scene, start_ns, VEIL_ANGLE)
     rms, filtered = (
         {e: surface_rms(points_of(near, e, angle), world) for e in ESTIMATORS}

@@ -1,6 +1,6 @@
 """The motor of an emulated servo: what it is told, what it measures, what is wrong with it."""
 
-from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.nod_motion import ServoShaft
 from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 

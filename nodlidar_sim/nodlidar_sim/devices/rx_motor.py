@@ -28,7 +28,7 @@ from nodlidar_sim.devices.rx_table import (
     VOLTAGE_MAX,
     VOLTAGE_MIN,
 )
-from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.nod_motion import ServoShaft
 from nodlidar_sim.world.servo.firmware import Compliance
 
 TICK = RX24F.tick

@@ -19,7 +19,7 @@ from nodlidar_sim.devices.rx_table import (
     RX24F,
     RxKind,
 )
-from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.nod_motion import ServoShaft
 
 PING, READ, WRITE, REG_WRITE, ACTION, RESET, SYNC_WRITE = 1, 2, 3, 4, 5, 6, 0x83
 

@@ -15,7 +15,7 @@ from nodlidar_sim.devices.dynamixel_packets import (
     status_packet,
 )
 from nodlidar_sim.devices.motor import Motor, proportional, Target
-from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.nod_motion import ServoShaft
 
 PING, READ, WRITE, SYNC_WRITE = 1, 2, 3, 0x83
 BIT_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)

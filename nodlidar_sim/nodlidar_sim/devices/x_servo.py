@@ -13,7 +13,7 @@ from nodlidar_sim.devices.bus_servo import BusServo, data_for
 from nodlidar_sim.devices.dynamixel_packets import BROADCAST, Instruction
 from nodlidar_sim.devices.dynamixel_packets_2 import InstructionReader, status_packet
 from nodlidar_sim.devices.motor import Motor, proportional, Target
-from nodlidar_sim.world.motion import ServoShaft
+from nodlidar_sim.world.nod_motion import ServoShaft
 
 PING, READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 1, 2, 3, 8, 0x82, 0x83
 BIT_RATES = (9600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)

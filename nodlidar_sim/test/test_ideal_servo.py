@@ -3,7 +3,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
-from nodlidar_sim.world.servo_motion import ServoMotion, trapezoid
+from nodlidar_sim.world.ideal_servo import IdealServo, trapezoid
 import numpy as np
 import pytest
 
@@ -19,7 +19,7 @@ def sampled(motion, start_ns, duration_ms, step_ns=MS // 10):
 
 
 def test_it_rests_until_the_first_goal():
-    motion = ServoMotion(position=0.3)
+    motion = IdealServo(position=0.3)
     times = np.array([0, NOW, NOW + 10 * S])
     np.testing.assert_array_equal(motion.position(times), 0.3)
     np.testing.assert_array_equal(motion.velocity(times), 0.0)
@@ -27,7 +27,7 @@ def test_it_rests_until_the_first_goal():
 
 def test_a_long_way_is_a_trapezoid():
     """Up to 2 rad/s in 10 ms over 10 mm, cruise, and down the same way: 1 rad takes 510 ms."""
-    motion = ServoMotion()
+    motion = IdealServo()
     motion.set_goal(NOW, 1.0, 2.0)
     at = NOW + np.array([0, 5, 10, 260, 500, 505, 510, 600]) * MS
     np.testing.assert_allclose(
@@ -40,7 +40,7 @@ def test_a_long_way_is_a_trapezoid():
 
 def test_a_short_way_is_a_triangle():
     """0.02 rad at 200 rad/s^2: half of it takes sqrt(0.02 / 200) = 10 ms, at most 2 rad/s."""
-    motion = ServoMotion()
+    motion = IdealServo()
     motion.set_goal(NOW, -0.02, 100.0)
     at = NOW + np.array([10, 20, 30]) * MS
     np.testing.assert_allclose(motion.position(at), [-0.01, -0.02, -0.02], atol=1e-9)
@@ -48,7 +48,7 @@ def test_a_short_way_is_a_triangle():
 
 
 def test_a_goal_behind_the_braking_distance_is_overrun_and_come_back_to():
-    motion = ServoMotion()
+    motion = IdealServo()
     motion.set_goal(NOW, 1.0, 4.0)
     turn_ns = NOW + 100 * MS
     here = float(motion.position(np.array([turn_ns]))[0])
@@ -59,7 +59,7 @@ def test_a_goal_behind_the_braking_distance_is_overrun_and_come_back_to():
 
 
 def test_a_lower_speed_limit_is_come_down_to():
-    motion = ServoMotion()
+    motion = IdealServo()
     motion.set_goal(NOW, 1.0, 4.0)
     motion.set_goal(NOW + 100 * MS, 1.0, 1.0)
     at = NOW + np.array([100, 115, 200]) * MS
@@ -71,7 +71,7 @@ goals = st.tuples(st.integers(0, 300), st.floats(-1.0, 1.0), st.floats(0.05, 12.
 
 @given(st.lists(goals, min_size=1, max_size=12))
 def test_for_any_goals_it_keeps_its_limits_and_arrives(orders):
-    motion, now, fastest = ServoMotion(), NOW, 0.0
+    motion, now, fastest = IdealServo(), NOW, 0.0
     for pause_ms, goal, speed_limit in orders:
         now += pause_ms * MS
         motion.set_goal(now, goal, speed_limit)
@@ -100,7 +100,7 @@ def test_a_profile_covers_its_distance_and_ends_at_rest(distance, velocity, spee
 
 
 def test_what_is_past_does_not_change():
-    motion = ServoMotion()
+    motion = IdealServo()
     motion.set_goal(NOW, 1.0, 3.0)
     times, position, _ = sampled(motion, NOW, 150)
     motion.set_goal(NOW + 150 * MS, -1.0, 3.0)
@@ -108,7 +108,7 @@ def test_what_is_past_does_not_change():
 
 
 def test_the_same_goal_again_changes_nothing():
-    one, repeated = ServoMotion(), ServoMotion()
+    one, repeated = IdealServo(), IdealServo()
     one.set_goal(NOW, 0.8, 3.0)
     for milliseconds in range(0, 400, 7):
         repeated.set_goal(NOW + milliseconds * MS, 0.8, 3.0)
@@ -118,7 +118,7 @@ def test_the_same_goal_again_changes_nothing():
 
 
 def test_without_torque_it_brakes_and_stays():
-    motion = ServoMotion()
+    motion = IdealServo()
     motion.set_goal(NOW, 1.0, 4.0)
     motion.brake(NOW + 100 * MS)
     at = NOW + np.array([100, 110, 120, 5000]) * MS
@@ -128,7 +128,7 @@ def test_without_torque_it_brakes_and_stays():
 
 
 def test_the_past_is_kept_for_the_history():
-    motion = ServoMotion(history=2.0)
+    motion = IdealServo(history=2.0)
     for step in range(1000):
         motion.set_goal(NOW + step * 10 * MS, math.sin(step / 10.0), 3.0)
     last = NOW + 9990 * MS
@@ -138,7 +138,7 @@ def test_the_past_is_kept_for_the_history():
 
 
 def test_jitter_delays_each_reversal_once():
-    exact, late = ServoMotion(), ServoMotion(jitter=3e-3, seed=1)
+    exact, late = IdealServo(), IdealServo(jitter=3e-3, seed=1)
     for motion in (exact, late):
         motion.set_goal(NOW, 1.0, 3.0)
         for milliseconds in range(200, 300, 2):  # repeatedly, as by a node
@@ -157,5 +157,5 @@ def test_jitter_delays_each_reversal_once():
 )
 def test_a_goal_that_is_none_is_refused(goal, speed, key):
     with pytest.raises(ParameterError) as error:
-        ServoMotion().set_goal(NOW, goal, speed)
+        IdealServo().set_goal(NOW, goal, speed)
     assert error.value.key == key

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
-from nodlidar_sim.world.motion import PiecewiseMotion, triangle_motion
+from nodlidar_sim.world.nod_motion import PiecewiseMotion, triangle_motion
 import numpy as np
 import pytest
 

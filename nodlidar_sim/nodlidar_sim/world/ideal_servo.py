@@ -7,7 +7,7 @@ import math
 
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_sim.world.motion import (
+from nodlidar_sim.world.nod_motion import (
     Array,
     PiecewiseMotion,
     SINCE_EVER_NS,
@@ -61,7 +61,7 @@ def trapezoid(
     ]
 
 
-class ServoMotion:
+class IdealServo:
     """The past motion of a servo's shaft, and the future one without further goals.
 
     Parameters

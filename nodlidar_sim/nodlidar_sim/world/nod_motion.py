@@ -32,7 +32,7 @@ class Motion(Protocol):
 class ServoShaft(Motion, Protocol):
     """A servo that receives goals; the motion is the lidar's, which may differ from the shaft's.
 
-    Its commands are those of ServoMotion and PhysicalServo.
+    Its commands are those of IdealServo and PhysicalServo.
     """
 
     def shaft_position(self, times_ns: Times) -> Array:

@@ -33,7 +33,7 @@ class State(NamedTuple):
 
 
 class PhysicalServo:
-    """A servo with the interface of ServoMotion; the pitch is the lidar's, behind the backlash.
+    """A servo with the interface of IdealServo; the pitch is the lidar's, behind the backlash.
 
     It rests until its first command. Commands take effect at the next period of the firmware, on
     multiples of 1 ms. What it does depends on the commands alone, not on when it is asked.
