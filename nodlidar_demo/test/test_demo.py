@@ -79,7 +79,7 @@ def test_what_cannot_be_is_a_line_before_anything_is_started(capsys, arguments, 
 
 
 def test_a_full_disk_is_told_with_the_name_of_the_bag(tmp_path, monkeypatch):
-    def full(bag):
+    def full(bag, best_effort):
         raise OSError(errno.ENOSPC, 'No space left on device')
 
     monkeypatch.setattr(demonstration, 'Recorder', full)
