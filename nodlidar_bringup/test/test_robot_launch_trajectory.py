@@ -12,7 +12,7 @@ from sensor_msgs_py import point_cloud2
 from trajectory_msgs.msg import JointTrajectory
 
 SERVO = '/**: {ros__parameters: {controller: nod_controller}}'
-CLOUDS, STATUSES = 40, 200  # two sweeps and more
+CLOUDS, STATUSES = 40, 80  # two sweeps and more
 
 
 def test_clouds_lie_on_the_room_and_the_nod_is_in_phase(tmp_path):
