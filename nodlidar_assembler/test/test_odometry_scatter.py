@@ -66,7 +66,7 @@ def test_a_heading_that_leaps_counts_at_the_distance_of_the_points():
 )
 def test_a_robot_that_speeds_up_and_brakes_is_not_named(speed, turn, rate, seed):
     """At 3 m/s^2 and 10 rad/s^2, to other speeds every half a second."""
-    rng, fine = np.random.default_rng(seed), 1000
+    rng, fine = np.random.default_rng(seed), 200
     wanted = rng.uniform(-1.0, 1.0, (24, 2)).repeat(fine // 2, axis=0) * (speed, turn)
     velocity, most = np.zeros((len(wanted) + 1, 2)), np.array([3.0, 10.0]) / fine
     for k, want in enumerate(wanted):
