@@ -100,7 +100,7 @@ def write_clouds(
                     on_progress(recorded.time_ns, first_ns, last_ns)
             assembly.finish()
             _check_result(source, assembly)
-        scatter = assembly.assembler.joint.scatter.text
+        scatter = assembly.assembler.joint.scatter.warning
         notes = [*source.damage, *replaced, *_left_out(path, config), *filter(None, [scatter])]
     seconds = time.perf_counter() - begin
     return Summary(assembly.counts, assembly.assembler, first_ns, last_ns, seconds, notes)

@@ -1,5 +1,7 @@
 """How much the positions of the joint scatter about its motion."""
 
+import math
+
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
 from nodlidar_assembler.inputs.held_odometry import DISTANCE
 import numpy as np
@@ -19,14 +21,13 @@ class JointScatter:
     def add(self, sample: tuple[int, float]) -> None:
         """Add a sample [ns], [rad]."""
         self._new.append(sample)
-        if len(self._new) == _AT_ONCE:
-            self._take()
+        if len(self._new) == _AT_ONCE:  # the noise is learned from the last samples only
+            self._learned()
 
     @property
-    def text(self) -> str:
+    def warning(self) -> str:
         """By how much positions scatter; empty if it is little."""
-        self._take()
-        scatter = self._noise.variance() ** 0.5
+        scatter = self._learned()
         if scatter < SCATTER:
             return ''
         return (
@@ -35,10 +36,10 @@ class JointScatter:
             'the encoder is noisy, or positions are not stamped when they are measured'
         )
 
-    def _take(self) -> None:
-        if not self._new:
-            return
-        times_ns, pitch = zip(*self._new, strict=True)
-        self._noise.add(np.array(times_ns), np.array(pitch))
-        self._noise.variance()  # takes in all samples, not only the last ones
-        self._new.clear()
+    def _learned(self) -> float:
+        """Learn from the new samples; return the noise [rad]."""
+        if self._new:
+            times_ns, pitch = zip(*self._new, strict=True)
+            self._noise.add(np.array(times_ns), np.array(pitch))
+            self._new.clear()
+        return math.sqrt(self._noise.variance())

@@ -263,7 +263,7 @@ class Diagnosis:
             self._blindness(),
             self._clock_ahead(),
             '' if self._odometry is None else self._held.warning or self._odometry_scatter.warning,
-            self._assembly.assembler.joint.scatter.text,
+            self._assembly.assembler.joint.scatter.warning,
             self._restamping() or self._drifted(),
             self._following.warning,
             self.agreement.warning,
