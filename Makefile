@@ -24,7 +24,7 @@ view: build              ## run the simulated sensor and show it in a browser; p
 	@$(ACTIVATE) && ros2 launch nodlidar_bringup robot.launch.py view:=web
 
 test: build lint         ## run every test
-	@$(ACTIVATE) && python -m pytest --numprocesses 3 --dist loadgroup $(PYTEST_ARGS)
+	@$(ACTIVATE) && OPENBLAS_NUM_THREADS=1 python -m pytest --numprocesses 3 --dist loadgroup $(PYTEST_ARGS)
 
 lint: .venv/ready-$(ROS)        ## ruff and mypy
 	@$(ACTIVATE) && python -m ruff check . && python -m ruff format --check . && python -m mypy
