@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
@@ -99,12 +100,14 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
     ------
     EmptyMapError
         If there is nothing to save.
+    ParameterError
+        If the folder is in the home directory (~) of nobody.
     OSError
         With the folder, if a file cannot be written.
     """
     if progress is None:
         raise EmptyMapError('nothing to save: no cloud was matched since the start or load_map')
-    folder = folder.expanduser()
+    folder = _expanded(folder)
     surface = write_map(
         folder, progress.keyframes, progress.edges, progress.stamps_ns, progress.path, config
     )
@@ -119,10 +122,12 @@ def load(folder: Path, config: MapConfig) -> LiveMapper:
     ------
     SavedMapError
         If the folder has no map, or a damaged one.
+    ParameterError
+        If the folder is in the home directory (~) of nobody.
     OSError
         With the path of a file that cannot be read.
     """
-    path = folder.expanduser().absolute() / KEYFRAMES  # an error says where it was looked for
+    path = _expanded(folder).absolute() / KEYFRAMES  # an error says where it was looked for
     return LiveMapper(Mapper(config, *load_keyframes(path)))
 
 
@@ -130,3 +135,10 @@ def continued(progress: Progress, config: MapConfig) -> LiveMapper:
     """Return the mapper of the map as it was after a cloud; the robot may be anywhere in it."""
     keyframes = [replace(keyframe) for keyframe in progress.keyframes]
     return LiveMapper(Mapper(config, keyframes, progress.edges))
+
+
+def _expanded(folder: Path) -> Path:
+    try:
+        return folder.expanduser()
+    except RuntimeError as error:
+        raise ParameterError('folder', 'in a home directory that exists', str(folder)) from error

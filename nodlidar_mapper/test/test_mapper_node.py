@@ -197,7 +197,8 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
     np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), carried, atol=0.03)
     missing = call(robot, until, 'load_map', tmp_path / 'nowhere')
     assert not missing.success
-    assert 'nowhere' in missing.message
+    path = tmp_path / 'nowhere/keyframes.npz'
+    assert missing.message == f"No such file or directory: '{path}'"
 
 
 @pytest.mark.parametrize('name', ['save_map', 'load_map'])
@@ -324,12 +325,20 @@ def test_a_second_publisher_of_clouds_is_named(running):
     robot.destroy_publisher(other)
 
 
-def test_a_folder_of_nobody_is_answered_and_logged(running, capfd):
+def test_a_folder_of_nobody_is_refused(running):
     robot, _, until = running
     answer = call(robot, until, 'load_map', '~nobody_of_this_name/map')
     assert not answer.success
-    assert 'home directory' in answer.message
-    assert 'RuntimeError' in capfd.readouterr().err
+    assert answer.message.startswith("'folder' must be in a home directory")
+
+
+def test_an_unexpected_error_of_a_request_is_answered_and_logged(running, capfd, monkeypatch):
+    robot, _, until = running
+    monkeypatch.setattr('nodlidar_mapper.ros.map_output.load', lambda folder, config: 1 // 0)
+    answer = call(robot, until, 'load_map', 'anywhere')
+    assert not answer.success
+    assert answer.message.startswith('internal error, ZeroDivisionError')
+    assert 'ZeroDivisionError' in capfd.readouterr().err
     assert 'no cloud was matched' in call(robot, until, 'save_map', 'anywhere').message
 
 

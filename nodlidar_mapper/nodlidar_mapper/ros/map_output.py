@@ -8,6 +8,7 @@ from typing import Any
 
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
+from nodlidar_common.command_line import in_words
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.qos import OVERRIDABLE, SERVICE
@@ -158,7 +159,7 @@ class MapOutput:
         self._requests.append((attempt, done.set_result))
         result = await done
         response.success = not isinstance(result, Exception)
-        response.message = then(result) if response.success else str(result)
+        response.message = then(result) if response.success else in_words(result)
         return response
 
 

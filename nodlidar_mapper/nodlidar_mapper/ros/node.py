@@ -4,7 +4,8 @@ from pathlib import Path
 import sys
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nodlidar_common.errors import ParameterError
+from nodlidar_common.command_line import in_words
+from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
@@ -16,7 +17,6 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, placed
 from nodlidar_mapper.live import continued, LiveMapper, load, Progress
 from nodlidar_mapper.mapper import Mapper, NO_MAP
-from nodlidar_mapper.output.saved_map import SavedMapError
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.cloud_input import CloudInput
 from nodlidar_mapper.ros.diagnosis import Diagnosis
@@ -69,8 +69,9 @@ class MapperNode(Node):
             return LiveMapper(Mapper(self.config))
         try:
             return load(Path(folder), self.config)
-        except (SavedMapError, OSError, RuntimeError) as error:  # the last: ~ of nobody
-            raise ParameterError('map_folder', f'a saved map ({error})', folder) from error
+        except (NodlidarError, OSError) as error:
+            limit = f'a saved map ({in_words(error)})'
+            raise ParameterError('map_folder', limit, folder) from error
 
     def _continue_with(self, mapper: LiveMapper) -> None:
         """Continue with another map; where the robot is in it, is not known yet."""
