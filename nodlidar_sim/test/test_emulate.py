@@ -1,5 +1,6 @@
 """The program on real pseudo-terminals, as a process of its own."""
 
+import math
 import os
 import signal
 import subprocess
@@ -187,6 +188,9 @@ def test_a_joint_of_ros2_control_is_held_then_goes_where_it_is_sent(start, liste
         ({'velocities': [0.0]}, 'lacks a value'),
         ({'positions': [0.0], 'velocities': [0.0, 0.0]}, 'lacks a value'),
         ({'positions': [0.0], 'effort': [1.0]}, 'has an effort'),
+        ({'positions': [math.nan]}, 'not finite'),
+        ({'positions': [0.0], 'velocities': [math.inf]}, 'not finite'),
+        ({'positions': [0.0], 'accelerations': [0.0]}, 'without a velocity'),
     ],
 )
 def test_a_point_with_other_values_than_the_controller_takes_is_refused(point, reason):

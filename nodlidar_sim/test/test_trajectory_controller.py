@@ -94,6 +94,46 @@ def test_the_end_is_held():
     assert one.at(NOW + 5 * S) == (pytest.approx(0.4), 0.0)
 
 
+def test_it_commands_what_the_real_controller_commanded():
+    """Numbers that its functions, compiled from ros2_controllers 4.42.1, printed at 100 Hz.
+
+    A cubic whose first point is to come; after 95 ms a quintic that began 200 ms before the first
+    cycle; after 195 ms straight lines from now on.
+    """
+    new = {
+        0: trajectory((0.0, 0.3, 1.5), (0.1, 0.5, 0.7), (0.3, 0.2, 0.0), start_ns=NOW + 30 * MS),
+        100: trajectory(
+            (0.0, -0.4, 0.1, 2.0),
+            (0.25, 0.1, -0.6, -3.0),
+            (0.45, 0.6, 0.0, 1.0),
+            start_ns=NOW - 200 * MS,
+        ),
+        200: trajectory((0.06, -0.2), (0.09, 0.1), start_ns=0),
+    }
+    printed = {
+        0: (0.109703703704, 10.6111111111),
+        10: (0.227629629630, 11.2444444444),
+        30: (0.317120000000, 1.9060000000),
+        90: (0.455960000000, 2.0740000000),
+        100: (0.156491200000, 3.2214000000),
+        120: (0.234297600000, 4.4592000000),
+        190: (0.543671875000, 2.8734375000),
+        200: (0.025000000000, -4.5000000000),
+        240: (-0.155000000000, -4.5000000000),
+        250: (-0.200000000000, 10.0000000000),
+        280: (0.100000000000, 0.0),
+        310: (0.100000000000, 0.0),
+    }
+    controller = TrajectoryController()
+    for ms in range(0, 320, 10):
+        now_ns = NOW + ms * MS
+        if ms in new:
+            controller.accept(new[ms], now_ns - 5 * MS if ms else now_ns)
+        controller.update(now_ns, 0.05 + ms / 1e4, -0.4 + ms / 1e3)
+        if ms in printed:
+            assert controller.at(now_ns + 10 * MS) == pytest.approx(printed[ms], abs=1e-9)
+
+
 def test_a_trajectory_replaces_the_one_that_runs_at_the_next_update_and_not_again():
     controller = following(trajectory((0.0, 0.0), (1.0, 1.0)))
     controller.accept(trajectory((0.5, 0.0), start_ns=NOW + S // 2), NOW + S // 4)

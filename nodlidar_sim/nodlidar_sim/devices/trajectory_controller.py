@@ -1,8 +1,8 @@
 """What a joint_trajectory_controller commands to a joint, by the rules in its source.
 
 ros2_controllers 4.42 (Jazzy): `validate_trajectory_msg` and `update` in
-joint_trajectory_controller.cpp, `sample` and `interpolate_between_points` in trajectory.cpp. Its
-parameters are those of nodlidar_bringup/config/controllers.yaml.
+joint_trajectory_controller.cpp, `sample` and `interpolate_between_points` in trajectory.cpp, which
+it was compared with. Its parameters are those of nodlidar_bringup/config/controllers.yaml.
 """
 
 from __future__ import annotations

@@ -69,7 +69,8 @@ def trajectory_of(message: JointTrajectory, joints: Sequence[str]) -> Trajectory
     Raises
     ------
     TrajectoryError
-        If the controller refuses the message for its joints, or for values that are missing.
+        If the controller refuses the message for its joints, or for values that are missing; also
+        for values that it would take, and then command NaN or, without velocities, 0 rad.
     """
     if set(message.joint_names) != set(joints) or len(message.joint_names) != len(joints):
         raise TrajectoryError(f'its joints are not {", ".join(joints)}')
@@ -87,4 +88,8 @@ def _state(point: JointTrajectoryPoint, index: int, joints: int) -> list[float]:
         raise TrajectoryError('a point lacks a value of a joint')
     if point.effort:
         raise TrajectoryError('it has an effort, which the joint does not take')
+    if not all(np.isfinite(each[index]) for each in fields if each):
+        raise TrajectoryError('a value is not finite')
+    if point.accelerations and not point.velocities:
+        raise TrajectoryError('a point has an acceleration without a velocity')
     return [each[index] if each else np.nan for each in fields]
