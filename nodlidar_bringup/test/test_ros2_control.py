@@ -91,6 +91,11 @@ def test_the_controller_moves_the_joint_by_the_interfaces_that_the_hardware_has(
         assert controller[f'{kind}_interfaces'] == offered
 
 
+def test_a_newer_controller_begins_a_trajectory_at_its_stamp(parameters):
+    """By default, one of ros2_controllers after 6.9 begins it on arrival: there is no nod."""
+    assert parameters(CONFIG.controller)['allow_trajectory_replacement'] is False
+
+
 @pytest.mark.parametrize('name', ['ros2_control', 'path'])
 def test_the_launch_publishes_the_chosen_description(monkeypatch, tmp_path, name):
     monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['parameters'])
