@@ -57,6 +57,7 @@ class Robot:
         self.executor.add_node(self.node)
         self.nod, self.message, self.statuses, self.pitches = None, '', [], []
         self.start_ns = 0  # of the nod
+        self.reports = []  # messages of the diagnostics
         self.controller = TrajectoryController()
         self.controller.update(time.time_ns(), 0.1, 0.0)
         self.joints, self.takes_some, self.takes = ['nod_joint'], False, True
@@ -81,6 +82,7 @@ class Robot:
         for status in message.status:
             if 'servo' in status.name:
                 self.message = status.message
+                self.reports.append(status.message)
 
     def _command(self):
         if self.nod is not None:
@@ -183,6 +185,14 @@ def test_a_joint_of_ros2_control_nods_and_rests_whenever_it_is_left_alone(robot)
         assert robot.pitches[-1] == pytest.approx(robot.points[-1][1])
         assert time.time_ns() >= robot.points[-1][0]
     assert robot.refusals == []
+
+
+def test_controllers_that_start_after_the_node_are_awaited(robot):
+    with running('autostart:=true'):
+        robot.until(lambda: len(robot.reports) >= 3, 'no diagnostics')
+        robot.start_controller()
+        robot.until(lambda: robot.statuses, 'not connected')
+    assert not any('listens' in each or 'joint states' in each for each in robot.reports)
 
 
 def test_a_nod_that_is_commanded_for_later_is_planned_before_it_begins(robot):

@@ -28,6 +28,7 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
 MOST_STATES = 500  # kept between two trajectories; half a second of a controller at 1 kHz
+_PATIENCE = 5.0  # s for the controllers to start, often after this node; then that is an error
 
 
 def sample_of(
@@ -86,9 +87,9 @@ class TrajectoryNode(NodNode):
 
     def connect(self) -> None:
         """Wait for the controller and the first joint state."""
-        deadline_ns = steady_ns() + round(self.config.joint_timeout * NS_PER_S)
+        deadline_ns = steady_ns() + round(_PATIENCE * NS_PER_S)
         self._sample = None
-        while self.thread.keep_going() and steady_ns() < deadline_ns and self._sample is None:
+        while self.thread.keep_going() and steady_ns() < deadline_ns and self._may_come():
             time.sleep(1.0 / self.config.send_rate)
             self._new_samples()
         self._check()
@@ -139,6 +140,11 @@ class TrajectoryNode(NodNode):
             self._trajectory.publish(trajectory_message(self.config.joint_name, held(rest)))
         self._is_moving = False
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
+
+    def _may_come(self) -> bool:
+        """Return whether the controller or joint states are missing, and nothing else is wrong."""
+        is_there = self._sample is not None and self._trajectory.get_subscription_count()
+        return not is_there and not self._stamps.trouble
 
     def _check(self) -> None:
         """Raise DeviceError without a controller or joint states, or if their stamps are wrong."""
