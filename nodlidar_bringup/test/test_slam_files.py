@@ -1,5 +1,6 @@
 """The parameter files for SLAM programs: names as in their sources, values as ours."""
 
+import math
 from pathlib import Path
 import re
 
@@ -175,6 +176,17 @@ def test_ranges_of_level_scans_are_those_of_the_assembler(cartographer):
     assert costmap[f'{layer}hits.obstacle_max_range'] < config.level_scan_range
     assert not costmap[f'{layer}free.marking']
     assert costmap[f'{layer}free.raytrace_max_range'] <= config.level_scan_free
+
+
+def test_level_scans_clear_only_where_the_nod_sees_the_floor_of_the_band():
+    """Below the band, the lidar's lowest beam enters it at the range from which they clear."""
+    config, costmap = AssemblerConfig(), parameters('nav2_costmap.yaml')
+    lever, down = LevelScanConfig().laser_xyz[2], -config.pitch_min
+    height = config.sensor_height - lever + lever * math.cos(down) - config.band_bottom
+    seen = height / math.tan(down) + lever * math.sin(down)
+    for source in ('hits', 'free'):
+        nearest = costmap[f'obstacle_layer.level_{source}.raytrace_min_range']
+        assert seen - 0.05 < nearest < seen + 0.05
 
 
 def test_topics_are_those_of_the_assembler():
