@@ -40,5 +40,11 @@ TRAJECTORY_BUILDER_2D.max_range = 5.
 TRAJECTORY_BUILDER_2D.num_accumulated_range_data = 1
 TRAJECTORY_BUILDER_2D.submaps.num_range_data = 35
 POSE_GRAPH.optimize_every_n_nodes = 35
+-- The defaults are for a scan every 25 ms. They hold the pose to its prediction by odometry, here a
+-- whole sweep old, and the graph to odometry.
+TRAJECTORY_BUILDER_2D.ceres_scan_matcher.translation_weight = 1.
+TRAJECTORY_BUILDER_2D.ceres_scan_matcher.rotation_weight = 1.
+POSE_GRAPH.optimization_problem.odometry_translation_weight = 1e3
+POSE_GRAPH.optimization_problem.odometry_rotation_weight = 1e3
 
 return options
