@@ -16,6 +16,7 @@ from bench.shared.rms import rms
 DRIVES = (('room', 'figure_of_eight', 100.0), ('corridor', None, 120.0), ('building', None, 200.0))
 ODOMETRY = {'odometry_error': 0.004, 'wheel_slip': 0.02}
 IDEAL_NOISE = 0.01  # m
+FAST = 1.2  # m/s
 CONFIG = PROFILES['slam']
 
 

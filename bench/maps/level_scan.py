@@ -16,7 +16,7 @@ from nodlidar_sim.world.world import World
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.maps.drives import CONFIG, DRIVES, recorded, scene_of
+from bench.maps.drives import CONFIG, DRIVES, FAST, recorded, scene_of
 from bench.shared.report import Row
 
 Array = NDArray[np.float64]
@@ -25,7 +25,6 @@ DURATION = 60.0
 HEIGHTS = 40  # of the level rays
 ENOUGH = 0.98  # of the azimuths
 SEEDS = range(1, 6)
-FAST = 1.2  # m/s
 TITLE = f'Level scans of drives of {DURATION:.0f} s, once per sweep, worst of the seeds'
 
 

@@ -15,16 +15,16 @@ from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, clouds_of, odometry_at
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.maps.drives import CONFIG, DRIVES, recorded, rms_error, scene_of, true_poses
+from bench.maps.drives import CONFIG, DRIVES, FAST, recorded, rms_error, scene_of, true_poses
 from bench.shared.reference import START_NS
 from bench.shared.report import Row
 
 TITLE = 'Mapped drives, worst of the seeds; errors of the positions as a share of the path'
 SEEDS = range(1, 6)
-FASTER = (1.0, 2.0)  # than the scene's route
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,9 +99,9 @@ def best_fit(truth: Array, poses: list[Array]) -> float:
 def results() -> list[Row]:
     """Return the errors and the cost of each drive, with real and with ideal devices."""
     return [
-        _row(name, route, duration, faster, ideal)
+        _row(name, route, duration, fast, ideal)
         for name, route, duration in DRIVES
-        for faster in FASTER
+        for fast in (False, True)
         for ideal in (False, True)
     ]
 
@@ -120,15 +120,16 @@ def errors_of(runs: list[Mapped]) -> Row:
     }
 
 
-def _row(name: str, route: str | None, duration: float, faster: float, ideal: bool) -> Row:
+def _row(name: str, route: str | None, duration: float, fast: bool, ideal: bool) -> Row:
+    speed = max(leg.velocity[0] for leg in load_scene(name, route).base_legs)
+    faster = FAST / speed if fast else 1.0
     scene = scene_of(name, route, faster, ideal)
     runs = [mapped(recorded(scene, duration / faster, seed)) for seed in SEEDS]
     seconds = np.concatenate([run.seconds for run in runs])
-    speed = max(leg.velocity[0] for leg in scene.base_legs)
     return {
         'scene': name,
         'devices': 'ideal, 10 mm of noise' if ideal else 'real',
-        'speed [m/s]': speed,
+        'speed [m/s]': speed * faster,
         **errors_of(runs),
         'computation per cloud [ms]': 1e3 * float(np.median(seconds)),
         '99 % [ms]': 1e3 * float(np.percentile(seconds, 99)),

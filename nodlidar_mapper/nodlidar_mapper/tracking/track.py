@@ -51,7 +51,7 @@ class TrackConfig(MatchingConfig):
         maximum=100.0,
     )
     max_turn_rate: float = parameter(
-        2.0,
+        4.0,
         'Fastest turn of the robot; odometry that says more has jumped',
         unit='rad/s',
         minimum=0.1,
