@@ -91,8 +91,8 @@ class Following:
         self._nod: Nod | None = None
         self._fastest = 0.0
         self._allowed = math.inf
-        self._off_since_ns: int | None = None
-        self._last_off_ns = 0
+        self._away_since_ns: int | None = None
+        self._last_away_ns = 0
         self._retry_ns = 0
         self._moved_ns, self._moved_to = 0, math.nan
         self._model_then = math.nan  # its pitch when the servo moved last
@@ -105,12 +105,12 @@ class Following:
 
     def rest(self) -> None:
         """Note that the servo has no command: no position is a fault."""
-        self._model = self._off_since_ns = None
+        self._model = self._away_since_ns = None
 
     def drive(self, now_ns: int, drive: Drive, nod: Nod, sample: Measured) -> None:
         """Note the command to the servo at a steady time [ns], and the nod that it follows."""
         if self._model is None:
-            self._last_off_ns, self._range = now_ns, (sample.pitch, sample.pitch)
+            self._last_away_ns, self._range = now_ns, (sample.pitch, sample.pitch)
         # An error within the limit of one nod may exceed that of another: restart the model.
         if self._model is None or self._nod is None or _is_another(nod, self._nod):
             self._model = ModelMotor(
@@ -145,18 +145,18 @@ class Following:
         self._range = min(self._range[0], pitch), max(self._range[1], pitch)
         error = self._model.pitch - pitch
         if abs(error) > self._allowed:
-            self._off(now_ns, error)
-        elif now_ns - self._last_off_ns > _WITHIN * NS_PER_S:
-            self._off_since_ns = None
+            self._away(now_ns, error)
+        elif now_ns - self._last_away_ns > _WITHIN * NS_PER_S:
+            self._away_since_ns = None
             if self._range[1] - self._range[0] >= self._allowed:
                 self.fault = ''
 
-    def _off(self, now_ns: int, error: float) -> None:
-        if self._off_since_ns is None:
-            self._off_since_ns = now_ns
-        self._last_off_ns = now_ns
+    def _away(self, now_ns: int, error: float) -> None:
+        if self._away_since_ns is None:
+            self._away_since_ns = now_ns
+        self._last_away_ns = now_ns
         stands = now_ns - self._moved_ns > _STANDING * NS_PER_S
-        if now_ns - self._off_since_ns > self._config.following_error_time * NS_PER_S:
+        if now_ns - self._away_since_ns > self._config.following_error_time * NS_PER_S:
             how = 'stands still' if stands else 'moves differently'
             self.fault = self.fault or (
                 f'the servo does not follow: it {how}, {abs(error):.2f} rad from the commanded '
