@@ -199,16 +199,14 @@ class Pipeline:
         poses = None
         if odometry is not None:
             poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
-        placed = self._with_sigma(
-            place(beams, self._without_mixed_pixels(scan), pitch), scan, beams, pitch
-        )
+        placed = place(beams, self._without_mixed_pixels(scan), pitch)
+        placed = self._with_sigma(placed, scan, beams, pitch)
         points = self._points(scan, placed, beams, poses)
         in_odometry = poses is not None and not self._deskews
         if jumped and self._sweeps is not None:
             self._sweeps.end()
         clouds = self._gathered(points)
-        found = scan, beams, pitch, placed, clouds, in_odometry, poses, points
-        return Assembled(*found, jumped)
+        return Assembled(scan, beams, pitch, placed, clouds, in_odometry, poses, points, jumped)
 
     def _points(self, scan: Scan, placed: Placed, beams: Beams, poses: Poses | None) -> Points:
         given = placed, beams, scan.stamp_ns, scan.intensities

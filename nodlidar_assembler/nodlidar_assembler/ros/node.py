@@ -213,6 +213,12 @@ class Assembler(Node):
             self._plan()
         self._hear_odometry()
 
+    def _plan(self) -> None:
+        """Continue with another planned nod."""
+        for part in (self._scene_monitor, self._nod, self._coverage, self._region):
+            if part is not None:
+                part.plan(self.config)
+
     @property
     def scans_region(self) -> bool:
         """Whether a goal of scan_region runs."""
@@ -227,12 +233,6 @@ class Assembler(Node):
         """Destroy the action, which rclpy leaves, and the node."""
         self._region.destroy()
         super().destroy_node()
-
-    def _plan(self) -> None:
-        """Continue with another planned nod."""
-        for part in (self._scene_monitor, self._nod, self._coverage, self._region):
-            if part is not None:
-                part.plan(self.config)
 
 
 def main() -> None:
