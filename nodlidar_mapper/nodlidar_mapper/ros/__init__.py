@@ -1,0 +1,1 @@
+"""The mapper as a ROS node."""
