@@ -14,7 +14,7 @@ from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface, surface_of
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe, surface_in_map
 from nodlidar_mapper.graph.loops import around, loop_at
-from nodlidar_mapper.graph.pose_graph import Edge, optimized, step, uncertainties
+from nodlidar_mapper.graph.pose_graph import Edge, optimized, pose_covariances, step
 from nodlidar_mapper.recovery.place_search import ALIKE, clear_share
 from nodlidar_mapper.recovery.recovery import Guess, Recovery
 from nodlidar_mapper.tracking.matching import Match, match
@@ -85,9 +85,9 @@ class Mapper:
         self._estimated[np.ix_(config.free, config.free)] = 1.0
         self.keyframes, self.edges = list(keyframes), list(edges)
         self.loops = 0
-        self._uncertainties = self._measured()  # of the keyframes
+        self._covariances = self._keyframe_covariances()  # of the keyframes
         self._track = Track(config)
-        self._telling = 0.0  # share of the points, of the matches so far on average
+        self._usual_fit = 0.0  # mean informative_share of the matches so far
         self._recent: deque[tuple[Array, Seen]] = deque(maxlen=RECENT)
         self._anchor = 0  # index of the keyframe nearest to the robot along the way
         self._local = Surface.joined([])
@@ -167,23 +167,22 @@ class Mapper:
     def _added(self, cloud: _Cloud) -> Estimate:
         stamp_ns, odometry, mount = cloud.stamp_ns, cloud.odometry, cloud.mount
         robot = inverse(mount)  # in the cloud's frame
-        begins = len(self._local.points) < LEAST_SURFACE
         predicted = self._track.predicted(stamp_ns, odometry @ robot)
         guess = predicted @ mount
         way = guess[:3, 3] - predicted[:3, 3]  # from the robot to the cloud's frame
         covariance = carried(self._track.covariance, way)
         seen = self._seen(cloud)
         found = self._matched(seen, guess, covariance, self._track.halfway @ mount)
-        lost = NO_MAP if begins else self._lost(found, seen)
-        if lost and not begins and self._first is not None:
-            self._begin_anew()
-            begins, lost = True, NO_MAP
-        elif lost and not begins:
-            found, lost = self._searched(cloud, seen, guess, covariance, found, lost)
-        elif not lost:
+        lost = self._lost(found, seen)
+        if not lost:
             of_robot = lever(way).T @ found.information @ lever(way)
-            self._track.learn(found.pose @ robot, of_robot, found.believed)
-        pose = guess if lost else found.pose
+            self._track.learn(found.pose @ robot, of_robot, found.prior_weight)
+        elif lost != NO_MAP and self._first is not None:
+            self._begin_anew()
+            lost = NO_MAP
+        elif lost != NO_MAP:
+            found, lost = self._searched(cloud, seen, guess, covariance, found, lost)
+        begins, pose = lost == NO_MAP, guess if lost else found.pose
         if not lost or begins:
             self._recent.append((pose, seen))
             placed = carried(self._track.covariance, way)
@@ -195,7 +194,7 @@ class Mapper:
             stamp_ns,
             pose,
             self._map_from_odometry,
-            self._estimated * self._uncertainty(pose @ robot),
+            self._estimated * self._covariance_at(pose @ robot),
             found.share,
             found.residual,
             lost,
@@ -212,7 +211,7 @@ class Mapper:
         self._track = self._track.before([cloud.robot for cloud, _ in first])
         self._forget_surfaces()
         if self.keyframes[0].stamp_ns == first[0][0].stamp_ns:
-            self.keyframes, self._uncertainties = [], []
+            self.keyframes, self._covariances = [], []
         for cloud, before in first:
             self._again[before] = found = self._added(cloud)
         return found
@@ -234,7 +233,7 @@ class Mapper:
             replace(each, surface=empty, points=empty.points) for each in self.keyframes[:1]
         ]
         self.edges, self.loops, self._anchor, self._near = [], 0, 0, [0]
-        self._uncertainties = self._measured()
+        self._covariances = self._keyframe_covariances()
         self._local = empty
         self._recent.clear()
 
@@ -252,13 +251,13 @@ class Mapper:
             return Match.none(guess, len(seen.points))
         prior = inverted(covariance)
         found = match(seen, self._local, guess, prior, self._config)
-        usual = self._telling
-        self._telling += NEWEST * (found.telling - usual)
+        usual = self._usual_fit
+        self._usual_fit += NEWEST * (found.informative_share - usual)
         # What the first clouds show of odometry is no slip: it is learned.
         if self._first is not None or self._track.jump:
             return found
         starts = [guess] if found.share < ALIKE else []
-        if found.telling < UNUSUAL * usual:
+        if found.informative_share < UNUSUAL * usual:
             starts.append(halfway)
         slipped = [
             match(seen, self._local, guess, prior, self._config, slips=True, start=start)
@@ -268,6 +267,8 @@ class Mapper:
 
     def _lost(self, found: Match, seen: Seen) -> str:
         """Return why a match is not believed; empty if it is."""
+        if len(self._local.points) < LEAST_SURFACE:
+            return NO_MAP
         if found.share < self._config.least_share:
             return f'{found.share:.0%} of the points near the map lie on it'
         near = [self.keyframes[i] for i in self._near]
@@ -339,7 +340,7 @@ class Mapper:
         self, stamp_ns: int, pose: Array, covariance: Array, points: Array, mapped: float
     ) -> None:
         self.keyframes.append(Keyframe(stamp_ns, pose, Surface.joined([]), points))
-        last, uncertainty = len(self.keyframes) - 1, np.zeros((6, 6))
+        last, accumulated = len(self.keyframes) - 1, np.zeros((6, 6))
         if last:
             anchor = self.keyframes[self._anchor].pose
             relative = inverse(anchor) @ pose
@@ -350,21 +351,21 @@ class Mapper:
             error = share * covariance
             self.edges.append(step(self._anchor, last, relative, turn.T @ error @ turn))
             along = pose[:3, 3] - anchor[:3, 3]
-            uncertainty = carried(self._uncertainties[self._anchor], along) + error
-        self._uncertainties.append(uncertainty)
+            accumulated = carried(self._covariances[self._anchor], along) + error
+        self._covariances.append(accumulated)
         self._anchor = last
 
-    def _measured(self) -> list[Array]:
+    def _keyframe_covariances(self) -> list[Array]:
         """Return the covariances of the keyframes' poses, relative to where the map began."""
         if not self.keyframes:
             return []
         poses = np.stack([keyframe.pose for keyframe in self.keyframes])
-        return list(uncertainties(poses, self.edges, self._config.free))
+        return list(pose_covariances(poses, self.edges, self._config.free))
 
-    def _uncertainty(self, robot: Array) -> Array:
+    def _covariance_at(self, robot: Array) -> Array:
         """Return the covariance of the robot's pose: in the map around, and of that map."""
         way = robot[:3, 3] - self.keyframes[self._anchor].pose[:3, 3]
-        of_map = carried(self._uncertainties[self._anchor], way)
+        of_map = carried(self._covariances[self._anchor], way)
         return np.asarray(of_map + self._track.covariance)
 
     def _extend(self, pose: Array) -> None:
@@ -402,7 +403,7 @@ class Mapper:
         ):
             keyframe.pose = pose
         self.loops += 1
-        self._uncertainties = self._measured()
+        self._covariances = self._keyframe_covariances()
         change = here.pose @ back
         self._recent = deque(((change @ at, each) for at, each in self._recent), RECENT)
         self._choose_local(here.pose)

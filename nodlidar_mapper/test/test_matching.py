@@ -76,10 +76,10 @@ def test_wheels_that_slip_are_not_believed(direction, slip):
     found = match(cloud, ROOM, guess, prior, MatchingConfig(), slips=True)
     np.testing.assert_allclose(found.pose, pose, atol=1e-3)
     # Student's t in 3 coordinates: the more standard deviations away, the less.
-    assert found.believed == pytest.approx(7.0 / (4.0 + (slip / 0.006) ** 2), rel=0.05)
+    assert found.prior_weight == pytest.approx(7.0 / (4.0 + (slip / 0.006) ** 2), rel=0.05)
     assert found.cost < match(cloud, ROOM, guess, prior, MatchingConfig()).cost
     assert found.on.mean() > 0.99
-    assert match(cloud, ROOM, pose, prior, MatchingConfig(), slips=True).believed == 1.0
+    assert match(cloud, ROOM, pose, prior, MatchingConfig(), slips=True).prior_weight == 1.0
 
 
 @settings(max_examples=10)

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_mapper.geometry.poses import change_between, corrected, inverse, planar
-from nodlidar_mapper.graph.pose_graph import distances_from, Edge, optimized, uncertainties
+from nodlidar_mapper.graph.pose_graph import distances_from, Edge, optimized, pose_covariances
 from nodlidar_mapper.tracking.matching import FREEDOMS
 import numpy as np
 import pytest
@@ -115,7 +115,7 @@ def test_an_error_of_the_heading_grows_along_the_way():
             turn = np.kron(np.eye(2), way[start][:3, :3])
             relative = inverse(way[start]) @ way[end]
             edges.append(Edge(start, end, relative, turn.T @ heading @ turn))
-        found = uncertainties(way, edges, free)
+        found = pose_covariances(way, edges, free)
         assert not found[0].any()
         np.testing.assert_allclose(np.sqrt(found[:, 5, 5]), 1e-3 * np.sqrt(np.arange(11)), 1e-3)
         # The turn of each step shifts the end by what is left of the way.
@@ -126,8 +126,8 @@ def test_an_error_of_the_heading_grows_along_the_way():
 def test_a_loop_makes_the_map_more_certain():
     way = ring(20)
     pairs = [(k, k + 1) for k in range(19)]
-    alone = uncertainties(way, edges_of(way, pairs), FREEDOMS['planar'])
-    closed = uncertainties(way, edges_of(way, [*pairs, (0, 19)]), FREEDOMS['planar'])
+    alone = pose_covariances(way, edges_of(way, pairs), FREEDOMS['planar'])
+    closed = pose_covariances(way, edges_of(way, [*pairs, (0, 19)]), FREEDOMS['planar'])
     assert alone[19][5, 5] == pytest.approx(19e-6)
     assert closed[19][5, 5] == pytest.approx(1e-6)
     assert closed[10][5, 5] == pytest.approx(10e-6)

@@ -120,10 +120,10 @@ def test_wheels_that_slipped_once_are_no_lesson():
 def test_wheels_that_slipped_may_slip_again():
     """Odometry is 0.06 instead of 0.015 of the way off, beside 2 mm; after 500 m, as before."""
     step, variances = 0.3, []
-    for believed in (1.0, 1e-6):
+    for prior_weight in (1.0, 1e-6):
         track = Track(MapConfig())
         track.move_to(np.eye(4), 0, np.eye(4))
-        track.learn(np.eye(4), np.zeros((6, 6)), believed)
+        track.learn(np.eye(4), np.zeros((6, 6)), prior_weight)
         for seconds, x in ((1, step), (1000, 500.0), (1001, 500.0 + step)):
             track.covariance = np.diag([1e-6] * 6)
             track.predicted(seconds * NS, planar(x, 0.0, 0.0))

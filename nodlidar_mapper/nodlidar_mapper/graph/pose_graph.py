@@ -94,7 +94,7 @@ def step(start: int, end: int, relative: Array, covariance: Array) -> Edge:
     return Edge(start, end, relative, inverted(covariance + LEAST))
 
 
-def uncertainties(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> Array:
+def pose_covariances(poses: Array, edges: Sequence[Edge], free: Sequence[int]) -> Array:
     """Return the covariances of the poses' changes in the map, shape (n, 6, 6).
 
     The first pose is certain. From there, the errors of the edges add up along the shortest way.

@@ -77,16 +77,17 @@ class Match:
         Share of the points that are near the surface.
     share
         Share of these that lie on it.
-    telling
-        That of the points that show the pose: without those on bare planes, as a floor, that fit
-        anywhere, but with those that are not near the surface.
+    informative_share
+        The same share of the points that show the pose: without those on bare planes, as a floor,
+        that fit anywhere, but with those that are not near the surface.
     residual
-        RMS distance of those from it [m].
+        RMS distance from the surface of the points that lie on it [m].
     cost
         How improbable the points and the way from the guess are, where wheels may slip: the
         negative logarithm, up to a constant.
-    believed
-        Share of its information with which the prior counted; 1 unless wheels may have slipped.
+    prior_weight
+        Share of its information with which the prior counted, 0 to 1; 1 unless wheels may have
+        slipped.
     on
         Which points lie on the surface, shape (n,).
     """
@@ -95,10 +96,10 @@ class Match:
     information: Array
     mapped: float
     share: float
-    telling: float
+    informative_share: float
     residual: float
     cost: float
-    believed: float
+    prior_weight: float
     on: NDArray[np.bool_]
 
     @classmethod
@@ -140,8 +141,8 @@ def match(
     reach
         Farthest surface that a point may belong to at first [m]; by default that of the config.
     slips
-        Whether wheels may have slipped: the more the surfaces contradict the prior, the less it is
-        believed.
+        Whether wheels may have slipped: the more the surfaces contradict the prior, the less it
+        counts.
     start
         Pose that the search starts from; by default the guess.
     """
@@ -167,11 +168,11 @@ def match(
         information, pull, shows = _equations(on - pose[:3, 3], normal, weight, off, free)
         change = change_between(guess, pose)
         far = float(change @ prior @ change)
-        believed = min((TAILS + len(free)) / (TAILS + far), 1.0) if slips else 1.0
-        pull -= believed * (prior @ change)
+        prior_weight = min((TAILS + len(free)) / (TAILS + far), 1.0) if slips else 1.0
+        pull -= prior_weight * (prior @ change)
         step = np.zeros(6)
-        step[free] = solved((information + believed * prior)[np.ix_(free, free)], pull[free])
-        fit = _Fit(near, off, shows, information, far, believed)
+        step[free] = solved((information + prior_weight * prior)[np.ix_(free, free)], pull[free])
+        fit = _Fit(near, off, shows, information, far, prior_weight)
         pose = corrected(pose, step)
         if np.abs(step).max() < CONVERGED and width == noise:
             break
@@ -192,7 +193,7 @@ class _Fit(NamedTuple):
     shows: NDArray[np.bool_]
     information: Array
     far: float
-    believed: float
+    prior_weight: float
 
 
 def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
@@ -210,10 +211,10 @@ def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
         fit.information,
         mapped=float(np.mean(near)),
         share=float(np.mean(fits[near])),
-        telling=np.count_nonzero(fits[near] & fit.shows) / max(judged, 1),
+        informative_share=np.count_nonzero(fits[near] & fit.shows) / max(judged, 1),
         residual=float(np.sqrt(np.mean(off[fits[near]] ** 2))) if fits.any() else np.inf,
         cost=cost,
-        believed=fit.believed,
+        prior_weight=fit.prior_weight,
         on=fits,
     )
 

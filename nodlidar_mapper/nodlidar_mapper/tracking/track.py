@@ -121,7 +121,7 @@ class Track:
         """
         return Seen(_carried(points, self._miscounted, age), _carried(lidar, self._back, age))
 
-    def learn(self, pose: Array, information: Array, believed: float = 1.0) -> None:
+    def learn(self, pose: Array, information: Array, prior_weight: float = 1.0) -> None:
         """Learn the errors of odometry, and how certain the pose is, from a match.
 
         Parameters
@@ -130,12 +130,12 @@ class Track:
             Of the robot, by the match.
         information
             Inverse covariance of its change by the match alone, shape (6, 6).
-        believed
+        prior_weight
             Share of its information with which odometry counted. What it lacks is noise, and no
             error that stays.
         """
-        self._slipped = max(self._slipped, 1.0 - believed)
-        surprise = (1.0 / believed - 1.0) * self.covariance
+        self._slipped = max(self._slipped, 1.0 - prior_weight)
+        surprise = (1.0 / prior_weight - 1.0) * self.covariance
         self._known, self.covariance = self._known + surprise, self.covariance + surprise
         if self.pose is not None and not self.jump:
             turned = self._turned
