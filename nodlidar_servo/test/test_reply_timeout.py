@@ -1,4 +1,4 @@
-from nodlidar_servo.bus.reply_timeout import LONGEST, ReplyTimeout
+from nodlidar_servo.bus.reply_timeout import LONGEST_REPLY, ReplyTimeout
 import pytest
 
 SIZE = 22  # a read of 8 bytes and its reply: 220 us at 1 Mbit/s
@@ -12,7 +12,7 @@ def learned(latency, baud_rate=1_000_000):
 
 
 def test_before_anything_is_known_replies_are_waited_for_as_long_as_they_may_take():
-    assert ReplyTimeout(1_000_000).seconds(SIZE, 0) == LONGEST
+    assert ReplyTimeout(1_000_000).seconds(SIZE, 0) == LONGEST_REPLY
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,9 @@ def test_a_reply_that_is_some_ms_later_than_usual_does_not_come(latency, baud_ra
 
 def test_single_losses_leave_it_and_many_begin_anew():
     timeout = learned(0.0)
-    assert [timeout.seconds(SIZE, missed) == LONGEST for missed in range(7)] == 5 * [0] + 2 * [1]
+    assert [timeout.seconds(SIZE, missed) == LONGEST_REPLY for missed in range(7)] == 5 * [
+        0
+    ] + 2 * [1]
 
 
 def test_a_longer_reply_is_waited_for_longer():

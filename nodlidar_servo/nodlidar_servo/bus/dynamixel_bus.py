@@ -25,7 +25,7 @@ from nodlidar_servo.bus.replies import (
     Reply,
     ReplyError,
 )
-from nodlidar_servo.bus.reply_timeout import LONGEST, ReplyTimeout
+from nodlidar_servo.bus.reply_timeout import LONGEST_REPLY, ReplyTimeout
 
 INST_REBOOT = 8  # of Protocol 2.0 only
 
@@ -96,7 +96,7 @@ class SdkPort(PortHandler):
 
     def drain(self) -> None:
         """Drop all bytes until none come for the longest time that a reply may take."""
-        self.wait_for(LONGEST)
+        self.wait_for(LONGEST_REPLY)
         self._left, self._read = _MOST_AT_ONCE, b''
         while self._left and self.readPort(self._left):
             pass

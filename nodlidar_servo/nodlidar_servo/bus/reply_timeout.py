@@ -3,7 +3,7 @@
 from collections import deque
 import math
 
-LONGEST = 0.05
+LONGEST_REPLY = 0.05
 """Longest wait for a reply [s]: a latency timer of 16 ms three times over."""
 
 MARGIN = 0.003
@@ -45,6 +45,6 @@ class ReplyTimeout:
             Number of missed replies in a row.
         """
         if missed >= _MISSED or len(self._excesses) < _FEWEST:
-            return LONGEST
+            return LONGEST_REPLY
         usual = (size * self._byte_ns + max(self._excesses)) / 1e9
-        return min(math.ceil((usual + MARGIN) / _STEP) * _STEP, LONGEST)
+        return min(math.ceil((usual + MARGIN) / _STEP) * _STEP, LONGEST_REPLY)

@@ -9,7 +9,7 @@ from nodlidar_common.ros.node import run
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_servo.bus.latency import reduce_latency
-from nodlidar_servo.bus.reply_timeout import LONGEST
+from nodlidar_servo.bus.reply_timeout import LONGEST_REPLY
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.device.servo import Servo
@@ -68,7 +68,7 @@ class ServoNode(NodNode):
     def connect(self) -> None:
         """Open the port and set the servo up."""
         port = self.thread.open_port(
-            LONGEST, torque_off(self.config.servo_id, self.config.scale.model.table)
+            LONGEST_REPLY, torque_off(self.config.servo_id, self.config.scale.model.table)
         )
         warning = reduce_latency(port)
         if warning:
