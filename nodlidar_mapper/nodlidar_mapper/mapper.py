@@ -165,6 +165,7 @@ class Mapper:
         return np.asarray(self.poses_of([estimate])[0])
 
     def _added(self, cloud: _Cloud) -> Estimate:
+        """Predict, match, check, search and extend, in the order of docs/mapping.md."""
         stamp_ns, odometry, mount = cloud.stamp_ns, cloud.odometry, cloud.mount
         robot = inverse(mount)  # in the cloud's frame
         predicted = self._track.predicted(stamp_ns, odometry @ robot)
