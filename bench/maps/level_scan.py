@@ -11,12 +11,11 @@ from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_demo.evaluation import simulated_drive
 from nodlidar_sim.world.base import rotate, to_parent
-from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.world import World
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.maps.drives import CONFIG, DRIVES, FAST, recorded, scene_of
+from bench.maps.drives import CONFIG, DRIVES, recorded, scene_of, speed_up, top_speed
 from bench.shared.report import Row
 
 Array = NDArray[np.float64]
@@ -101,8 +100,7 @@ def results() -> list[Row]:
 
 
 def _row(name: str, route: str | None, fast: bool, ideal: bool) -> Row:
-    speed = max(leg.velocity[0] for leg in load_scene(name, route).base_legs)
-    faster = FAST / speed if fast else 1.0
+    faster = speed_up(name, route) if fast else 1.0
     scene, config = scene_of(name, route, faster, ideal), LevelScanConfig(level_scan='sweep')
     recordings = (recorded(scene, DURATION, seed) for seed in SEEDS)
     found = [judged(simulated_drive(each), each.world, config) for each in recordings]
@@ -111,7 +109,7 @@ def _row(name: str, route: str | None, fast: bool, ideal: bool) -> Row:
     return {
         'scene': name,
         'devices': 'ideal, 10 mm of noise' if ideal else 'real',
-        'speed [m/s]': speed * faster,
+        'speed [m/s]': top_speed(scene),
         'azimuths known [%]': 100.0 * min(float(each.known.mean()) for each in found),
         'least of a sweep [%]': 100.0 * min(float(each.known.min()) for each in found),
         f'sweeps with {ENOUGH:.0%} known [%]': 100.0

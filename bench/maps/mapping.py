@@ -15,11 +15,19 @@ from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, clouds_of, odometry_at
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.simulation import Recording
-from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.maps.drives import CONFIG, DRIVES, FAST, recorded, rms_error, scene_of, true_poses
+from bench.maps.drives import (
+    CONFIG,
+    DRIVES,
+    recorded,
+    rms_error,
+    scene_of,
+    speed_up,
+    top_speed,
+    true_poses,
+)
 from bench.shared.reference import START_NS
 from bench.shared.report import Row
 
@@ -121,15 +129,14 @@ def errors_of(runs: list[Mapped]) -> Row:
 
 
 def _row(name: str, route: str | None, duration: float, fast: bool, ideal: bool) -> Row:
-    speed = max(leg.velocity[0] for leg in load_scene(name, route).base_legs)
-    faster = FAST / speed if fast else 1.0
+    faster = speed_up(name, route) if fast else 1.0
     scene = scene_of(name, route, faster, ideal)
     runs = [mapped(recorded(scene, duration / faster, seed)) for seed in SEEDS]
     seconds = np.concatenate([run.seconds for run in runs])
     return {
         'scene': name,
         'devices': 'ideal, 10 mm of noise' if ideal else 'real',
-        'speed [m/s]': speed * faster,
+        'speed [m/s]': top_speed(scene),
         **errors_of(runs),
         'computation per cloud [ms]': 1e3 * float(np.median(seconds)),
         '99 % [ms]': 1e3 * float(np.percentile(seconds, 99)),
