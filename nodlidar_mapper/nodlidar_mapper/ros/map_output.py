@@ -154,7 +154,8 @@ class MapOutput:
             except Exception as error:
                 cause = ''.join(traceback.format_exception(error))
                 self._log(f'unexpected error of a request for a map:\n{cause}')
-                return error
+                name = type(error).__name__
+                return NodlidarError(f'internal error, {name}: {error} (see the log)')
 
         self._requests.append((attempt, done.set_result))
         result = await done
