@@ -30,9 +30,8 @@ def test_a_reply_that_is_some_ms_later_than_usual_does_not_come(latency, baud_ra
 
 def test_single_losses_leave_it_and_many_begin_anew():
     timeout = learned(0.0)
-    assert [timeout.seconds(SIZE, missed) == LONGEST_REPLY for missed in range(7)] == 5 * [
-        0
-    ] + 2 * [1]
+    is_longest = [timeout.seconds(SIZE, missed) == LONGEST_REPLY for missed in range(7)]
+    assert is_longest == 5 * [0] + 2 * [1]
 
 
 def test_a_longer_reply_is_waited_for_longer():
