@@ -104,9 +104,8 @@ class TfOdometry:
         )
         self._publishers: defaultdict[str, Publishers] = defaultdict(Publishers)
         self._on_sample, self._on_time_back = on_sample, on_time_back
-        self.buffer = Buffer(node=node)
-        # Of a simulated clock. Stamps may go back by less, and would seem to be late. The
-        # buffer, which was told first, is empty then.
+        self.buffer = Buffer()
+        # Of a simulated clock. Stamps may go back by less, and would seem to be late.
         backward = Duration(nanoseconds=-TIME_JUMP_NS)
         self._jump_handle = node.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=backward, on_clock_change=False),
@@ -150,8 +149,7 @@ class TfOdometry:
         """Stop listening."""
         self._node.destroy_subscription(self._moving)
         self._node.destroy_subscription(self._static)
-        # Otherwise the node's clock keeps calling this buffer and refuses the next one.
-        self.buffer.jump_handle.unregister()
+        # Otherwise the node's clock keeps calling this and refuses the next one.
         self._jump_handle.unregister()
 
     @property

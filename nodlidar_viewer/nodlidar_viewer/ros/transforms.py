@@ -23,7 +23,7 @@ class Transforms:
     """
 
     def __init__(self, node: Node) -> None:
-        self._buffer = Buffer(node=node)
+        self._buffer = Buffer()
         static = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._moving = PolledSubscription(node, TFMessage, '/tf', QoSProfile(depth=100))
         self._static = PolledSubscription(node, TFMessage, '/tf_static', static)
@@ -41,11 +41,7 @@ class Transforms:
                 self._buffer.set_transform(transform, 'viewer')
 
     def _note_time(self, transform: TransformStamped) -> None:
-        """Forget the moving transforms if time went back: the buffer would ignore the new ones.
-
-        It forgets them itself when a simulated clock goes back, but those that still wait to be
-        taken are of the time before.
-        """
+        """Forget the moving transforms if time went back: the buffer would ignore the new ones."""
         frame, stamp_ns = transform.child_frame_id, time_ns(transform.header.stamp)
         if self._newest_ns.get(frame, stamp_ns) - stamp_ns > TIME_JUMP_NS:
             self._buffer.clear()

@@ -81,7 +81,7 @@ def test_broadcasters_and_listener(node):
     static.sendTransform(transform('base', 'laser', 1, 1.0))
     static.sendTransform(transform('base', 'camera', 1, 2.0))
     static.sendTransform(transform('base', 'laser', 1, 9.0))
-    buffer = Buffer(node=node)
+    buffer = Buffer()
     listener = TransformListener(buffer, node)  # hears what was sent before it was there
     while not buffer.can_transform('laser', 'camera', Time()):
         rclpy.spin_once(node, timeout_sec=1.0)

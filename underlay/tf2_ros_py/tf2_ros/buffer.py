@@ -3,8 +3,6 @@
 import threading
 
 from geometry_msgs.msg import TransformStamped
-from rclpy.clock import Clock, JumpThreshold
-from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.time import Time
 from tf2_ros._core import FrameTree
@@ -20,25 +18,13 @@ class Buffer(Partial):
     """Keeps the transforms of the last 10 s and looks up any between them.
 
     Times are ``rclpy.time.Time`` or messages; 0 asks for the latest that the frames have in
-    common. The clock of `node` is watched for jumps back, which clear the buffer.
+    common.
     """
 
-    def __init__(self, *, node=None, **uncovered):
+    def __init__(self, **uncovered):
         refuse_arguments('Buffer', uncovered)
         self._tree = FrameTree(_SPAN_NS)
         self._lock = threading.Lock()
-        self.clock = Clock() if node is None else node.get_clock()
-        threshold = JumpThreshold(
-            min_forward=None, min_backward=Duration(seconds=-1), on_clock_change=True
-        )
-        self.jump_handle = self.clock.create_jump_callback(
-            threshold, post_callback=self.time_jump_callback
-        )
-
-    def time_jump_callback(self, time_jump):
-        """Clear the buffer since time went back."""
-        get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
-        self.clear()
 
     def clear(self):
         """Forget all transforms but the static ones."""
