@@ -1,6 +1,7 @@
 """The node with clouds of a room: the map, services, and what goes wrong."""
 
 from dataclasses import replace
+import threading
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -416,6 +417,25 @@ def test_a_map_that_could_not_be_drawn_is_drawn_later(running, monkeypatch):
     drive(running, 0, [np.eye(4)] * FIRST, [np.eye(4)] * FIRST)
     until(lambda: robot.heard['map'])
     assert len(calls) > 1
+
+
+def test_a_map_that_is_drawn_while_another_one_begins_is_not_published(running, monkeypatch):
+    robot, mapper, until = running
+    whole, begun, go_on = map_output.drawn, threading.Event(), threading.Event()
+
+    def held(*given):
+        begun.set()
+        assert go_on.wait(LONGEST)
+        return whole(*given)
+
+    monkeypatch.setattr(map_output, 'drawn', held)
+    drive(running, 0, [np.eye(4)], [np.eye(4)])
+    until(begun.is_set)
+    mapper._continue_with(mapper._first_mapper())
+    drive(running, 20, [np.eye(4)], [np.eye(4)])
+    go_on.set()
+    until(lambda: robot.heard['map'])
+    assert seconds_of(time_ns(robot.heard['map'][0].header.stamp)) == 20
 
 
 def test_clouds_in_the_frame_of_odometry_are_dropped_and_the_remedy_is_named(running):

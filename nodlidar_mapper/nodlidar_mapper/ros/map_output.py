@@ -52,7 +52,7 @@ class MapOutput:
         self._thread = Background()
         self._requests: deque[tuple[Callable[[], Any], Callable[[Any], None]]] = deque()
         self._draw_after_ns = 0
-        self._drawn: Sequence[Keyframe] = ()
+        self._drawn: Sequence[Keyframe] = []  # another list for another map
         self._publishers = [
             node.create_publisher(
                 kind,
@@ -75,7 +75,7 @@ class MapOutput:
 
     def begin(self) -> None:
         """Forget the map that was drawn: another one begins."""
-        self.progress, self._draw_after_ns, self._drawn = None, 0, ()
+        self.progress, self._draw_after_ns, self._drawn = None, 0, []
 
     def step(self) -> None:
         """Take what is ready, and start what is next; raise what failed."""
@@ -94,7 +94,8 @@ class MapOutput:
     def _draw(self, progress: Progress) -> None:
         """Publish the path and, if it has changed, the map."""
         begin_ns, config = steady_ns(), self._config
-        same = _are_same(self._drawn, progress.keyframes)
+        before = self._drawn
+        same = _are_same(before, progress.keyframes)
         # A failure must not be repeated at once.
         self._draw_after_ns = begin_ns + round(config.map_period * NS_PER_S)
 
@@ -108,13 +109,14 @@ class MapOutput:
             return path, messages.surface_message(surface, *at), messages.grid_message(grid, *at)
 
         def publish(found: tuple[Any, ...]) -> None:
+            if self._drawn is not before:
+                return  # another map was begun meanwhile
             now_ns = steady_ns()
             pause_ns = round((now_ns - begin_ns) * (1.0 / SHARE - 1.0))
             self._draw_after_ns = max(self._draw_after_ns, now_ns + pause_ns)
-            if self.progress is not None:
-                self._drawn = progress.keyframes
-                for publisher, message in zip(self._publishers, found, strict=False):
-                    publisher.publish(message)
+            self._drawn = progress.keyframes
+            for publisher, message in zip(self._publishers, found, strict=False):
+                publisher.publish(message)
 
         self._thread.start(draw, publish)
 
