@@ -39,35 +39,38 @@ class RecentPoints:
     Attributes
     ----------
     chunks
-        The oldest first.
+        The oldest first; replaced as a whole, so that another thread may read it.
     """
 
     def __init__(self, most_points: int) -> None:
         self._most_points = most_points
         self._next = 0
-        self.chunks: list[Chunk] = []
+        self.chunks: tuple[Chunk, ...] = ()
 
     def add(self, stamp_ns: int, points: NDArray[np.float32]) -> None:
         """Add a cloud: stamp [ns], points in the fixed frame [m], shape (n, 3).
 
         A stamp before that of the last chunk means that time went back: all others are forgotten.
         """
-        last = self.chunks[-1] if self.chunks else None
-        if last is not None and stamp_ns < last.begin_ns:
-            self.chunks.clear()
-            last = None
-        if last is None or stamp_ns - last.begin_ns >= CHUNK_NS:
-            self.chunks.append(Chunk(self._next, stamp_ns, points))
-            self._next += 1
+        before = self.chunks
+        if before and stamp_ns < before[-1].begin_ns:
+            before = ()
+        if before and stamp_ns - before[-1].begin_ns < CHUNK_NS:
+            before, last = before[:-1], before[-1]
+            newest = Chunk(last.number, last.begin_ns, np.concatenate([last.points, points]))
         else:
-            both = np.concatenate([last.points, points])
-            self.chunks[-1] = Chunk(last.number, last.begin_ns, both)
-        while len(self.chunks) > 1 and self.count > self._most_points:
-            del self.chunks[0]
+            newest = Chunk(self._next, stamp_ns, points)
+            self._next += 1
+        chunks = (*before, newest)
+        count = sum(len(chunk.points) for chunk in chunks)
+        while len(chunks) > 1 and count > self._most_points:
+            count -= len(chunks[0].points)
+            chunks = chunks[1:]
+        self.chunks = chunks
 
     def clear(self) -> None:
         """Forget all points."""
-        self.chunks.clear()
+        self.chunks = ()
 
     @property
     def count(self) -> int:

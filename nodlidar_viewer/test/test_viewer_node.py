@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 from browser import browsing
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from lifecycle_msgs.srv import ChangeState
+from nav_msgs.msg import Path
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.parameters import parameter
 from nodlidar_common.ros.messages import time_message
@@ -179,6 +180,32 @@ def test_transforms_are_those_of_the_present_when_time_goes_back(running):
             sensor.count = begin
             browser.until(lambda at=2.0 + place: shown() == {at}, work)
     assert not viewer.survival.errors
+
+
+def test_a_map_that_comes_before_its_frame_is_drawn_with_it(running):
+    """It is sent only once, where it does not change any more."""
+    sensor, viewer, spin = running
+    map_qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    cloud, path = sensor.cloud(2.0), Path(poses=[PoseStamped(), PoseStamped()])
+    cloud.header.frame_id = path.header.frame_id = 'map'
+    for kind, topic, message in ((PointCloud2, 'map_cloud', cloud), (Path, 'path', path)):
+        sensor.create_publisher(kind, topic, map_qos).publish(message)
+
+    def names(browser):
+        return {message.get('name') for message in browser.messages}
+
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: viewer._view and len(viewer._view._undrawn) == 2, spin)
+        assert not names(browser) & {'/map', '/path'}
+        sensor._static.sendTransform(sensor._above('map', 'base_link'))
+        browser.until(lambda: names(browser) >= {'/map', '/path'}, spin)
+    assert not viewer.survival.errors
+
+
+def test_a_page_that_has_just_gone_saves_no_points(running):
+    _, viewer, _ = running
+    name, ply = viewer._saved()
+    assert (name, b'element vertex 0' in ply) == ('points.ply', True)
 
 
 def test_what_is_missing_is_told(running):

@@ -9,6 +9,7 @@ from nodlidar_viewer.config import ViewerConfig
 from nodlidar_viewer.controls import ADAPTS, Controls, NOD, PROFILE
 from nodlidar_viewer.page import Page
 from nodlidar_viewer.point_file import ply_bytes
+from nodlidar_viewer.recent_points import RecentPoints
 from nodlidar_viewer.ros.commands import RosCommands
 from nodlidar_viewer.ros.view import View
 from nodlidar_viewer.state_panel import StatePanel
@@ -57,9 +58,10 @@ class ViewerNode(Node):
         )
 
     def _saved(self) -> tuple[str, bytes]:
-        assert self._view is not None  # the browser that saves is looking
-        points = self._view.recent.points
-        return 'points.ply', ply_bytes(points, self.config.fixed_frame)
+        """Return the points that are shown, in the thread of the page."""
+        view = self._view  # None if the browser has just gone
+        recent = RecentPoints(0) if view is None else view.recent
+        return 'points.ply', ply_bytes(recent.points, self.config.fixed_frame)
 
     def destroy_node(self) -> None:
         """Close the page, then destroy the node."""

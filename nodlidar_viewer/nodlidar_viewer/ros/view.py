@@ -54,6 +54,7 @@ class View:
         self.recent = RecentPoints(config.most_points)
         self._directions = Directions()
         self._waiting: deque[tuple[Any, int]] = deque()  # clouds, with their arrival [ns]
+        self._undrawn: dict[str, Any] = {}  # map and path, until their frame is known
         self._statuses: dict[str, words.Status] = {}
         self._texts_ns = self._heard_ns = steady_ns()
         self._inputs, self._transforms = Inputs(node), Transforms(node)
@@ -87,10 +88,12 @@ class View:
         self._draw_clouds()
         for scan in self._inputs.take(inputs.SCANS)[-1:]:
             self._draw_scan(scan)
-        for message in self._inputs.take(inputs.MAP):
-            self._draw_map(message)
-        for message in self._inputs.take(inputs.PATH):
-            self._draw_path(message)
+        for topic, draw in ((inputs.MAP, self._draw_map), (inputs.PATH, self._draw_path)):
+            for message in self._inputs.take(topic):
+                self._undrawn[topic] = message
+            frame = self._undrawn[topic].header.frame_id if topic in self._undrawn else ''
+            if frame and (pose := self._pose(frame)) is not None:
+                draw(self._undrawn.pop(topic), pose)
 
     def _draw_model(self, urdf: str) -> None:
         try:
@@ -141,17 +144,15 @@ class View:
             mesh = fan(ranges, scan.angle_min, scan.angle_increment, scan.range_min)
             self._page.scene.show_fan(*mesh, pose)
 
-    def _draw_map(self, message: Any) -> None:
-        pose = self._pose(message.header.frame_id)
+    def _draw_map(self, message: Any, pose: Pose) -> None:
         points = self._points_of(message)
-        if pose is not None and len(points):
+        if len(points):
             every = -(-len(points) // self._config.most_map_points)
             self._page.scene.show_map(pose.to_parent(points[::every]).astype(np.float32))
 
-    def _draw_path(self, message: Any) -> None:
-        pose = self._pose(message.header.frame_id)
+    def _draw_path(self, message: Any, pose: Pose) -> None:
         places = [stamped.pose.position for stamped in message.poses]
-        if pose is not None and len(places) > 1:
+        if len(places) > 1:
             points = np.array([[place.x, place.y, place.z] for place in places])
             self._page.scene.show_path(pose.to_parent(points))
 
