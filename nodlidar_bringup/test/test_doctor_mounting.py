@@ -1,15 +1,22 @@
 """A cloud shows a wrong sign of the joint, a lidar below the axis and a sensor upside down."""
 
+from types import SimpleNamespace
+
+from geometry_msgs.msg import Quaternion, Transform
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_bringup.checks.finding import Level
 from nodlidar_bringup.checks.mounting import check_mounting
 from nodlidar_bringup.checks.orientation import beams_of, Mounting, points_of, seen_in
+from nodlidar_bringup.checks.transforms import Frames
+from nodlidar_bringup.ros.examination import _of_mount
 from nodlidar_common.nod import Nod
+from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
+from sensor_msgs.msg import PointCloud2
 
 HEIGHT = 1.0  # of the nod axis in all scenes
 NOD = Nod(-0.6136, 0.6136, 7547 * 0.1 / 1024, 7547, 10**18)
@@ -105,3 +112,15 @@ def test_points_turn_back_into_their_beams(range_, azimuth, pitch, lever):
     beam = np.array([range_]), np.array([azimuth]), np.array([pitch])
     back = beams_of(points_of(*beam, lever), lever)
     np.testing.assert_allclose(np.concatenate(back), [range_, azimuth, pitch], atol=1e-6)
+
+
+def test_a_malformed_cloud_is_a_finding():
+    """It has no x; without the handling, all other findings would be lost."""
+    upright = Transform(rotation=Quaternion(w=1.0))
+    watch = SimpleNamespace(
+        transforms={'nodlidar_base_link': upright, 'laser': upright},
+        points=lambda frame: coordinates(PointCloud2(height=1, width=1, data=[0])),
+    )
+    [finding] = _of_mount(watch, Frames())
+    assert finding.level == Level.FAULT
+    assert 'malformed cloud' in finding.text

@@ -204,7 +204,11 @@ def _of_mount(watch: SystemWatch, frames: Frames) -> list[Finding]:
     if abs(upright) < math.cos(0.2):
         return []
     mounting = Mounting(_position(lidar), _position(mount)[2], upside_down=upright < 0.0)
-    return check_mounting(seen_in(watch.points(base), mounting), mounting)
+    try:
+        points = watch.points(base)
+    except ValueError as error:
+        return [fault('points', str(error), 'find who publishes it: `ros2 topic info -v points`')]
+    return check_mounting(seen_in(points, mounting), mounting)
 
 
 def _examine_ports(options: Namespace, settings: Settings) -> list[Finding]:
