@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.graph.loops import LoopConfig
 from nodlidar_mapper.output.grid import GridConfig
@@ -54,6 +55,17 @@ class NodeConfig:
         minimum=0.5,
         maximum=600.0,
     )
+
+    def check_together(self) -> None:
+        """Raise ParameterError for topics or frames that are the same, or none."""
+        topics = set(self.cloud_topics)
+        if not topics or '' in topics or len(topics) < len(self.cloud_topics):
+            raise ParameterError('cloud_topics', 'at least one, all different', self.cloud_topics)
+        frames = {'map_frame': self.map_frame, 'odom_frame': self.odom_frame}
+        for key, other in (('odom_frame', 'map_frame'), ('base_frame', 'odom_frame')):
+            limit = f"a frame other than {other} = '{frames[other]}'"
+            if getattr(self, key) in ('', frames[other]):
+                raise ParameterError(key, limit, getattr(self, key))
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_common.errors import NodlidarError
+from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.geometry.poses import Array, moved
 from nodlidar_mapper.geometry.surface import Surface
@@ -55,6 +55,12 @@ class GridConfig:
         minimum=0.0,
         maximum=2.0,
     )
+
+    def check_together(self) -> None:
+        """Raise ParameterError for heights of which none counts."""
+        if self.height_max <= self.height_min:
+            limit = f'above height_min = {self.height_min} m'
+            raise ParameterError('height_max', limit, self.height_max)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
