@@ -431,6 +431,13 @@ def test_wrong_parameter_ends_the_process_with_its_name(capsys):
     assert "'rate' must be at least 1, but is 0" in capsys.readouterr().err
 
 
+def test_a_topic_whose_name_is_none_ends_a_node_in_words(capsys):
+    assert run(lambda: Node('talker').create_publisher(DiagnosticArray, 'a b', 1)) == 2
+    error = capsys.readouterr().err
+    assert 'Invalid topic name' in error
+    assert 'Traceback' not in error
+
+
 def test_a_parameter_file_that_cannot_be_read_ends_the_process_with_its_name(tmp_path, capsys):
     path = tmp_path / 'broken.yaml'
     path.write_text('/**\n  ros__parameters:\n    - a\n')

@@ -100,6 +100,15 @@ def test_a_wrong_start_is_named(node, key, value, message):
     assert str(caught.value) == message
 
 
+def test_an_empty_list_is_checked_like_any_other():
+    """Of `-p limits:=[]`, rclpy makes a parameter without a value."""
+    rclpy.init(args=['--ros-args', '-p', 'limits:=[]'])
+    try:
+        assert declare(rclpy.create_node('configured'), Config).limits == ()
+    finally:
+        rclpy.shutdown()
+
+
 def test_live_changes_are_handed_on(node):
     made, seen = node(), []
     declare(made, Config, seen.append)

@@ -11,6 +11,7 @@ from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.executor import Executor
 from nodlidar_common.survival import Survival
 import rclpy
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -28,7 +29,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         try:
             _init(args)
             node = make_node()
-        except NodlidarError as error:
+        except (NodlidarError, NameValidationException) as error:
             print(f'{sys.argv[0]}: {error}', file=sys.stderr)
             rclpy.try_shutdown()
             return 2
