@@ -83,6 +83,16 @@ def test_a_band_is_seen_whole_where_mount_and_least_span_allow(distance, further
     assert low <= far_low < far_high <= high
 
 
+@given(st.floats(10.0, 100.0), st.floats(-2.0, 3.0))
+def test_a_band_that_needs_less_than_the_least_span_is_in_its_middle(distance, bottom):
+    """From 10 m on, the band of 1 m subtends at most half of it."""
+    config = PitchLimitsConfig(band_bottom=bottom, band_top=bottom + 1.0)
+    ends = (math.atan2(height - 1.08, distance) for height in (bottom, bottom + 1.0))
+    low, high = limits_at(config, distance)
+    assert (low + high) / 2.0 == pytest.approx(sum(ends) / 2.0)
+    assert high - low == pytest.approx(0.2)
+
+
 @given(configs(), st.floats(0.0, 50.0), st.floats(0.0, 50.0))
 def test_around_the_sensor_a_further_wall_never_needs_more_span(config, distance, further):
     middle = (config.band_bottom + config.band_top) / 2.0
