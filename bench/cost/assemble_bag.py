@@ -15,9 +15,10 @@ from nodlidar_assembler.bags.bag_assembly import BagAssembly
 from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF, Topics
+from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.bag_messages import JOINT_STATE, SCAN, TF
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import Recording

@@ -1,7 +1,8 @@
 """Bags of simulated sensors for tests."""
 
+from nodlidar_common.bag_messages import STORE
 from nodlidar_common.nod import Nod
-from nodlidar_sim.bag import messages, STORE, TOPICS, write_bag
+from nodlidar_sim.bag import messages, TOPICS, write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 from rosbags.rosbag2 import StoragePlugin, Writer

@@ -7,7 +7,8 @@ from node_bench import bench
 from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_sim.bag import STORE, TOPICS
+from nodlidar_common.bag_messages import STORE
+from nodlidar_sim.bag import TOPICS
 import pytest
 from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader

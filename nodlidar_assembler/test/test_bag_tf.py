@@ -7,7 +7,7 @@ from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.clouds.time_order import TRANSFORM_OUT_OF_ORDER
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_sim.bag import TYPES
+from nodlidar_common.bag_messages import TYPES
 import pytest
 
 CONFIG = AssemblerConfig(ego_motion='beam')

@@ -9,9 +9,10 @@ from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.bag_messages import STORE
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
-from nodlidar_sim.bag import STORE, TOPICS
+from nodlidar_sim.bag import TOPICS
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np

@@ -4,17 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.bag_messages import header, JOINT_STATE, SCAN, STORE, TF, transforms, TYPES
 from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import Recording
 import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import get_typestore, Stores
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
-TYPES: dict[str, Any] = dict(STORE.types)
-SCAN, JOINT_STATE = 'sensor_msgs/msg/LaserScan', 'sensor_msgs/msg/JointState'
-TF = 'tf2_msgs/msg/TFMessage'
 TOPICS = {'/scan': SCAN, '/joint_states': JOINT_STATE, '/tf': TF, '/tf_static': TF}
 LATENESS_NS = 5_000_000  # from the end of a measurement to its message
 
@@ -50,12 +45,12 @@ def messages(simulated: Recording) -> Iterator[Entry]:
     """Yield the messages, topic by topic, with the ends of their measurements."""
     mount = simulated.world.scene.mount
     start_ns = int(simulated.scan_stamp_ns[0])
-    yield start_ns, '/tf_static', _transform(start_ns, 'base_link', 'nodlidar_base_link', mount)
+    yield start_ns, '/tf_static', transforms(start_ns, 'base_link', 'nodlidar_base_link', mount)
     for stamp_ns, (x, y, yaw) in zip(
         simulated.odometry_stamp_ns.tolist(), simulated.odometry_pose.tolist(), strict=True
     ):
         pose = Pose.from_xyzrpy((x, y, 0.0, 0.0, 0.0, yaw))
-        yield stamp_ns, '/tf', _transform(stamp_ns, 'odom', 'base_link', pose)
+        yield stamp_ns, '/tf', transforms(stamp_ns, 'odom', 'base_link', pose)
     for stamp_ns, pitch in zip(
         simulated.joint_stamp_ns.tolist(), simulated.joint_position.tolist(), strict=True
     ):
@@ -68,16 +63,10 @@ def messages(simulated: Recording) -> Iterator[Entry]:
         yield end_ns, '/scan', _scan(simulated, stamp_ns, row)
 
 
-def _header(stamp_ns: int, frame_id: str) -> Any:
-    seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
-    time = TYPES['builtin_interfaces/msg/Time'](seconds, nanoseconds)
-    return TYPES['std_msgs/msg/Header'](time, frame_id)
-
-
 def _scan(simulated: Recording, stamp_ns: int, ranges: Any) -> Any:
     sensor = simulated.sensor
     return TYPES[SCAN](
-        header=_header(stamp_ns, 'laser'),
+        header=header(stamp_ns, 'laser'),
         angle_min=float(simulated.azimuth[0]),
         angle_max=float(simulated.azimuth[-1]),
         angle_increment=sensor.angle_increment,
@@ -93,16 +82,5 @@ def _scan(simulated: Recording, stamp_ns: int, ranges: Any) -> Any:
 def _joint_state(stamp_ns: int, pitch: float) -> Any:
     nothing = np.zeros(0)
     return TYPES[JOINT_STATE](
-        _header(stamp_ns, ''), ['nod_joint'], np.array([pitch]), nothing, nothing
+        header(stamp_ns, ''), ['nod_joint'], np.array([pitch]), nothing, nothing
     )
-
-
-def _transform(stamp_ns: int, parent: str, child: str, pose: Pose) -> Any:
-    transform = TYPES['geometry_msgs/msg/Transform'](
-        TYPES['geometry_msgs/msg/Vector3'](*pose.position.tolist()),
-        TYPES['geometry_msgs/msg/Quaternion'](*pose.quaternion),
-    )
-    stamped = TYPES['geometry_msgs/msg/TransformStamped'](
-        _header(stamp_ns, parent), child, transform
-    )
-    return TYPES[TF]([stamped])

@@ -6,7 +6,6 @@ from contextlib import suppress
 
 from nodlidar_assembler.bags.bag_source import Recorded
 from nodlidar_assembler.bags.bag_tf import BagTf, Sample
-from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN, TF
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_assembler.clouds.origins import frame_of
@@ -20,6 +19,7 @@ from nodlidar_assembler.clouds.time_order import (
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
+from nodlidar_common.bag_messages import JOINT_STATE, SCAN, TF
 from nodlidar_common.nod import NS_PER_S
 
 # A cloud, the frame that it is in, and when the node would have published it [ns].

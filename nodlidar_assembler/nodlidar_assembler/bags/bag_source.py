@@ -10,17 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_types import (
-    BagError,
-    JOINT_STATE,
-    SCAN,
-    STATIC,
-    STORE,
-    Topics,
-    USUAL,
-)
+from nodlidar_assembler.bags.bag_types import BagError, STATIC, Topics, USUAL
 from nodlidar_assembler.bags.cut_mcap import CutMcapReader
 from nodlidar_assembler.bags.cut_sqlite import CutSqliteReader
+from nodlidar_common.bag_messages import JOINT_STATE, SCAN, STORE
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, ReaderError
 

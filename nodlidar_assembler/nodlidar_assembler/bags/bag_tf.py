@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.bag_types import STATIC, TF
+from nodlidar_assembler.bags.bag_types import STATIC
 from nodlidar_assembler.bags.transforms import (
     carried,
     Fixed,
@@ -13,6 +13,7 @@ from nodlidar_assembler.bags.transforms import (
     numbers,
 )
 from nodlidar_assembler.waiting import WaitingConfig
+from nodlidar_common.bag_messages import TF
 from nodlidar_common.stamps import time_ns
 import numpy as np
 

@@ -1,13 +1,9 @@
-"""Message types and the error of the readers and writers of bags."""
+"""The topics of bags, and the error of their readers and writers."""
 
 from dataclasses import dataclass
 
+from nodlidar_common.bag_messages import JOINT_STATE, SCAN, TF
 from nodlidar_common.errors import NodlidarError
-from rosbags.typesys import get_typestore, Stores
-
-STORE = get_typestore(Stores.ROS2_JAZZY)
-SCAN, JOINT_STATE = 'sensor_msgs/msg/LaserScan', 'sensor_msgs/msg/JointState'
-TF = 'tf2_msgs/msg/TFMessage'
 
 
 @dataclass(frozen=True, slots=True)

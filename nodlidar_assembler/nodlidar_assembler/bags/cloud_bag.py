@@ -4,20 +4,18 @@ from pathlib import Path
 import shutil
 from typing import Any
 
-from nodlidar_assembler.bags.bag_types import SCAN, STORE, TF
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.level_scan import level_frame, LevelScan, message_fields
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY
 from nodlidar_assembler.clouds.points import fields, layout
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.bag_messages import header, SCAN, STORE, TF, transforms, TYPES
 from nodlidar_common.pose import Pose
 import numpy as np
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
-TYPES: dict[str, Any] = dict(STORE.types)
 
 
 class CloudBag:
@@ -46,9 +44,9 @@ class CloudBag:
         """Add a cloud, as published at a time [ns]."""
         if cloud.origin not in self._known:
             self._known.add(cloud.origin)
-            header = _header(int(cloud.time_ns[0]), self._config.odom_frame)
             place = Pose(np.array(cloud.origin, dtype=np.float64), np.eye(3))
-            self._write_frame(header, frame_id, place, now_ns)
+            stamp_ns, parent = int(cloud.time_ns[0]), self._config.odom_frame
+            self._write_frame(transforms(stamp_ns, parent, frame_id, place), now_ns)
         raw = STORE.serialize_cdr(_message(cloud, frame_id), CLOUD)
         self._writer.write(self._clouds, now_ns, raw)
 
@@ -59,10 +57,11 @@ class CloudBag:
         if self._level_scans is None:
             self._level_scans = self._connection('/level_scan', SCAN)
             if frame_id != config.frame_id:
-                header = _header(scan.stamp_ns, config.frame_id)
-                self._write_frame(header, frame_id, Pose(np.zeros(3), config.levelled.T), now_ns)
+                level = Pose(np.zeros(3), config.levelled.T)
+                frame = transforms(scan.stamp_ns, config.frame_id, frame_id, level)
+                self._write_frame(frame, now_ns)
         message = TYPES[SCAN](
-            header=_header(scan.stamp_ns, frame_id),
+            header=header(scan.stamp_ns, frame_id),
             ranges=scan.ranges,
             intensities=np.zeros(0, dtype=np.float32),
             **message_fields(scan, config, range_min),
@@ -86,29 +85,19 @@ class CloudBag:
     def _connection(self, topic: str, msgtype: str) -> Connection:
         return self._writer.add_connection(topic, msgtype, typestore=STORE)
 
-    def _write_frame(self, header: Any, frame_id: str, place: Pose, now_ns: int) -> None:
-        """Add a fixed frame with its pose in the frame of a header."""
+    def _write_frame(self, message: Any, now_ns: int) -> None:
+        """Add a fixed frame."""
         if self._frames is None:
             self._frames = self._connection('/tf_static', TF)
-        shift = TYPES['geometry_msgs/msg/Vector3'](*place.position.tolist())
-        turn = TYPES['geometry_msgs/msg/Quaternion'](*place.quaternion)
-        transform = TYPES['geometry_msgs/msg/Transform'](shift, turn)
-        stamped = TYPES['geometry_msgs/msg/TransformStamped'](header, frame_id, transform)
-        self._writer.write(self._frames, now_ns, STORE.serialize_cdr(TYPES[TF]([stamped]), TF))
+        self._writer.write(self._frames, now_ns, STORE.serialize_cdr(message, TF))
 
 
 def _message(cloud: Points, frame_id: str) -> Any:
     """Return an unorganised, dense cloud."""
     data = cloud.data
     return TYPES[CLOUD](
-        header=_header(cloud.stamp_ns, frame_id),
+        header=header(cloud.stamp_ns, frame_id),
         fields=[TYPES['sensor_msgs/msg/PointField'](*field) for field in fields(data.dtype)],
         data=data.view(np.uint8),
         **layout(data),
     )
-
-
-def _header(stamp_ns: int, frame_id: str) -> Any:
-    seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
-    time = TYPES['builtin_interfaces/msg/Time'](seconds, nanoseconds)
-    return TYPES['std_msgs/msg/Header'](time, frame_id)

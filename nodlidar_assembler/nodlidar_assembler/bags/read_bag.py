@@ -8,7 +8,7 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import tf_in
-from nodlidar_assembler.bags.bag_types import BagError, SCAN, TF, Topics
+from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
@@ -17,6 +17,7 @@ from nodlidar_assembler.clouds.time_order import UNSTAMPED
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
+from nodlidar_common.bag_messages import SCAN, TF
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 

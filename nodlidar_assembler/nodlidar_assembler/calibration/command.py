@@ -7,7 +7,6 @@ from pathlib import Path
 import shlex
 import sys
 
-from nodlidar_assembler.bags.bag_types import JOINT_STATE, SCAN
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import Beam
@@ -20,6 +19,7 @@ from nodlidar_assembler.calibration.recorded import (
     upward,
 )
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.bag_messages import JOINT_STATE, SCAN
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.terminal import result_console
 from nodlidar_common.whole_file import check_writable, whole_file
