@@ -134,11 +134,11 @@ def test_the_completion_times_that_were_published_or_enumerated_before(n_s, dist
 
 @settings(max_examples=100)
 @given(cases(), st.floats(0.0, 20.0))
-def test_hits_that_are_guarded_stay_hits(case, guard):
+def test_hits_with_a_margin_stay_hits(case, margin):
     task, pattern = case
-    guarded, free = Coverage(task, pattern, guard), Coverage(task, pattern)
+    careful, free = Coverage(task, pattern, margin), Coverage(task, pattern)
     if task.rows <= pattern.cycle:
-        assert np.all(guarded.first_hits() >= free.first_hits())
+        assert np.all(careful.first_hits() >= free.first_hits())
 
 
 def test_a_divisor_leaves_a_reported_share_of_the_cells_out():

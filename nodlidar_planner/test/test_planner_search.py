@@ -18,9 +18,9 @@ import pytest
 BAND = samples_in_band(PUBLISHED)
 
 
-def completions(task, samples, guard=0.0, start_pitch=None):
+def completions(task, samples, margin=0.0, start_pitch=None):
     patterns = (pattern_from(task, n_s, start_pitch) for n_s in samples.tolist())
-    return np.array([Coverage(task, pattern, guard).completion_time() for pattern in patterns])
+    return np.array([Coverage(task, pattern, margin).completion_time() for pattern in patterns])
 
 
 def test_the_choice_is_the_best_of_all_and_much_quicker_than_going_through_all():
@@ -35,7 +35,7 @@ def test_the_choice_is_the_best_of_all_and_much_quicker_than_going_through_all()
     assert ratio > 3.0
 
 
-@pytest.mark.parametrize('guard', [0.0, 6.0])
+@pytest.mark.parametrize('margin', [0.0, 6.0])
 @pytest.mark.parametrize('start_pitch', [None, 0.2])
 @pytest.mark.parametrize(
     'task',
@@ -47,10 +47,10 @@ def test_the_choice_is_the_best_of_all_and_much_quicker_than_going_through_all()
         Task(0.02, 1.0, -0.8, 0.8, azimuth=0.2, steps_per_revolution=1440),
     ],
 )
-def test_the_soonest_of_a_band_equal_those_of_all(task, start_pitch, guard):
+def test_the_soonest_of_a_band_equal_those_of_all(task, start_pitch, margin):
     samples = samples_in_band(task)[::23]
-    expected = completions(task, samples, guard, start_pitch)
-    found, times = soonest(task, samples, guard, 3, start_pitch)
+    expected = completions(task, samples, margin, start_pitch)
+    found, times = soonest(task, samples, margin, 3, start_pitch)
     best = np.sort(expected)[:3]
     assert np.array_equal(times, best[np.isfinite(best)])
     assert np.array_equal(times, [expected[samples == n_s][0] for n_s in found])
@@ -64,14 +64,14 @@ def test_the_soonest_of_a_band_equal_those_of_all(task, start_pitch, guard):
     st.floats(0.0, 3.0),
     st.integers(0, 10**6),
 )
-def test_no_column_completes_before_its_bound(n_l, n_s, cell, guard, which):
+def test_no_column_completes_before_its_bound(n_l, n_s, cell, margin, which):
     task = Task(2 * math.sin(cell / 2), 1.0, full_circle=True, steps_per_revolution=n_l)
     starts, widths = column_runs(task.column_of_step())
     column = which % len(starts)
     bound = column_completion(
-        task, np.array([n_s]), int(starts[column]), int(widths[column]), 4 * n_l, guard
+        task, np.array([n_s]), int(starts[column]), int(widths[column]), 4 * n_l, margin
     )
-    first = Coverage(task, Pattern(n_l, n_s), guard).first_hits()[column]
+    first = Coverage(task, Pattern(n_l, n_s), margin).first_hits()[column]
     horizon = 4 * n_l * n_l
     if task.rows <= 2 * n_s and first.max(initial=0) < horizon:
         assert bound[0] <= first.max(initial=0) * task.beam_period + 1e-9

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]
 
-# Guards as parts of the timing error. The candidates that complete soonest with a guard do well in
-# simulated runs; which guard is best depends on lidar, region and error. The quick choice uses one
-# guard, the shortlist has the best SHORTLIST candidates with each.
-QUICK_GUARD = 0.75
-GUARDS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
+# Margins as parts of the timing error. Candidates that complete soonest with a margin do well in
+# simulated runs; which margin is best depends on lidar, region and error. The quick choice uses
+# one, the shortlist has the best SHORTLIST candidates with each.
+QUICK_MARGIN = 0.75
+MARGINS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 SHORTLIST = 12
 # Runs of each in the shortlist, then of the best third of it, and of the best third of that.
 CHOOSING_RUNS = (4, 12, 40)
@@ -29,7 +29,7 @@ HOLE_DECIMALS = 10
 
 
 def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> int:
-    """Return the N_s that completes soonest, with a guard against the timing error if possible.
+    """Return the N_s that completes soonest, with a margin against the timing error if possible.
 
     Takes about ten milliseconds, for a controller; `plans` also compares simulated runs.
 
@@ -45,8 +45,8 @@ def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> in
     ParameterError
         If no N_s ever completes.
     """
-    guard = QUICK_GUARD * timing_error / task.beam_period
-    return int(_soonest(task, samples, guard, None, 1, iter)[0])
+    margin = QUICK_MARGIN * timing_error / task.beam_period
+    return int(_soonest(task, samples, margin, None, 1, iter)[0])
 
 
 def plans(
@@ -103,23 +103,23 @@ def plans(
 def _soonest(
     task: Task,
     samples: Integers,
-    guard: float,
+    margin: float,
     start_pitch: float | None,
     count: int,
     progress: Progress,
 ) -> Integers:
-    """Return the N_s that complete soonest, with the largest guard [samples] that any permits."""
+    """Return the N_s that complete soonest, with the largest margin [samples] that any permits."""
     _check_columns(task)
-    # Random beams complete in about this time; a guard that needs longer does not help.
+    # Random beams complete in about this time; a margin that needs longer does not help.
     at_random = task.rows * math.log(task.cells + 1) / task.scan_rate
     while True:
-        limit = at_random if guard > 0.0 else math.inf
-        found, _ = soonest(task, samples, guard, count, start_pitch, limit, progress)
+        limit = at_random if margin > 0.0 else math.inf
+        found, _ = soonest(task, samples, margin, count, start_pitch, limit, progress)
         if len(found):
             return found
-        if guard == 0.0:
+        if margin == 0.0:
             raise _no_rows(task)
-        guard = guard / 2.0 if guard > 1.0 else 0.0
+        margin = margin / 2.0 if margin > 1.0 else 0.0
 
 
 def _check_columns(task: Task) -> None:
@@ -148,8 +148,8 @@ def _robust(
     """Return a shortlist, ordered by mean plus 90th percentile under the timing error."""
     error = timing_error / task.beam_period
     shortlists = [
-        _soonest(task, samples, g * error, start_pitch, SHORTLIST, progress)[:SHORTLIST]
-        for g in GUARDS
+        _soonest(task, samples, share * error, start_pitch, SHORTLIST, progress)[:SHORTLIST]
+        for share in MARGINS
     ]
     shortlist: list[int] = np.unique(np.concatenate(shortlists)).tolist()
     compared = len(shortlist)

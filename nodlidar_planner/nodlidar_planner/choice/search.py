@@ -37,7 +37,7 @@ SINGLE_PRECISION = 2**18
 def soonest(
     task: Task,
     samples: Integers,
-    guard: float = 0.0,
+    margin: float = 0.0,
     count: int = 1,
     start_pitch: float | None = None,
     limit: float = math.inf,
@@ -51,7 +51,7 @@ def soonest(
         Region, cells and lidar.
     samples
         The N_s to choose from, shape (n,).
-    guard
+    margin
         See Coverage.
     count
         How many to return: fewer if no more complete, more if others tie with the last.
@@ -66,8 +66,8 @@ def soonest(
     -------
     N_s and completion times [s], soonest first; ties in the order of `samples`.
     """
-    samples = samples[_bears(task, samples, guard)]
-    search = _Search(task, guard, count, start_pitch, limit, progress)
+    samples = samples[_bears(task, samples, margin)]
+    search = _Search(task, margin, count, start_pitch, limit, progress)
     thinning = 1
     while len(samples) > thinning * max(FEW, count):
         thinning *= THINNING
@@ -77,12 +77,12 @@ def soonest(
     return search.best(samples)
 
 
-def _bears(task: Task, samples: Integers, guard: float) -> NDArray[np.bool_]:
-    """Return for which N_s the second row from below is high enough for a guard on both sides."""
+def _bears(task: Task, samples: Integers, margin: float) -> NDArray[np.bool_]:
+    """Return for which N_s the second row from below is high enough for a margin on both sides."""
     if task.rows < 3:
         return np.ones(len(samples), dtype=np.bool_)
-    part = np.array(min(2.0 * task.cell / task.span, 0.5))  # where in the row the guard is least
-    return np.asarray(samples * task.row_height(1) >= 2.0 * reversal_reach(guard, part))
+    part = np.array(min(2.0 * task.cell / task.span, 0.5))  # where in the row the margin is least
+    return np.asarray(samples * task.row_height(1) >= 2.0 * reversal_reach(margin, part))
 
 
 def spread(count: int) -> Integers:
@@ -97,14 +97,14 @@ class _Search:
     def __init__(
         self,
         task: Task,
-        guard: float,
+        margin: float,
         count: int,
         start_pitch: float | None,
         limit: float,
         progress: Progress,
     ) -> None:
         self._task = task
-        self._guard = guard
+        self._guard = margin
         self._count = count
         self._start_pitch = start_pitch
         self._progress = progress
@@ -165,7 +165,7 @@ def column_completion(
     start: int,
     width: int,
     revolutions: int,
-    guard: float,
+    margin: float,
     start_pitch: float | None = None,
 ) -> Floats:
     """Return a time before which a column is not complete, for each N_s; shape (n,) [s].
@@ -179,13 +179,13 @@ def column_completion(
     for first in range(0, len(samples), BLOCK):
         block = slice(first, first + BLOCK)
         bounds[block] = _column_completion(
-            task, samples[block, None], phase[block, None], entry, width, guard
+            task, samples[block, None], phase[block, None], entry, width, margin
         )
     return bounds
 
 
 def _column_completion(
-    task: Task, samples: Integers, phase: Floats, entry: Integers, width: int, guard: float
+    task: Task, samples: Integers, phase: Floats, entry: Integers, width: int, margin: float
 ) -> Floats:
     """Return the bounds for N_s of shape (n, 1)."""
     precision: DTypeLike = np.float32 if entry[-1] < SINGLE_PRECISION else np.float64
@@ -193,9 +193,9 @@ def _column_completion(
     low, high = _passed(n_s, entry.astype(precision) + phase.astype(precision), width)
     height = task.row_height(1) * n_s
     last = min(task.rows, WATCHED_ROWS) - 1
-    if guard > 0.0:
-        low = low + reversal_reach(guard, low / n_s)
-        high = high - reversal_reach(guard, high / n_s)
+    if margin > 0.0:
+        low = low + reversal_reach(margin, low / n_s)
+        high = high - reversal_reach(margin, high / n_s)
     first_row = np.clip(np.floor((low - ROUNDING) / height), 0, task.rows - 1).astype(np.int64)
     last_row = np.clip(np.floor((high + ROUNDING) / height), 0, last).astype(np.int64)
     inside = (first_row <= last_row) & (first_row <= last)

@@ -55,7 +55,7 @@ class Coverage:
         Region, cells and lidar.
     pattern
         Of the same N_L.
-    guard
+    margin
         Error of the reversals [samples]. A sample nearer to the next row than `reversal_reach` of
         it does not count as a hit.
 
@@ -65,12 +65,12 @@ class Coverage:
         If the N_L differ, or N_s or the number of cells exceeds the bound on memory.
     """
 
-    def __init__(self, task: Task, pattern: Pattern, guard: float = 0.0) -> None:
+    def __init__(self, task: Task, pattern: Pattern, margin: float = 0.0) -> None:
         _check(task, pattern)
         self._task = task
         self.pattern = pattern
         self._column_of = task.column_of_step()
-        self._row_of, self._rows = _rows_of_residue(task, pattern, guard)
+        self._row_of, self._rows = _rows_of_residue(task, pattern, margin)
         starts, widths = column_runs(self._column_of)
         self._check_memory(min(len(starts), 2 * pattern.stride))
         self._seen = self._column_of[starts]
@@ -150,15 +150,15 @@ def _check(task: Task, pattern: Pattern) -> None:
         raise ParameterError('samples_per_sweep', limit, pattern.samples_per_sweep)
 
 
-def _rows_of_residue(task: Task, pattern: Pattern, guard: float) -> tuple[Integers, int]:
+def _rows_of_residue(task: Task, pattern: Pattern, margin: float) -> tuple[Integers, int]:
     """Return the row of each residue modulo 2 N_s, and the number of rows.
 
-    With a guard, the row is -1 where the error of a reversal can move a sample into another row.
+    With a margin, the row is -1 where the error of a reversal can move a sample into another row.
     """
     height = pattern.height(np.arange(pattern.cycle))
     row = task.row_of_height(height, pattern.samples_per_sweep)
-    if guard > 0.0:
-        reach = reversal_reach(guard, height / pattern.samples_per_sweep)
+    if margin > 0.0:
+        reach = reversal_reach(margin, height / pattern.samples_per_sweep)
         below = task.row_of_height(height - reach, pattern.samples_per_sweep)
         above = task.row_of_height(height + reach, pattern.samples_per_sweep)
         row = np.where(below == above, row, -1)
