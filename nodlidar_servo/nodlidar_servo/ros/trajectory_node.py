@@ -88,6 +88,8 @@ class TrajectoryNode(NodNode):
     def connect(self) -> None:
         """Wait for the controller and the first joint state."""
         deadline_ns = steady_ns() + round(_PATIENCE * NS_PER_S)
+        self._joint_states.take()  # what came meanwhile is old by now
+        self._stamps.restart()
         self._sample = None
         while self.thread.keep_going() and steady_ns() < deadline_ns and self._may_come():
             time.sleep(1.0 / self.config.send_rate)

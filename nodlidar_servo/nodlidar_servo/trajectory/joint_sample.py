@@ -53,21 +53,28 @@ class JointStamps:
     def __init__(self, longest: float) -> None:
         self._longest = longest
         self._in_a_row = 0
+        self._words: dict[bool, str] = {}  # since the last good stamp, by whether there is a stamp
         self.refused, self.trouble = 0, ''
+
+    def restart(self) -> None:
+        """Judge anew: clocks may agree again. Until they do, the words stay the same."""
+        self._in_a_row, self.trouble = 0, ''
 
     def believe(self, stamp_ns: int, now_ns: int) -> bool:
         """Return whether a stamp [ns] is believed, at a time [ns]."""
         late = (now_ns - stamp_ns) / NS_PER_S
         if stamp_ns and abs(late) <= self._longest:
             self._in_a_row, self.trouble = 0, ''
+            self._words.clear()
             return True
         self.refused += 1
         self._in_a_row += 1
         if self._in_a_row >= LEAST_TO_DIFFER:
-            self.trouble = (
+            words = (
                 f'are stamped {late:.3f} s before they arrive: the clocks of this node and of the '
                 'controller manager differ; synchronise them, or set use_sim_time alike'
                 if stamp_ns
                 else 'have no stamp: their publisher must say when the joint was measured'
             )
+            self.trouble = self._words.setdefault(bool(stamp_ns), words)
         return False
