@@ -103,7 +103,7 @@ def test_points_and_normals_have_the_names_of_pcl():
     np.testing.assert_array_equal(coordinates(message), surface.points)
 
 
-def test_a_cloud_without_coordinates_or_cut_short_is_refused():
+def test_a_cloud_without_coordinates_cut_short_or_with_several_is_refused():
     surface = Surface(np.ones((2, 3)), np.ones((2, 3)))
     message = messages.surface_message(surface, STAMP_NS, 'map')
     message.data = message.data[:20]
@@ -111,5 +111,9 @@ def test_a_cloud_without_coordinates_or_cut_short_is_refused():
         coordinates(message)
     message = messages.surface_message(surface, STAMP_NS, 'map')
     message.fields = message.fields[1:]
+    with pytest.raises(ValueError, match='malformed cloud'):
+        coordinates(message)
+    message = messages.surface_message(surface, STAMP_NS, 'map')
+    message.fields[0].count = 3  # of x
     with pytest.raises(ValueError, match='malformed cloud'):
         coordinates(message)

@@ -12,6 +12,7 @@ from nodlidar_common.parameters import parameter
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_msgs.msg import Coverage
+from nodlidar_viewer.ros import view
 from nodlidar_viewer.ros.node import ViewerNode
 import numpy as np
 import pytest
@@ -139,6 +140,27 @@ def test_points_that_are_nowhere_are_left_out(running):
         )
         browser.until(lambda: 'still here' in browser.text(), work)
     assert not viewer.survival.errors
+
+
+def test_a_cloud_that_raises_an_error_holds_up_no_other(running, monkeypatch):
+    sensor, viewer, spin = running
+    whole, calls = view.coordinates, []
+
+    def fails_first(message):
+        calls.append(message)
+        if message is calls[0]:
+            raise ArithmeticError
+        return whole(message)
+
+    monkeypatch.setattr(view, 'coordinates', fails_first)
+
+    def work():
+        sensor.send()
+        spin()
+
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: browser.of('PointCloudMessage'), work)
+    assert viewer.survival.errors.total() == 1
 
 
 def test_a_stamp_before_time_began_is_told(running):

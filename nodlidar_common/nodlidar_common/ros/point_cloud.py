@@ -35,5 +35,5 @@ def points_in(message: PointCloud2) -> tuple[NDArray[np.float64], NDArray[np.flo
         columns = [np.ravel(points[axis]) for axis in AXES]
         age = np.ravel(points[AGE]).astype(np.float64) if has_age else None
         return np.stack(columns, axis=1, dtype=np.float64), age
-    except (AssertionError, KeyError, TypeError, ValueError) as error:
+    except (AssertionError, KeyError, NotImplementedError, TypeError, ValueError) as error:
         raise ValueError(f'malformed cloud: {error}') from error

@@ -107,11 +107,12 @@ class View:
         while len(self._waiting) > MOST_WAITING:
             self._waiting.popleft()
         while self._waiting:
-            message, since_ns = self._waiting[0]
+            # Removed first, so that a cloud that raises an error does not block the others.
+            message, since_ns = first = self._waiting.popleft()
             is_new = now_ns - since_ns < PATIENCE * NS_PER_S
             if not self._add_cloud(message) and is_new:
+                self._waiting.appendleft(first)
                 break
-            self._waiting.popleft()
         self._page.scene.show_cloud(self.recent.chunks)
 
     def _add_cloud(self, message: Any) -> bool:
