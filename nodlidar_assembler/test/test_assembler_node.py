@@ -11,6 +11,7 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.inputs import stamp_drift
 from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.ros.assembly_filter import SEVERAL
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
 from nodlidar_common.errors import ParameterError
@@ -24,7 +25,7 @@ import pytest
 import rclpy
 from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import LaserScan, PointCloud2
+from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
 
 DURATION = 3.0
@@ -221,6 +222,35 @@ def test_scans_of_a_second_publisher_are_dropped_counted_and_warned_of(log):
         second = 'dropped: scan of a second publisher'
         running.spin_until(lambda: any(second in text for text in texts(running)))
     for cloud, points in zip(clouds, expected, strict=True):
+        assert bytes(cloud.data) == points.data.tobytes()
+
+
+@pytest.mark.parametrize('is_first', [True, False])
+def test_no_cloud_is_made_of_the_joint_states_of_two_publishers(log, is_first):
+    """As of a joint_state_publisher, which has every joint of the model at 0, at 20 Hz."""
+    later_ns = 0 if is_first else 1_000_000_000
+    log = replace(log, scans=log.scans[:-3])
+    expected, _ = assemble_log(log, PipelineConfig())
+    with bench('deadline:=10.0') as running:
+        other = running.feeder.create_publisher(JointState, 'joint_states', 50)
+        running.spin_until_heard(other)
+        begin_ns, end_ns = log.sample_ns[0] + later_ns, log.sample_ns[-1]
+        for _ in range(5):  # two that count alike could be taken for each other
+            running.send(other, JointState(name=['wheel'], position=[0.0]))
+        others = [
+            (at, other, state_message(at, 0.0))
+            for at in range(begin_ns - 1_000_000, end_ns, 50_000_000)
+        ]
+        running.feed(log, others)
+        drops = running.node.assembly.assembler.drops
+        running.spin_until(lambda: drops[SEVERAL] > 100)
+        running.spin_until(lambda: any(SEVERAL in text for text in texts(running)))
+        assert any("2 publishers of 'nod_joint'" in text for text in texts(running))
+        clouds = running.out[PointCloud2]
+    # Those from before it was noticed, of which one may have a joint state of the other publisher.
+    most = later_ns / 1e8 + 1
+    assert len(clouds) <= most
+    for cloud, points in zip(clouds[:-1], expected, strict=False):
         assert bytes(cloud.data) == points.data.tobytes()
 
 

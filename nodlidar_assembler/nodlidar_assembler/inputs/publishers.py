@@ -30,9 +30,12 @@ class Publishers:
     @property
     def active(self) -> int:
         """Number of publishers that alternate in the last messages passed to `note`."""
+        identities = len(set(self._recent))
+        if identities < 2:
+            return 1
         changes = sum(one != other for one, other in pairwise(self._recent))
         # A publisher that restarts gets a new identity, but its old one does not return.
-        return len(set(self._recent)) if changes > 2 else 1
+        return identities if changes > 2 else 1
 
     def add(self, number: int | None) -> int:
         """Add a message's sequence number; return its publisher's identity, 0 if unknown."""

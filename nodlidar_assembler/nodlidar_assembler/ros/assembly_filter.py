@@ -14,6 +14,7 @@ from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import JointState, LaserScan
 
 UNSETTLED = f'within {SETTLING_NS / NS_PER_S} s after the clock was set'
+SEVERAL = 'joint state while several publishers send the joint'
 
 
 class AssemblyFilter(SimpleFilter):
@@ -82,6 +83,12 @@ class AssemblyFilter(SimpleFilter):
         if not self._clock.check(type(message), stamp_ns, self._states.arrived_ns):
             self.assembler.drops[f'joint state {UNSETTLED}'] += 1
             return
+        if self.assembler.joint.has_joint(message):
+            publishers = self._states.publishers
+            publishers.note(self._states.publisher)
+            if publishers.active > 1:  # nothing says whose positions are right
+                self.assembler.drops[SEVERAL] += 1
+                return
         for sample in self.assembler.add_joint_state(message):
             self.samples.signalMessage(*sample)
             if self.assembler.is_waiting:

@@ -102,7 +102,6 @@ class Assembler(Node):
         self._hear_odometry()
         self.assembly.scans.registerCallback(self._scan_arrived)
         self.assembly.registerCallback(self._publish)
-        self.states.registerCallback(self._note_publisher)
         needed = self.odometry if self._compensates else None
         self.diagnosis = Diagnosis(
             self,
@@ -163,10 +162,6 @@ class Assembler(Node):
         self._region.end('the clock was set')
         if self._nod is not None:
             self._nod.clock_was_set(step_ns)
-
-    def _note_publisher(self, message: JointState) -> None:
-        if self.assembly.assembler.joint.has_joint(message):
-            self.states.publishers.note(self.states.publisher)
 
     def _scan_arrived(self, scan: Scan) -> None:
         """Keep the nod phase-locked to the lidar, before the scan waits for its bracket."""
