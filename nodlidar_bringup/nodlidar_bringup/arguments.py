@@ -30,8 +30,6 @@ from nodlidar_viewer.config import ViewerConfig
 import xacro
 
 _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
-_FARTHEST = 1000.0  # [m]
-_TURN = 6.2832  # [rad]: what is beyond are degrees
 _FASTEST = 1000.0  # [Hz], of robot_state_publisher, which counts in milliseconds
 # Moves the transforms into the namespace of a node, as nav2 does for several robots.
 OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
@@ -42,6 +40,14 @@ _CONFIGURATIONS: dict[str, type[Any]] = {
     'mapper': MapperConfig,
     'viewer': ViewerConfig,
 }
+_LIMITS = {each.name: limits_of(each) for each in fields(AssemblerConfig)}
+# Of each number of an argument: those of the parameter that it becomes or is like.
+_PLACES = {
+    'mount_xyz': _LIMITS['sensor_height'],
+    'mount_rpy': _LIMITS['laser_rpy'],
+    'laser_xyz': _LIMITS['laser_xyz'],
+    'laser_rpy': _LIMITS['laser_rpy'],
+}
 _FRAME_PREFIX = re.compile(r'([A-Za-z0-9_][A-Za-z0-9_./-]*)?')
 
 
@@ -51,8 +57,9 @@ def check(values: Mapping[str, str]) -> None:
     check_frame_prefix(values['frame_prefix'])
     if values['own_tf'] == 'true' and not values['namespace'].strip('/'):
         raise ParameterError('own_tf', 'false without a namespace', values['own_tf'])
-    for name in ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy'):
+    for name in _PLACES:
         numbers(name, values[name])
+    sensor_height(values)
     if values['tf_rate']:
         tf_rate(values['tf_rate'])
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
@@ -99,20 +106,30 @@ def numbers(name: str, text: str) -> list[float]:
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
-    unit, farthest = ('rad', _TURN) if name.endswith('_rpy') else ('m', _FARTHEST)
-    if len(values) != 3 or not all(abs(value) <= farthest for value in values):
-        allowed = f'three numbers [{unit}], separated by spaces, none beyond {farthest}'
+    limits = _PLACES[name]
+    if len(values) != 3 or not all(map(limits.allow, values)):
+        allowed = f'three numbers [{limits.unit}], separated by spaces, each {limits.in_words()}'
         raise ParameterError(name, allowed, text)
     return values
 
 
 def sensor_height(values: Mapping[str, str]) -> float:
-    """Return the height of the optical centre over base_link, which is on the floor [m]."""
+    """Return the height of the optical centre over base_link, which is on the floor [m].
+
+    Raises
+    ------
+    ParameterError
+        If the assembler does not allow it.
+    """
     mount, laser = (
         Pose.from_xyzrpy([*numbers(xyz, values[xyz]), *numbers(rpy, values[rpy])])
         for xyz, rpy in (('mount_xyz', 'mount_rpy'), ('laser_xyz', 'laser_rpy'))
     )
-    return float((mount @ laser).position[2])
+    height, limits = float((mount @ laser).position[2]), _LIMITS['sensor_height']
+    if not limits.allow(height):
+        allowed = f'a place with the optical centre {limits.in_words()} above the floor'
+        raise ParameterError('mount_xyz', allowed, values['mount_xyz'])
+    return height
 
 
 def tf_rate(text: str) -> float:

@@ -1,9 +1,12 @@
 """The checks of the launch arguments, without a launch."""
 
 from contextlib import nullcontext
+from dataclasses import fields
 import math
 from pathlib import Path
 
+from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.profiles import ProfileConfig
 from nodlidar_bringup.arguments import (
     calibrated,
     check,
@@ -22,7 +25,7 @@ from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
 from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import Nod
-from nodlidar_common.parameters import misspelt
+from nodlidar_common.parameters import limits_of, misspelt
 from nodlidar_planner.pattern.servo import MAX_SPEEDS, shortest_by_mean_speed
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.models.models import MODELS
@@ -86,8 +89,10 @@ def test_good_arguments_pass(values, change):
         ('laser_xyz', 'a b c', "but is 'a b c'"),
         ('mount_rpy', '0 0 nan', "'mount_rpy' must be three numbers [rad]"),
         ('mount_xyz', '0 0 inf', "'mount_xyz' must be three numbers [m]"),
-        ('mount_xyz', '0 0 1e300', 'none beyond 1000'),
-        ('mount_rpy', '0 30 0', 'none beyond 6.2832'),  # degrees
+        ('mount_xyz', '0 0 1e300', 'each between -100.0 and 100.0 m'),
+        ('mount_rpy', '0 30 0', 'each between -6.2832 and 6.2832 rad'),  # degrees
+        ('laser_xyz', '0 0 80', 'each between -10.0 and 10.0 m'),  # millimetres
+        ('mount_xyz', '0 0 100', 'the optical centre between -100.0 and 100.0 m above the floor'),
         ('mount_xyz', '0 0 1" foo', "'mount_xyz' must be three numbers [m]"),
         ('tf_rate', 'often', "'tf_rate' must be from 1 to 1000 Hz, but is 'often'"),
         ('tf_rate', '0', "'tf_rate' must be from 1 to 1000 Hz"),
@@ -226,6 +231,63 @@ def test_a_file_without_a_section_for_its_node_is_told(tmp_path, capsys, section
     check_parameter_file('servo_params', str(path))
     remark = f"'{path}' sets nothing: it has no section '/**' or 'servo'\n"
     assert capsys.readouterr().err == (remark if told else '')
+
+
+SHARED = {
+    each.name: limits_of(each)
+    for each in (*fields(AssemblerConfig), *fields(ProfileConfig))
+    if each.name in ARGUMENTS
+}
+
+
+def refused_by_launch(values, name, value):
+    """Return what the launch says of an argument; empty if it accepts it."""
+    try:
+        check(values | {name: value})
+    except NodlidarError as error:
+        return str(error)
+    return ''
+
+
+def test_what_launch_and_assembler_call_alike_is_known():
+    assert set(SHARED) == {'laser_xyz', 'laser_rpy', 'ego_motion', 'adapt_limits', 'profile'}
+
+
+@pytest.mark.parametrize('name', ['laser_xyz', 'laser_rpy'])
+@pytest.mark.parametrize('axis', range(3))
+@pytest.mark.parametrize('outward', [-1, 1])
+def test_the_launch_accepts_a_number_if_and_only_if_the_assembler_does(
+    values, name, axis, outward
+):
+    edge = SHARED[name].minimum if outward < 0 else SHARED[name].maximum
+
+    def at(number):
+        return ' '.join(str(number if k == axis else 0.0) for k in range(3))
+
+    check(values | {name: at(edge)})
+    check_assembler([], {}, {name: numbers(name, at(edge))})
+    for beyond in (math.nextafter(edge, outward * math.inf), outward * 999.0):
+        said = refused_by_launch(values, name, at(beyond))
+        assert said.startswith(f"'{name}' must be")  # what was given, not what follows from it
+        with pytest.raises(NodlidarError, match=f"'{name}' must be"):
+            check_assembler([], {}, {name: [float(word) for word in at(beyond).split()]})
+
+
+@pytest.mark.parametrize('name', [name for name, limits in SHARED.items() if limits.choices])
+def test_the_choices_of_the_launch_are_choices_of_the_assembler(name):
+    assert set(ARGUMENTS[name]['choices']) - {''} <= set(SHARED[name].choices)
+
+
+def test_the_servos_of_the_launch_are_models_of_its_node():
+    servos = set(ARGUMENTS['servo']['choices']) - {'', 'trajectory', 'none'}
+    assert servos == set(limits_of(ServoConfig.__dataclass_fields__['model']).choices)
+
+
+@pytest.mark.parametrize('height', [-100.0, 100.0])
+def test_a_mount_at_its_limits_is_accepted_by_the_assembler(values, height):
+    given = values | {'mount_xyz': f'-100 100 {height}', 'laser_xyz': '0 0 0'}
+    check(given)
+    check_assembler([], {'sensor_height': sensor_height(given)}, {})
 
 
 def test_numbers_are_taken_as_they_are():
