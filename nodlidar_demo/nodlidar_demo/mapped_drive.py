@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_common.whole_file import whole_file
+from nodlidar_common.whole_file import named, whole_file
 from nodlidar_mapper.command import map_drive
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_sim.bag import write_bag
@@ -50,11 +50,12 @@ def map_simulated_drive(argv: Sequence[str] | None, description: str | None) -> 
     nod = Nod(profile.pitch_min, profile.pitch_max, n_s / SIMULATED_RATE, n_s, START_NS)
     output: Path = options.output
     bag = output / 'bag'
+    output.mkdir(parents=True, exist_ok=True)  # before long work
     with console.status(f'driving {options.duration:.0f} s through {options.scene}'):
         drive = simulate(scene, nod, options.duration, options.seed, start_ns=START_NS)
         shutil.rmtree(bag, ignore_errors=True)
-        output.mkdir(parents=True, exist_ok=True)
-        write_bag(drive, bag)
+        with named(bag):
+            write_bag(drive, bag)
     map_drive([str(bag), str(output)], description)
     with console.status('drawing'):
         write_comparison(output / 'floor_plan.png', output, drive)

@@ -1,6 +1,10 @@
 """The demo of the mapper, on a short drive."""
 
+import errno
+import os
+
 from matplotlib.image import imread
+from nodlidar_demo import mapped_drive
 from nodlidar_demo.demo_mapping import main
 import numpy as np
 
@@ -21,3 +25,15 @@ def test_a_drive_leaves_a_map_beside_the_true_floor_plan(tmp_path):
 def test_a_missing_scene_is_named(tmp_path, capsys):
     assert main(['--scene', 'moon', '--output', str(tmp_path)]) == 2
     assert 'moon' in capsys.readouterr().err
+
+
+def test_a_full_disk_is_told_with_the_path(tmp_path, capsys, monkeypatch):
+    """As rosbags raises it: without a path."""
+
+    def full(drive, path):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(mapped_drive, 'write_bag', full)
+    arguments = ['--scene', 'corridor', '--duration', '1', '--output', str(tmp_path)]
+    assert main(arguments) == 1
+    assert f"No space left on device: '{tmp_path / 'bag'}'" in capsys.readouterr().err
