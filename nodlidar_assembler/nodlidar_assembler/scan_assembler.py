@@ -10,10 +10,10 @@ from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.repeats import RepeatedScanError
-from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_assembler.waiting import WaitingConfig, WaitingLine
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
+from nodlidar_common.time_order import TIME_JUMP_NS
 
 NO_JOINT_BEFORE = 'no joint state before it'
 NO_JOINT_AFTER = 'no joint state after it before the deadline'

@@ -4,8 +4,8 @@ from log_messages import scan_message, state_message
 from message_filters import SimpleFilter
 from node_bench import sensor_log, simulated, START_NS
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.inputs.publishers import Publishers
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
+from nodlidar_common.publishers import Publishers
 from nodlidar_common.stamps import time_ns
 from nodlidar_sim.world.scene import load_scene
 import pytest

@@ -5,9 +5,9 @@ from dataclasses import replace
 from bags import entries_of, recording, write_messages
 from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_types import BagError, Topics
-from nodlidar_assembler.clouds.time_order import TRANSFORM_OUT_OF_ORDER
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import TYPES
+from nodlidar_common.time_order import TRANSFORM_OUT_OF_ORDER
 import pytest
 
 CONFIG = AssemblerConfig(ego_motion='beam')

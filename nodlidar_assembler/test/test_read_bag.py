@@ -8,8 +8,8 @@ from bags import entries_of, recording, write_bag, write_messages
 from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.read_bag import read_bag, read_drive
 from nodlidar_assembler.bags.sensor_log import assemble_log
-from nodlidar_assembler.clouds.time_order import UNSTAMPED
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.time_order import UNSTAMPED
 import numpy as np
 import pytest
 

@@ -7,10 +7,10 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Path
-from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP
 from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
+from nodlidar_common.time_order import LEAST_TO_JUMP
 from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.mapper import FIRST

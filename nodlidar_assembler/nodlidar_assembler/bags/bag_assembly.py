@@ -10,17 +10,17 @@ from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_assembler.clouds.origins import frame_of
 from nodlidar_assembler.clouds.pipeline import Assembled
-from nodlidar_assembler.clouds.time_order import (
-    TIME_JUMP_NS,
-    TimeOrder,
-    TRANSFORM_OUT_OF_ORDER,
-    UNSTAMPED,
-)
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN, TF
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.time_order import (
+    TIME_JUMP_NS,
+    TimeOrder,
+    TRANSFORM_OUT_OF_ORDER,
+    UNSTAMPED,
+)
 
 # A cloud, the frame that it is in, and when the node would have published it [ns].
 Publish = Callable[[Points, str, int], None]

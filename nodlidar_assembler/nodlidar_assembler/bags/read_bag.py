@@ -13,12 +13,12 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.pitch import ordered_samples
-from nodlidar_assembler.clouds.time_order import UNSTAMPED
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_common.bag_messages import SCAN, TF
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.time_order import UNSTAMPED
 import numpy as np
 
 USUAL_TOPICS = Topics()

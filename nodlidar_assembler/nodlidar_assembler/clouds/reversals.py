@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
+from nodlidar_common.time_order import TIME_JUMP_NS
 
 # Return from an extreme that confirms a reversal [rad]: four encoder steps of the RX-24F.
 HYSTERESIS = 0.02

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.deskew import deskewed
 from nodlidar_assembler.clouds.sweeps import joined
-from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
+from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
 
 # 32 bytes each, 88 if they are to be deskewed.

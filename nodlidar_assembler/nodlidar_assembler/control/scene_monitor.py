@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
 from nodlidar_assembler.clouds.geometry import MountConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled
-from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
 from nodlidar_assembler.control.nod_clock import NodShape
@@ -22,6 +21,7 @@ from nodlidar_assembler.control.pitch_limits import (
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
+from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
 from numpy.typing import NDArray
 

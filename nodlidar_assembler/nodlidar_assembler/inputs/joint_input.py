@@ -6,11 +6,11 @@ from typing import Any
 
 from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
 from nodlidar_assembler.clouds.pitch import LARGEST
-from nodlidar_assembler.clouds.time_order import TimeOrder
 from nodlidar_assembler.inputs.joint_scatter import JointScatter
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import LATEST_NS, time_ns
+from nodlidar_common.time_order import TimeOrder
 
 # Names of other joints in the message about the missing one.
 _MOST_OTHERS = 20

@@ -5,7 +5,7 @@ from typing import Any
 
 from message_filters import Subscriber
 from nodlidar_assembler.inputs.one_source import OneSource
-from nodlidar_assembler.inputs.publishers import Publishers
+from nodlidar_common.publishers import Publishers
 from nodlidar_common.ros.polled import taken, WhenWanted
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns

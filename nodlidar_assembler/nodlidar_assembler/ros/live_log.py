@@ -11,7 +11,7 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.recorded import Recorder
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryError, Poses
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.ros.tf_odometry import TfOdometry
+from nodlidar_common.ros.tf_odometry import TfOdometry
 from nodlidar_common.survival import Survival
 import numpy as np
 import rclpy

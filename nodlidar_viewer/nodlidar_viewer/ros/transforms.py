@@ -1,10 +1,10 @@
 """The poses of frames, from TF."""
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.clouds.time_order import TIME_JUMP_NS
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_common.stamps import time_ns
+from nodlidar_common.time_order import TIME_JUMP_NS
 from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP, TimeOrder
+from nodlidar_common.time_order import LEAST_TO_JUMP, TimeOrder
 import pytest
 
 MS, S = 1_000_000, 1_000_000_000

@@ -6,16 +6,16 @@ from itertools import islice
 import math
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.clouds.time_order import (
+from nodlidar_common.publishers import Publishers
+from nodlidar_common.ros.polled import taken, WhenWanted
+from nodlidar_common.stamps import LATEST_NS, time_ns
+from nodlidar_common.survival import Survival
+from nodlidar_common.time_order import (
     TIME_JUMP_NS,
     TimeOrder,
     TRANSFORM_OUT_OF_ORDER,
     UNSTAMPED,
 )
-from nodlidar_assembler.inputs.publishers import Publishers
-from nodlidar_common.ros.polled import taken, WhenWanted
-from nodlidar_common.stamps import LATEST_NS, time_ns
-from nodlidar_common.survival import Survival
 from rclpy.clock import ClockType, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.node import Node

@@ -6,12 +6,11 @@ from itertools import count
 from geometry_msgs.msg import TransformStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.odometry_history import OdometryHistory
-from nodlidar_assembler.clouds.time_order import LEAST_TO_JUMP, TRANSFORM_OUT_OF_ORDER, UNSTAMPED
-from nodlidar_assembler.ros import tf_odometry
-from nodlidar_assembler.ros.tf_odometry import TfOdometry
+from nodlidar_common.ros import tf_odometry
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.tf_odometry import TfOdometry
 from nodlidar_common.survival import Survival
+from nodlidar_common.time_order import LEAST_TO_JUMP, TRANSFORM_OUT_OF_ORDER, UNSTAMPED
 import pytest
 import rclpy
 from rclpy.time import Time
@@ -25,20 +24,20 @@ class Bench:
     """A listener that gets messages by hand, and its samples."""
 
     def __init__(self, node):
-        self.history, self.samples, self.backs, self.drops = OdometryHistory(), 0, 0, []
+        self.poses, self.samples, self.backs, self.drops = [], 0, 0, []
         self._numbers = count(1)
         survival = Survival(pytest.fail)
         self.tf = TfOdometry(
             node, 'odom', 'pivot', self._sampled, self._went_back, survival, self.drops.append
         )
 
-    def _sampled(self, *pose):
+    def _sampled(self, stamp_ns, position, orientation):
         self.samples += 1
-        self.history.add(*pose)
+        self.poses.append((stamp_ns, position))
 
     def _went_back(self):
         self.backs += 1
-        self.history.clear()
+        self.poses.clear()
 
     def hear(self, ms, x=0.0, parent='odom', child='base', z=0.0, number=None):
         self.hear_all(transform(ms, x, parent, child, z), number=number)
@@ -53,9 +52,7 @@ class Bench:
 
     def noted(self):
         """Return the time [ms] and x of each sample."""
-        around = self.history.around(0, START * 2)
-        times_ms = (around.time_ns - START) // MS
-        return list(zip(times_ms, around.poses.position[:, 0], strict=True))
+        return [((stamp_ns - START) // MS, x) for stamp_ns, (x, _, _) in self.poses]
 
 
 def transform(ms, x, parent, child, z=0.0):
@@ -101,7 +98,7 @@ def test_each_sample_is_noted_at_its_own_time_with_the_fixed_mount(bench):
         bench.hear(ms, x)
     assert bench.noted() == [(0, 0.0), (20, 0.1), (500, 0.2)]
     assert bench.samples == 3
-    assert list(bench.history.around(START, START + 1).poses.position[0]) == [0.0, 0.0, 1.0]
+    assert bench.poses[0] == (START, (0.0, 0.0, 1.0))
 
 
 def test_before_the_mount_is_known_there_is_no_odometry_and_no_sample(node):

@@ -2,7 +2,7 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.inputs.publishers import MOST_LOST, MOST_STREAMS, Publishers
+from nodlidar_common.publishers import MOST_LOST, MOST_STREAMS, Publishers
 
 
 def heard(numbers):
