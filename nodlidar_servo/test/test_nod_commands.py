@@ -164,3 +164,15 @@ def test_a_nod_over_next_to_nothing_is_refused_by_a_joint_of_any_speed():
     with pytest.raises(ParameterError, match="'sweep_duration' must be at most 1e-07 s"):
         commands.accept(Nod(0.0, 1e-9, 0.4, 4001, 0), 0)
     commands.accept(Nod(0.0, 0.01, 0.4, 4001, 0), 0)
+
+
+def test_a_start_counts_by_its_own_clock_which_may_pass_at_another_rate():
+    commands, begun = NodCommands(ServoConfig()), 99 * SECOND
+    commands.accept(NOD, 0, clock_ns=begun)
+    commands.accept(OTHER, 1, 100 * SECOND, clock_ns=begun)
+    assert commands.follow(SECOND // 2, 100 * SECOND - 1).nod == NOD
+    commands.accept(OTHER, SECOND // 2, 100 * SECOND, clock_ns=100 * SECOND - 1)
+    assert commands.follow(SECOND // 2, 100 * SECOND - 1).nod == NOD
+    assert commands.follow(SECOND // 2, 100 * SECOND).nod == OTHER
+    with pytest.raises(ParameterError, match='start_time'):
+        commands.accept(OTHER, 100 * SECOND, 100 * SECOND, clock_ns=1)

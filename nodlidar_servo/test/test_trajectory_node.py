@@ -10,9 +10,10 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray
 from nodlidar_common.nod import Nod
 from nodlidar_common.ros.messages import nod_to_message, time_message
+from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.ros.trajectory_node import sample_of
+from nodlidar_servo.ros.trajectory_node import sample_of, TrajectoryNode
 from nodlidar_servo.trajectory.joint_sample import JointSample
 from nodlidar_sim.devices.trajectory_controller import TrajectoryController, TrajectoryError
 from nodlidar_sim.ros.joint_controller import trajectory_of
@@ -20,6 +21,7 @@ import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
@@ -212,6 +214,26 @@ def test_a_nod_that_is_commanded_for_later_is_planned_before_it_begins(robot):
 
         robot.until(is_planned, 'not planned')
     assert robot.refusals == []
+
+
+def test_a_nod_begins_by_a_simulated_clock_at_whatever_rate_it_passes():
+    rclpy.init()
+    node = TrajectoryNode()
+    clock = node.get_clock()
+    clock._set_ros_time_is_active(True)
+
+    def now_in_effect(now_ns):
+        clock.set_ros_time_override(Time(nanoseconds=now_ns, clock_type=clock.clock_type))
+        return node.commands.follow(steady_ns(), node.start_clock_ns()).nod.samples_per_sweep
+
+    for n_s, start_ns in ((4001, 0), (7547, 10**10)):
+        clock.set_ros_time_override(Time(nanoseconds=10**9, clock_type=clock.clock_type))
+        nod = Nod(-0.3, 0.4, 0.8, n_s, start_ns)
+        node._on_command(nod_to_message(nod, 10**9, 'nodlidar_base_link', start_ns))
+        now_in_effect(10**9)
+    assert [now_in_effect(10**10 - 1), now_in_effect(10**10)] == [4001, 7547]
+    node.destroy_node()
+    rclpy.shutdown()
 
 
 def test_a_joint_that_stands_still_is_told_though_the_nod_passes_it(robot):

@@ -23,7 +23,7 @@ class Command:
     nod
         The commanded nod.
     start_ns
-        When it takes effect [ns].
+        When it takes effect, by the clock of the starts [ns].
     received_ns
         When it was received [ns].
     former
@@ -51,7 +51,9 @@ class NodCommands:
 
     One thread receives the commands, another one follows them by :meth:`follow`; what the first
     passes to the second is one :class:`Command`. Times are those of a steady clock: a step of the
-    host's clock neither ends nor prolongs a command. Only the nods are in host time.
+    host's clock neither ends nor prolongs a command. Only the nods are in host time, and where
+    that is simulated, at any rate, so are the starts of commands, `clock_ns`; by default they are
+    of the steady clock, too.
 
     Attributes
     ----------
@@ -70,7 +72,9 @@ class NodCommands:
         self.refused = 0
         self.refusal = ''
 
-    def accept(self, nod: Nod, now_ns: int, start_ns: int = 0) -> None:
+    def accept(
+        self, nod: Nod, now_ns: int, start_ns: int = 0, clock_ns: int | None = None
+    ) -> None:
         """Accept a command, which is a sign of life.
 
         Parameters
@@ -81,6 +85,8 @@ class NodCommands:
             The present time [ns].
         start_ns
             When it takes effect [ns]; at once, if there is no current command.
+        clock_ns
+            The present time by the clock of the starts [ns].
 
         Raises
         ------
@@ -90,13 +96,14 @@ class NodCommands:
         """
         config = self._config
         check_nod(nod, config.pitch_lower_limit, config.pitch_upper_limit, self._dynamics)
-        if start_ns - now_ns > FARTHEST_START * NS_PER_S:
+        clock_ns = now_ns if clock_ns is None else clock_ns
+        if start_ns - clock_ns > FARTHEST_START * NS_PER_S:
             ahead = f'at most {FARTHEST_START:g} s from now'
-            raise ParameterError('start_time', ahead, (start_ns - now_ns) / NS_PER_S)
+            raise ParameterError('start_time', ahead, (start_ns - clock_ns) / NS_PER_S)
         former = self._current(now_ns)
         if former is None:
             start_ns = 0
-        elif now_ns < former.start_ns - LONGEST_LEAD * NS_PER_S:
+        elif clock_ns < former.start_ns - LONGEST_LEAD * NS_PER_S:
             former = former.former  # it never takes effect
         else:
             former = replace(former, former=None)
@@ -121,17 +128,18 @@ class NodCommands:
         """Return whether there is a command to follow at a time [ns]."""
         return self._current(now_ns) is not None
 
-    def follow(self, now_ns: int) -> NodTracker | None:
+    def follow(self, now_ns: int, clock_ns: int | None = None) -> NodTracker | None:
         """Return the tracker, changed to the nod in effect at a time [ns]; None without a command.
 
-        Only for the thread that drives the servo.
+        Only for the thread that drives the servo. See `accept` for the times.
         """
         command = self._current(now_ns)
         if command is None:
             return None
         if self._tracker is None:
             self._tracker = NodTracker(command.nod, self._dynamics)
-        nod = command.in_effect(now_ns + self._tracker.phase.lead_ns)
+        clock_ns = now_ns if clock_ns is None else clock_ns
+        nod = command.in_effect(clock_ns + self._tracker.phase.lead_ns)
         self._tracker.nod = nod or self._tracker.nod
         return self._tracker
 

@@ -44,16 +44,20 @@ class NodNode(DeviceNode):
         """Return the time of the clock by which nods are commanded [ns]."""
         return time.time_ns()
 
+    def start_clock_ns(self) -> int:
+        """Return the time of the clock by which nods start [ns]."""
+        return steady_ns()
+
     def publish_status(self, progress: Progress | None) -> None:
         """Publish the status; no progress if the joint does not follow a nod."""
         self._status.publish(status_message(progress, self.now_ns(), self.config))
 
     def _on_command(self, message: NodCommand) -> None:
         """Accept a command, or refuse it, and log what is new in that."""
-        received_ns = steady_ns()
+        clock_ns = self.start_clock_ns()
         try:
-            start_ns = received_ns + time_ns(message.start_time) - self.now_ns()
-            self.commands.accept(nod_from_message(message), received_ns, start_ns)
+            start_ns = clock_ns + time_ns(message.start_time) - self.now_ns()
+            self.commands.accept(nod_from_message(message), steady_ns(), start_ns, clock_ns)
         except ParameterError as error:
             if self.commands.refuse(error):
                 self.get_logger().error(f'nod command refused: {error}')

@@ -102,7 +102,7 @@ class TrajectoryNode(NodNode):
         samples = self._new_samples()
         self._check()
         assert self._sample is not None
-        tracker = self.commands.follow(steady_ns())
+        tracker = self.commands.follow(steady_ns(), self.start_clock_ns())
         if tracker is None:
             self._stop()
             self._off_nod = OffNod()
@@ -127,12 +127,11 @@ class TrajectoryNode(NodNode):
 
     def _next(self, tracker: NodTracker, now_ns: int) -> tuple[Nod, int] | None:
         """Return the nod after the present one and its start [ns], both led; None if unknown."""
-        steady = steady_ns()
-        found = self.commands.next(steady)
+        found = self.commands.next(steady_ns())
         if found is None:
             return None
         nod, start_ns = found
-        return tracker.lead(nod), start_ns - steady + now_ns - tracker.phase.lead_ns
+        return tracker.lead(nod), start_ns - self.start_clock_ns() + now_ns - tracker.phase.lead_ns
 
     def _stop(self) -> None:
         # Without a recent sample the latest plan holds: it ends at rest at a reversal.
@@ -200,6 +199,11 @@ class TrajectoryNode(NodNode):
     def now_ns(self) -> int:
         """Return the time of the node's clock [ns], the simulator's with use_sim_time."""
         return int(self.get_clock().now().nanoseconds)
+
+    def start_clock_ns(self) -> int:
+        """Return the same if it is simulated: it may pass at any rate. A host's may be set."""
+        clock = self.get_clock()
+        return self.now_ns() if clock.ros_time_is_active else super().start_clock_ns()
 
 
 def main() -> None:
