@@ -152,6 +152,22 @@ def test_setup_finds_it_and_what_it_sets_outlasts_the_supply(servo_id, code):
     bench.connect()
 
 
+def test_an_interrupted_setup_leaves_the_settings_locked(monkeypatch):
+    bench = Bench(servo_id=7)
+    bench[table.LOCK] = 1
+    write = bench.emulator.table.write
+
+    def interrupted(address, data):
+        if address == table.MAX_POSITION.address:
+            raise KeyboardInterrupt
+        return write(address, data)
+
+    monkeypatch.setattr(bench.emulator.table, 'write', interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        bench.set_up()
+    assert bench[table.LOCK] == 1
+
+
 def test_a_dynamixel_whose_id_and_rate_look_like_the_model_number_is_none():
     bench = Bench(RxServoEmulator, servo_id=777 % 256, baud=777 // 256)
     before = bench.set_up().before

@@ -31,7 +31,7 @@ class JointConfig:
         maximum=60.0,
     )
     reconnect_delay: float = parameter(
-        1.0, 'Time between attempts to connect', unit='s', minimum=0.1
+        1.0, 'Time between attempts to connect', unit='s', minimum=0.1, maximum=60.0
     )
     autostart: bool = parameter(False, 'Configure and activate the node at start')
 

@@ -107,8 +107,13 @@ class Session:
             self.make_it_answer()
         self.torque_off()
         self._lock(False, before)
-        for change in changes:
-            self._write(change)
+        try:
+            for change in changes:
+                self._write(change)
+        except BaseException:  # Ctrl-C, too
+            with suppress(ReplyError):
+                self._lock(True, before)
+            raise
         self._lock(True, before)
 
     def _lock(self, locked: bool, before: Mapping[str, int]) -> None:
