@@ -92,3 +92,19 @@ def test_a_joint_by_physics_lags_and_is_measured_in_whole_ticks():
     assert 0.005 < np.mean(late) < 0.03
     assert positions[-1] == pytest.approx(0.7, abs=0.02)
     assert np.ptp(positions[-50:]) <= 1.5 * parameters.tick
+
+
+@pytest.mark.filterwarnings('ignore:overflow')
+@pytest.mark.parametrize('shaft', [IdealServo(), PhysicalServo(load_servo('rx24f'))])
+@pytest.mark.parametrize('state', [(1e308, 0.0), (0.0, 1e308), (1e6, 0.0)])
+def test_what_no_hardware_reaches_is_ignored(shaft, state):
+    """Splines between finite points overflow; what comes after is followed."""
+    joint = ControlledJoint(shaft, NOW)
+    ends = np.array([(*state, np.nan), (0.0, 0.0, np.nan)])
+    joint.controller.accept(Trajectory(NOW, np.array([100, 200]) * MS, ends), NOW)
+    assert np.abs(joint.position(NOW + np.arange(300) * MS)).max() < 2.0
+    begin_ns = NOW + 300 * MS
+    there = np.array([(0.2, 0.0, np.nan)] * 2)
+    joint.controller.accept(Trajectory(begin_ns, np.array([500, 600]) * MS, there), begin_ns)
+    found = joint.position(np.array([begin_ns + 900 * MS]))
+    assert found == pytest.approx(0.2, abs=0.02)

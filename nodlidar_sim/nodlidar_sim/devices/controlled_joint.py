@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 UPDATE_RATE = 100.0
 """Of the controller manager [Hz], as in nodlidar_bringup/config/controllers.yaml."""
 
+FARTHEST = 1e3
+"""What is commanded beyond this position [rad] or velocity [rad/s] is ignored."""
+
 
 class ControlledJoint(SilentDevice):
     """A joint with a joint_trajectory_controller and a joint_state_broadcaster.
@@ -60,7 +63,9 @@ class ControlledJoint(SilentDevice):
             self.publish(begin_ns, *measured)
             self.controller.update(begin_ns, *measured)
             goal = self.controller.at(self._next_ns)
-            self._shaft.reach(begin_ns, self._next_ns, *goal)
+            # A spline between finite points may not be finite, and no hardware turns that far.
+            if np.isfinite(goal).all() and np.abs(goal).max() <= FARTHEST:
+                self._shaft.reach(begin_ns, self._next_ns, *goal)
         return b''
 
     def next_event_ns(self) -> int:
