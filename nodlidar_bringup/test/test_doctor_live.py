@@ -134,7 +134,7 @@ def test_a_joint_whose_position_is_missing_is_a_fault(capsys):
         states = servo.create_publisher(JointState, 'joint_states', 5)
         state = JointState(name=['arm', 'nod_joint'], position=[0.0])
         servo.create_timer(0.05, lambda: states.publish(state))
-        messages = subjects(capsys, '--namespace', '/short')['messages']
+        messages = subjects(capsys, '--namespace', '/short/')['messages']
     assert 'no joint position' in [finding['check'] for finding in messages]
 
 

@@ -92,7 +92,7 @@ def _examine_system(options: Namespace) -> tuple[list[Section], Settings, bool]:
         return [Section('nodes', [fault('ROS does not start', str(error), remedy)])], {}, False
     node = Node(
         'doctor',
-        namespace=options.namespace,
+        namespace=options.namespace.rstrip('/'),
         context=context,
         enable_rosout=False,
         start_parameter_services=False,
