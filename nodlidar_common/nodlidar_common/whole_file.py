@@ -13,18 +13,20 @@ from tempfile import TemporaryFile
 def whole_file(path: Path) -> Iterator[Path]:
     """Yield a temporary path with the same suffix; its file replaces `path` at the end.
 
-    After an error, or if the process is killed, `path` is unchanged.
+    After an error, or if the process is killed, `path` is unchanged. Of a link, the file that it
+    leads to is replaced.
 
     Raises
     ------
     OSError
         With the path, if it cannot be written.
     """
-    part = path.with_name(f'.{path.stem}.part{path.suffix}')
     with named(path):
+        file = _replaceable(path)
+        part = file.with_name(f'.{file.stem}.part{file.suffix}')
         try:
             yield part
-            part.replace(path)
+            part.replace(file)
         except BaseException:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
@@ -33,11 +35,18 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 def check_writable(path: Path) -> None:
     """Raise OSError, with the path, if a file cannot be written there: before long work."""
-    with named(path):
-        if path.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        with TemporaryFile(dir=path.parent):
-            pass
+    with named(path), TemporaryFile(dir=_replaceable(path).parent):
+        pass
+
+
+def _replaceable(path: Path) -> Path:
+    """Return the file that a path leads to; raises OSError for a folder or a device."""
+    file = Path(os.path.realpath(path))
+    if file.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if file.exists() and not file.is_file():
+        raise OSError(errno.EINVAL, 'it is no regular file')
+    return file
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """Files appear whole or not at all."""
 
 import errno
+import os
 
 from nodlidar_common.whole_file import check_writable, whole_file
 import pytest
@@ -61,3 +62,24 @@ def test_a_path_that_cannot_be_written_is_known_before(tmp_path):
         with pytest.raises(error) as caught:
             check_writable(wrong)
         assert caught.value.filename == str(wrong)
+
+
+def test_of_a_link_its_file_is_replaced(tmp_path):
+    path, link = tmp_path / 'a.ply', tmp_path / 'link'
+    path.write_text('old')
+    link.symlink_to(path)
+    with whole_file(link) as part:
+        part.write_text('new')
+    assert link.is_symlink()
+    assert path.read_text() == 'new'
+
+
+@pytest.mark.parametrize('attempt', [check_writable, lambda path: write_half(path, None)])
+def test_a_device_is_not_replaced(tmp_path, attempt):
+    """Such as /dev/null, which anybody may replace who is root."""
+    path = tmp_path / 'pipe'
+    os.mkfifo(path)
+    with pytest.raises(OSError, match='no regular file') as caught:
+        attempt(path)
+    assert caught.value.filename == str(path)
+    assert path.is_fifo()
