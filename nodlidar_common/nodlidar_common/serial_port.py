@@ -5,6 +5,7 @@ import errno
 import re
 import termios
 from typing import Protocol
+from urllib.parse import urlsplit
 
 from nodlidar_common.errors import PortError
 from nodlidar_common.tcp_port import TcpPort
@@ -80,9 +81,10 @@ def open_port(path: str, baud_rate: int, timeout: float | None) -> OpenPort:
 
 def _connected(url: str, timeout: float | None) -> TcpPort:
     """Return a connection to ``tcp://ADDRESS:PORT``; trying takes up to 5 s."""
-    address, _, port = url.removeprefix(TCP).partition(':')
+    address = url.removeprefix(TCP).rstrip(':')
     try:
-        return TcpPort(f'socket://{address}:{port or TCP_PORT}', timeout=timeout)
+        port = '' if urlsplit(url).port else f':{TCP_PORT}'
+        return TcpPort(f'socket://{address}{port}', timeout=timeout)
     except (OSError, ValueError) as error:
         raise PortError(f"cannot connect to '{url}': {error}") from error
 

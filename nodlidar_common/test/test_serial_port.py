@@ -56,6 +56,22 @@ def test_an_address_that_is_taken_for_a_file_is_told_how_to_be_written(address):
         open_port('servo', 115200, timeout=0.0)
 
 
+@pytest.mark.parametrize(
+    ('address', 'reason'),
+    [
+        ('tcp://[::1]:1', ''),  # refused, or there is no IPv6
+        ('tcp://[::1]', ''),
+        ('tcp://127.0.0.1:99999', 'Port out of range'),
+        ('tcp://127.0.0.1:', 'refused'),
+    ],
+)
+def test_an_address_that_nobody_answers_at_is_told_with_the_reason(address, reason):
+    with pytest.raises(PortError, match=reason) as caught:
+        open_port(address, 115200, timeout=0.0)
+    assert isinstance(caught.value.__cause__, OSError | ValueError)
+    assert address in str(caught.value)
+
+
 def test_file_that_is_no_port(tmp_path):
     path = tmp_path / 'file'
     path.touch()
