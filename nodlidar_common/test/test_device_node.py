@@ -311,6 +311,20 @@ def test_a_node_starts_by_itself_only_if_told(autostart):
     assert made[0].steps.empty() != autostart
 
 
+def test_a_node_that_cannot_be_configured_says_why_and_ends_if_it_starts_by_itself(capfd):
+    class Faulty(FakeDevice):
+        def configure(self):
+            raise ZeroDivisionError
+
+    def make():
+        device = Faulty()
+        assert device.trigger_configure() == TransitionCallbackReturn.FAILURE
+        return device
+
+    assert run(make, ['--ros-args', '-p', 'autostart:=true']) == 1
+    assert capfd.readouterr().err.count('cannot be configured:') == 2
+
+
 def test_a_fault_of_the_program_leaves_the_device_safe_and_is_tried_again(device, capfd):
     activate(device)
     device.orders.put('first')
@@ -429,6 +443,13 @@ def test_wrong_parameter_ends_the_process_with_its_name(capsys):
 
     assert run(make) == 2
     assert "'rate' must be at least 1, but is 0" in capsys.readouterr().err
+
+
+def test_a_parameter_of_rclpy_of_the_wrong_type_ends_a_node_in_words(capsys):
+    assert run(lambda: Node('talker'), ['--ros-args', '-p', 'use_sim_time:=1']) == 2
+    error = capsys.readouterr().err
+    assert 'use_sim_time' in error
+    assert 'Traceback' not in error
 
 
 def test_a_topic_whose_name_is_none_ends_a_node_in_words(capsys):

@@ -109,6 +109,15 @@ def test_an_empty_list_is_checked_like_any_other():
         rclpy.shutdown()
 
 
+def test_an_empty_list_in_place_of_a_number_is_refused():
+    rclpy.init(args=['--ros-args', '-p', 'rate:=[]'])
+    try:
+        with pytest.raises(ParameterError, match=r"'rate' must be of type float, but is \[\]"):
+            declare(rclpy.create_node('configured'), Config)
+    finally:
+        rclpy.shutdown()
+
+
 def test_live_changes_are_handed_on(node):
     made, seen = node(), []
     declare(made, Config, seen.append)

@@ -1,5 +1,6 @@
 """Base class of a node that keeps a device connected."""
 
+import traceback
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -92,16 +93,22 @@ class DeviceNode(LifecycleNode):
         these arrive while the nodes are still discovering each other.
         """
         if self.config.autostart:
-            self.trigger_configure()
-            self.trigger_activate()
+            if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
+                self.trigger_activate()
+            else:
+                self.failed = True
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Apply the parameters and start the diagnostics."""
-        self.configure()
-        if self._updater is None:
-            self._updater = SteadyUpdater(self, self.config.port, self._urgent)
-            self._updater.add('device', self._diagnose)
-        self._updater.setHardwareID(self.config.port)
+        try:
+            self.configure()
+            if self._updater is None:
+                self._updater = SteadyUpdater(self, self.config.port, self._urgent)
+                self._updater.add('device', self._diagnose)
+            self._updater.setHardwareID(self.config.port)
+        except Exception:  # rclpy would pass over it without a word
+            self.get_logger().error(f'cannot be configured:\n{traceback.format_exc()}')
+            return TransitionCallbackReturn.FAILURE
         self._is_configured = True
         return super().on_configure(state)
 

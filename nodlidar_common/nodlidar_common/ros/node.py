@@ -11,11 +11,13 @@ from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.executor import Executor
 from nodlidar_common.survival import Survival
 import rclpy
-from rclpy.exceptions import NameValidationException
+from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 CHECK_PERIOD = 0.2  # s, between two checks whether to end
+# Of names, parameters and QoS that a user gave to rclpy.
+_OF_ARGUMENTS = NameValidationException, ParameterException, RuntimeError
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
@@ -29,7 +31,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         try:
             _init(args)
             node = make_node()
-        except (NodlidarError, NameValidationException) as error:
+        except (NodlidarError, *_OF_ARGUMENTS) as error:
             print(f'{sys.argv[0]}: {error}', file=sys.stderr)
             rclpy.try_shutdown()
             return 2

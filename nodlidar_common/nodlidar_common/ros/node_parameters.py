@@ -143,8 +143,15 @@ def _declare_one(node: Node, config_field: 'Field[Any]', default: Any, read_only
 
 
 def _value(config_field: 'Field[Any]', value: Any) -> Any:
-    """Return a parameter's value in the field's type: a tuple instead of a list, or of none."""
-    return tuple(value or ()) if isinstance(config_field.default, tuple) else value
+    """Return a parameter's value in the field's type: a tuple instead of a list.
+
+    rclpy reads an empty list as no value.
+    """
+    if isinstance(config_field.default, tuple):
+        return tuple(value or ())
+    if value is None:
+        raise ParameterError(config_field.name, type_in_words(config_field), [])
+    return value
 
 
 def _override(node: Node, key: str) -> object:
