@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from nodlidar_common.errors import ParameterError
@@ -32,7 +32,7 @@ class Progress:
     estimate
         Where the cloud was taken.
     keyframes, edges
-        Of the map, as they are now; they do not change any more.
+        Of the map, as they are now.
     loops
         Number of loops closed.
     stamps_ns, path
@@ -77,10 +77,9 @@ class LiveMapper:
         self._path.append(estimate)
         if len(self._path) > MOST_PLACES:
             del self._path[1:-1:2]
-        keyframes = [replace(keyframe) for keyframe in self.mapper.keyframes]
         path = self.mapper.poses_of(self._path)
         stamps_ns = [e.stamp_ns for e in self._path]
-        edges = list(self.mapper.edges)
+        keyframes, edges = list(self.mapper.keyframes), list(self.mapper.edges)
         return Progress(estimate, keyframes, edges, self.mapper.loops, stamps_ns, path)
 
 
@@ -133,8 +132,7 @@ def load(folder: Path, config: MapConfig) -> LiveMapper:
 
 def continued(progress: Progress, config: MapConfig) -> LiveMapper:
     """Return the mapper of the map as it was after a cloud; the robot may be anywhere in it."""
-    keyframes = [replace(keyframe) for keyframe in progress.keyframes]
-    return LiveMapper(Mapper(config, keyframes, progress.edges))
+    return LiveMapper(Mapper(config, progress.keyframes, progress.edges))
 
 
 def _expanded(folder: Path) -> Path:

@@ -379,7 +379,8 @@ class Mapper:
         surface = surface_of(fresh, around)
         keyframe = self.keyframes[self._anchor]
         added = surface.moved(inverse(keyframe.pose))
-        keyframe.surface = Surface.joined([keyframe.surface, added])
+        joined = Surface.joined([keyframe.surface, added])
+        self.keyframes[self._anchor] = replace(keyframe, surface=joined)
         self._choose_local(pose)
 
     def _choose_local(self, pose: Array) -> None:
@@ -391,21 +392,20 @@ class Mapper:
 
     def _close_loop(self) -> bool:
         """Match the newest keyframe to an old part of the map; return whether it fits."""
-        here = self.keyframes[-1]
-        back = inverse(here.pose)
+        back = inverse(self.keyframes[-1].pose)
         seen = Seen.joined([each.moved(back @ at) for at, each in self._recent])
         edge = loop_at(seen, self.keyframes, self.edges, self._config)
         if edge is None:
             return False
         self.edges.append(edge)
         poses = np.stack([keyframe.pose for keyframe in self.keyframes])
-        for keyframe, pose in zip(
-            self.keyframes, optimized(poses, self.edges, self._config.free), strict=True
-        ):
-            keyframe.pose = pose
+        poses = optimized(poses, self.edges, self._config.free)
+        self.keyframes = [
+            replace(each, pose=pose) for each, pose in zip(self.keyframes, poses, strict=True)
+        ]
         self.loops += 1
         self._covariances = self._keyframe_covariances()
-        change = here.pose @ back
+        change = poses[-1] @ back
         self._recent = deque(((change @ at, each) for at, each in self._recent), RECENT)
-        self._choose_local(here.pose)
+        self._choose_local(poses[-1])
         return True

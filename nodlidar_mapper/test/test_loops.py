@@ -1,5 +1,7 @@
 """Loops: closed where enough of an old part of the map is seen again, and only there."""
 
+from dataclasses import replace
+
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface, surface_of
@@ -24,7 +26,7 @@ def way():
     poses = [planar(x, y, 0.0) for x, y in places]
     poses[-1] = DRIFT
     keyframes = [Keyframe(k, pose, Surface.joined([]), NOWHERE) for k, pose in enumerate(poses)]
-    keyframes[0].surface = room
+    keyframes[0] = replace(keyframes[0], surface=room)
     edges = [
         step(k, k + 1, inverse(keyframes[k].pose) @ keyframes[k + 1].pose, SURE)
         for k in range(len(keyframes) - 1)
@@ -55,6 +57,6 @@ def test_what_looks_alike_all_along_closes_no_loop(way):
     walls = np.column_stack([x, np.copysign(1.5, y), y / 6.0])
     for points in (floor, walls):
         seen = seen_from_origin(points)
-        keyframes[0].surface = surface_of(seen, seen)
+        keyframes[0] = replace(keyframes[0], surface=surface_of(seen, seen))
         here = seen_from_origin(points[np.abs(points[:, 0]) < 4.0])
         assert loop_at(here, keyframes, edges, MapConfig()) is None

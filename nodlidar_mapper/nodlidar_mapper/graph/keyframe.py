@@ -2,14 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Keyframe:
-    """A place of the map, with the surfaces first seen from there.
+    """A place of the map, with the surfaces first seen from there. What changes is replaced.
 
     Attributes
     ----------
@@ -28,10 +29,15 @@ class Keyframe:
     surface: Surface
     points: Array
 
+    @cached_property
+    def mapped(self) -> Surface:
+        """The surface in the frame of the map."""
+        return self.surface.moved(self.pose)
+
 
 def surface_in_map(keyframes: Sequence[Keyframe]) -> Surface:
     """Return the surfaces of keyframes in the frame of the map."""
-    return Surface.joined([each.surface.moved(each.pose) for each in keyframes])
+    return Surface.joined([each.mapped for each in keyframes])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

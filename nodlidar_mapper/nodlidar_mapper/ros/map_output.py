@@ -95,7 +95,7 @@ class MapOutput:
         """Publish the path and, if it has changed, the map."""
         begin_ns, config = steady_ns(), self._config
         before = self._drawn
-        same = _are_same(before, progress.keyframes)
+        same = before == progress.keyframes
         # A failure must not be repeated at once.
         self._draw_after_ns = begin_ns + round(config.map_period * NS_PER_S)
 
@@ -170,10 +170,3 @@ def _folder(request: MapFolder.Request) -> Path:
     if not request.folder:
         raise ParameterError('folder', 'the path of a folder', request.folder)
     return Path(request.folder)
-
-
-def _are_same(before: Sequence[Keyframe], now: Sequence[Keyframe]) -> bool:
-    """Return whether two maps are the same: what changes is replaced."""
-    return len(before) == len(now) and all(
-        a.pose is b.pose and a.surface is b.surface for a, b in zip(before, now, strict=True)
-    )
