@@ -88,7 +88,7 @@ class Mapper:
         self._covariances = self._keyframe_covariances()  # of the keyframes
         self._track = Track(config)
         self._usual_fit = 0.0  # mean informative_share of the matches so far
-        self._recent: deque[tuple[Array, Seen]] = deque(maxlen=RECENT)
+        self._recent: deque[Seen] = deque(maxlen=RECENT)  # in the map
         self._anchor = 0  # index of the keyframe nearest to the robot along the way
         self._local = Surface.joined([])
         self._map_from_odometry: Array | None = None  # the last good one
@@ -185,7 +185,7 @@ class Mapper:
             found, lost = self._searched(cloud, seen, guess, covariance, found, lost)
         begins, pose = lost == NO_MAP, guess if lost else found.pose
         if not lost or begins:
-            self._recent.append((pose, seen))
+            self._recent.append(seen.moved(pose))
             placed = carried(self._track.covariance, way)
             pose = self._grown(stamp_ns, pose, placed, seen, begins, found.mapped)
         self._track.move_to(pose @ robot, stamp_ns, odometry @ robot)
@@ -372,7 +372,7 @@ class Mapper:
     def _extend(self, pose: Array) -> None:
         """Add the surfaces that the map does not have yet to the nearest keyframe."""
         spacing, known = self._config.point_spacing, self._local
-        seen = Seen.joined([each.moved(at) for at, each in self._recent])
+        seen = Seen.joined(self._recent)
         fresh = seen.thinned(spacing)
         fresh = fresh[~known.covers(fresh, spacing)]
         around = Seen.joined([seen, Seen(known.points, known.points + known.normals)])
@@ -393,7 +393,7 @@ class Mapper:
     def _close_loop(self) -> bool:
         """Match the newest keyframe to an old part of the map; return whether it fits."""
         back = inverse(self.keyframes[-1].pose)
-        seen = Seen.joined([each.moved(back @ at) for at, each in self._recent])
+        seen = Seen.joined(self._recent).moved(back)
         edge = loop_at(seen, self.keyframes, self.edges, self._config)
         if edge is None:
             return False
@@ -406,6 +406,6 @@ class Mapper:
         self.loops += 1
         self._covariances = self._keyframe_covariances()
         change = poses[-1] @ back
-        self._recent = deque(((change @ at, each) for at, each in self._recent), RECENT)
+        self._recent = deque((each.moved(change) for each in self._recent), RECENT)
         self._choose_local(poses[-1])
         return True
