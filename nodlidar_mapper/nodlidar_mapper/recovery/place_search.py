@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil, floor, pi
 
 from nodlidar_mapper.geometry.poses import Array, between, inverse, moved, planar
@@ -124,9 +125,7 @@ def clear_share(
     near = np.argsort(np.linalg.norm(places - pose[:3, 3], axis=1))[:NEAREST]
     beyond = np.concatenate(
         [
-            RangeImage(keyframes[i].points).beyond(
-                moved(inverse(keyframes[i].pose) @ pose, points)
-            )
+            _image(keyframes[i]).beyond(moved(inverse(keyframes[i].pose) @ pose, points))
             for i in near
         ]
     )
@@ -137,6 +136,12 @@ def clear_share(
     if on is not None:
         clear |= np.tile(on, len(near))
     return float(np.mean(clear[judged]))
+
+
+@lru_cache(2 * NEAREST)
+def _image(keyframe: Keyframe) -> RangeImage:
+    """Return what a keyframe sees; clouds are near the same ones for a while."""
+    return RangeImage(keyframe.points)
 
 
 def _differ(one: Array, other: Array) -> bool:
