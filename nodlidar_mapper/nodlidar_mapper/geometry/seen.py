@@ -59,4 +59,4 @@ class Seen:
         return Seen(means(self.points), means(self.origins))
 
     def __getitem__(self, chosen: NDArray[np.bool_]) -> Seen:
-        return Seen(self.points[chosen], self.origins[chosen])
+        return Seen(self.points.compress(chosen, axis=0), self.origins.compress(chosen, axis=0))

@@ -59,7 +59,8 @@ class Surface:
         """Return the points that face any of the places that others were seen from."""
         places = seen.origins[:: max(len(seen.origins) // PLACES, 1)]
         offset = np.einsum('ni,ni->n', self.normals, self.points)
-        return self[(np.einsum('ni,pi->pn', self.normals, places) > offset).any(axis=0)]
+        normals = np.ascontiguousarray(self.normals.T)  # einsum is three times as fast
+        return self[(np.einsum('in,pi->pn', normals, places) > offset).any(axis=0)]
 
     def covers(self, seen: Seen, reach: float) -> NDArray[np.bool_]:
         """Return which points (n,) have the surface within reach [m], with the side seen."""
@@ -73,7 +74,7 @@ class Surface:
         return np.asarray((facing & np.isfinite(distance)).any(axis=1))
 
     def __getitem__(self, chosen: NDArray[np.bool_]) -> Surface:
-        return Surface(self.points[chosen], self.normals[chosen])
+        return Surface(self.points.compress(chosen, axis=0), self.normals.compress(chosen, axis=0))
 
 
 def surface_of(seen: Seen, around: Seen) -> Surface:
@@ -108,7 +109,8 @@ def _neighbours(
     distance, nearest = tree.query(points, k=most, distance_upper_bound=RADIUS)
     near = np.isfinite(distance)
     nearest[~near] = 0
-    return around.points[nearest] - points[:, None, :], around.towards[nearest], near
+    ways = around.points.take(nearest, axis=0) - points[:, None, :]
+    return ways, around.towards.take(nearest, axis=0), near
 
 
 def _faces(normals: Array, towards: Array) -> NDArray[np.bool_]:
