@@ -129,8 +129,6 @@ class Mapper:
         estimate = self._added(cloud)
         if self._first is not None and len(self._local.points) >= LEAST_SURFACE:
             self._first.append((cloud, estimate))
-            if len(self._first) == FIRST:
-                return self._begun_again(self._first)
         return estimate
 
     def place(self, pose: Array, stamp_ns: int, odometry: Array, covariance: Array) -> None:
@@ -183,6 +181,8 @@ class Mapper:
             lost = NO_MAP
         elif lost != NO_MAP:
             found, lost = self._searched(cloud, seen, guess, covariance, found, lost)
+        if self._first is not None and len(self._first) == FIRST - 1:
+            return self._begun_again(self._first, cloud)
         begins, pose = lost == NO_MAP, guess if lost else found.pose
         if not lost or begins:
             self._recent.append(seen.moved(pose))
@@ -203,19 +203,20 @@ class Mapper:
             inverse(self.keyframes[self._anchor].pose) @ pose,
         )
 
-    def _begun_again(self, first: list[tuple[_Cloud, Estimate]]) -> Estimate:
-        """Map the first clouds again; return the estimate of the last one.
+    def _begun_again(self, first: list[tuple[_Cloud, Estimate]], newest: _Cloud) -> Estimate:
+        """Map the first clouds again, and the newest one; return its estimate.
 
         Their points were deskewed, and their poses predicted, by odometry with unknown errors.
         """
         self._first = None
-        self._track = self._track.before([cloud.robot for cloud, _ in first])
+        clouds = [*(cloud for cloud, _ in first), newest]
+        self._track = self._track.before([cloud.robot for cloud in clouds])
         self._forget_surfaces()
         if self.keyframes[0].stamp_ns == first[0][0].stamp_ns:
             self.keyframes, self._covariances = [], []
         for cloud, before in first:
-            self._again[before] = found = self._added(cloud)
-        return found
+            self._again[before] = self._added(cloud)
+        return self._added(newest)
 
     def _begin_anew(self) -> None:
         """Begin the map with the newest cloud: the first ones, badly deskewed, do not fit."""
