@@ -69,7 +69,7 @@ class Surface:
         distance, nearest = self.tree.query(
             seen.points, k=np.arange(1, FACING + 1), distance_upper_bound=reach
         )
-        normals = self.normals[np.minimum(nearest, len(self.points) - 1)]
+        normals = self.normals.take(nearest, axis=0, mode='clip')
         facing = np.einsum('nki,ni->nk', normals, seen.towards) > 0.0
         return np.asarray((facing & np.isfinite(distance)).any(axis=1))
 
@@ -107,10 +107,9 @@ def _neighbours(
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the ways to the points around, from these to the lidar, and which are near."""
     distance, nearest = tree.query(points, k=most, distance_upper_bound=RADIUS)
-    near = np.isfinite(distance)
-    nearest[~near] = 0
-    ways = around.points.take(nearest, axis=0) - points[:, None, :]
-    return ways, around.towards.take(nearest, axis=0), near
+    ways = around.points.take(nearest, axis=0, mode='clip') - points[:, None, :]
+    towards = around.towards.take(nearest, axis=0, mode='clip')
+    return ways, towards, np.isfinite(distance)
 
 
 def _faces(normals: Array, towards: Array) -> NDArray[np.bool_]:

@@ -158,7 +158,7 @@ def match(
         here = seen.moved(pose)
         distance, nearest = surface.tree.query(here.points, distance_upper_bound=reach)
         near = np.isfinite(distance)
-        normals = surface.normals[np.where(near, nearest, 0)]
+        normals = surface.normals.take(nearest, axis=0, mode='clip')
         near &= np.einsum('ni,ni->n', normals, here.towards) > 0.0
         if np.count_nonzero(near) < LEAST_MATCHED:
             break  # at the border of the map; the step before counts
