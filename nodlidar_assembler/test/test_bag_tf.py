@@ -5,9 +5,12 @@ from dataclasses import replace
 from bags import entries_of, recording, write_messages
 from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.read_bag import read_drive
+from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import TYPES
 from nodlidar_common.time_order import TRANSFORM_OUT_OF_ORDER
+from nodlidar_common.transforms import MALFORMED
 import pytest
 
 CONFIG = AssemblerConfig(ego_motion='beam')
@@ -95,6 +98,25 @@ def test_single_transforms_of_another_time_change_no_point_and_are_counted(drivi
     summary = write_clouds(bag, tmp_path / 'off.ply', CONFIG, Topics())
     assert (tmp_path / 'off.ply').read_bytes() == expected
     assert summary.assembler.drops == {TRANSFORM_OUT_OF_ORDER: len(wrong)}
+
+
+def test_a_transform_that_is_no_pose_is_left_out_and_counted(driving, tmp_path):
+    """As in the live node; one of them would make the whole bag unusable."""
+    entries = entries_of(driving)
+    expected = points_of(write_messages(tmp_path / 'bag', entries), tmp_path)
+    time_ns, _, message = next(entry for entry in entries if entry[1] == '/tf')
+    [entry] = message.transforms
+    nothing = TYPES['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 0.0)
+    wrong = replace(entry, transform=replace(entry.transform, rotation=nothing))
+    bag = write_messages(
+        tmp_path / 'other', [*entries, (time_ns + 1, '/tf', replace(message, transforms=[wrong]))]
+    )
+    summary = write_clouds(bag, tmp_path / 'other.ply', CONFIG, Topics())
+    assert (tmp_path / 'other.ply').read_bytes() == expected
+    assert summary.assembler.drops == {MALFORMED: 1}
+    log, config = read_drive(bag, CONFIG, Topics()), replace(CONFIG, ego_motion='deskew')
+    assert log.drops == {MALFORMED: 1}
+    assert len(clouds_in(log, config)[0]) > 10
 
 
 def later(message, seconds):

@@ -19,7 +19,6 @@ from nodlidar_common.time_order import (
     TIME_JUMP_NS,
     TimeOrder,
     TRANSFORM_OUT_OF_ORDER,
-    UNSTAMPED,
 )
 
 # A cloud, the frame that it is in, and when the node would have published it [ns].
@@ -87,10 +86,7 @@ class BagAssembly:
             for _ in self.assembler.add_joint_state(message):
                 self._publish_ready()
         elif recorded.msgtype == TF and self._tf is not None:
-            for sample in self._tf.samples(message):
-                if not sample[0]:
-                    self.assembler.drops[UNSTAMPED] += 1
-                    continue
+            for sample in self._tf.samples(message, self.assembler.drops):
                 for pose in self._odometry_order.add(sample[0], sample, self._now_ns):
                     self.assembler.add_odometry(*pose)
                     self._publish_ready()

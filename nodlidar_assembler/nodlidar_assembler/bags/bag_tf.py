@@ -1,5 +1,6 @@
 """Odometry from the transforms of a bag, one by one."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
@@ -15,6 +16,8 @@ from nodlidar_assembler.bags.transforms import (
 from nodlidar_assembler.waiting import WaitingConfig
 from nodlidar_common.bag_messages import TF
 from nodlidar_common.stamps import time_ns
+from nodlidar_common.time_order import UNSTAMPED
+from nodlidar_common.transforms import is_pose, MALFORMED
 import numpy as np
 
 # Parent and child.
@@ -71,14 +74,19 @@ class BagTf:
         wanted, *seen = (f"'{a}' to '{b}'" for a, b in (self._wanted, *sorted(self._seen)))
         return f'no transform from {wanted}' + (f', but from {", ".join(seen)}' if seen else '')
 
-    def samples(self, message: Any) -> Iterator[Sample]:
-        """Yield the carrier's poses in a TFMessage: [ns], x y z [m], x y z w."""
+    def samples(self, message: Any, drops: Counter[str]) -> Iterator[Sample]:
+        """Yield the carrier's poses in a TFMessage: [ns], x y z [m], x y z w; count others."""
         for entry in message.transforms:
             ends = entry.header.frame_id, entry.child_frame_id
             self._seen.add(ends)
-            if ends == self._wanted:
+            if ends != self._wanted:
+                continue
+            stamp_ns = time_ns(entry.header.stamp)
+            if is_pose(entry) and stamp_ns:
                 p, q = entry.transform.translation, entry.transform.rotation
-                yield time_ns(entry.header.stamp), (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+                yield stamp_ns, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+            else:
+                drops[MALFORMED if stamp_ns else UNSTAMPED] += 1
 
 
 def tf_in(source: BagSource, topic: str, config: WaitingConfig) -> BagTf:

@@ -18,7 +18,6 @@ from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_common.bag_messages import SCAN, TF
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.time_order import UNSTAMPED
 import numpy as np
 
 USUAL_TOPICS = Topics()
@@ -130,8 +129,6 @@ def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TO
     BagError
         If there are none (a chain of moving ones is not combined), a fixed one is not a pose, or
         the bag cannot be read.
-    OdometryError
-        If they are not poses.
     """
     return _odometry(path, config, topics)[0]
 
@@ -142,19 +139,17 @@ def _odometry(
     """Return odometry, the transforms that could not be used, and the damage of the bag."""
     with BagSource(path) as source:
         topic = source.topic(TF, topics.tf)
-        tf = tf_in(source, topic, config)
+        tf, drops = tf_in(source, topic, config), Counter[str]()
         poses = [
             pose
             for recorded in source.messages({topic: TF})
-            for pose in tf.samples(recorded.message)
+            for pose in tf.samples(recorded.message, drops)
         ]
         damage = source.damage
-    stamped = [pose for pose in poses if pose[0]]
-    if not stamped:
-        raise BagError(f"'{path}' has {tf.missing_input or UNSTAMPED}")
-    stamps, places, turns = (np.array(each) for each in zip(*stamped, strict=True))
+    if not poses:
+        raise BagError(f"'{path}' has {tf.missing_input or next(iter(drops))}")
+    stamps, places, turns = (np.array(each) for each in zip(*poses, strict=True))
     times_ns, first = np.unique(stamps, return_index=True)
     times_ns -= round(config.odometry_delay * NS_PER_S)
     odometry = Odometry(times_ns, Poses(places[first], turns[first])).mounted(tf.mount)
-    unstamped = len(poses) - len(stamped)
-    return odometry, Counter({UNSTAMPED: unstamped} if unstamped else {}), damage
+    return odometry, drops, damage

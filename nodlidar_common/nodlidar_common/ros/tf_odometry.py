@@ -3,12 +3,11 @@
 from collections import defaultdict
 from collections.abc import Callable, Collection, Sequence
 from itertools import islice
-import math
 
 from geometry_msgs.msg import TransformStamped
 from nodlidar_common.publishers import Publishers
 from nodlidar_common.ros.polled import taken, WhenWanted
-from nodlidar_common.stamps import LATEST_NS, time_ns
+from nodlidar_common.stamps import time_ns
 from nodlidar_common.survival import Survival
 from nodlidar_common.time_order import (
     TIME_JUMP_NS,
@@ -16,6 +15,7 @@ from nodlidar_common.time_order import (
     TRANSFORM_OUT_OF_ORDER,
     UNSTAMPED,
 )
+from nodlidar_common.transforms import is_pose, MALFORMED
 from rclpy.clock import ClockType, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -29,7 +29,6 @@ WAITING = 1000  # messages of all nodes, until they are taken
 # they are taken; this many keep up with 3 kHz, if they are taken with each scan of a URG alone.
 MOST_TAKEN = 300
 _AUTHORITY = 'nodlidar'  # of what is set in the buffer
-_TF2_TOLERANCE = 5e-3  # of lengths of quaternions; tf2 ignores all others and only logs it
 
 
 class TfOdometry:
@@ -75,7 +74,6 @@ class TfOdometry:
         Why there is none, in words; empty if there is one.
     """
 
-    MALFORMED = 'transform that is no pose, not between two frames, or not of 1970 to 2038'
     LOOP = 'transform that closes a loop of frames'
     BOTH = 'transform on /tf of a frame fixed by /tf_static, or the other way round'
 
@@ -185,7 +183,7 @@ class TfOdometry:
         good = []
         for transform in data.transforms:
             if not is_pose(transform):
-                self._on_drop(self.MALFORMED)
+                self._on_drop(MALFORMED)
             elif transform.child_frame_id in others:
                 self._on_drop(self.BOTH)
             else:
@@ -280,13 +278,3 @@ class TfOdometry:
         self.newest_ns, self.missing_input = latest.nanoseconds, ''
         self.ahead_ns = self.newest_ns - self._arrived_ns
         self._on_sample(latest.nanoseconds, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-
-
-def is_pose(transform: TransformStamped) -> bool:
-    """Return whether a transform has a valid time, two frames and a pose that tf2 takes."""
-    frame, child = transform.header.frame_id, transform.child_frame_id
-    p, q = transform.transform.translation, transform.transform.rotation
-    placed = all(map(math.isfinite, (p.x, p.y, p.z)))
-    turned = abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < _TF2_TOLERANCE
-    named = bool(frame and child) and frame != child
-    return named and placed and turned and 0 <= time_ns(transform.header.stamp) <= LATEST_NS
