@@ -12,7 +12,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 
 CLOCK_WAS_SET = 'the clock was set'
-_OTHER_CLOCK = 60.0  # s; neither scans nor joint states are missing for so long
+_OTHER_CLOCK = 60.0  # s; what came just before a scan was not measured so long before it
 
 
 class MessageAssembler(ScanAssembler):
@@ -44,7 +44,8 @@ class MessageAssembler(ScanAssembler):
         super().__init__(config, mount)
         self._missing_odometry = missing_odometry
         self._scan_input = ScanInput(config)
-        self._scan_ns: int | None = None  # stamp of the last scan
+        self._joint_came = False  # since the last scan
+        self._ahead = 0.0  # stamps of joint states of the scan that came with them [s]
         self.watch = self._scan_input.watch
         self.joint = JointInput(config, self.drops)
 
@@ -57,12 +58,11 @@ class MessageAssembler(ScanAssembler):
     @property
     def _other_clock(self) -> str:
         """By how much the clocks of scans and joint states differ; empty if they agree."""
-        if self._scan_ns is None or self._joints.newest_ns is None:
+        if abs(self._ahead) < _OTHER_CLOCK:
             return ''
-        before = (self._joints.newest_ns - self._scan_ns) / NS_PER_S
-        if abs(before) < _OTHER_CLOCK:
-            return ''
-        order = f'{abs(before):.0f} s {"before" if before > 0.0 else "after"} joint states'
+        order = (
+            f'{abs(self._ahead):.0f} s {"before" if self._ahead > 0.0 else "after"} joint states'
+        )
         return f'scans are stamped {order}: synchronise the clocks, or set scan_clock to device'
 
     def scan(self, message: Any, arrived_ns: int) -> Scan:
@@ -75,7 +75,9 @@ class MessageAssembler(ScanAssembler):
         except RefusedScanError as error:
             self.drops[error.reason] += 1
             raise
-        self._scan_ns = scan.stamp_ns
+        if self._joint_came and self._joints.newest_ns is not None:
+            self._ahead = (self._joints.newest_ns - scan.stamp_ns) / NS_PER_S
+        self._joint_came = False
         return scan
 
     def add_joint_state(self, message: Any) -> Iterator[tuple[int, float]]:
@@ -87,6 +89,7 @@ class MessageAssembler(ScanAssembler):
             if sample[0] < (self._joints.newest_ns or 0):
                 self.watch.joints_went_back()
             self.add_joint_sample(*sample)
+            self._joint_came = True
             yield sample
 
     def clock_was_set(self, step_ns: int) -> None:

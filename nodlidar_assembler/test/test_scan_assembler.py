@@ -1,7 +1,9 @@
 """The road of a scan in virtual time: what is assembled, held and dropped, and in which order."""
 
+from dataclasses import replace
 import math
 
+from bags import entries_of, recording
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
@@ -10,6 +12,7 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_assembler.scan_assembler import (
     JOINT_WENT_BACK,
     NO_JOINT_AFTER,
@@ -20,6 +23,7 @@ from nodlidar_assembler.scan_assembler import (
     ScanAssembler,
 )
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import time_ns
 import numpy as np
 import pytest
 
@@ -539,3 +543,32 @@ def test_no_cloud_has_points_from_before_and_after_a_jump_of_odometry(
         where = 2.0 * (cloud.time_ns[0] > START + jump_ms * MS) if ego_motion == 'beam' else 0.0
         xyz = np.stack([cloud.data[axis] for axis in 'xyz'], axis=1) + cloud.origin
         np.testing.assert_allclose(np.linalg.norm(xyz - (where, 0.0, 0.0), axis=1), 1.0, atol=0.1)
+
+
+@pytest.mark.parametrize('dead', ['/scan', '/joint_states'])
+def test_an_input_that_is_silent_for_long_is_no_fault_of_clocks(dead):
+    entries = [e for e in entries_of(recording(1.0)) if e[1] in ('/scan', '/joint_states')]
+    assembler = MessageAssembler(AssemblerConfig(), lambda: '')
+
+    def feed(topic, message):
+        if topic == '/scan':
+            assembler.add_scan(assembler.scan(message, time_ns(message.header.stamp)), 0)
+        else:
+            list(assembler.add_joint_state(message))
+
+    for _, topic, message in entries:
+        feed(topic, message)
+    assert not assembler.missing_input
+    alive = next(e for e in entries if e[1] != dead)
+    for second in range(1, 100):
+        stamp = alive[2].header.stamp
+        later = replace(alive[2].header, stamp=replace(stamp, sec=stamp.sec + second))
+        feed(alive[1], replace(alive[2], header=later))
+    assert not assembler.missing_input
+    for _, topic, message in entries:  # now a clock that is 100 s ahead, of what was dead
+        stamp = message.header.stamp
+        ahead = replace(
+            message.header, stamp=replace(stamp, sec=stamp.sec + 200 * (topic == dead))
+        )
+        feed(topic, replace(message, header=ahead))
+    assert 'synchronise the clocks' in assembler.missing_input
