@@ -34,6 +34,17 @@ def plan_of(region, view=VIEW):
     return region_plan(region, CONFIG, view, MOUNT)
 
 
+@pytest.mark.parametrize('half', [0.2505, 0.4005, 0.601])
+def test_a_region_straight_behind_has_as_many_cells_as_one_ahead(half):
+    """The last column, narrower than a step, is left out: that moves the centre beyond -pi."""
+    view = task_for(CONFIG, AROUND)
+    ahead, behind = (
+        plan_of(Region(azimuth_min=centre - half, azimuth_max=centre + half, cell=0.1), view)
+        for centre in (0.0, math.pi)
+    )
+    assert behind.task.cells == ahead.task.cells
+
+
 @pytest.mark.parametrize(
     ('fields', 'key', 'reason'),
     [

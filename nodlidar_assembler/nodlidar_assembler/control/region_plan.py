@@ -192,7 +192,7 @@ def _without_sliver(task: Task, step: float) -> Task:
     if task.full_circle or task.columns == 1 or rest >= step:
         return task
     half = rest / 2.0
-    return replace(task, azimuth=task.azimuth - half, centre=task.centre - half)
+    return replace(task, azimuth=task.azimuth - half, centre=wrapped(task.centre - half))
 
 
 def _too_small(region: Region, distance: float, step: float) -> ParameterError:
