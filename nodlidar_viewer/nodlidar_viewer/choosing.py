@@ -1,10 +1,8 @@
 """The nod that finds an object soonest, chosen while somebody waits."""
 
-import math
-
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_planner.choice.choice import quick_choice
-from nodlidar_planner.sweeps.schedule import even_rows
+from nodlidar_planner.sweeps.schedule import coprime_from, even_rows
 import numpy as np
 
 CANDIDATES = 300
@@ -22,5 +20,5 @@ def samples_for(config: NodConfig) -> int:
     task = config.task
     fewest = config.fewest_samples(task.span, task.beam_period)
     spread = np.linspace(fewest, SLOWEST * fewest, CANDIDATES).astype(np.int64)
-    coprime = [n_s for n_s in spread.tolist() if math.gcd(n_s, task.steps_per_revolution) == 1]
-    return quick_choice(even_rows(task), np.array(coprime), config.timing_error)
+    coprime = {coprime_from(n_s, task.steps_per_revolution) for n_s in spread.tolist()}
+    return quick_choice(even_rows(task), np.array(sorted(coprime)), config.timing_error)

@@ -7,7 +7,11 @@ EVERY = 4  # beams of which one is drawn
 
 
 def fan(
-    ranges: NDArray[np.float32], angle_min: float, angle_increment: float, nearest: float
+    ranges: NDArray[np.float32],
+    angle_min: float,
+    angle_increment: float,
+    nearest: float,
+    farthest: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """Return the vertices [m], shape (n, 3), and the triangles, shape (m, 3), of a scan.
 
@@ -17,15 +21,15 @@ def fan(
     Parameters
     ----------
     ranges
-        Shape (k,) [m]; those that are not finite, or nearer than `nearest`, do not count.
+        Shape (k,) [m]; those that are not from `nearest` to `farthest` do not count.
     angle_min, angle_increment
         Azimuth of the first beam [rad], and from beam to beam [rad].
-    nearest
-        Least range [m].
+    nearest, farthest
+        Least and greatest range [m].
     """
     chosen = np.arange(0, len(ranges), EVERY)
     length = ranges[chosen]
-    length = np.where(np.isfinite(length) & (length >= nearest), length, 0.0)
+    length = np.where((length >= nearest) & (length <= farthest), length, 0.0)
     angle = angle_min + angle_increment * chosen
     ends = np.stack([length * np.cos(angle), length * np.sin(angle), np.zeros_like(angle)], axis=1)
     vertices = np.concatenate([np.zeros((1, 3)), ends]).astype(np.float32)

@@ -1,12 +1,15 @@
 """What the page is made of, without ROS and browsers."""
 
 import io
+import math
 
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.points import MOVED_POINT
+from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_viewer import words
+from nodlidar_viewer.choosing import samples_for
 from nodlidar_viewer.colours import HeightColours, of_age
 from nodlidar_viewer.directions import Directions, STEP
 from nodlidar_viewer.fan import EVERY, fan
@@ -89,12 +92,13 @@ def test_directions_lie_where_the_points_are():
 
 
 def test_the_fan_has_an_area_between_beams_that_hit():
-    ranges = np.array([2.0, np.inf, 2.0, 2.0, np.nan, 0.001], dtype=np.float32).repeat(EVERY)
-    vertices, triangles = fan(ranges, -0.5, 0.1, 0.02)
+    ranges = [2.0, np.inf, 2.0, 2.0, np.nan, 0.001, 2.0, 65.533]  # the last is a code
+    ranges = np.array(ranges, dtype=np.float32).repeat(EVERY)
+    vertices, triangles = fan(ranges, -0.5, 0.1, 0.02, 5.6)
     centre, one, other = np.moveaxis(vertices[triangles], 1, 0)
     area = np.linalg.norm(np.cross(one - centre, other - centre), axis=1)
     assert triangles[area > 0.0].tolist() == [[0, 3, 4]]
-    np.testing.assert_array_equal(fan(ranges + 1.0, -0.5, 0.1, 0.02)[1], triangles)
+    np.testing.assert_array_equal(fan(ranges + 1.0, -0.5, 0.1, 0.02, 5.6)[1], triangles)
     angle = -0.5 + 0.1 * 2 * EVERY
     np.testing.assert_allclose(vertices[3], [2 * np.cos(angle), 2 * np.sin(angle), 0], rtol=1e-6)
     assert np.isfinite(vertices).all()
@@ -163,3 +167,10 @@ def test_a_recording_moved_anywhere_shows_what_was_seen_till_then(instants):
         expected = {float(s) for s in range(30) if instant - 10.0 + 1e-6 < s <= instant - 1e-6}
         assert expected <= shown
         assert max(shown) <= instant
+
+
+@pytest.mark.parametrize('pitch_max', [0.211, 0.751])
+def test_any_limits_have_an_n_s_that_is_coprime(pitch_max):
+    """Candidates at a whole even distance would all be even, as those of these spans are."""
+    config = NodConfig(pitch_min=-0.3, pitch_max=pitch_max)
+    assert math.gcd(samples_for(config), 1024) == 1

@@ -142,7 +142,8 @@ class View:
         pose = self._pose(scan.header.frame_id, time_ns(scan.header.stamp))
         if pose is not None:
             ranges = np.array(scan.ranges, dtype=np.float32)
-            mesh = fan(ranges, scan.angle_min, scan.angle_increment, scan.range_min)
+            limits = scan.range_min, scan.range_max
+            mesh = fan(ranges, scan.angle_min, scan.angle_increment, *limits)
             self._page.scene.show_fan(*mesh, pose)
 
     def _draw_map(self, message: Any, pose: Pose) -> None:
