@@ -87,6 +87,16 @@ def test_parameters_come_from_a_file(output, tmp_path):
     assert yaml.safe_load((tmp_path / 'out' / 'map.yaml').read_text())['resolution'] == 0.1
 
 
+@pytest.mark.parametrize('ego_motion', ['beam', 'off'])
+def test_the_map_is_of_deskewed_sweeps_whatever_the_file_says(output, tmp_path, ego_motion):
+    given = {'assembler': {'ros__parameters': {'ego_motion': ego_motion, 'cloud_mode': 'scan'}}}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
+    bag = str(output.parent / 'bag')
+    assert main([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 0
+    found, expected = (np.loadtxt(each / 'trajectory.txt') for each in (tmp_path / 'out', output))
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
 def test_the_file_says_how_the_joint_turns(output, recording, tmp_path):
     turned = replace(recording, joint_position=0.1 - recording.joint_position)
     write_bag(turned, tmp_path / 'bag')
