@@ -12,7 +12,7 @@ from nodlidar_mapper.output.grid import Grid, GridConfig
 from nodlidar_mapper.output.picture import write_picture
 import numpy as np
 import pytest
-from rooms import cloud, OBLONG
+from rooms import cloud, CROOKED, OBLONG
 
 NS = 10**9
 
@@ -97,3 +97,14 @@ def test_a_picture_of_a_long_corridor_is_no_larger_than_others(tmp_path, shape):
     rows, columns, _ = imread(tmp_path / 'map.png').shape
     assert max(rows, columns) < 1200
     assert min(rows, columns) > 300
+
+
+def test_a_map_begins_near_its_origin_where_float32_keeps_millimetres():
+    """Odometry may count from the corner of a zone of UTM."""
+    far, mapper = planar(500_000.3, 5_300_000.2, 0.4), Mapper(MapConfig())
+    for k in range(8):
+        here = planar(0.2 * k, 0.0, 0.05 * k)
+        found = mapper.add(k * NS, cloud(CROOKED, here, seed=k), far @ here)
+    assert not found.lost
+    assert np.abs(found.pose[:3, 3]).max() < 8193.0
+    np.testing.assert_allclose(found.map_from_odometry @ far @ here, found.pose, atol=1e-9)

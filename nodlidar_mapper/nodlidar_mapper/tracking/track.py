@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nodlidar_assembler.clouds.origins import SPACING
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.geometry.linear import inverted
@@ -101,7 +102,9 @@ class Track:
         self.jump, self.paused = '', False
         if self.pose is None:
             self._speed_since = stamp_ns, odometry
-            return odometry
+            begin = odometry.copy()  # near the origin of the map, where float32 keeps millimetres
+            begin[:3, 3] -= SPACING * np.rint(begin[:3, 3] / SPACING)
+            return begin
         self._known = self.covariance
         added = self._count(stamp_ns, odometry)
         guess = self._guess = np.asarray(self.pose @ self._last_motion)
