@@ -1,11 +1,12 @@
 """A robot that is lost: odometry jumps, somebody carries it, rooms look alike."""
 
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import between, inverse, planar
+from nodlidar_mapper.geometry.poses import between, inverse, moved, planar
 from nodlidar_mapper.geometry.surface import Surface, surface_of
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.recovery.place_search import Area, best_place, clear_share
+from nodlidar_mapper.recovery.range_image import RangeImage
 from nodlidar_mapper.recovery.recovery import Guess, Recovery
 import numpy as np
 import pytest
@@ -225,3 +226,12 @@ def test_clouds_that_show_nothing_real_do_not_take_the_robot_to_a_room_that_look
         found = mapper.add(k * NS, cloud(CROOKED, back, seed=k), back)
     assert not found.lost
     np.testing.assert_allclose(found.pose, back, atol=0.02)
+
+
+@pytest.mark.parametrize('turn', [0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi])
+def test_beside_a_post_nothing_is_seen_through_in_any_direction(turn):
+    """The post is in one bin of directions, and a far wall in the next one."""
+    sides = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in (-0.02, 0.02)])
+    to_either_side = moved(planar(0.0, 0.0, turn), sides)
+    image = RangeImage(to_either_side * [[1.0], [5.0]])
+    assert image.beyond(to_either_side[1:]) == pytest.approx(0.0)

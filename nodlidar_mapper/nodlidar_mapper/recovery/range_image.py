@@ -7,7 +7,7 @@ from scipy.ndimage import minimum_filter
 
 BIN = np.radians(2.0)  # of directions [rad]
 REACH = 7.0  # m
-_COLUMNS = int(2.0 * np.pi / BIN) + 2
+_COLUMNS = round(2.0 * np.pi / BIN)
 _ROWS = int(np.pi / BIN) + 2
 
 
@@ -44,4 +44,4 @@ def _bins(points: Array) -> NDArray[np.intp]:
     azimuth = np.arctan2(points[:, 1], points[:, 0]) + np.pi
     elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1])) + np.pi / 2.0
     column, row = (azimuth / BIN).astype(np.intp), (elevation / BIN).astype(np.intp)
-    return np.asarray(row * _COLUMNS + column)
+    return np.asarray(row * _COLUMNS + column % _COLUMNS)
