@@ -62,7 +62,11 @@ class NodeConfig:
         if not topics or '' in topics or len(topics) < len(self.cloud_topics):
             raise ParameterError('cloud_topics', 'at least one, all different', self.cloud_topics)
         frames = {'map_frame': self.map_frame, 'odom_frame': self.odom_frame}
-        for key, other in (('odom_frame', 'map_frame'), ('base_frame', 'odom_frame')):
+        for key, other in (
+            ('odom_frame', 'map_frame'),
+            ('base_frame', 'map_frame'),
+            ('base_frame', 'odom_frame'),
+        ):
             limit = f"a frame other than {other} = '{frames[other]}'"
             if getattr(self, key) in ('', frames[other]):
                 raise ParameterError(key, limit, getattr(self, key))

@@ -95,6 +95,10 @@ class Robot(Node):
         message.header.stamp.sec = -5
         self._clouds.publish(message)
 
+    def send_unstamped(self):
+        points = Surface(*np.ones((2, 9, 3)))
+        self._clouds.publish(messages.surface_message(points, 0, 'base_link'))
+
     def words(self):
         return [s.message for m in self.heard['/diagnostics'] for s in m.status]
 
@@ -239,11 +243,13 @@ def test_the_qos_of_a_topic_is_overridden_and_no_other_s(running):
 def test_bad_clouds_are_counted(running):
     robot, mapper, until = running
     drive(running, 100, [np.eye(4)] * 2, [np.eye(4)] * 2)
-    robot.send_malformed(101.5)
+    robot.send_unstamped()  # TF would take its stamp for the latest odometry
     until(lambda: mapper.clouds.drops['malformed cloud'] == 1)
+    robot.send_malformed(101.5)
+    until(lambda: mapper.clouds.drops['malformed cloud'] == 2)
     robot.send(102, np.eye(4), np.eye(4))
     robot.send_malformed(102.0)
-    until(lambda: mapper.clouds.drops['malformed cloud'] >= 2)
+    until(lambda: mapper.clouds.drops['malformed cloud'] >= 3)
     until(lambda: any('malformed cloud' in words for words in robot.words()))
     assert not mapper.survival.errors
 

@@ -28,7 +28,7 @@ class LoopConfig(MatchingConfig):
         'Distance between points of a cloud or of the map',
         unit='m',
         minimum=0.02,
-        maximum=1.0,
+        maximum=0.25,
     )
     map_radius: float = parameter(
         8.0, 'The map within this distance is matched', unit='m', minimum=1.0, maximum=100.0

@@ -210,7 +210,7 @@ class CloudInput:
     def _arrived(self, topic: str, silence: Silence, message: PointCloud2) -> None:
         self.received += 1
         silence.heard(steady_ns(), time_ns(message.header.stamp))
-        if not 0 <= time_ns(message.header.stamp) <= LATEST_NS:
+        if not 0 < time_ns(message.header.stamp) <= LATEST_NS:
             self.drops[MALFORMED] += 1
             return
         if is_of_odometry(message.header.frame_id, self._config.odom_frame):
