@@ -230,6 +230,17 @@ def test_the_points_are_those_of_the_region_since_the_start():
     assert len(points.data) == scan.covered.beams
 
 
+def test_of_a_scan_during_which_it_starts_the_later_beams_count():
+    start_ns = BEGIN_NS + PERIOD_NS // 3
+    scan = RegionScan(plan_of(Region(cell=0.05)), start_ns, start_ns)
+    ranges = np.full(URG.beams, 2.0, dtype=np.float32)
+    pitch = np.zeros(URG.beams)
+    scan.add(assembled_of(Scan(BEGIN_NS, URG, ranges), BEAMS, pitch))
+    times_ns = BEGIN_NS + BEAMS.offset_ns
+    inside = scan._columns[scan._task.step_at(BEAMS.azimuth)] >= 0
+    assert 0 < len(scan.points.data) == np.sum(inside & (times_ns >= start_ns)) < inside.sum()
+
+
 def test_it_ends_at_its_time_limit_with_what_was_seen():
     _, scan, now_ns = follow(replace(Region(-0.5, 0.5, cell=0.05), time_limit=1.0))
     assert scan.is_over

@@ -47,10 +47,11 @@ class Watched(Pipeline):
         )
         super().__init__(config)
         self.estimator.margin_ns = margin_ms * MS
-        self.given = []
+        self.given, self.jumped = [], []
 
     def add_scan(self, scan, sample_ns, sample_pitch, odometry=None, jumped=False):
         self.given.append((ms_of(scan), in_ms(sample_ns), odometry))
+        self.jumped.append(jumped)
         return super().add_scan(scan, sample_ns, sample_pitch, odometry, jumped)
 
 
@@ -303,6 +304,19 @@ def test_samples_at_the_first_and_last_beam_bracket_it():
     assert bench.released == [(0, [0, 66])]
     _, _, odometry = bench.pipeline.given[0]
     assert np.array_equal(odometry.poses.position[:, 0], [1.0, 2.0])
+
+
+def test_odometry_counts_as_jumped_where_its_motion_since_the_last_scan_is_unknown():
+    """Odometry of the time between was forgotten, or begins later: no cloud may join the two."""
+    bench = MovingBench()
+    for begin in (0, 100, 60_000):
+        bench.now = START + begin * MS
+        bench.joints(range(begin - 100, begin + 200, 10))
+        for ms in range(begin, begin + 100, 20):
+            bench.odometry(ms)
+        bench.scan(begin)
+    assert [ms for ms, *_ in bench.pipeline.given] == [0, 100, 60_000]
+    assert bench.pipeline.jumped == [True, False, True]
 
 
 def test_the_newest_sample_comes_with_the_scan():

@@ -52,3 +52,12 @@ def test_a_wall_of_few_points_has_no_holes():
     assert np.isinf(ranges_beyond(between, wall[:0])).all()
     before = np.vstack([wall, 0.8 * wall])
     assert (ranges_beyond(between, before) < found - 0.1).all()
+
+
+def test_what_more_keyframes_see_than_see_through_stays():
+    """As a thing that was moved there meanwhile, or that is thin."""
+    keyframes = [seen_from(0.1 * k, 2.0 if k < 4 else None) for k in range(7)]
+    kept = lasting_surface(keyframes).points
+    person = np.abs(kept[:, 0] - 2.0) < 1e-9
+    everything = sum((np.abs(k.points[:, 0] + k.pose[0, 3] - 2.0) < 1e-9).sum() for k in keyframes)
+    assert person.sum() > 0.9 * everything

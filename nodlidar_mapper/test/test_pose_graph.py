@@ -7,6 +7,7 @@ from nodlidar_mapper.graph.pose_graph import distances_from, Edge, optimized, po
 from nodlidar_mapper.tracking.matching import FREEDOMS
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 CERTAIN = np.diag([1e4] * 3 + [1e6] * 3)
@@ -131,3 +132,36 @@ def test_a_loop_makes_the_map_more_certain():
     assert alone[19][5, 5] == pytest.approx(19e-6)
     assert closed[19][5, 5] == pytest.approx(1e-6)
     assert closed[10][5, 5] == pytest.approx(10e-6)
+
+
+def test_the_poses_of_a_noisy_loop_cost_no_more_than_those_of_another_solver():
+    """The same soft L1 cost, least by scipy, with derivatives by differences."""
+    rng, free = np.random.default_rng(0), FREEDOMS['planar']
+    information = np.diag([1e3] * 3 + [3e3] * 3)
+    noise = np.zeros((7, 6))
+    noise[:, free] = rng.normal(0.0, [0.03, 0.03, 0.02], (7, 3))
+    truth, pairs = ring(7), [(k, (k + 1) % 7) for k in range(7)]
+    edges = [
+        Edge(i, j, corrected(inverse(truth[i]) @ truth[j], noise[i]), information)
+        for i, j in pairs
+    ]
+    start = [truth[0]]
+    for edge in edges[:-1]:
+        start.append(start[-1] @ edge.relative)
+
+    def residuals(poses):
+        off = [
+            change_between(edge.relative, inverse(poses[edge.start]) @ poses[edge.end])
+            for edge in edges
+        ]
+        square = np.array([each @ information @ each for each in off])
+        return np.sqrt(2.0 * (np.sqrt(1.0 + square) - 1.0))
+
+    def of_change(flat):
+        change = np.zeros((7, 6))
+        change[1:, free] = flat.reshape(6, 3)
+        return residuals(corrected(np.stack(start), change))
+
+    best = least_squares(of_change, np.zeros(18), max_nfev=100)
+    found = optimized(np.stack(start), edges, free)
+    assert np.sum(residuals(found) ** 2) < 2.0 * best.cost + 1e-3
