@@ -191,9 +191,11 @@ def test_errors_of_the_mount_are_those_of_displaced_lidars():
     assert found == pytest.approx(expected)
 
 
-def test_errors_of_odometry_are_those_of_a_robot_that_goes_astray():
-    """All around, since the first order neglects what differs between left and right."""
-    azimuth = np.linspace(-math.pi, math.pi, 72, endpoint=False)
+@pytest.mark.parametrize('centre', [0.0, math.pi])
+@pytest.mark.parametrize('half', [0.5, 2.0, math.pi])
+def test_errors_of_odometry_are_those_of_a_robot_that_goes_astray(centre, half):
+    """To both sides alike, since the first order neglects what differs between left and right."""
+    azimuth = centre + half * (2.0 * np.arange(72) + 1.0 - 72.0) / 72.0
     beams = Beams(np.full(72, 2.0), azimuth, np.full(72, 0.3))
     errors = {'odometry_speed_error': 0.02, 'odometry_turn_error': 0.03}
     parameters = replace(NOTHING, robot_speed=0.5, cloud_time=1.5, **errors)

@@ -112,13 +112,16 @@ class ErrorBudget:
         """Return the mean square displacement [m^2] against the first point of the cloud.
 
         Errors of speed v and turn rate w grow to v t and w t, and the wrong heading leads the
-        robot aside by speed w t^2 / 2. The means of t^2 and t^4 over a cloud of time T are T^2 / 3
-        and T^4 / 5.
+        robot aside by speed w t^2 / 2, to the side to which it turns what is ahead by x: both
+        together add speed x w^2 t^3. The means of t^2, t^3 and t^4 over a cloud of time T are
+        T^2 / 3, T^3 / 4 and T^4 / 5.
         """
         p, time = self._parameters, self._parameters.cloud_time
         steady = p.odometry_speed_error**2 + p.odometry_turn_error**2 * beams.from_base()
+        ahead = beams.ranges * np.cos(beams.azimuth) * np.cos(beams.pitch)
+        both = p.robot_speed * p.odometry_turn_error**2 * ahead
         aside = (p.robot_speed * p.odometry_turn_error) ** 2 / 4.0
-        return np.asarray(steady * time**2 / 3.0 + aside * time**4 / 5.0)
+        return np.asarray(steady * time**2 / 3.0 + both * time**3 / 4.0 + aside * time**4 / 5.0)
 
 
 def beams_at(task: Task, distance: float) -> Beams:
