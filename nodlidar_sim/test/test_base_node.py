@@ -152,3 +152,23 @@ def test_the_node_fails_when_the_simulation_ends(bench):
     bench = bench(Plan().route((0.0, 0.0, 0.0), START_NS))
     bench.running = False
     bench.spin_until(lambda: bench.node.failed)
+
+
+def test_what_odometry_counted_before_the_node_is_as_uncertain_as_what_comes_later():
+    """The errors since the start of the simulation are in the first pose already."""
+    effects, base = (
+        Effects(odometry_error=0.02, heading_drift=0.005),
+        Plan((0.6, 0.0)).route((0.0, 0.0, 0.0), START_NS),
+    )
+    deviations = []
+    rclpy.init()
+    for late_ns in (0, 2 * 10**9):
+        clock, uncertainty = VirtualClock(START_NS + late_ns), OdometryUncertainty(effects)
+        node = BaseNode(Odometer(base, effects, START_NS), uncertainty, clock)
+        while clock() < START_NS + 4 * 10**9:
+            clock.advance_to(clock() + 20_000_000)
+            node.sample()
+        deviations.append(np.sqrt(np.diag(uncertainty.of_pose)))
+        node.destroy_node()
+    rclpy.shutdown()
+    assert deviations[1] == pytest.approx(deviations[0], rel=0.1)

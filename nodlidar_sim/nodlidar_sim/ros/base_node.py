@@ -60,6 +60,9 @@ class BaseNode(Node):
         self._host_time, self._is_running = clock, is_running
         self._last_ns = clock()
         self._last_pose = odometer.poses(np.array([self._last_ns]))
+        # Odometry counts from the start of the simulation, which was before this node.
+        elapsed = (self._last_ns - odometer.start_ns) / NS_PER_S
+        uncertainty.add(0.0, motion_of(self._last_pose)[0], elapsed)
         self._publisher = self.create_publisher(
             Odometry, 'odom', 50, qos_overriding_options=OVERRIDABLE
         )
