@@ -1,8 +1,8 @@
 """The pitch of the beams on motions that no estimator assumes, and on servos by physics.
 
 Motions in closed form start from the reference nod with reversals of 200 rad/s^2. The error counts
-against the motion that the encoder sees; what backlash and the encoder's nonlinearity add, which
-no joint sample shows, stands beside.
+against what the encoder would report without steps and noise; what backlash and its nonlinearity
+add, which no joint sample shows, stands beside. Figures of servos are means over encoders.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from bench.shared.reference import reference_nod, SPAN, START_NS
 from bench.shared.report import Row
-from bench.shared.rms import rms
+from bench.shared.rms import means, rms
 
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
@@ -36,6 +36,8 @@ NOISY = 1.0  # noise of an encoder, RMS [steps]; the sets have 0.3
 FILTER_STEP = 1e-4  # s
 VIBRATION_STEP = 5e-4  # s
 VIBRATIONS = 200  # frequencies of a band
+ENCODERS = range(4)  # seeds
+RATIO = 'trajectory to slerp'
 TITLE = f'RMS pitch error on different motions, N_s = 4001, {DURATION:.0f} s, RX-24F encoder'
 
 
@@ -140,19 +142,23 @@ def _rounded(motion: Position) -> Position:
 def _servo_row(name: str, parameters: ServoParameters, rate: float) -> Row:
     sensor = SensorModel(joint_rate=rate, joint_latency=0.0015 if rate > 62.0 else 0.016)
     end_ns = START_NS + round((DURATION + 1.0) * NS_PER_S)
-    servo = nodding_servo(parameters, reference_nod(), sensor, START_NS, end_ns, seed=1)
-    return _row(name, rate, servo.shaft_position, servo.position, servo.encoder)
+    rows = []
+    for seed in ENCODERS:
+        servo = nodding_servo(parameters, reference_nod(), sensor, START_NS, end_ns, seed=seed)
+        rows.append(_row(name, rate, servo.smooth_encoder, servo.position, servo.encoder))
+    row = means(rows)
+    return row | {RATIO: row['trajectory [mrad]'] / row['slerp [mrad]']}
 
 
 def _row(
     name: str,
     rate: float,
-    shaft: Position,
+    smooth: Position,
     lidar: Position,
     encoder: Position,
     jitter: float = 0.0,
 ) -> Row:
-    """Return a row for the motion of the shaft and of the lidar, and what the encoder reports.
+    """Return a row for a motion without the steps of the encoder, the lidar's, and the reports.
 
     Its stamps are off by `jitter` [s], RMS.
     """
@@ -162,7 +168,7 @@ def _row(
     off = np.random.default_rng(1).normal(0.0, jitter, len(sample_ns))
     sample_ns += np.rint(off * NS_PER_S).astype(np.int64)
     errors = {
-        name: _errors(name, sample_ns, sample_pitch, shaft) for name in ('slerp', 'trajectory')
+        name: _errors(name, sample_ns, sample_pitch, smooth) for name in ('slerp', 'trajectory')
     }
     slerp, trajectory = (rms(error) for error, _ in errors.values())
     return {
@@ -170,14 +176,14 @@ def _row(
         'joint states [Hz]': rate,
         'slerp [mrad]': slerp * 1e3,
         'trajectory [mrad]': trajectory * 1e3,
-        'trajectory to slerp': trajectory / slerp,
-        'lidar to shaft, RMS [mrad]': rms(lidar(sample_ns) - shaft(sample_ns)) * 1e3,
+        RATIO: trajectory / slerp,
+        'lidar to encoder, RMS [mrad]': rms(lidar(sample_ns) - smooth(sample_ns)) * 1e3,
         'time of trajectory [us]': errors['trajectory'][1] * 1e6,
     }
 
 
 def _errors(
-    estimator: str, sample_ns: Times, sample_pitch: Array, shaft: Position
+    estimator: str, sample_ns: Times, sample_pitch: Array, true: Position
 ) -> tuple[Array, float]:
     """Return the pitch errors of all beams [rad], and the median time of a scan [s]."""
     sensor = SensorModel()
@@ -196,7 +202,7 @@ def _errors(
         times.append(time.perf_counter() - begin)
     settled = slice(math.ceil(SETTLING / sensor.scan_time), None)
     errors = [
-        pitch - shaft(times_ns)
+        pitch - true(times_ns)
         for pitch, times_ns in zip(pitches[settled], beams_ns[5:][settled], strict=True)
     ]
     return np.array(errors), float(np.median(times))
