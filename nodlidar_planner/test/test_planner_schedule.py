@@ -1,3 +1,4 @@
+from dataclasses import replace
 import math
 
 from hypothesis import given, settings
@@ -156,3 +157,6 @@ def test_what_cannot_be_interlaced_is_refused():
         interlaced(REFERENCE, FAST, 2, 1.0)
     with pytest.raises(ParameterError, match='most_samples'):
         shortest_interlaced(REFERENCE, FAST, FAST)
+    finer = replace(REFERENCE, object_size=0.001, distance=10.0)  # a search would take minutes
+    with pytest.raises(ParameterError, match='most_samples'):
+        shortest_interlaced(finer, FAST, FAST - 1)

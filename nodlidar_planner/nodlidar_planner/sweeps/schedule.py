@@ -128,6 +128,8 @@ def shortest_interlaced(
     ParameterError
         If the band is too narrow for any schedule.
     """
+    if most_samples < fewest_samples:  # without a search, which would be long
+        raise ParameterError('most_samples', f'well above {fewest_samples}', most_samples)
     rows = task.span / task.cell
     fewest = math.ceil(rows * task.steps_per_revolution / ((1.0 - overlap) * most_samples))
     for combs in range(fewest, 2 * math.ceil(rows) + fewest):
