@@ -44,6 +44,13 @@ def test_what_was_set_while_it_ran_stays(assembler):
     third.destroy_node()
 
 
+def test_a_simulated_clock_that_was_chosen_while_it_ran_stays(assembler):
+    assembler.set_parameters([Parameter('use_sim_time', value=True)])
+    second = succeed(assembler, profile='balanced')
+    assert second.get_parameter('use_sim_time').value is True
+    second.destroy_node()
+
+
 def test_what_is_refused_changes_nothing(assembler):
     for values in ({'profile': 'best'}, {'profile': 'slam', 'pitch_max': -1.0}):
         chosen = [Parameter(name, value=value) for name, value in values.items()]

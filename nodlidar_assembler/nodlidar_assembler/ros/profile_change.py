@@ -68,4 +68,5 @@ class ProfileChange:
         now = {name: getattr(self._node.config, name) for name in live}
         begun = {name: given.get(name, getattr(self.defaults, name)) for name in live}
         changed = {name: value for name, value in now.items() if value != begun[name]}
-        return given | changed | {'profile': profile}
+        clock = {'use_sim_time': self._node.get_parameter('use_sim_time').value}
+        return given | changed | clock | {'profile': profile}
