@@ -17,6 +17,7 @@ import viser
 Values = Mapping[str, Any]
 NOD = tuple(field.name for field in fields(NodConfig))
 ADAPTS, PROFILE = 'adapt_limits', 'profile'
+APPLIED = 'applied'
 _ALLOWED: Values = {field.name: limits_of(field) for field in fields(NodConfig)}
 WIDEST = float(math.ceil(math.degrees(_ALLOWED['pitch_max'].maximum)))  # end of the slider [deg]
 
@@ -68,6 +69,7 @@ class Controls:
             apply = gui.add_button('Apply')
             switch = gui.add_button_group('Devices', ('start', 'stop'))
             self._answer = gui.add_markdown('')
+        self._shown = self._chosen()
         choose.on_click(lambda _: self._choose())
         apply.on_click(lambda _: self._apply())
         switch.on_click(lambda _: commands.switch(switch.value == 'start', self._say))
@@ -85,11 +87,13 @@ class Controls:
             'nod_mode': self._mode.value,
             'object_size': float(self._size.value),
             'object_distance': float(self._distance.value),
+            ADAPTS: self._adapts.value,
+            PROFILE: self._profile.value,
         }
 
     def _config(self, chosen: Values) -> NodConfig:
         """Return the nod with changes; raises ParameterError."""
-        config = NodConfig(**{name: self._values[name] for name in NOD} | dict(chosen))
+        config = NodConfig(**{name: chosen.get(name, self._values[name]) for name in NOD})
         check(config)
         return config
 
@@ -102,5 +106,16 @@ class Controls:
             self._say(str(error))
 
     def _apply(self) -> None:
-        others = {ADAPTS: self._adapts.value, PROFILE: self._profile.value}
-        self._commands.change(self._chosen() | others, self._say)
+        """Set what was changed here: the rest may have been changed elsewhere meanwhile."""
+        chosen = self._chosen()
+        changed = {name: value for name, value in chosen.items() if value != self._shown[name]}
+
+        def answer(text: str) -> None:
+            if text == APPLIED:
+                self._shown = chosen
+            self._say(text)
+
+        if changed:
+            self._commands.change(changed, answer)
+        else:
+            self._say('nothing was changed')

@@ -4,6 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 from viser import GuiApi
 
+NO_COVERAGE = 'not heard'
+NO_PICTURE = np.zeros((8, 24, 3), dtype=np.uint8)
+
 
 class StatePanel:
     """Texts in Markdown, and a picture of the directions seen.
@@ -17,9 +20,9 @@ class StatePanel:
     def __init__(self, gui: GuiApi) -> None:
         self._notice = gui.add_markdown('', order=0.5)
         with gui.add_folder('Coverage'):
-            self._coverage = gui.add_markdown('not heard yet')
+            self._coverage = gui.add_markdown(NO_COVERAGE)
             self._picture = gui.add_image(
-                np.zeros((8, 24, 3), dtype=np.uint8),
+                NO_PICTURE,
                 label='Directions seen, ahead in the middle; red: not seen',
                 format='png',
             )
@@ -42,3 +45,8 @@ class StatePanel:
         """Show observed coverage, and the directions seen, shape (rows, columns, 3)."""
         self._coverage.content = text
         self._picture.image = picture
+
+    def forget_coverage(self) -> None:
+        """Show that coverage is not heard."""
+        if self._coverage.content != NO_COVERAGE:
+            self.show_coverage(NO_COVERAGE, NO_PICTURE)

@@ -1,6 +1,7 @@
 """The node with clouds of a sensor, and browsers that come and go."""
 
 from dataclasses import dataclass
+import re
 
 from browser import browsing
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -12,13 +13,16 @@ from nodlidar_common.parameters import parameter
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_msgs.msg import Coverage
+from nodlidar_viewer import words
 from nodlidar_viewer.ros import view
 from nodlidar_viewer.ros.node import ViewerNode
+from nodlidar_viewer.state_panel import NO_COVERAGE
 import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from sensor_msgs_py.point_cloud2 import create_cloud
@@ -230,6 +234,37 @@ def test_a_page_that_has_just_gone_saves_no_points(running):
     assert (name, b'element vertex 0' in ply) == ('points.ply', True)
 
 
+def test_the_frame_that_clouds_lack_is_told_though_scans_come(running):
+    sensor, viewer, spin = running
+
+    def work():
+        sensor.count += 1
+        cloud = sensor.cloud(2.0)
+        cloud.header.frame_id = 'turret'
+        sensor.clouds.publish(cloud)
+        scan = LaserScan(ranges=[1.0] * 40, angle_increment=0.01, range_min=0.1, range_max=9.0)
+        scan.header.frame_id = 'laser'
+        sensor.scans.publish(scan)
+        spin()
+
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: browser.of('MeshMessage'), work)
+        browser.until(lambda: re.search(r'No cloud for .*turret', browser.text()), work)
+
+
+def test_coverage_that_is_not_heard_any_more_is_not_shown(running, monkeypatch):
+    monkeypatch.setattr(words, 'SILENT', 0.5)
+    sensor, viewer, spin = running
+    with browsing(viewer.page.address) as browser:
+        browser.until(lambda: '75.0%' in browser.text(), lambda: (sensor.send(), spin()))
+        shown = len(browser.messages)
+
+        def is_forgotten():
+            return any(NO_COVERAGE in str(m.get('updates')) for m in browser.messages[shown:])
+
+        browser.until(is_forgotten, spin)
+
+
 def test_what_is_missing_is_told(running):
     _, viewer, spin = running
     with browsing(viewer.page.address) as browser:
@@ -258,6 +293,12 @@ def test_a_browser_of_this_machine_plans_another_nod(running):
         browser.until(lambda: 'applied' in browser.text(), spin)
         [nod] = planned
         assert (nod.samples_per_sweep, nod.nod_mode, nod.profile) == (3001, 'feedback', 'slam')
+        # What somebody else has set meanwhile stays.
+        sensor.set_parameters([Parameter('profile', value='fast')])
+        browser.set('N_s', 3003)
+        browser.set('Apply', True)
+        browser.until(lambda: planned[-1].samples_per_sweep == 3003, spin)
+        assert planned[-1].profile == 'fast'
         browser.set('Object [m]', 9.0)
         browser.set('Apply', True)
         browser.until(lambda: 'refused' in browser.text(), spin)
@@ -275,7 +316,7 @@ def test_a_browser_of_this_machine_plans_another_nod(running):
         browser.until(
             lambda: 'driver: does not answer; servo: does not answer' in browser.text(), spin
         )
-    assert len(planned) == 1
+    assert len(planned) == 3
     assert not viewer.survival.errors
 
 

@@ -9,7 +9,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.ros.steady import create_steady_timer
 from nodlidar_common.survival import Survival
-from nodlidar_viewer.controls import Values
+from nodlidar_viewer.controls import APPLIED, Values
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -54,7 +54,7 @@ class RosCommands:
 
         def received(response: Any) -> None:
             result = response.result
-            answer('applied' if result.successful else f'refused: {result.reason}')
+            answer(APPLIED if result.successful else f'refused: {result.reason}')
 
         self._ask_assembler(
             lambda: self._parameters.set_parameters_atomically(chosen), received, answer

@@ -1,6 +1,7 @@
 """What the page shows while a browser is connected."""
 
 from collections import deque
+import math
 import time
 from typing import Any
 
@@ -54,6 +55,8 @@ class View:
         self.recent = RecentPoints(config.most_points)
         self._directions = Directions()
         self._waiting: deque[tuple[Any, int]] = deque()  # clouds, with their arrival [ns]
+        self._missing = ''  # what the last cloud lacks
+        self._covered = -math.inf  # when coverage was heard [s]
         self._undrawn: dict[str, Any] = {}  # map and path, until their frame is known
         self._statuses: dict[str, words.Status] = {}
         self._texts_ns = self._heard_ns = steady_ns()
@@ -119,6 +122,7 @@ class View:
         """Add a cloud; return whether the transforms at its stamp are known."""
         stamp_ns, frame = time_ns(message.header.stamp), message.header.frame_id
         pose = self._pose(frame, stamp_ns)
+        self._missing = self._transforms.missing
         if pose is None:
             return False
         points = self._points_of(message)
@@ -173,10 +177,12 @@ class View:
         for message in self._inputs.take(inputs.COVERAGE):
             text = words.coverage(message.seen, message.largest_hole, message.window, message.cell)
             self._panel.show_coverage(text, self._directions.picture())
+            self._covered = now
+        if now - self._covered > words.SILENT:
+            self._panel.forget_coverage()
 
     def _notice(self) -> str:
         silent = (steady_ns() - self._heard_ns) / NS_PER_S
         if silent < 2.0:
             return f'{self.recent.count} points'
-        missing = words.plain(self._transforms.missing) if self._waiting else ''
-        return f'**No cloud for {silent:.0f} s.** {missing}'
+        return f'**No cloud for {silent:.0f} s.** {words.plain(self._missing)}'
