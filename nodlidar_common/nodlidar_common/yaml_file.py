@@ -71,7 +71,40 @@ def parse_yaml(text: str, file: str) -> object:
         raise YamlError(file, 'is not YAML: ' + ' '.join(str(error).split())) from error
 
 
-class _StrictLoader(yaml.SafeLoader):
+# Scalars without quotes, as of get_value in rcl_yaml_param_parser, but for hexadecimal floats and
+# for numbers beyond the range of a float, which are texts there.
+_TRUTHS = {
+    form: truth
+    for truth, words in ((True, 'y yes true on'), (False, 'n no false off'))
+    for word in words.split()
+    for form in (word, word.capitalize(), word.upper())
+}
+_INTEGERS = {10: '[1-9][0-9]*', 8: '0[0-7]*', 16: '0[xX][0-9a-fA-F]+'}  # by base
+_FLOAT = re.compile(
+    r'[-+]?(([0-9]+\.?[0-9]*|\.[0-9]+)(e[-+]?[0-9]+)?|inf(inity)?|nan)', re.IGNORECASE
+)
+_DOTTED = re.compile(r'[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)')
+
+
+def _value(text: str) -> bool | int | float | str | None:
+    if not text or text in _TRUTHS:
+        return _TRUTHS.get(text)  # None for no text, which ROS refuses
+    for base, pattern in _INTEGERS.items():
+        if re.fullmatch(f'[-+]?{pattern}', text) and -(2**63) <= int(text, base) < 2**63:
+            return int(text, base)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    return float(text.replace('.', '')) if _DOTTED.fullmatch(text) else text
+
+
+_STR = 'tag:yaml.org,2002:str'
+
+
+class _StrictLoader(yaml.BaseLoader):
+    """Ignores all tags but that of a text, as ROS does."""
+
+    DEFAULT_SCALAR_TAG = ''  # type: ignore[misc]  # unlike the tag of a text
+
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
             parser: Any = self
@@ -79,16 +112,9 @@ class _StrictLoader(yaml.SafeLoader):
             raise yaml.composer.ComposerError(None, None, 'aliases are not allowed', mark)
         return super().compose_node(parent, index)
 
-    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        try:
-            return super().construct_object(node, deep)
-        except (yaml.YAMLError, RecursionError):
-            raise
-        except Exception as error:  # such as for the date 2001-99-99 or the number 0x_
-            problem = f'invalid value: {" ".join(str(error).split())}'
-            raise yaml.constructor.ConstructorError(
-                None, None, problem, node.start_mark
-            ) from error
+    def construct_scalar(self, node: yaml.ScalarNode) -> Any:
+        is_text = node.tag == _STR or node.style in ('"', "'")
+        return node.value if is_text else _value(node.value)
 
     def construct_mapping(
         self, node: yaml.MappingNode, deep: bool = False
@@ -97,18 +123,10 @@ class _StrictLoader(yaml.SafeLoader):
         for key_node, _ in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
                 continue  # the constructor refuses other keys
-            key = self.construct_object(key_node, deep=True)
+            key_node.tag, key = _STR, key_node.value  # in ROS, `on: 1` sets 'on'
             if key in keys:
                 raise yaml.constructor.ConstructorError(
                     None, None, f'the key {key!r} comes twice', key_node.start_mark
                 )
             keys.add(key)
         return dict(super().construct_mapping(node, deep))
-
-
-# PyYAML takes 1.0e-3 for a number, but 1e-3 for a text. ROS and YAML 1.2 take both for numbers.
-_StrictLoader.add_implicit_resolver(
-    'tag:yaml.org,2002:float',
-    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'),
-    list('-+.0123456789'),
-)

@@ -10,8 +10,8 @@ import pytest
 
 def test_what_a_file_has_comes_out(tmp_path):
     path = tmp_path / 'a.yaml'
-    path.write_bytes(b'\xef\xbb\xbfrate: 2.5\nplaces: [1, {name: x}]\n')  # with a byte order mark
-    assert read_yaml(path) == {'rate': 2.5, 'places': [1, {'name': 'x'}]}
+    path.write_bytes(b'\xef\xbb\xbfrate: 2.5\nplaces: [1, {y: x}]\n')  # with a byte order mark
+    assert read_yaml(path) == {'rate': 2.5, 'places': [1, {'y': 'x'}]}
 
 
 @pytest.mark.parametrize('text', ['1e-3', '1E-3', '+1.e-3', '.1e-2', '-2e3', '5.0e+2', '4E2'])
@@ -24,6 +24,11 @@ def test_what_only_resembles_one_is_a_text(text):
     assert parse_yaml(f'a: {text}', 'f.yaml') == {'a': text.strip('"')}
 
 
+@pytest.mark.parametrize('text', ['!!python/object:os.system x', '!!timestamp x', '!!int "x"'])
+def test_tags_construct_nothing_as_in_ros(text):
+    assert parse_yaml(f'a: {text}', 'f.yaml') == {'a': 'x'}
+
+
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
@@ -33,8 +38,6 @@ def test_what_only_resembles_one_is_a_text(text):
         ('a: &x [*x]\n', r"'f.yaml', line 1: aliases are not allowed"),
         ('a: [1, 2\n', r"'f.yaml', line 2: expected ',' or ']'"),
         ('a: 1\n? [b]\n: 2\n', r"'f.yaml', line 2: found unhashable key"),
-        ('a: 1\nb: 2001-99-99\n', r"'f.yaml', line 2: invalid value: month must be"),
-        ('a: !!python/object:os.system x\n', r"'f.yaml', line 1: could not determine"),
         ('a: \x00', r"'f.yaml': is not YAML"),
         ('[' * 1500, r"'f.yaml': is nested too deeply"),
         ('#' * (LONGEST + 1), rf"'f.yaml': has more than {LONGEST} bytes"),

@@ -267,7 +267,8 @@ def with_shape(shape):
         (WALL + 'effects: {dropouts: no}', 'm.yaml: effects.dropouts', 'a number', False),
         (WALL + 'effects: {servo_jitter: -1}', 'm.yaml: effects.servo_jitter', 'between', -1.0),
         ('objects: {it: {shapes: []}}', 'm.yaml: objects.it.shapes', 'at least one entry', []),
-        ('objects: {1: {}}', 'm.yaml: objects', 'a mapping of keys to values', {1: {}}),
+        ('objects: [1]', 'm.yaml: objects', 'a mapping of keys to values', [1]),
+        ('objects: {1: {}}', 'm.yaml: objects.1.shapes', 'given', None),
         ('objects: {it: {colour: 1, shapes: [{}]}}', 'm.yaml: objects.it.shapes[0]', 'one of', ''),
         (with_shape('{cone: {}}'), 'm.yaml: objects.it.shapes[0]', 'plane, sphere', 'cone'),
         (

@@ -35,7 +35,7 @@ class Section:
 
     def __init__(self, content: object, file: str, path: str = '') -> None:
         self._file, self._path = file, path
-        if not isinstance(content, dict) or not all(isinstance(key, str) for key in content):
+        if not isinstance(content, dict):
             raise self.error(None, 'a mapping of keys to values', content)
         self._content: dict[str, Any] = content
         self._read: set[str] = set()
