@@ -82,7 +82,7 @@ def _measured(servo: str, lidar: str, is_ideal: bool) -> dict[str, float]:
 def conventions(lidar: str) -> AssemblerConfig:
     """Return what the assembler is told about the driver of a lidar."""
     file = share('nodlidar_bringup', f'config/lidars/{lidar}.yaml')
-    return AssemblerConfig(**file_values(Path(file), 'assembler', AssemblerConfig))
+    return AssemblerConfig(**file_values([file], 'assembler', AssemblerConfig))
 
 
 def phase_errors(bag: Path) -> list[float]:

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 import math
-from pathlib import Path
 
 from nodlidar_assembler.calibrate import main
 from nodlidar_assembler.calibration.recorded import parameters, start_values, upward
@@ -25,7 +24,7 @@ def test_a_bag_gives_a_file_and_a_table(tmp_path, monkeypatch, capsys):
     write_bag(replace(seen, joint_stamp_ns=seen.joint_stamp_ns + 8_000_000), tmp_path / 'bag')
     monkeypatch.chdir(tmp_path)
     assert main(['bag', '--output', 'found here.yaml']) == 0
-    values = file_values(Path('found here.yaml'), 'assembler', AssemblerConfig)
+    values = file_values(['found here.yaml'], 'assembler', AssemblerConfig)
     assert abs(values['joint_delay'] - 0.008) < 0.5e-3
     assert abs(values['laser_rpy'][2]) < math.radians(0.1)
     printed = capsys.readouterr().out

@@ -148,7 +148,7 @@ def test_what_the_scene_leaves_open_stays_as_the_node_has_it(tmp_path, params):
     found = tmp_path / 'found.yaml'
     options = ['--params', str(file)] if params else []
     calibrate_and_report(['live', '--output', str(found), *options], None, record)
-    y = file_values(found, 'assembler', AssemblerConfig)['laser_xyz'][1]
+    y = file_values([found], 'assembler', AssemblerConfig)['laser_xyz'][1]
     assert y == (0.03 if params else 0.02)
 
 

@@ -19,14 +19,15 @@ def nodes(context):
     """Return the nodes of the sensor, real, simulated or recorded, and the mapper."""
     given = context.launch_configurations
     arguments.check_mapping(given)
-    arguments.check_parameter_file('mapper_params', given['mapper_params'])
     sensor = RecordedSensor(context, given['bag']) if given['bag'] else Sensor(context)
+    file = given['mapper_params']
+    arguments.check_parameter_file('mapper_params', file, sensor.values['namespace'])
     sensor.fixed_frame = 'map'
     mapper = sensor.node(
         'nodlidar_mapper',
         'mapper',
         name='mapper',
-        parameters=[given['mapper_params'], {'map_folder': text(given['map'])}],
+        parameters=[file, {'map_folder': text(given['map'])}],
         on_exit=end_all,
     )
     return [*sensor.nodes(), mapper]

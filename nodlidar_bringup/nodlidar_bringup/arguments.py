@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 import os
-from pathlib import Path
 import re
 import sys
 from typing import Any
@@ -63,7 +62,7 @@ def check(values: Mapping[str, str]) -> None:
     if values['tf_rate']:
         tf_rate(values['tf_rate'])
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
-        check_parameter_file(name, values[name])
+        check_parameter_file(name, values[name], values['namespace'])
     if values['hardware'] == 'sim':
         for name, models in (('lidar', LIDARS), ('servo', SERVOS)):
             if values[name] and values[name] not in models:
@@ -153,35 +152,39 @@ def calibrated(values: Mapping[str, str]) -> dict[str, str]:
     """
     if not values['calibration']:
         return dict(values)
-    check_parameter_file('calibration', values['calibration'])
-    found = file_values(Path(values['calibration']), 'assembler', MountConfig)
+    file, namespace = values['calibration'], values['namespace']
+    check_parameter_file('calibration', file, namespace)
+    found = file_values([file], full_name(namespace, 'assembler'), MountConfig)
     check_parameters(replace(MountConfig(), **found))
     texts = {name: ' '.join(map(str, numbers)) for name, numbers in found.items()}
     return {**values, **texts}
 
 
-def servo_config(servo: str, file: str) -> ServoConfig | TrajectoryConfig | None:
+def servo_config(
+    servo: str, files: Sequence[str], namespace: str
+) -> ServoConfig | TrajectoryConfig | None:
     """Return the parameters of the servo's node; None if there is no such node.
 
     Parameters
     ----------
     servo
         The launch argument.
-    file
-        The parameter file of the servo's node.
+    files
+        The parameter files of the servo's node, in its order.
+    namespace
+        Its namespace.
 
     Raises
     ------
     ParameterError
-        If a value in the file is not allowed.
+        If a value in the files is not allowed.
     """
     if servo == 'none':
         return None
     node: Any = TrajectoryConfig if servo == 'trajectory' else ServoConfig
     model = {'model': servo} if servo and node is ServoConfig else {}
-    config: ServoConfig | TrajectoryConfig = node(
-        **{**file_values(Path(file), 'servo', node), **model}
-    )
+    values = file_values(files, full_name(namespace, 'servo'), node)
+    config: ServoConfig | TrajectoryConfig = node(**{**values, **model})
     check_parameters(config)
     return config
 
@@ -228,6 +231,11 @@ def namespace(outer: str, own: str) -> str:
     return own if own.startswith('/') or not outer else f'{outer}/{own}'.rstrip('/')
 
 
+def full_name(namespace: str, name: str) -> str:
+    """Return the full name of a node or topic in a namespace."""
+    return f'/{namespace.strip("/")}/{name}'.replace('//', '/')
+
+
 def check_namespace(text: str) -> None:
     """Raise ParameterError if ROS does not allow the namespace."""
     if not _NAMESPACE.fullmatch(text):
@@ -242,24 +250,32 @@ def check_frame_prefix(text: str) -> None:
         raise ParameterError('frame_prefix', allowed, text)
 
 
-def check_parameter_file(name: str, path: str) -> None:
+def check_parameter_file(name: str, path: str, namespace: str) -> None:
     """Raise ParameterError if a parameter file is missing or malformed, or a value out of range.
 
     ROS itself would start the node with its defaults if the file is missing, and the node would
     find a value that is out of range only when the others have started.
+
+    Parameters
+    ----------
+    name, path
+        The launch argument, and the file.
+    namespace
+        The namespace of the node.
     """
     try:
-        read_parameters(path)
+        file = read_parameters(path)
     except YamlError as error:
         raise ParameterError(name, f'a YAML file of parameters ({error})', path) from error
     node = name.removesuffix('_params')
-    if node != name and not sections(Path(path), node):
-        print(f"'{path}' sets nothing: it has no section '/**' or '{node}'", file=sys.stderr)
+    full = full_name(namespace, node)
+    if node != name and not sections(full, file):
+        print(f"'{path}' sets nothing: it has no section '/**' or '{full}'", file=sys.stderr)
     if node not in _CONFIGURATIONS:
         return
     config_class = _CONFIGURATIONS[node]
     try:
-        values = file_values(Path(path), node, config_class)
+        values = file_values([path], full, config_class)
         check_ranges(config_class, values)
         if node != 'assembler':  # see check_assembler
             check_parameters(config_class(**values))
@@ -270,26 +286,27 @@ def check_parameter_file(name: str, path: str) -> None:
 
 
 def check_assembler(
-    files: Sequence[str], derived: Mapping[str, Any], own: Mapping[str, Any]
+    files: Sequence[str], namespace: str, derived: Mapping[str, Any], own: Mapping[str, Any]
 ) -> None:
     """Raise ParameterError if the parameters of the assembler contradict each other.
 
     Parameters
     ----------
     files
-        Its parameter files; later ones take precedence.
+        Its parameter files, in its order.
+    namespace
+        Its namespace.
     derived, own
         Parameters that the files override, and those that override the files.
     """
-    values, profile = dict(derived), ProfileConfig().profile
-    for file in files:
-        values |= file_values(Path(file), 'assembler', AssemblerConfig)
-        profile = file_values(Path(file), 'assembler', ProfileConfig).get('profile', profile)
-    check_parameters(ProfileConfig(profile))
+    node = full_name(namespace, 'assembler')
+    profile = ProfileConfig(**file_values(files, node, ProfileConfig))
+    check_parameters(profile)
+    values = {**derived, **file_values(files, node, AssemblerConfig)}
     known = {each.name for each in fields(AssemblerConfig)}
     values |= {name: value for name, value in own.items() if name in known}
     values = {key: tuple(v) if isinstance(v, list) else v for key, v in values.items()}
-    check_parameters(replace(PROFILES[profile], **values))
+    check_parameters(replace(PROFILES[profile.profile], **values))
 
 
 def robot_description(path: str, arguments: Mapping[str, str]) -> str:

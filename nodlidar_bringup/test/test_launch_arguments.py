@@ -154,17 +154,19 @@ def test_a_file_that_holds_no_parameters_is_named(values, tmp_path, content):
         ('mapper', 'map_period: 0.0', "'map_period' must be"),
     ],
 )
-@pytest.mark.parametrize('section', ['/**', None, '/left/{}'])
+@pytest.mark.parametrize(
+    ('section', 'namespace'), [('/**', ''), ('{}', ''), ('/left/{}', 'left'), ('/**/{}', 'left')]
+)
 def test_a_value_out_of_range_is_named_with_its_file_before_any_node_starts(
-    tmp_path, node, text, words, section
+    tmp_path, node, text, words, section, namespace
 ):
     path = tmp_path / 'wrong.yaml'
-    section = (section or '{}').format(node)
+    section = section.format(node)
     path.write_text(
         f'other: {{ros__parameters: {{skip: x}}}}\n{section}: {{ros__parameters: {{{text}}}}}\n'
     )
     with pytest.raises(NodlidarError) as caught:
-        check_parameter_file(f'{node}_params', str(path))
+        check_parameter_file(f'{node}_params', str(path), namespace)
     assert str(caught.value).startswith(f"'{path}': {words}")
 
 
@@ -192,7 +194,7 @@ def test_parameters_of_the_assembler_that_contradict_each_other_are_named(
         path.write_text(f'/**: {{ros__parameters: {text}}}\n')
     derived, own = {'mount_tilt': [0.0, 0.0]}, {'laser_xyz': [0.0, 0.0, 0.1], **own}
     with pytest.raises(NodlidarError, match=words) if words else nullcontext():
-        check_assembler([*map(str, paths)], derived, own)
+        check_assembler([*map(str, paths)], '', derived, own)
 
 
 @pytest.mark.parametrize('ego_motion', ['', 'deskew'])
@@ -223,13 +225,20 @@ def test_no_argument_of_a_launch_file_is_taken_for_another():
 
 
 @pytest.mark.parametrize(
-    ('section', 'told'), [('/**', False), ('/left/servo', False), ('servo_node', True)]
+    ('section', 'namespace', 'told'),
+    [
+        ('/**', '', None),
+        ('/left/servo', '/left/', None),
+        ('servo_node', '', '/servo'),
+        ('servo', 'left', '/left/servo'),
+        ('/right/servo', 'left', '/left/servo'),
+    ],
 )
-def test_a_file_without_a_section_for_its_node_is_told(tmp_path, capsys, section, told):
+def test_a_file_without_a_section_for_its_node_is_told(tmp_path, capsys, section, namespace, told):
     path = tmp_path / 'own.yaml'
     path.write_text(f'{section}: {{ros__parameters: {{invert: true}}}}')
-    check_parameter_file('servo_params', str(path))
-    remark = f"'{path}' sets nothing: it has no section '/**' or 'servo'\n"
+    check_parameter_file('servo_params', str(path), namespace)
+    remark = f"'{path}' sets nothing: it has no section '/**' or '{told}'\n"
     assert capsys.readouterr().err == (remark if told else '')
 
 
@@ -265,12 +274,12 @@ def test_the_launch_accepts_a_number_if_and_only_if_the_assembler_does(
         return ' '.join(str(number if k == axis else 0.0) for k in range(3))
 
     check(values | {name: at(edge)})
-    check_assembler([], {}, {name: numbers(name, at(edge))})
+    check_assembler([], '', {}, {name: numbers(name, at(edge))})
     for beyond in (math.nextafter(edge, outward * math.inf), outward * 999.0):
         said = refused_by_launch(values, name, at(beyond))
         assert said.startswith(f"'{name}' must be")  # what was given, not what follows from it
         with pytest.raises(NodlidarError, match=f"'{name}' must be"):
-            check_assembler([], {}, {name: [float(word) for word in at(beyond).split()]})
+            check_assembler([], '', {}, {name: [float(word) for word in at(beyond).split()]})
 
 
 @pytest.mark.parametrize('name', [name for name, limits in SHARED.items() if limits.choices])
@@ -287,7 +296,7 @@ def test_the_servos_of_the_launch_are_models_of_its_node():
 def test_a_mount_at_its_limits_is_accepted_by_the_assembler(values, height):
     given = values | {'mount_xyz': f'-100 100 {height}', 'laser_xyz': '0 0 0'}
     check(given)
-    check_assembler([], {'sensor_height': sensor_height(given)}, {})
+    check_assembler([], '', {'sensor_height': sensor_height(given)}, {})
 
 
 def test_numbers_are_taken_as_they_are():
@@ -299,7 +308,7 @@ def test_numbers_are_taken_as_they_are():
 )
 def test_millimetres_and_degrees_of_the_lidar_are_refused(name, value):
     with pytest.raises(NodlidarError, match=f"'{name}' must be between -"):
-        check_assembler([], {}, {name: value})
+        check_assembler([], '', {}, {name: value})
 
 
 def test_a_robot_model_is_made_or_what_is_wrong_with_it_is_told(tmp_path):
@@ -340,7 +349,7 @@ def test_a_missing_calibration_is_named(values):
 def test_the_nod_is_planned_for_the_servo(tmp_path, servo, text, speed, acceleration):
     path = tmp_path / 'servo.yaml'
     path.write_text(f'servo: {{ros__parameters: {text}}}\n')
-    limits = servo_limits(servo_config(servo, str(path)))
+    limits = servo_limits(servo_config(servo, [str(path)], ''))
     assert limits == pytest.approx({'max_nod_speed': speed, 'max_nod_acceleration': acceleration})
 
 
@@ -376,18 +385,42 @@ def test_the_table_of_the_servos_says_what_the_code_says():
 @pytest.mark.parametrize('model', [*MODELS, 'trajectory'])
 def test_a_servo_accepts_every_nod_that_is_planned_for_it(values, model):
     config = TrajectoryConfig() if model == 'trajectory' else ServoConfig(model=model)
-    limits = servo_limits(servo_config(model, values['servo_params']))
+    limits = servo_limits(servo_config(model, [values['servo_params']], ''))
     for span in np.geomspace(0.05, 1.6, 100):
         sweep = shortest_by_mean_speed(float(span), *limits.values())
         check_nod(Nod(-span / 2, span / 2, sweep, 1, 0), -0.8, 0.8, config.dynamics)
+
+
+@pytest.mark.parametrize(
+    ('namespace', 'model', 'limit'), [('left', 'XL330-M288', 0.2), ('right', 'RX-24F', 0.6)]
+)
+def test_one_file_serves_two_robots_and_a_third_has_the_defaults(
+    tmp_path, namespace, model, limit
+):
+    path = tmp_path / 'two.yaml'
+    text = '{{ros__parameters: {{model: {}, pitch_upper_limit: {}}}}}\n'
+    left, right = text.format('XL330-M288', 0.2), text.format('RX-24F', 0.6)
+    path.write_text(f'/left/servo: {left}/right/servo: {right}servo: {left}')
+    found = servo_config('', [str(path)], namespace)
+    assert (found.model, found.pitch_upper_limit) == (model, limit)
+    assert servo_config('', [str(path)], 'middle') == ServoConfig()
+
+
+def test_a_section_for_all_nodes_in_the_profile_comes_before_those_of_the_file(tmp_path):
+    profile, path = tmp_path / 'profile.yaml', tmp_path / 'servo.yaml'
+    profile.write_text('/**: {ros__parameters: {}}')
+    text = '{}: {{ros__parameters: {{pitch_upper_limit: {}}}}}\n'
+    path.write_text(text.format('servo', 0.2) + text.format('/**', 0.6))
+    assert servo_config('', [str(path)], '').pitch_upper_limit == 0.6
+    assert servo_config('', [str(profile), str(path)], '').pitch_upper_limit == 0.2
 
 
 def test_what_is_wrong_with_the_servo_s_parameters_is_named(tmp_path):
     path = tmp_path / 'servo.yaml'
     path.write_text('servo: {ros__parameters: {model: RX-99}}\n')
     with pytest.raises(NodlidarError, match="'model' must be one of"):
-        servo_config('', str(path))
-    assert servo_limits(servo_config('none', str(path))) == {}
+        servo_config('', [str(path)], '')
+    assert servo_limits(servo_config('none', [str(path)], '')) == {}
 
 
 @pytest.mark.parametrize(
@@ -406,7 +439,7 @@ def test_what_is_wrong_with_the_servo_s_parameters_is_named(tmp_path):
 def test_the_joint_of_the_robot_model_has_the_limits_of_the_servo(tmp_path, servo, text, expected):
     path = tmp_path / 'servo.yaml'
     path.write_text(f'servo: {{ros__parameters: {text}}}\n')
-    limits = joint_limits(servo_config(servo, str(path)))
+    limits = joint_limits(servo_config(servo, [str(path)], ''))
     assert {name: float(limit) for name, limit in limits.items()} == pytest.approx(
         expected, rel=1e-3
     )

@@ -59,7 +59,7 @@ def message(name, begin, rng):
 
 
 def values_of(name):
-    return dict(read_parameters(FOLDER / f'{name}.yaml')['/**']['ros__parameters'])
+    return dict(read_parameters(FOLDER / f'{name}.yaml')['/**'])
 
 
 def errors(name, config, count=30):

@@ -1,9 +1,10 @@
 """Parameters of a node from its YAML file, without ROS."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, fields
 from functools import cache
 from pathlib import Path
+import re
 import sys
 from typing import Any
 
@@ -11,35 +12,37 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import misspelt, type_in_words
 from nodlidar_common.yaml_file import read_yaml, YamlError
 
+_NAME = re.compile(r'(/(\*\*?|[A-Za-z_]\w*))+', re.ASCII)
 
-def file_values(path: Path, node: str, config_class: type[Any]) -> dict[str, Any]:
-    """Return the values that a file sets for the parameters of a node.
 
-    As in ROS, these are the values under ``/**`` and under the node's name in any namespace, which
-    override the former. Unknown parameters are ignored, with a line on stderr for one that is
-    almost a known one.
+def file_values(paths: Iterable[Path | str], node: str, config_class: type[Any]) -> dict[str, Any]:
+    """Return the values that files set for the parameters of a node.
+
+    Unknown parameters are ignored, with a line on stderr for one that is almost a known one.
 
     Parameters
     ----------
-    path
-        The parameter file.
+    paths
+        The parameter files, in the order in which the node gets them.
     node
-        The node's name.
+        The node's name, as for :func:`sections`.
     config_class
         Its configuration (see nodlidar_common.parameters).
 
     Raises
     ------
     ParameterError
-        If the file cannot be read or is not a parameter file, or a value does not have the type
+        If a file cannot be read or is not a parameter file, or a value does not have the type
         of its parameter.
     """
     own = {each.name: each for each in fields(config_class)}
+    files = {path: read_parameters(path) for path in paths}
+    for path, file in files.items():
+        for remark in misspelt([key for each in sections(node, file) for key in each], own):
+            _say(f"'{path}': {remark}")
     values: dict[str, Any] = {}
-    for parameters in sections(path, node):
+    for parameters in sections(node, *files.values()):
         values |= parameters
-    for remark in misspelt([str(key) for key in values], own):
-        _say(f"'{path}': {remark}")
     return {key: _typed(own[key], value) for key, value in values.items() if key in own}
 
 
@@ -49,54 +52,74 @@ def _say(remark: str) -> None:
     print(remark, file=sys.stderr)
 
 
-def read_parameters(path: Path | str) -> dict[Any, Any]:
-    """Return the sections of a parameter file by name.
+def read_parameters(path: Path | str) -> dict[str, dict[str, Any]]:
+    """Return the parameters in each section of a file by the section's name, in their order.
 
     Raises
     ------
     YamlError
-        If it has none, or a value that is in none, which ROS refuses.
+        If the file cannot be read or is not a parameter file, which ROS refuses.
     """
     content = read_yaml(path)
     if not isinstance(content, dict):
         raise YamlError(str(path), "is not a parameter file, such as '/**: ...'")
-    for key, section in content.items():
-        if not isinstance(section, dict):
-            problem = f"'{key}' must be in a section such as '/**', under 'ros__parameters'"
-            raise YamlError(str(path), problem)
-    return content
+    return _merged(_of_nodes(str(path), content))
 
 
-def sections(path: Path, node: str) -> list[Mapping[str, Any]]:
-    """Return the parameters in each section for a node; sections for all nodes come first.
+def sections(node: str, *files: Mapping[str, Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return the parameters in each section for a node; later ones override earlier ones.
 
-    Raises
-    ------
-    YamlError
-        If the file cannot be read or is not a parameter file.
+    As in rcl and rclpy, ``*`` in the name of a section stands for one name, ``**`` for any number
+    of them. A section stands where its name comes first, even in an earlier file.
+
+    Parameters
+    ----------
+    node
+        The node's name with its namespace, such as '/left/servo'; without a slash, it counts in
+        any namespace.
+    files
+        As from :func:`read_parameters`, in the order in which the node gets them.
     """
-    content = [*_of_nodes(read_parameters(path))]
-    found: list[Mapping[str, Any]] = []
-    for name in ('**', '*', node):
-        for key, section in content:
-            if str(key).rsplit('/', 1)[-1] != name:
-                continue
-            parameters = section.get('ros__parameters')
-            if not isinstance(parameters, dict):
-                problem = f"'{key}' must be a section with 'ros__parameters'"
-                raise YamlError(str(path), problem)
-            found.append(parameters)
-    return found
+    merged = _merged(section for file in files for section in file.items())
+    return [parameters for name, parameters in merged.items() if _is_for(name, node)]
 
 
-def _of_nodes(content: Mapping[Any, Any]) -> Iterator[tuple[Any, dict[Any, Any]]]:
+def _is_for(section: str, node: str) -> bool:
+    if not node.startswith('/'):
+        section, node = section.rpartition('/')[2], f'/{node}'
+    pattern = _absolute(section).replace('/*', r'(/\w+)')  # and so '/**' is '(/\w+)*'
+    return re.fullmatch(pattern, node, re.ASCII) is not None
+
+
+def _absolute(name: str) -> str:
+    return '/' + name.removeprefix('/')
+
+
+def _merged(found: Iterable[tuple[str, Mapping[str, Any]]]) -> dict[str, dict[str, Any]]:
+    merged: dict[str, dict[str, Any]] = {}
+    for name, parameters in found:
+        merged.setdefault(name, {}).update(parameters)
+    return merged
+
+
+def _of_nodes(
+    file: str, content: Mapping[str, Any], namespace: str = ''
+) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the sections of nodes with their names, also those within namespaces."""
     for key, section in content.items():
-        holds_sections = section and all(isinstance(each, dict) for each in section.values())
-        if holds_sections and 'ros__parameters' not in section:
-            yield from _of_nodes(section)
-        else:
-            yield key, section
+        name = f'{namespace}{key}'
+        if not isinstance(section, dict):
+            problem = f"'{key}' must be in a section such as '/**', under 'ros__parameters'"
+            raise YamlError(file, problem)
+        if 'ros__parameters' not in section:
+            yield from _of_nodes(file, section, name.removesuffix('/') + '/')
+            continue
+        parameters = section['ros__parameters']
+        if not isinstance(parameters, dict) or len(section) > 1:
+            raise YamlError(file, f"'{name}' must be a section with 'ros__parameters' alone")
+        if not _NAME.fullmatch(_absolute(name)):
+            raise YamlError(file, f"'{name}' must be a node's name or a pattern such as '/**'")
+        yield name, parameters
 
 
 def _typed(parameter: 'Field[Any]', value: Any) -> Any:

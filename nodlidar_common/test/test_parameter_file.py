@@ -23,7 +23,7 @@ def values(tmp_path):
     def of(text, node='assembler'):
         path = tmp_path / 'parameters.yaml'
         path.write_text(text)
-        return file_values(path, node, Config)
+        return file_values([path], node, Config)
 
     return of
 
@@ -62,9 +62,16 @@ def test_a_misspelt_parameter_is_told(values, capsys):
     assert line.endswith("there is no parameter 'rat': is 'rate' meant?")
 
 
-def test_the_node_s_own_section_wins_wherever_it_stands(values):
-    own = section('/robot/assembler', 'count: 3')
-    assert values(own + section('/**', 'count: 2', 'rate: 2.0')) == {'count': 3, 'rate': 2.0}
+def test_a_later_section_overrides_an_earlier_one(values):
+    own, general = section('/robot/assembler', 'count: 3'), section('/**', 'count: 2', 'rate: 2.0')
+    assert values(general + own) == {'count': 3, 'rate': 2.0}
+    assert values(own + general) == {'count': 2, 'rate': 2.0}
+
+
+@pytest.mark.parametrize('node', ['/right/assembler', '/assembler', '/left/robot/assembler'])
+def test_the_section_of_a_node_in_another_namespace_does_not_count(values, node):
+    assert values(section('/left/assembler', 'count: 3'), node) == {}
+    assert values(section('/left/assembler', 'count: 3'), '/left/assembler') == {'count': 3}
 
 
 @pytest.mark.parametrize(
@@ -91,7 +98,10 @@ def test_a_value_of_another_type_is_refused_as_ros_does(values, line, message):
         ('', 'is not a parameter file'),
         ('rate: 2.0', "'rate' must be in a section such as '/[*][*]', under 'ros__parameters'"),
         ('/**: {ros__parameters: {}}\nother:', "'other' must be in a section"),
-        ('assembler: {rate: 2.0}', "'assembler' must be a section with 'ros__parameters'"),
+        ('assembler: {rate: 2.0}', "'rate' must be in a section such as"),
+        ('a: {ros__parameters: 1}', "'a' must be a section with 'ros__parameters' alone"),
+        ('a: {ros__parameters: {}, b: {}}', "'a' must be a section with 'ros__parameters' alone"),
+        ('a: {b-c: {ros__parameters: {}}}', "'a/b-c' must be a node's name or a pattern"),
     ],
 )
 def test_what_is_no_parameter_file_is_refused(values, text, message):
@@ -101,4 +111,4 @@ def test_what_is_no_parameter_file_is_refused(values, text, message):
 
 def test_a_file_that_is_not_there_is_an_error(tmp_path):
     with pytest.raises(YamlError, match=r"none.yaml': No such file or directory"):
-        file_values(tmp_path / 'none.yaml', 'assembler', Config)
+        file_values([tmp_path / 'none.yaml'], 'assembler', Config)

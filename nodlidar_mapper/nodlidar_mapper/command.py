@@ -95,7 +95,7 @@ def _given(params: Path | None, default: Config) -> Config:
     """Return a configuration with the values of a parameter file."""
     if params is None:
         return default
-    config = replace(default, **file_values(params, 'mapper', type(default)))
+    config = replace(default, **file_values([params], 'mapper', type(default)))
     check(config)
     return config
 

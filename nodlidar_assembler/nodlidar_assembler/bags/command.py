@@ -52,7 +52,7 @@ def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerCo
     values: dict[str, Any] = {}
     if params is not None:
         for config_class in (ProfileConfig, AssemblerConfig):
-            values |= file_values(params, 'assembler', config_class)
+            values |= file_values([params], 'assembler', config_class)
     values |= chosen
     profile = ProfileConfig(values.pop('profile', ProfileConfig().profile))
     check(profile)

@@ -65,10 +65,10 @@ class Sensor:
         defaults = {name: str(each['default_value']) for name, each in ARGUMENTS.items()}
         for remark in arguments.remarks(context.launch_configurations, defaults):
             print(remark, file=sys.stderr)
-        self.values = arguments.calibrated(self.values)
         # Where a launch file that includes this one has pushed a namespace (PushRosNamespace).
         pushed = context.launch_configurations.get('ros_namespace', '')
         self.values['namespace'] = arguments.namespace(pushed, self.values['namespace'])
+        self.values = arguments.calibrated(self.values)
         arguments.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
         if not self.values['base']:
@@ -113,8 +113,7 @@ class Sensor:
 
     def topic(self, name: str) -> str:
         """Return the full name of a topic of this sensor."""
-        namespace = self.values['namespace'].strip('/')
-        return f'/{namespace}/{name}' if namespace else f'/{name}'
+        return arguments.full_name(self.values['namespace'], name)
 
     def port(self, device: str) -> str:
         """Return a device's port: its own, or in simulation the link to its emulator."""
@@ -193,7 +192,8 @@ class Sensor:
     @cached_property
     def servo_config(self) -> Any:
         """Return the parameters of the servo's node; None if there is no such node."""
-        return arguments.servo_config(self.values['servo'], self.servo_file())
+        files = [self.profile(), self.servo_file()]
+        return arguments.servo_config(self.values['servo'], files, self.values['namespace'])
 
     def assembler(self) -> Node:
         """Return the assembler."""
@@ -215,7 +215,7 @@ class Sensor:
         if self.values['adapt_limits']:
             own['adapt_limits'] = self.values['adapt_limits'] == 'true'
         derived = self.derived()
-        arguments.check_assembler(files, derived, own)
+        arguments.check_assembler(files, self.values['namespace'], derived, own)
         words = [word for name, value in derived.items() for word in ('-p', f'{name}:={value}')]
         typed = {name: text(v) if isinstance(v, str) else v for name, v in own.items()}
         return self.node(
