@@ -158,7 +158,9 @@ def make_devices(
     servo_model, lidar_model
         One of SERVOS, and one of LIDARS.
     """
-    shaft = make_servo(scene, seed)
+    seeds = np.random.SeedSequence(seed).generate_state(5).tolist()  # independent effects
+    servo_seed, lidar_seed, range_seed, driver_seed, phase_seed = seeds
+    shaft = make_servo(scene, servo_seed)
     servo: Device
     motion: Motion
     if servo_model == CONTROLLED:
@@ -166,7 +168,8 @@ def make_devices(
     else:
         servo, motion = make_emulator(servo_model, shaft, latency_timer), shaft
     world = World(scene, motion, base, start_ns)
-    measure = imperfect(Lidar(scene.lidar, world, start_ns, seed).ranges, scene.effects, seed)
+    ranges = Lidar(scene.lidar, world, start_ns, lidar_seed).ranges
+    measure = imperfect(ranges, scene.effects, range_seed)
     clock_rate = scene.effects.clock_rate
     lidar: Device
     if lidar_model in OTHER_LIDARS:
@@ -175,14 +178,14 @@ def make_devices(
             measure,
             start_ns=start_ns,
             clock_rate=clock_rate,
-            seed=seed,
+            seed=driver_seed,
         )
     else:
         lidar = UrgEmulator(
             measure,
             start_ns=start_ns,
             clock_rate=clock_rate,
-            rotation_phase=np.random.default_rng(seed).random(),
+            rotation_phase=np.random.default_rng(phase_seed).random(),
             scip11=scip11,
             model=SCIP_MODELS[lidar_model],
         )

@@ -195,6 +195,14 @@ def test_live_measurements_have_the_same_faults():
     assert np.nanstd(ranges) == pytest.approx(0.05, rel=0.05)
 
 
+def test_faults_are_the_same_however_beams_are_divided_into_calls():
+    effects = Effects(range_noise=0.05, dropouts=0.3)
+    at_once = range_faults(effects, seed=2)(np.full(100, 2.0))
+    in_parts = range_faults(effects, seed=2)
+    parts = [in_parts(np.full(n, 2.0)) for n in (1, 30, 69)]
+    np.testing.assert_array_equal(np.concatenate(parts), at_once)
+
+
 def test_too_near_and_too_far_are_distinguished():
     reported = SensorModel().rounded_ranges(
         np.array([0.0194, 0.0196, 5.6004, 5.6006, np.inf, np.nan])

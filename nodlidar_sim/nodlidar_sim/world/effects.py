@@ -88,12 +88,12 @@ class RangeFaults:
 
     def __init__(self, noise: float, dropouts: float, seed: int) -> None:
         self._noise, self._dropouts = noise, dropouts
-        self._rng = np.random.default_rng(seed)
+        self._normal, self._uniform = np.random.default_rng(seed).spawn(2)
 
     def __call__(self, ranges: Array) -> Array:
         """Return the measured ranges [m], same shape; NaN for a drop-out."""
         if self._noise > 0.0:
-            ranges = ranges + self._rng.normal(0.0, self._noise, ranges.shape)
+            ranges = ranges + self._normal.normal(0.0, self._noise, ranges.shape)
         if self._dropouts > 0.0:
-            ranges = np.where(self._rng.random(ranges.shape) < self._dropouts, np.nan, ranges)
+            ranges = np.where(self._uniform.random(ranges.shape) < self._dropouts, np.nan, ranges)
         return ranges
