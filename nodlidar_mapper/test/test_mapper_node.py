@@ -7,6 +7,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Path
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import time_ns
@@ -548,3 +549,14 @@ def test_a_sensor_that_is_silent_is_told_apart_from_the_other(running):
     send(True, False, lambda: any('no cloud on' in words for words in robot.words()))
     assert not any('no cloud on /points' in words for words in robot.words())
     assert any('no cloud on /other/points for' in words for words in robot.words())
+
+
+@pytest.mark.parametrize('other', ['/points', '~/points'])
+def test_two_names_of_one_topic_are_refused(other):
+    names = ['-p', f"cloud_topics:=['points', '{other}']", '-r', '~/points:=points']
+    rclpy.init(args=['--ros-args', *names])
+    try:
+        with pytest.raises(ParameterError, match='all different'):
+            MapperNode()
+    finally:
+        rclpy.shutdown()

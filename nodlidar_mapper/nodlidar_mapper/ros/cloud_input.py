@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 import re
 
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.point_cloud import points_in
 from nodlidar_common.ros.qos import OVERRIDABLE
@@ -116,6 +117,9 @@ class CloudInput:
             survival,
             lambda reason: self.drops.update([reason]),
         )
+        topics = config.cloud_topics
+        if len({*map(node.resolve_topic_name, topics)}) < len(topics):  # 'points' is '/points'
+            raise ParameterError('cloud_topics', 'all different', topics)
         self.silences = dict(self._subscribe(topic) for topic in config.cloud_topics)
 
     def _subscribe(self, topic: str) -> tuple[str, Silence]:
