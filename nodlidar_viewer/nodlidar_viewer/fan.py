@@ -16,7 +16,7 @@ def fan(
     """Return the vertices [m], shape (n, 3), and the triangles, shape (m, 3), of a scan.
 
     The triangles are those of any scan with so many beams, so that only vertices have to be sent.
-    A beam without a range ends in the centre, and so its triangles have no area.
+    A beam without a range or azimuth ends in the centre, and so its triangles have no area.
 
     Parameters
     ----------
@@ -32,6 +32,7 @@ def fan(
     length = np.where((length >= nearest) & (length <= farthest), length, 0.0)
     angle = angle_min + angle_increment * chosen
     ends = np.stack([length * np.cos(angle), length * np.sin(angle), np.zeros_like(angle)], axis=1)
+    ends[~np.isfinite(ends).all(axis=1)] = 0.0
     vertices = np.concatenate([np.zeros((1, 3)), ends]).astype(np.float32)
     first = np.arange(1, len(chosen))
     triangles = np.stack([np.zeros_like(first), first, first + 1], axis=1)

@@ -104,6 +104,11 @@ def test_the_fan_has_an_area_between_beams_that_hit():
     assert np.isfinite(vertices).all()
 
 
+def test_beams_without_an_azimuth_are_in_the_centre_of_the_fan():
+    vertices, _ = fan(np.full(9, 2.0, np.float32), math.nan, 0.1, 0.02, 5.6)
+    assert not vertices.any()
+
+
 def test_shapes_of_a_robot_model():
     shapes = shapes_of(URDF)
     assert [(s.link, s.kind, s.size) for s in shapes] == [
