@@ -1,4 +1,4 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -62,6 +62,24 @@ def test_a_servo_that_is_not_on_the_nod_yet_leads_nothing_and_has_no_phase():
     lead = fed(1.5 * LOCKED, 1000)
     assert lead.lead_ns == 0
     assert np.isnan(lead.error)
+
+
+def test_a_servo_later_than_the_middle_of_a_short_sweep_has_no_phase():
+    short = replace(NOD, sweep_duration=0.1)  # its middle lasts from 25 ms before to 25 ms after
+    for late, known in ((0.02, True), (0.03, False)):
+        lead = PhaseLead()
+        stamp_ns = short.reference_time_ns + round(0.5 * short.sweep_duration * 1e9)
+        pitch = (short.pitch_min + short.pitch_max) / 2.0 - late * short.speed
+        lead.add(short, Measured(stamp_ns, pitch), short.speed)
+        assert np.isfinite(lead.error) == known
+
+
+def test_the_error_is_a_mean_of_what_scatters():
+    lead = PhaseLead()
+    for index in range(200):
+        late = 0.004 + (0.003 if index % 2 else -0.003)
+        lead.add(NOD, measured(index + 0.5, late), NOD.speed)
+    assert lead.error == pytest.approx(0.004, abs=0.0002)
 
 
 @given(st.floats(-2e-3, 2e-3), st.integers(0, 1000))
