@@ -94,7 +94,7 @@ def _demo(options: argparse.Namespace, console: Console) -> None:
     if options.ideal:
         arguments.append('ideal:=true')
     with launched_sensor(output / 'launch.log', *arguments) as sensor:
-        record(bag, options.duration, sensor, console)
+        record(bag, options.duration, sensor, console, adapts=True)
     with console.status('Measuring'):
         log, distances = _measured(bag, scene)
         _draw(log, scene, output, f"'{scene.name}', {options.duration:g} s")
@@ -157,11 +157,13 @@ def record(
     sensor: LaunchedSensor,
     console: Console,
     best_effort: bool = False,
+    adapts: bool = False,
 ) -> None:
     """Record a sensor into a bag, for a time [s] from the first cloud on.
 
-    The first half is with the whole nod, which shows floor and ceiling. In the second, limits and
-    speed of the nod follow the range. Scans that are published best effort are taken if so told.
+    If told to adapt, the first half is with the whole nod, which shows floor and ceiling. In the
+    second, limits and speed of the nod follow the range. Scans that are published best effort are
+    taken if so told.
 
     Raises
     ------
@@ -180,11 +182,10 @@ def record(
         executor.add_node(recorder)
         with _progress(console) as progress:
             task = progress.add_task('waiting for the first cloud', total=duration)
-            adapted = False
             for done in _seconds_of_clouds(recorder, executor, sensor, duration):
                 progress.update(task, completed=done, description=_counts(recorder))
-                if not adapted and done >= duration / 2.0:
-                    adapted = True
+                if adapts and done >= duration / 2.0:
+                    adapts = False
                     recorder.adapt_limits()
 
 
