@@ -31,12 +31,16 @@ NODES = {
     'mapper': (MapperConfig,),
     'viewer': (ViewerConfig,),
 }
-# Commented out in the YAML files, where they would override the profile, or what the launch knows
-# of the servo and of the place of the lidar.
+# Commented out in the YAML files, where they would override the profile, the file of the lidar's
+# driver, or what the launch knows of the servo and of the place of the lidar.
 LEFT_TO_LAUNCH = {
     'assembler': {
         'profile',
         *governed(),
+        'scan_delay',
+        'last_beam_first',
+        'samples_per_sweep',
+        'steps_per_revolution',
         'max_nod_speed',
         'max_nod_acceleration',
         'sensor_height',

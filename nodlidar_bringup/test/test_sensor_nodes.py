@@ -71,12 +71,12 @@ def test_the_assembler_is_told_how_the_sensor_is_mounted(monkeypatch):
     assert float(height.partition('=')[2]) == pytest.approx(0.4 - 0.08 * math.cos(0.25))
 
 
-def test_the_file_of_a_driver_takes_precedence_over_the_assembler_s(monkeypatch):
+def test_the_assembler_s_file_takes_precedence_over_that_of_a_driver(monkeypatch):
     monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['parameters'])
     chosen = {'hardware': 'real', 'lidar': 'ldlidar', 'adapt_limits': 'true'}
     *files, own = sensor_of(**chosen).assembler()
     names = [Path(file).name for file in files]
-    assert names == ['balanced.yaml', 'assembler.yaml', 'ldlidar.yaml']
+    assert names == ['balanced.yaml', 'ldlidar.yaml', 'assembler.yaml']
     assert 'last_beam_first' not in own
     assert own['adapt_limits'] is True
 

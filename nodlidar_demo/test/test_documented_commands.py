@@ -152,8 +152,6 @@ def test_view_bag(command, demo_bag):
 @starting('ros2', 'launch', 'nodlidar_bringup')
 def test_launch(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    page = (WORKSPACE / 'docs' / 'lidars.md').read_text()
-    Path('slow_nod.yaml').write_text(page.split('```yaml\n')[1].split('```')[0])
     file, *arguments = [word for word in shlex.split(command)[3:] if word != '--show-args']
     share = Path(get_package_share_directory('nodlidar_bringup'))
     spec = spec_from_file_location('launch_file', share / 'launch' / file)

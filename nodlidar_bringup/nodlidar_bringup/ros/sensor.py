@@ -197,11 +197,11 @@ class Sensor:
 
     def assembler(self) -> Node:
         """Return the assembler."""
-        files = [self.profile(), self.values['assembler_params']]
+        files = [self.profile()]
         if self.values['lidar'] in OTHER_DRIVERS:
             lidar = f'config/lidars/{self.values["lidar"]}.yaml'
             files.append(share('nodlidar_bringup', lidar))
-        files = [*filter(None, [*files, self.values['calibration']])]
+        files += filter(None, [self.values['assembler_params'], self.values['calibration']])
         own: dict[str, Any] = {
             'frame_id': self.frame('nodlidar_base_link'),
             'joint_name': self.frame('nod_joint'),
