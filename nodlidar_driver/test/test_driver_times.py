@@ -54,13 +54,15 @@ def test_revolutions_of_whole_milliseconds_stay_in_the_middle_of_theirs():
     np.testing.assert_allclose(times, 1000.5 + 100.0 * np.arange(50), atol=1e-6)
 
 
-def test_a_motor_that_changes_its_speed_is_followed():
+@pytest.mark.parametrize('new', [99.61, 93.37, 110.43])
+def test_a_motor_that_changes_its_speed_is_followed(new):
     revolution = RevolutionTimes(100.0)
-    periods = np.concatenate((np.full(50, 100.03), np.full(60, 99.61)))
+    periods = np.concatenate((np.full(50, 100.03), np.full(60, new)))
     truth = 1000.0 + np.cumsum(periods)
     fitted = np.array([revolution.add(int(t))[-1] for t in truth])
     assert np.abs(fitted - truth).max() < 1.1
     assert np.abs(fitted - truth)[-20:].max() < 0.15
+    assert revolution.period_ms == pytest.approx(new, abs=0.01)
 
 
 @pytest.mark.parametrize('slope', [-450e-6, -30e-6, 0.0, 120e-6, 450e-6])
