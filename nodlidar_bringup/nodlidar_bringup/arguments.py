@@ -67,6 +67,8 @@ def check(values: Mapping[str, str]) -> None:
         for name, models in (('lidar', LIDARS), ('servo', SERVOS)):
             if values[name] and values[name] not in models:
                 raise ParameterError(name, f'one of {", ".join(models)} in sim', values[name])
+        if not re.fullmatch('[0-9]{1,18}', values['seed']):
+            raise ParameterError('seed', 'a whole number from 0', values['seed'])
         load_scene(values['scene'], values['route'] or None)
 
 

@@ -53,7 +53,7 @@ def values(tmp_path):
     nodes = 'driver', 'servo', 'assembler', 'viewer'
     files = {f'{node}_params': str(path) for node in nodes}
     files['calibration'] = ''
-    scene = {'hardware': 'sim', 'scene': 'room', 'route': '', 'lidar': '', 'servo': ''}
+    scene = {'hardware': 'sim', 'scene': 'room', 'route': '', 'seed': '0', 'lidar': '', 'servo': ''}
     tf = {'frame_prefix': '', 'own_tf': 'false', 'tf_rate': ''}
     return {'namespace': '', **tf, **PLACES, **files, **scene}
 
@@ -68,7 +68,7 @@ def values(tmp_path):
         {'tf_rate': '1e3'},
         {'mount_xyz': ' -1e-3\t+.5 7 ', 'route': 'turn', 'scene': 'wall'},
         {'hardware': 'real', 'scene': 'moon'},
-        {'servo': 'XL430-W250'},
+        {'servo': 'XL430-W250', 'seed': '7'},
         {'lidar': 'UST-10LX'},
         {'lidar': 'rplidar'},
         {'hardware': 'real', 'servo': 'XL330-M288'},
@@ -118,6 +118,8 @@ def test_good_arguments_pass(values, change):
         ),
         ('servo', 'none', "'servo' must be one of RX-24F, RX-28, RX-64, AX-12A, AX-18A, MX-28"),
         ('servo', 'none', "XL330-M288, XL330-M077, STS3215, trajectory in sim, but is 'none'"),
+        ('seed', '-1', "'seed' must be a whole number from 0, but is '-1'"),
+        ('seed', 'any', "'seed' must be a whole number from 0"),
         ('route', 'home', "'route' must be one of approach, figure_of_eight, turn, or a"),
     ],
 )

@@ -67,6 +67,11 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         'description': 'true: simulated devices and odometry without errors (hardware:=sim); '
         'false: with those that the scene names',
     },
+    'seed': {
+        'default_value': '0',
+        'description': 'of the random errors of devices and odometry (hardware:=sim): a whole '
+        'number from 0',
+    },
     'base': {
         'default_value': '',
         'choices': ['', 'route', 'odometry', 'cmd_vel'],

@@ -141,6 +141,7 @@ class Sensor:
                 f'--route={self.values["route"]}',
                 '--base',
                 self.values['base'],
+                f'--seed={self.values["seed"]}',
                 *(['--ideal'] if self.values['ideal'] == 'true' else []),
                 *(['--lidar-model', self.values['lidar']] if self.values['lidar'] else []),
                 *(['--servo-model', self.values['servo']] if self.values['servo'] else []),
