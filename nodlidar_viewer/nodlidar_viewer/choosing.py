@@ -2,7 +2,8 @@
 
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_planner.choice.choice import quick_choice
-from nodlidar_planner.sweeps.schedule import coprime_from, even_rows
+from nodlidar_planner.pattern.band import coprime_from
+from nodlidar_planner.sweeps.schedule import even_rows
 import numpy as np
 
 CANDIDATES = 300

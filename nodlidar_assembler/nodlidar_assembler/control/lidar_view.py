@@ -10,6 +10,7 @@ from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.revolutions import SAME_RATE
 from nodlidar_common.parameters import limits_of
+from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.task import Task, wrapped
 
 # Shares by which steps may differ from scan to scan, and steps by which an end of the window may:
@@ -97,8 +98,7 @@ def nod_for(config: NodConfig, geometry: ScanGeometry) -> NodConfig:
     beam_period = 1.0 / (_rate(config.task, geometry) * steps)
     fewest = config.fewest_samples(config.pitch_max - config.pitch_min, beam_period)
     samples = max(round(config.samples_per_sweep * config.task.beam_period / beam_period), fewest)
-    while math.gcd(samples, steps) > 1 or samples < 1:
-        samples += 1
+    samples = coprime_from(max(samples, 1), steps)
     return replace(config, steps_per_revolution=steps, samples_per_sweep=samples)
 
 

@@ -14,8 +14,9 @@ from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 from nodlidar_planner.choice.choice import quick_choice
+from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.task import Task
-from nodlidar_planner.sweeps.schedule import coprime_from, even_rows
+from nodlidar_planner.sweeps.schedule import even_rows
 import numpy as np
 from numpy.typing import NDArray
 

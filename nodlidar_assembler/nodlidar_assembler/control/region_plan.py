@@ -7,9 +7,10 @@ from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_planner.choice.timing_error import completion_run
+from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
 from nodlidar_planner.pattern.task import Task, wrapped
-from nodlidar_planner.sweeps.schedule import coprime_from, even_rows
+from nodlidar_planner.sweeps.schedule import even_rows
 from nodlidar_planner.sweeps.single_sweep import single_sweep
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""The candidates within a band of nod speeds."""
+"""N_s that are coprime with N_L: the next one, and all within a band of nod speeds."""
 
 import math
 
@@ -11,6 +11,13 @@ from numpy.typing import NDArray
 # takes at least and at most [s].
 USEFUL_SWEEP = 1001 / 10_240, 8000 / 10_240
 MAX_CHOICES = 200_000
+
+
+def coprime_from(number: int, other: int) -> int:
+    """Return the least number, at least a given one, that is coprime with another."""
+    while math.gcd(number, other) != 1:
+        number += 1
+    return number
 
 
 def samples_in_band(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
 from nodlidar_planner.pattern.task import Task
 import numpy as np
@@ -171,10 +172,3 @@ def first_hits(task: Task, reversals: Floats) -> Floats:
 def _cells(task: Task, column: Integers, row: Integers) -> Integers:
     """Return each sample's cell; one past the last for samples outside the region."""
     return np.where(column >= 0, column * task.rows + row, task.cells)
-
-
-def coprime_from(number: int, other: int) -> int:
-    """Return the least number, at least a given one, that is coprime with another."""
-    while math.gcd(number, other) != 1:
-        number += 1
-    return number

@@ -7,9 +7,9 @@ depend on the timing of reversals.
 
 import math
 
+from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.servo import MIN_SPEED, PITCH_ERROR
 from nodlidar_planner.pattern.task import Task
-from nodlidar_planner.sweeps.schedule import coprime_from
 
 # Least advance in a revolution, in cells; a larger error is left to the sweeps after. And the
 # largest: a fast servo speeds up for a good part of a revolution.
