@@ -27,7 +27,7 @@ Distance = Callable[..., float]  # of a recording, an estimator and a veil_angle
 
 DURATION = 12.0  # almost a circle
 JOINT_RATE = 100.0
-DISTANCE = 'RMS distance, real devices [mm]'
+DISTANCE = 'RMS distance, devices with errors [mm]'
 FILTERED, IDEAL = 'the same, filtered [mm]', 'RMS distance, ideal devices [mm]'
 TITLE = (
     f'Ego-motion: {DURATION:.0f} s in the room, {DRIVING[0]} m/s and {DRIVING[1]} rad/s, odometry '
