@@ -53,7 +53,14 @@ def values(tmp_path):
     nodes = 'driver', 'servo', 'assembler', 'viewer'
     files = {f'{node}_params': str(path) for node in nodes}
     files['calibration'] = ''
-    scene = {'hardware': 'sim', 'scene': 'room', 'route': '', 'seed': '0', 'lidar': '', 'servo': ''}
+    scene = {
+        'hardware': 'sim',
+        'scene': 'room',
+        'route': '',
+        'seed': '0',
+        'lidar': '',
+        'servo': '',
+    }
     tf = {'frame_prefix': '', 'own_tf': 'false', 'tf_rate': ''}
     return {'namespace': '', **tf, **PLACES, **files, **scene}
 
