@@ -58,18 +58,26 @@ def whole_files(folder: Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        With the folder, if a file in it cannot be written.
+        With the folder, or the file in it that cannot be replaced.
     """
-    part = folder / '.part'
-    with named(folder):
-        try:
+    part, existed = folder / '.part', folder.exists()
+    try:
+        with named(folder):
             shutil.rmtree(part, ignore_errors=True)  # of a process that was killed
             part.mkdir(parents=True)
             yield part
-            for path in part.iterdir():
-                path.replace(folder / path.name)
-        finally:
-            shutil.rmtree(part, ignore_errors=True)
+            new = {path: folder / path.name for path in part.iterdir()}
+        for file in new.values():
+            with named(file):
+                _replaceable(file)
+        with named(folder):
+            for path, file in new.items():
+                path.replace(file)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+        if not existed:
+            with suppress(OSError):  # it holds the files
+                folder.rmdir()
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 import errno
 import os
 
-from nodlidar_common.whole_file import check_writable, whole_file
+from nodlidar_common.whole_file import check_writable, whole_file, whole_files
 import pytest
 
 
@@ -83,3 +83,37 @@ def test_a_device_is_not_replaced(tmp_path, attempt):
         attempt(path)
     assert caught.value.filename == str(path)
     assert path.is_fifo()
+
+
+def write_files(folder, names, error=None):
+    with whole_files(folder) as part:
+        for name in names:
+            (part / name).write_text('new')
+        if error:
+            raise error
+
+
+def test_files_replace_those_of_before_together(tmp_path):
+    (tmp_path / 'a').write_text('old')
+    write_files(tmp_path, 'ab')
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {'a': 'new', 'b': 'new'}
+
+
+@pytest.mark.parametrize('wrong', ['a', 'b', 'c'])
+def test_if_one_file_cannot_be_replaced_none_is(tmp_path, wrong):
+    for name in 'abc':
+        if name == wrong:
+            (tmp_path / name).mkdir()
+        else:
+            (tmp_path / name).write_text('old')
+    with pytest.raises(IsADirectoryError) as caught:
+        write_files(tmp_path, 'abc')
+    assert caught.value.filename == str(tmp_path / wrong)
+    assert {path.read_text() for path in tmp_path.iterdir() if path.is_file()} == {'old'}
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_a_folder_of_no_files_is_not_left(tmp_path):
+    with pytest.raises(OSError, match='No space left'):
+        write_files(tmp_path / 'new', 'a', OSError(errno.ENOSPC, 'No space left on device'))
+    assert list(tmp_path.iterdir()) == []
