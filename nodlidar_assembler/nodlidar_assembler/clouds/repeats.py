@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 # Fewer ranges than these may repeat by chance. If every second one did, all of so many would once
 # in a million scans.
 _FEWEST = 20
+# Of so many scans in a row with the same ranges and pitch, all are of a sensor that rests.
+_RESTING = 10
 
 
 class RepeatedScanError(ScanError):
@@ -21,11 +23,12 @@ class RepeatCheck:
     """Compares the ranges of each scan with those of the scan before.
 
     No two scans of many ranges are equal to the last bit, unless the lidar and all around it stand
-    still.
+    still. It may have come to rest at another pitch than was estimated for the first of them.
     """
 
     def __init__(self) -> None:
         self._ranges, self._pitch = b'', np.empty(0)
+        self._latest, self._same = self._pitch, 0  # pitch that does not change, for so many scans
 
     def check(
         self, geometry: ScanGeometry, ranges: NDArray[np.float32], pitch: NDArray[np.float64]
@@ -37,7 +40,14 @@ class RepeatCheck:
         content = ranges.tobytes()
         if content != self._ranges or len(pitch) != len(self._pitch):
             self._ranges, self._pitch = content, pitch
+            self._latest, self._same = pitch, 0
             return
-        is_another = np.abs(pitch - self._pitch).max() > abs(geometry.angle_increment)
+        limit = abs(geometry.angle_increment)
+        self._same += 1
+        if np.abs(pitch - self._latest).max() > limit / 2.0:
+            self._latest, self._same = pitch, 0
+        elif self._same >= _RESTING:
+            self._pitch = pitch
+        is_another = np.abs(pitch - self._pitch).max() > limit
         if is_another and np.count_nonzero(geometry.measured(ranges)) >= _FEWEST:
             raise RepeatedScanError
