@@ -45,6 +45,35 @@ def test_once_it_nods_it_is_no_longer_named():
     assert not following.warning
 
 
+SLOW = Nod(-0.5, 0.5, 60.0, 614_400, 0)
+
+
+def test_it_is_no_longer_named_as_soon_as_it_nods_whatever_was_commanded_before():
+    following = watched(lambda ns: 0.0, 250.0, nod=SLOW)
+    assert following.warning
+    for ms in range(250_000, 251_100, 10):
+        following.add(ms * MS, float(NOD.pitch(ms * MS)), NOD)
+    assert not following.warning
+
+
+def test_a_joint_that_stops_after_a_slow_nod_is_named_as_soon_as_any():
+    following = watched(lambda ns: float(SLOW.pitch(ns)), 30.0, nod=SLOW)
+    for ms in range(30_000, 38_100, 10):
+        following.add(ms * MS, 0.0, NOD)
+    assert following.warning
+
+
+def test_a_slow_sweep_up_is_awaited_although_the_return_is_fast():
+    """A joint that rests during the first 0.9 of each sweep up of an interlaced nod."""
+    following, down = NodFollowing(), Nod(-0.5, 0.5, 0.4, 4096, 0)
+    up = Nod(-0.5, 0.5, 4.0, 40_960, 0)
+    for ms in range(0, 44_000, 10):
+        rising = ms % 4400
+        pitch = -0.5 if rising < 3600 else 0.5 if rising < 4000 else -0.5
+        following.add(ms * MS, pitch, up if rising < 4000 else down)
+        assert not following.warning
+
+
 def test_while_limits_change_the_nod_counts_that_asks_for_the_least():
     following = NodFollowing()
     for ms in range(0, 20000, 10):

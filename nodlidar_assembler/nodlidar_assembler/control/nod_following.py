@@ -14,7 +14,7 @@ class NodFollowing:
 
     def __init__(self) -> None:
         self._low = self._high = self._least_span = self._duration = 0.0
-        self._few, self._moved = 0, 0.0
+        self._few, self._moved, self._longest_ns = 0, 0.0, 0
         self._last_ns = -_LONGEST_GAP_NS - 1
         self._begin(0, 0.0)
 
@@ -35,13 +35,21 @@ class NodFollowing:
             return
         self._low, self._high = min(self._low, pitch), max(self._high, pitch)
         self._least_span = min(self._least_span, nod.span)
-        self._duration = max(self._duration, 2.0 * nod.sweep_duration)
+        self._note_duration(time_ns, 2.0 * nod.sweep_duration)
+        moved = self._high - self._low
+        follows = moved >= self._least_span / 2.0
+        if follows:
+            self._few = 0
         if time_ns - self._begin_ns > self._duration * NS_PER_S:
-            self._moved = self._high - self._low
-            self._few = self._few + 1 if self._moved < self._least_span / 2.0 else 0
+            self._few, self._moved = self._few + (not follows), moved
             self._begin(time_ns, pitch)
 
+    def _note_duration(self, time_ns: int, duration: float) -> None:
+        """Note how long a nod takes up and down [s]; sweeps may differ, as in `interlaced`."""
+        if duration >= self._duration or time_ns - self._longest_ns > duration * NS_PER_S:
+            self._duration, self._longest_ns = duration, time_ns
+
     def _begin(self, time_ns: int, pitch: float) -> None:
-        self._begin_ns = time_ns
+        self._begin_ns = self._longest_ns = time_ns
         self._low = self._high = pitch
         self._least_span, self._duration = math.inf, 0.0
