@@ -49,13 +49,15 @@ def declare(
     on_change: Callable[[Config], None] | None = None,
     defaults: Config | None = None,
     is_configured: Callable[[], bool] | None = None,
+    check_change: Callable[[Config], None] | None = None,
 ) -> Config:
     """Declare every field of a configuration as a parameter and return the configuration.
 
     Parameters that the user did not set are as in `defaults`, or else the defaults of the class.
     Live parameters can be set while the node runs: `on_change` then receives the new
     configuration, after the same checks as the first one. The others are read-only, or, for a
-    lifecycle node, which passes `is_configured`, can be set until it is configured.
+    lifecycle node, which passes `is_configured`, can be set until it is configured. What
+    `check_change` raises ParameterError for is refused.
 
     Raises
     ------
@@ -73,7 +75,7 @@ def declare(
     check(config)
     for remark in misspelt(node._parameter_overrides, values):
         node.get_logger().warning(remark)
-    settable = _Settable(config, on_change, is_configured)
+    settable = _Settable(config, on_change, is_configured, check_change)
     node.add_on_set_parameters_callback(settable.validate)
     node.add_post_set_parameters_callback(settable.apply)
     return config
@@ -87,7 +89,9 @@ class _Settable(Generic[Config]):
         config: Config,
         on_change: Callable[[Config], None] | None,
         is_configured: Callable[[], bool] | None,
+        check_change: Callable[[Config], None] | None,
     ) -> None:
+        self._check_change = check_change
         self._config, self._on_change, self._is_configured = config, on_change, is_configured
         self._fields = {f.name: f for f in fields(config)}  # type: ignore[arg-type]
 
@@ -97,6 +101,8 @@ class _Settable(Generic[Config]):
             new = self._changed(parameters)
             if self._is_configured is not None and self._is_configured():
                 _check_live(self._config, new)
+            if self._check_change is not None:
+                self._check_change(new)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
