@@ -10,6 +10,7 @@ from nodlidar_msgs.msg import NodCommand, NodStatus
 import numpy as np
 import pytest
 from rclpy.action import ActionClient
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
 from test_assembler_node import log
@@ -233,3 +234,25 @@ def test_of_many_goals_at_once_all_are_answered():
         cancelled = [future.result().cancel_goal_async() for future in sent]
         running.spin_until(lambda: all(future.done() for future in cancelled))
     assert {future.result().result.message for future in got} == {'refused: no scans arrive'}
+
+
+def test_limits_beyond_those_of_the_mount_are_refused_when_they_are_set(log):
+    with bench() as running:
+        assert set_to(running, pitch_max=0.7) == ''
+        mount = NodStatus(pitch_lower_limit=-0.7, pitch_upper_limit=0.7)
+        running.spin_until_heard(
+            status := running.feeder.create_publisher(NodStatus, 'servo/status', 1)
+        )
+        running.send(status, mount)
+        running.spin_until(lambda: set_to(running, pitch_max=0.8) != '')
+        assert 'between -0.7 and 0.7 rad, the limits of the mount' in set_to(
+            running, pitch_max=0.8
+        )
+        assert set_to(running, object_distance=3.0) == ''
+        assert set_to(running, pitch_max=0.65) == ''
+
+
+def set_to(running, **value):
+    """Set a parameter of the node; return why it is refused."""
+    ((name, number),) = value.items()
+    return running.node.set_parameters([Parameter(name, value=number)])[0].reason

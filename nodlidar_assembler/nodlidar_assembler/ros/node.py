@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+import math
 import sys
 
 from nodlidar_assembler.clouds.assembly import Points
@@ -22,6 +23,7 @@ from nodlidar_assembler.ros.profile_change import ProfileChange
 from nodlidar_assembler.ros.region_action import RegionAction
 from nodlidar_assembler.ros.scan_service import ScanService
 from nodlidar_assembler.scan_assembler import Outcome
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
@@ -43,7 +45,13 @@ class Assembler(Node):
     def __init__(self, parameters: Sequence[Parameter] = ()) -> None:
         super().__init__('assembler', parameter_overrides=list(parameters))
         self._profile = ProfileChange(self, Assembler)
-        self.config = declare(self, AssemblerConfig, self._reconfigure, self._profile.defaults)
+        self.config = declare(
+            self,
+            AssemblerConfig,
+            self._reconfigure,
+            self._profile.defaults,
+            check_change=self._check_change,
+        )
         self.survival = Survival(self.get_logger().error)
         self._host_clock = HostClock(self, self._clock_was_set)
         self._nod = None
@@ -199,6 +207,17 @@ class Assembler(Node):
             shape = self._scene_monitor.shape()
         if self._nod is not None:
             self._nod.adapt(shape, assembled)
+
+    def _check_change(self, config: AssemblerConfig) -> None:
+        """Raise ParameterError for new limits beyond the mount's: the servo would let go."""
+        for key in ('pitch_min', 'pitch_max'):
+            pitch = getattr(config, key)
+            if pitch == getattr(self.config, key) or self._nod is None:
+                continue
+            lowest, highest = self._region.stated_mount or (-math.inf, math.inf)
+            if not lowest <= pitch <= highest:
+                limit = f'between {lowest} and {highest} rad, the limits of the mount'
+                raise ParameterError(key, limit, pitch)
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
         before, self.config = self.config, config

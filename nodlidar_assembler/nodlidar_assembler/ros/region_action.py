@@ -81,10 +81,15 @@ class RegionAction:
     @property
     def mount(self) -> tuple[float, float]:
         """Limits of the mount [rad]: as the servo states them, or else the configured ones."""
+        return self.stated_mount or (self._config.pitch_min, self._config.pitch_max)
+
+    @property
+    def stated_mount(self) -> tuple[float, float] | None:
+        """Limits of the mount [rad] as the servo states them; None before it did."""
         for status in self._statuses.take():
             if status.pitch_lower_limit < status.pitch_upper_limit:
                 self._mount = status.pitch_lower_limit, status.pitch_upper_limit
-        return self._mount or (self._config.pitch_min, self._config.pitch_max)
+        return self._mount
 
     def plan(self, config: AssemblerConfig) -> None:
         """Use other parameters for the next goals."""
