@@ -193,11 +193,21 @@ def test_topics_are_those_of_the_assembler():
     costmap = parameters('nav2_costmap.yaml')
     topics = {key.split('.')[1]: value for key, value in costmap.items() if key.endswith('topic')}
     assert topics == {
-        'level_hits': 'level_scan', 'level_free': 'level_scan',
-        'cloud_marks': 'points', 'cloud_clears': 'points',
-    }  # fmt: skip
+        'level_hits': '/level_scan', 'level_free': '/level_scan',
+        'cloud_marks': '/points', 'cloud_clears': '/points',
+    }  # fmt: skip  # Nav2 of Jazzy takes relative names as of the costmap's own namespace
     assert parameters('amcl.yaml')['scan_topic'] == 'level_scan'
     assert parameters('slam_toolbox.yaml')['scan_topic'] == 'level_scan'
+
+
+@pytest.mark.parametrize(
+    ('name', 'key'),
+    [('slam_toolbox.yaml', 'transform_timeout'), ('amcl.yaml', 'transform_tolerance')],
+)
+def test_map_to_odom_outlasts_a_sweep_and_the_delay_of_its_scan(name, key):
+    config = AssemblerConfig()
+    sweep = config.samples_per_sweep * config.task.beam_period
+    assert parameters(name)[key] > sweep + config.deadline
 
 
 def test_the_costmap_marks_the_band_of_the_assembler_and_clears_by_all_points():
