@@ -2,10 +2,10 @@
 
 from underlay_refusal import refuse
 
-from . import actions
+from . import actions, event_handlers
 from .launch_context import LaunchContext
 from .launch_description import LaunchDescription
 from .launch_service import LaunchService
 
-__all__ = ['LaunchContext', 'LaunchDescription', 'LaunchService', 'actions']
+__all__ = ['LaunchContext', 'LaunchDescription', 'LaunchService', 'actions', 'event_handlers']
 __getattr__ = refuse(__name__, __all__)

@@ -5,6 +5,8 @@ from typing import Any
 
 from underlay_refusal import Partial, refuse_arguments
 
+from .event_types import Shutdown
+
 
 class LaunchContext(Partial):
     """The state of a launch.
@@ -36,12 +38,23 @@ class LaunchContext(Partial):
         self.noninteractive = noninteractive
         self._send_sigint = True
         self._processes: list[Any] = []
+        self._event_handlers: list[Any] = []
 
     def visit(self, entity: Any, event: Any = None) -> None:
         """Visit an action or a launch description, and the ones that it returns."""
         self.event = event
         for following in entity.visit(self) or []:
             self.visit(following, event)
+
+    def register_event_handler(self, event_handler: Any) -> None:
+        """Have a handler react to events from now on."""
+        self._event_handlers.append(event_handler)
+
+    def emit(self, event: Any) -> None:
+        """Let the handlers of an event react, and visit what they return."""
+        for handler in [each for each in self._event_handlers if each.matches(event)]:
+            if (reaction := handler.react(event, self)) is not None:
+                self.visit(reaction, event)
 
     def add_process(self, process: Any) -> None:
         """Add a process that started, to end it at the shutdown."""
@@ -61,3 +74,4 @@ class LaunchContext(Partial):
         self._send_sigint = self.noninteractive or not due_to_sigint
         for process in reversed(self._processes):
             process.end(self._send_sigint)
+        self.emit(Shutdown())

@@ -2,6 +2,7 @@
 
 import asyncio
 from asyncio.subprocess import create_subprocess_exec, DEVNULL
+from collections.abc import Callable
 from contextlib import suppress
 import os
 from signal import SIGINT, SIGKILL, Signals, SIGTERM
@@ -28,7 +29,7 @@ class Process:
         self.pid: int | None = None
         self._escalation: asyncio.Task | None = None
 
-    async def run(self, context: LaunchContext) -> int:
+    async def run(self, context: LaunchContext, on_start: Callable[[], None]) -> int:
         """Run to the end; return the exit code. Raises OSError if it cannot be started."""
         get = context.launch_configurations.get
         self._timeouts = [float(get(name, _TIMEOUT)) for name, _, _ in _ESCALATION]
@@ -39,6 +40,7 @@ class Process:
             self.pid = process.pid
             self._log('INFO', f'process started with pid [{self.pid}]')
             context.add_process(self)
+            on_start()
             returncode = await process.wait()
         context.remove_process(self)
         if self._escalation is not None:

@@ -6,7 +6,8 @@ import signal
 import subprocess
 import sys
 
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown
+from launch.event_handlers import OnProcessStart, OnShutdown
 import pytest
 
 BUSY = 'while :; do sleep 0.05; done'
@@ -198,3 +199,34 @@ service.run()
     subprocess.run(['python3', '-c', script], stdout=writer, stderr=subprocess.DEVNULL, env=env)
     os.close(writer)
     assert (tmp_path / 'last').exists()
+
+
+def handling(*handlers):
+    """Register event handlers."""
+
+    def register(context):
+        for handler in handlers:
+            context.register_event_handler(handler)
+
+    return OpaqueFunction(function=register)
+
+
+def test_the_start_of_a_process_is_handled_where_it_is_the_target(launch):
+    target, other = shell('exec sleep 60', name='target'), shell('exec sleep 60', name='other')
+    pids = []
+
+    def react(event, context):
+        pids.append(event.pid)
+        return Shutdown()
+
+    _, out = launch(handling(OnProcessStart(target_action=target, on_start=react)), other, target)
+    assert len(pids) == 1
+    name = next(line for line in out.splitlines() if f'with pid [{pids[0]}]' in line)
+    assert '[target-' in name
+
+
+def test_the_shutdown_is_handled_once_and_while_it_is_one(launch, exits):
+    seen = []
+    handler = OnShutdown(on_shutdown=lambda _, context: seen.append(context.is_shutdown))
+    launch(handling(handler), sleeper(exits), shell('true', on_exit=end_all))
+    assert seen == [True]

@@ -2,31 +2,21 @@
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import count
 import os
 import shlex
 from typing import Any
 
-from underlay_refusal import Partial, refuse_arguments
+from underlay_refusal import refuse_arguments
 
 from ..action import Action
+from ..event_types import ProcessExited, ProcessStarted
 from ..launch_context import LaunchContext
 from ..process import Process
 
 _numbers = count(1)
 # Launch configurations that change processes.
 _UNCOVERED = ('emulate_tty', 'launch-prefix', 'launch-prefix-filter')
-
-
-@dataclass(frozen=True)
-class ProcessExited(Partial):
-    """The end of a process; a negative returncode is the signal that ended it."""
-
-    process_name: str
-    cmd: list[str]
-    pid: int
-    returncode: int
 
 
 class ExecuteProcess(Action):
@@ -81,7 +71,11 @@ class ExecuteProcess(Action):
     async def _run(self, process: Process, context: LaunchContext) -> None:
         if context.is_shutdown:
             return
-        returncode = await process.run(context)
+
+        def started() -> None:
+            context.emit(ProcessStarted(self, process.name, process.cmd, process.pid))
+
+        returncode = await process.run(context, started)
         event = ProcessExited(process.name, process.cmd, process.pid, returncode)
         reaction = self._on_exit(event, context)
         if reaction is not None:
