@@ -477,6 +477,31 @@ raise SystemExit(run(lambda: active_device('cycle')))
 """
 
 
+@pytest.fixture
+def signals():
+    """Restore the handlers of signals, which a program that was ended ignores from then on."""
+    numbers = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+    before = {number: signal.getsignal(number) for number in numbers}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_a_device_is_not_started_if_a_signal_arrives_before_its_node_is_ready(signals):
+    started = []
+
+    class Device(FakeDevice):
+        def __init__(self):
+            super().__init__()
+            signal.raise_signal(signal.SIGTERM)
+
+        def autostart(self):
+            started.append(self)
+
+    assert run(Device) == 0
+    assert not started
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signal_ends_the_process_with_the_device_safe(number, request):
     # The test itself may run under nohup, which ignores SIGHUP.

@@ -36,7 +36,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
             rclpy.try_shutdown()
             return 2
         try:
-            if isinstance(node, DeviceNode):
+            if isinstance(node, DeviceNode) and not received:
                 node.autostart()
             _spin(node, received)
             while not received and (successor := _successor(node)) is not None:
