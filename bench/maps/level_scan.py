@@ -108,7 +108,7 @@ def _row(name: str, route: str | None, fast: bool, ideal: bool) -> Row:
     free, far = config.level_scan_free, config.level_scan_range
     return {
         'scene': name,
-        'devices': 'ideal, 10 mm of noise' if ideal else 'real',
+        'devices': 'ideal, 10 mm of noise' if ideal else 'with errors',
         'speed [m/s]': top_speed(scene),
         'azimuths known [%]': 100.0 * min(float(each.known.mean()) for each in found),
         'least of a sweep [%]': 100.0 * min(float(each.known.min()) for each in found),

@@ -135,7 +135,7 @@ def _row(name: str, route: str | None, duration: float, fast: bool, ideal: bool)
     seconds = np.concatenate([run.seconds for run in runs])
     return {
         'scene': name,
-        'devices': 'ideal, 10 mm of noise' if ideal else 'real',
+        'devices': 'ideal, 10 mm of noise' if ideal else 'with errors',
         'speed [m/s]': top_speed(scene),
         **errors_of(runs),
         'computation per cloud [ms]': 1e3 * float(np.median(seconds)),
