@@ -1,5 +1,7 @@
 """Coverage with the loop closed does what the documentation says."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -28,3 +30,17 @@ def test_the_default_nod_sees_all_cells_soonest_of_its_speed_with_a_servo_by_phy
     )
     assert default <= feedback
     assert default < 0.8 * published
+
+
+def test_the_rounds_account_for_the_whole_time_once_the_servo_is_settled(monkeypatch):
+    monkeypatch.setattr(feedback_loop, 'DURATION', 30.0)
+    rounds = feedback_loop.rounds('coprime', 7547, feedback_loop.SERVOS['RX-24F'], 0)
+    assert sum(rounds) >= 30.0 - feedback_loop.SETTLED - max(rounds)
+
+
+def test_rounds_that_are_given_up_count(monkeypatch):
+    monkeypatch.setattr(feedback_loop, 'DURATION', 30.0)
+    monkeypatch.setattr(feedback_loop, 'LONGEST_ROUND', 3.0)
+    rounds = feedback_loop.rounds('coprime', 7547, feedback_loop.SERVOS['RX-24F'], 0)
+    # Given up after the first scan past 3 s, the 31st; nine of these take 27.9 s.
+    assert rounds == [math.inf] * 10
