@@ -1,5 +1,6 @@
 """The search for the soonest N_s against going through all of them."""
 
+from dataclasses import replace
 import math
 import time
 
@@ -12,10 +13,20 @@ from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
-from planner_enumeration import PUBLISHED
+from planner_enumeration import enumerate_cells, PUBLISHED
 import pytest
 
 BAND = samples_in_band(PUBLISHED)
+# Step 0 is in the region: the lidar begins within a column.
+STEP_0_AHEAD = Task(
+    0.5,
+    1.0,
+    azimuth=1.249,
+    steps_per_revolution=360,
+    window_min=-math.pi,
+    window_max=math.pi,
+    azimuth_of_step_0=0.0,
+)
 
 
 def completions(task, samples, margin=0.0, start_pitch=None):
@@ -56,6 +67,15 @@ def test_the_soonest_of_a_band_equal_those_of_all(task, start_pitch, margin):
     assert np.array_equal(times, [expected[samples == n_s][0] for n_s in found])
 
 
+def test_the_soonest_is_found_where_the_lidar_begins_within_the_region():
+    samples = samples_in_band(STEP_0_AHEAD)
+    first = {n_s: enumerate_cells(STEP_0_AHEAD, Pattern(360, n_s)).first for n_s in (793, 883)}
+    assert first[793].max() < first[883].max()
+    _, times = soonest(STEP_0_AHEAD, samples)
+    assert times[0] == pytest.approx(first[793].max() * STEP_0_AHEAD.beam_period)
+    assert times[0] == completions(STEP_0_AHEAD, samples).min()
+
+
 @settings(max_examples=150)
 @given(
     st.integers(2, 64),
@@ -75,3 +95,29 @@ def test_no_column_completes_before_its_bound(n_l, n_s, cell, margin, which):
     horizon = 4 * n_l * n_l
     if task.rows <= 2 * n_s and first.max(initial=0) < horizon:
         assert bound[0] <= first.max(initial=0) * task.beam_period + 1e-9
+
+
+@settings(max_examples=300)
+@given(
+    st.integers(4, 64),
+    st.integers(8, 80),
+    st.floats(0.2, 1.5),
+    st.floats(0.3, 3.0),
+    st.integers(0, 10**6),
+)
+def test_no_column_completes_before_its_bound_with_step_0_ahead(n_l, n_s, cell, azimuth, which):
+    task = replace(
+        STEP_0_AHEAD,
+        object_size=2 * math.sin(cell / 2),
+        azimuth=azimuth,
+        steps_per_revolution=n_l,
+    )
+    starts, widths = column_runs(task.column_of_step())
+    run = which % len(starts)
+    column = task.column_of_step()[starts[run]]
+    bound = column_completion(
+        task, np.array([n_s]), int(starts[run]), int(widths[run]), 4 * n_l, 0.0
+    )
+    last = enumerate_cells(task, Pattern(n_l, n_s)).first[column].max()
+    if last < 4 * n_l * n_l:
+        assert bound[0] <= last * task.beam_period + 1e-9

@@ -173,24 +173,27 @@ def column_completion(
     It is exact where rows are higher than a column is wide; otherwise rows that the nod passes
     between two samples count as hit. Infinite if not complete after the revolutions.
     """
-    entry = start + task.steps_per_revolution * np.arange(revolutions)
+    begin = start + task.steps_per_revolution * np.arange(revolutions)
+    entry = np.maximum(begin, 0)
+    widths = begin + width - entry
     phase = phase_at(task, samples, start_pitch)
     bounds = np.empty(len(samples))
     for first in range(0, len(samples), BLOCK):
         block = slice(first, first + BLOCK)
         bounds[block] = _column_completion(
-            task, samples[block, None], phase[block, None], entry, width, margin
+            task, samples[block, None], phase[block, None], entry, widths, margin
         )
     return bounds
 
 
 def _column_completion(
-    task: Task, samples: Integers, phase: Floats, entry: Integers, width: int, margin: float
+    task: Task, samples: Integers, phase: Floats, entry: Integers, widths: Integers, margin: float
 ) -> Floats:
-    """Return the bounds for N_s of shape (n, 1)."""
+    """Return the bounds for N_s of shape (n, 1), and passes of shape (passes,)."""
     precision: DTypeLike = np.float32 if entry[-1] < SINGLE_PRECISION else np.float64
     n_s: AnyFloats = samples.astype(precision)
-    low, high = _passed(n_s, entry.astype(precision) + phase.astype(precision), width)
+    begin = entry.astype(precision) + phase.astype(precision)
+    low, high = _passed(n_s, begin, widths.astype(precision))
     height = task.row_height(1) * n_s
     last = min(task.rows, WATCHED_ROWS) - 1
     if margin > 0.0:
@@ -206,11 +209,11 @@ def _column_completion(
     return np.where(complete[:, -1], when, np.inf)
 
 
-def _passed(n_s: AnyFloats, entry: AnyFloats, width: int) -> tuple[AnyFloats, AnyFloats]:
+def _passed(n_s: AnyFloats, entry: AnyFloats, widths: AnyFloats) -> tuple[AnyFloats, AnyFloats]:
     """Return the lowest and the highest height during each pass of a column, (N_s, passes)."""
     cycle = 2 * n_s
     begin = entry - np.floor(entry / cycle) * cycle
-    end = begin + (width - 1)
+    end = begin + (widths - 1)
     at_begin, at_end = n_s - np.abs(begin - n_s), np.abs(n_s - np.abs(end - n_s))
     low = (end < cycle) * np.minimum(at_begin, at_end)
     high = np.where((begin <= n_s) & (end >= n_s), n_s, np.maximum(at_begin, at_end))

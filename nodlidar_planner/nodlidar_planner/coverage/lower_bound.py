@@ -25,7 +25,7 @@ def lower_bound(task: Task, fewest_samples: int) -> float:
     starts, _ = column_runs(column_of_step)
     if len(starts) < task.columns:
         return math.inf
-    entries = np.bincount(starts, minlength=len(column_of_step)).cumsum()
+    entries = np.bincount(np.maximum(starts, 0), minlength=len(column_of_step)).cumsum()
     measured = (column_of_step >= 0).cumsum()
     height = max(1.0, task.row_height(fewest_samples))
 

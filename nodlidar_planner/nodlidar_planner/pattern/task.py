@@ -192,12 +192,17 @@ def wrapped(azimuth: Angle) -> Angle:
 
 
 def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return first step and number of steps of each measured column, in order, (columns,)."""
+    """Return first step and number of steps of each measured column, in order, (columns,).
+
+    The first step of a column that contains step 0 and the steps before it is negative: the lidar
+    is in that column at sample 0.
+    """
     begins = np.flatnonzero(column_of_step != np.roll(column_of_step, 1))
     if len(begins) == 0:
         begins = np.zeros(1, dtype=np.int64)
     widths = np.diff(begins, append=begins[0] + len(column_of_step))
     column = column_of_step[begins]
+    begins = np.where(begins + widths > len(column_of_step), begins - len(column_of_step), begins)
     order = np.argsort(column, kind='stable')
     order = order[column[order] >= 0]
     return begins[order], widths[order]
