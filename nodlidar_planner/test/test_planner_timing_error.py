@@ -1,12 +1,16 @@
 """Runs of a nod whose reversals are late."""
 
+import math
+
 from nodlidar_planner.choice.timing_error import completion_run, reversal_instants
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from planner_enumeration import PUBLISHED
+from planner_enumeration import enumerate_cells, PUBLISHED
 import pytest
+
+STEP_0_AHEAD = {'window_min': -math.pi, 'window_max': math.pi, 'azimuth_of_step_0': 0.0}
 
 
 def test_a_run_without_error_completes_as_in_coverage():
@@ -15,6 +19,15 @@ def test_a_run_without_error_completes_as_in_coverage():
             exact = Coverage(task, Pattern(task.steps_per_revolution, n_s)).completion_time()
             run = completion_run(task, n_s, 0.5, 0.0, seed=1)
             assert exact - 10 * task.beam_period <= run <= exact + 1e-12
+
+
+@pytest.mark.parametrize('azimuth', [0.9, 1.249, 2.0])
+def test_a_run_counts_what_is_hit_before_the_lidar_first_enters_the_column_of_step_0(azimuth):
+    task = Task(0.5, 1.0, azimuth=azimuth, steps_per_revolution=360, **STEP_0_AHEAD)
+    for n_s in range(601, 1100, 14):
+        exact = enumerate_cells(task, Pattern(360, n_s)).first.max() * task.beam_period
+        run = completion_run(task, n_s, 0.5, 0.0, seed=1)
+        assert exact - 30 * task.beam_period <= run <= exact + 1e-12  # a column is 29 steps wide
 
 
 @pytest.mark.parametrize('n_s', [1057, 4001, 7987])

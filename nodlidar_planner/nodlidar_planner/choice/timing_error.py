@@ -104,8 +104,9 @@ def completion_run(
     seen = np.zeros((len(starts), task.rows), dtype=bool)
     for begin in range(0, revolutions, BLOCK):
         revolution = np.arange(begin, begin + BLOCK)[:, None]
-        entry = starts + task.steps_per_revolution * revolution
-        low, high = rows_passed(task, reversals, entry, widths)
+        begins = starts + task.steps_per_revolution * revolution
+        entry = np.maximum(begins, 0)
+        low, high = rows_passed(task, reversals, entry, begins + widths - 1)
         hits = _first_hits(low, high, task.rows)
         unseen = np.where(seen, -1, hits)
         if unseen.max() < BLOCK:
@@ -139,7 +140,7 @@ def reversal_instants(
 
 
 def rows_passed(
-    task: Task, reversals: Floats, entry: Integers, widths: Integers
+    task: Task, reversals: Floats, entry: Integers, last: Integers
 ) -> tuple[Integers, Integers]:
     """Return the lowest and the highest row of the nod during each pass of a column.
 
@@ -149,12 +150,12 @@ def rows_passed(
         Its cells.
     reversals
         See reversal_instants.
-    entry, widths
-        The first sample and the number of samples of each pass; shapes that broadcast.
+    entry, last
+        The first and the last sample of each pass, of equal shape.
     """
     sweep = np.arange(-2.0, len(reversals) - 2)
     begin = np.interp(entry, reversals, sweep)
-    end = np.interp(entry + widths - 1, reversals, sweep)
+    end = np.interp(last, reversals, sweep)
     at_begin, at_end = _height(begin), _height(end)
     low, high = np.minimum(at_begin, at_end), np.maximum(at_begin, at_end)
     reversal = np.floor(end)
