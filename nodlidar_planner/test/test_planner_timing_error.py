@@ -33,13 +33,37 @@ def test_a_run_counts_what_is_hit_before_the_lidar_first_enters_the_column_of_st
 @pytest.mark.parametrize('n_s', [1057, 4001, 7987])
 @pytest.mark.parametrize('error', [0.001, 0.008])
 def test_a_run_takes_as_long_as_its_samples_enumerated(n_s, error):
-    task, samples = PUBLISHED, int(60.0 / PUBLISHED.beam_period)
-    reversals = reversal_instants(n_s, 0.5, error / task.beam_period, samples, seed=7)
+    task = PUBLISHED
+    expected = enumerated_run(task, n_s, error, 60.0, seed=7)
+    assert completion_run(task, n_s, 0.5, error, seed=7) == pytest.approx(expected, abs=0.001)
+
+
+LOW_LAST_ROW = Task(pitch_max=0.5875)  # of 0.02 cells
+
+
+@pytest.mark.parametrize(
+    ('task', 'n_s'),
+    [(Task(), 3), (Task(), 11), (PUBLISHED, 17), (LOW_LAST_ROW, 1001)],
+)
+def test_a_run_whose_rows_are_lower_than_a_sample_is_its_samples_enumerated(task, n_s):
+    expected = enumerated_run(task, n_s, 0.003, 300.0, seed=3)
+    assert completion_run(task, n_s, 0.5, 0.003, seed=3) == expected
+
+
+def test_a_run_without_error_never_completes_if_it_has_fewer_samples_than_rows():
+    assert completion_run(Task(), 11, 0.5, 0.0, seed=1) == math.inf
+
+
+def enumerated_run(task, n_s, error, duration, seed):
+    """Return when the last cell is first hit [s]."""
+    samples = int(duration / task.beam_period)
+    reversals = reversal_instants(n_s, 0.5, error / task.beam_period, samples, seed)
     n = np.arange(samples)
+    # From the lower limit on, by the number of the first reversal.
     sweep = np.interp(n, reversals, np.arange(len(reversals)))
     row = task.row_of_height(1.0 - np.abs(sweep % 2.0 - 1.0), 1)
-    cell = task.column_of_step()[n % 1024] * task.rows + row
+    column = task.column_of_step()[n % task.steps_per_revolution]
+    n, cell = n[column >= 0], (column * task.rows + row)[column >= 0]
     first = np.full(task.cells, samples)
     first[cell[::-1]] = n[::-1]
-    expected = first.max() * task.beam_period
-    assert completion_run(task, n_s, 0.5, error, seed=7) == pytest.approx(expected, abs=0.001)
+    return first.max() * task.beam_period

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import math
 
+from nodlidar_planner.coverage.crossings import NEVER
 from nodlidar_planner.holes.hole import largest_hole, samples_taken
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import column_runs, Task
@@ -80,7 +81,8 @@ def completion_run(
     """Return the completion time of one run [s]; infinite beyond REVOLUTIONS_PER_ROW.
 
     Between reversals the speed is constant. A cell counts as hit when the lidar enters its column
-    if the nod is in its row before the lidar leaves the column.
+    if the nod is in its row before the lidar leaves the column. Where a row is lower than the nod
+    moves in a sample, samples count instead.
 
     Parameters
     ----------
@@ -93,27 +95,30 @@ def completion_run(
     seed
         Of the random errors.
     """
-    starts, widths = column_runs(task.column_of_step())
-    if len(starts) < task.columns:
-        return math.inf
+    column_of_step = task.column_of_step()
+    starts, widths = column_runs(column_of_step)
+    if min(1.0, task.last_row) * task.row_height(samples_per_sweep) < 1.0:
+        starts = np.flatnonzero(column_of_step >= 0)
+        widths = np.ones_like(starts)
     order = np.argsort(starts)
     starts, widths = starts[order], widths[order]
+    column = column_of_step[starts]
+    if len(np.unique(column)) < task.columns:
+        return math.inf
     revolutions = REVOLUTIONS_PER_ROW * task.rows
     last = revolutions * task.steps_per_revolution
     reversals = reversal_instants(samples_per_sweep, phase, error / task.beam_period, last, seed)
-    seen = np.zeros((len(starts), task.rows), dtype=bool)
+    seen = np.zeros((task.columns, task.rows), dtype=bool)
     for begin in range(0, revolutions, BLOCK):
         revolution = np.arange(begin, begin + BLOCK)[:, None]
         begins = starts + task.steps_per_revolution * revolution
         entry = np.maximum(begins, 0)
         low, high = rows_passed(task, reversals, entry, begins + widths - 1)
-        hits = _first_hits(low, high, task.rows)
-        unseen = np.where(seen, -1, hits)
-        if unseen.max() < BLOCK:
-            final = unseen.max()
-            column = np.max(np.nonzero((unseen == final).any(axis=1))[0])
-            return float(entry[final, column] * task.beam_period)
-        seen |= hits < BLOCK
+        first = _first_hits(entry, low, high, np.broadcast_to(column, low.shape), seen.shape)
+        unseen = np.where(seen, -1, first)
+        if unseen.max() < NEVER:
+            return float(unseen.max() * task.beam_period)
+        seen |= first < NEVER
     return math.inf
 
 
@@ -171,19 +176,18 @@ def _height(sweep: Floats) -> Floats:
     return 1.0 - below
 
 
-def _first_hits(low: Integers, high: Integers, rows: int) -> Integers:
-    """Return the first pass of each column that hits each row, shape (columns, rows).
+def _first_hits(
+    entry: Integers, low: Integers, high: Integers, column: Integers, cells: tuple[int, ...]
+) -> Integers:
+    """Return the first sample of the first pass that hits each cell, shape (columns, rows).
 
-    A pass hits the rows low to high, shapes (passes, columns). The number of passes stands for
-    none.
+    A pass hits the rows low to high of a column; all of shape (revolutions, passes), ascending.
+    NEVER stands for none.
     """
-    passes, columns = low.shape
-    first = np.full((columns, rows), passes)
-    number = np.broadcast_to(np.arange(passes)[:, None], low.shape)
-    column = np.broadcast_to(np.arange(columns), low.shape)
+    first = np.full(cells, NEVER)
     for further in range(int((high - low).max()) + 1):
-        hit = (low + further <= high)[::-1]
-        earlier = np.full_like(first, passes)
-        earlier[column[::-1][hit], (low + further)[::-1][hit]] = number[::-1][hit]
+        hit = low + further <= high
+        earlier = np.full_like(first, NEVER)
+        earlier[column[hit][::-1], low[hit][::-1] + further] = entry[hit][::-1]
         np.minimum(first, earlier, out=first)
     return first
