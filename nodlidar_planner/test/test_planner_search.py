@@ -6,6 +6,7 @@ import time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nodlidar_planner.choice import search
 from nodlidar_planner.choice.search import column_completion, soonest
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.pattern.band import samples_in_band
@@ -74,6 +75,20 @@ def test_the_soonest_is_found_where_the_lidar_begins_within_the_region():
     _, times = soonest(STEP_0_AHEAD, samples)
     assert times[0] == pytest.approx(first[793].max() * STEP_0_AHEAD.beam_period)
     assert times[0] == completions(STEP_0_AHEAD, samples).min()
+
+
+def test_few_are_evaluated_where_all_tie(monkeypatch):
+    task, evaluated = Task(pitch_max=-0.6135), []
+    monkeypatch.setattr(
+        search, 'Coverage', lambda *args: evaluated.append(args) or Coverage(*args)
+    )
+    found, times = soonest(task, np.arange(1001, 3001, 2))
+    # With a single row, the last column's first step in the region is the last cell's first hit.
+    column = task.column_of_step()
+    expected = np.flatnonzero(column == column.max())[0] * task.beam_period
+    assert len(found) >= 100
+    assert len(evaluated) < 150
+    assert np.all(times == pytest.approx(expected))
 
 
 @settings(max_examples=150)

@@ -23,6 +23,8 @@ AnyFloats = NDArray[np.floating[Any]]
 FEW = 3
 # After so many columns the most promising N_s is evaluated, for a better time to beat.
 EVALUATED_AFTER = (2, 8, 32)
+# So many N_s that tie with the last of the best are evaluated: all tie where there is one row.
+MOST_TIES = 100
 # One of so many N_s is examined first, for the same reason.
 THINNING = 16
 # Rows of a column that are tracked: one for each bit of an integer but the sign.
@@ -54,7 +56,8 @@ def soonest(
     margin
         See Coverage.
     count
-        How many to return: fewer if no more complete, more if others tie with the last.
+        How many to return: fewer if no more complete, more if others tie with the last, of which
+        MOST_TIES are looked for.
     start_pitch
         See `phase_at`.
     limit
@@ -115,9 +118,13 @@ class _Search:
         """Evaluate all N_s that may be among the best."""
         bound = self._bounds(samples)
         for index in np.argsort(bound, kind='stable'):
-            if bound[index] > self._to_beat:
+            if bound[index] > self._to_beat or (bound[index] == self._to_beat and self._many_tie):
                 break
             self._evaluate(int(samples[index]))
+
+    @property
+    def _many_tie(self) -> bool:
+        return list(self._times.values()).count(self._to_beat) > MOST_TIES
 
     def best(self, samples: Integers) -> tuple[Integers, Floats]:
         """Return the best of the N_s that were evaluated, and their times [s]."""
