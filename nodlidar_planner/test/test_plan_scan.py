@@ -420,6 +420,21 @@ def test_a_low_last_row_is_noted_with_limits_that_mend_it():
     assert times[0] < 0.5 * times[1]
 
 
+def test_a_low_last_row_at_the_steepest_pitch_is_noted_with_limits_that_leave_it_out():
+    task = Task(0.1, 1.0, 1.6 - 4.2 * 2.0 * math.asin(0.05), 1.6)
+    said = '\n'.join(notes(task, evaluate(task, 4001), 'RX-24F'))
+    pitch_max = float(re.search(r'0.2 of a cell high.*--pitch-max (\S+) it is left out', said)[1])
+    without = replace(task, pitch_max=pitch_max)
+    assert without.rows == task.rows - 1 == 4
+    assert without.last_row == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_single_row_is_not_noted_as_low():
+    task = Task(pitch_max=-0.6)
+    assert task.rows == 1
+    assert 'row' not in '\n'.join(notes(task, evaluate(task, 4001), 'RX-24F'))
+
+
 @pytest.mark.parametrize('samples_per_sweep', [1001, 1401, 2757, 3801, 3901, 4001, 7999])
 def test_it_is_noted_if_the_simulated_servo_misses_the_outermost_row(samples_per_sweep):
     task, sweep = Task(), samples_per_sweep / 10240

@@ -16,6 +16,7 @@ Angle = TypeVar('Angle', float, NDArray[np.float64])
 AZIMUTH_OF_STEP_0 = -0.75 * math.pi
 # The URG-04LX measures steps 44 to 725 of 1024, straight ahead being 384.
 MEASURED_FROM, MEASURED_TO = (44 - 384) * math.tau / 1024, (725 - 384) * math.tau / 1024
+STEEPEST = 1.6  # pitch of a limit [rad]
 # Tolerance of a quotient for rounding: a beam on the line between two cells is in the upper one.
 ON_THE_LINE = 1e-9
 # A remainder above the rows, in cells, that joins the last row: no nod might ever hit it.
@@ -39,10 +40,10 @@ class Task:
         2.0, 'Distance at which it must be found', unit='m', minimum=1e-3, maximum=1e6
     )
     pitch_min: float = parameter(
-        -0.6136, 'Lower limit of nod and region', unit='rad', minimum=-1.6, maximum=1.6
+        -0.6136, 'Lower limit of nod and region', unit='rad', minimum=-STEEPEST, maximum=STEEPEST
     )
     pitch_max: float = parameter(
-        0.6136, 'Upper limit of nod and region', unit='rad', minimum=-1.6, maximum=1.6
+        0.6136, 'Upper limit of nod and region', unit='rad', minimum=-STEEPEST, maximum=STEEPEST
     )
     azimuth: float = parameter(
         -MEASURED_FROM,

@@ -7,7 +7,7 @@ from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_planner.choice.plan import Plan
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
-from nodlidar_planner.pattern.task import Task
+from nodlidar_planner.pattern.task import STEEPEST, Task
 import numpy as np
 
 LOW_ROW = 0.5  # height of a last row that delays completion [cells]
@@ -47,11 +47,10 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
             f'outside its view or narrower than its step of '
             f'{angle(math.tau / task.steps_per_revolution)}'
         )
-    if task.last_row < LOW_ROW:
-        whole = task.pitch_min + task.rows * task.cell
+    if task.rows > 1 and task.last_row < LOW_ROW:
         yield (
             f'the last row is {task.last_row:.2g} of a cell high, so beams seldom hit it and '
-            f'completion waits for it: with --pitch-max {whole:.5f} it is whole'
+            f'completion waits for it: {_whole_rows(task)}'
         )
     if plan.samples_per_sweep < task.rows:
         yield f'a sweep of {plan.samples_per_sweep} samples cannot hit {task.rows} rows'
@@ -68,6 +67,14 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
             f'upward and downward legs share directions; without --start-pitch, which starts half '
             f'a sample past a limit, {half_sample.distinct_directions} are distinct'
         )
+
+
+def _whole_rows(task: Task) -> str:
+    """Return the option that makes the last row whole or, beyond the range, leaves it out."""
+    highest = task.pitch_min + task.rows * task.cell
+    if highest <= STEEPEST:
+        return f'with --pitch-max {highest:.5f} it is whole'
+    return f'with --pitch-max {highest - task.cell:.5f} it is left out'
 
 
 def _hard_for_the_servo(task: Task, plan: Plan, servo: str) -> Iterator[str]:
