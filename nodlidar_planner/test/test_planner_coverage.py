@@ -171,3 +171,22 @@ def test_what_does_not_fit_the_memory_is_refused():
         ).figures()
     with pytest.raises(ParameterError, match='steps_per_revolution'):
         Coverage(Task(), Pattern(1000, 4001))
+
+
+@pytest.mark.parametrize(('begin', 'end', 'column'), [(-0.6, 1.0, 1), (-1.0, 0.6, 0)])
+def test_the_beam_opposite_the_centre_is_beside_its_neighbour(begin, end, column):
+    task = task_with_cell(
+        math.pi,
+        azimuth=math.pi,
+        steps_per_revolution=40,
+        window_min=begin * math.pi,
+        window_max=end * math.pi,
+    )
+    assert task.column_of_step()[35] == column  # 35 steps of 9 degrees after -135 degrees
+    check_equal(task, Pattern(40, 6, 4.25))
+
+
+def test_a_column_on_both_sides_of_a_gap_is_refused():
+    task = task_with_cell(1.0, azimuth=math.pi, window_min=-2.2, window_max=math.tau - 2.5)
+    with pytest.raises(ParameterError, match='azimuth'):
+        Coverage(task, Pattern(1024, 4001))

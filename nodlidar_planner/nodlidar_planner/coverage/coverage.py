@@ -62,7 +62,8 @@ class Coverage:
     Raises
     ------
     ParameterError
-        If the N_L differ, or N_s or the number of cells exceeds the bound on memory.
+        If the N_L differ, a column is on both sides of a gap in the lidar's window, or N_s or the
+        number of cells exceeds the bound on memory.
     """
 
     def __init__(self, task: Task, pattern: Pattern, margin: float = 0.0) -> None:
@@ -72,6 +73,9 @@ class Coverage:
         self._column_of = task.column_of_step()
         self._row_of, self._rows = _rows_of_residue(task, pattern, margin)
         starts, widths = column_runs(self._column_of)
+        if len(np.unique(self._column_of[starts])) < len(starts):
+            limit = 'such that no column is on both sides of a gap in the window of the lidar'
+            raise ParameterError('azimuth', limit, task.azimuth)
         self._check_memory(min(len(starts), 2 * pattern.stride))
         self._seen = self._column_of[starts]
         self._classes = list(column_classes(pattern, self._row_of, self._rows, starts, widths))

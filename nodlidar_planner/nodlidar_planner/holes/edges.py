@@ -48,11 +48,6 @@ def edges_of(task: Task) -> Edges:
         return Edges(around, 0, task.steps_per_revolution)
     from_centre, steps = task.from_centre(), np.flatnonzero(task.column_of_step() >= 0)
     steps = steps[np.argsort(from_centre[steps], kind='stable')]
-    if len(steps) > 1 and (steps[1] - steps[0]) % task.steps_per_revolution != 1:
-        # It is at -pi and at pi, and may be the end of the region instead of its begin.
-        opposite = steps[:1][from_centre[steps[:1]] < 1e-9 - math.pi]
-        from_centre[opposite] += math.tau
-        steps = np.roll(steps, -len(opposite))
     if (np.diff(steps) % task.steps_per_revolution > 1).any():
         limit = 'so narrow that the region begins or ends within the window of the lidar'
         raise ParameterError('azimuth', limit, task.azimuth)

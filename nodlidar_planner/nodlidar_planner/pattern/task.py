@@ -154,19 +154,27 @@ class Task:
 
         The region includes both its ends.
         """
-        azimuth = self.step_azimuth()
         if self.full_circle:
-            return _cell_of(azimuth - self.azimuth_of_step_0, self.cell, self.columns)
-        into_window = (azimuth - self.window_min + 1e-9) % math.tau
-        measured = into_window < self.window_max - self.window_min + 2e-9
+            since_step_0 = self.step_azimuth() - self.azimuth_of_step_0
+            return _cell_of(since_step_0, self.cell, self.columns)
         azimuth = self.from_centre()
-        inside = measured & (np.abs(azimuth) < self.azimuth + 1e-9)
+        inside = self._measured() & (np.abs(azimuth) < self.azimuth + 1e-9)
         column = _cell_of(azimuth + self.azimuth, self.cell, self.columns)
         return np.where(inside, column, -1)
 
     def from_centre(self) -> NDArray[np.float64]:
-        """Return the azimuth of every step from the centre of the region, shape (N_L,) [rad]."""
-        return wrapped(self.step_azimuth() - self.centre)
+        """Return the azimuth of every step from the centre of the region, shape (N_L,) [rad].
+
+        A step opposite the centre is at -pi if the next step is measured, else at pi.
+        """
+        azimuth = wrapped(self.step_azimuth() - self.centre)
+        end = np.where(np.roll(self._measured(), -1), -math.pi, math.pi)
+        return np.where(np.abs(azimuth) > math.pi - 1e-9, end, azimuth)
+
+    def _measured(self) -> NDArray[np.bool_]:
+        """Return whether each step is in the window, shape (N_L,)."""
+        into_window = (self.step_azimuth() - self.window_min + 1e-9) % math.tau
+        return into_window < self.window_max - self.window_min + 2e-9
 
     def row_of_height(
         self, height: NDArray[np.float64], samples_per_sweep: int
