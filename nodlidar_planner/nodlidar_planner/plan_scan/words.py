@@ -38,7 +38,9 @@ def angle(value: float) -> str:
 def _unseen(task: Task, plan: Plan) -> Iterator[str]:
     share = plan.figures.never_hit_share
     if share > 0.0:
-        yield f'{100.0 * share:.3g} % of the cells are never hit, so it never completes'
+        late = plan.under_error is not None and math.isfinite(plan.under_error.median)
+        errors = ' without timing error' if late else ''
+        yield f'{100.0 * share:.3g} % of the cells are never hit, so it never completes{errors}'
     measured = task.column_of_step()
     columns = len(np.unique(measured[measured >= 0]))
     if columns < task.columns:
