@@ -91,6 +91,21 @@ def test_few_are_evaluated_where_all_tie(monkeypatch):
     assert np.all(times == pytest.approx(expected))
 
 
+def a_column_and_its_bound(task, n_s, which, margin):
+    """Return the number of a seen column, and the bound of its completion [s]."""
+    starts, widths = column_runs(task.column_of_step())
+    run = which % len(starts)
+    bound = column_completion(
+        task,
+        np.array([n_s]),
+        int(starts[run]),
+        int(widths[run]),
+        4 * task.steps_per_revolution,
+        margin,
+    )
+    return run, bound[0]
+
+
 @settings(max_examples=150)
 @given(
     st.integers(2, 64),
@@ -101,15 +116,11 @@ def test_few_are_evaluated_where_all_tie(monkeypatch):
 )
 def test_no_column_completes_before_its_bound(n_l, n_s, cell, margin, which):
     task = Task(2 * math.sin(cell / 2), 1.0, full_circle=True, steps_per_revolution=n_l)
-    starts, widths = column_runs(task.column_of_step())
-    column = which % len(starts)
-    bound = column_completion(
-        task, np.array([n_s]), int(starts[column]), int(widths[column]), 4 * n_l, margin
-    )
+    column, bound = a_column_and_its_bound(task, n_s, which, margin)
     first = Coverage(task, Pattern(n_l, n_s), margin).first_hits()[column]
     horizon = 4 * n_l * n_l
     if task.rows <= 2 * n_s and first.max(initial=0) < horizon:
-        assert bound[0] <= first.max(initial=0) * task.beam_period + 1e-9
+        assert bound <= first.max(initial=0) * task.beam_period + 1e-9
 
 
 @settings(max_examples=300)
@@ -127,12 +138,8 @@ def test_no_column_completes_before_its_bound_with_step_0_ahead(n_l, n_s, cell, 
         azimuth=azimuth,
         steps_per_revolution=n_l,
     )
-    starts, widths = column_runs(task.column_of_step())
-    run = which % len(starts)
-    column = task.column_of_step()[starts[run]]
-    bound = column_completion(
-        task, np.array([n_s]), int(starts[run]), int(widths[run]), 4 * n_l, 0.0
-    )
+    run, bound = a_column_and_its_bound(task, n_s, which, margin=0.0)
+    column = task.column_of_step()[column_runs(task.column_of_step())[0][run]]
     last = enumerate_cells(task, Pattern(n_l, n_s)).first[column].max()
     if last < 4 * n_l * n_l:
-        assert bound[0] <= last * task.beam_period + 1e-9
+        assert bound <= last * task.beam_period + 1e-9
