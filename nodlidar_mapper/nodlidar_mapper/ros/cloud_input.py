@@ -120,7 +120,7 @@ class CloudInput:
         topics = config.cloud_topics
         if len({*map(node.resolve_topic_name, topics)}) < len(topics):  # 'points' is '/points'
             raise ParameterError('cloud_topics', 'all different', topics)
-        self.silences = dict(self._subscribe(topic) for topic in config.cloud_topics)
+        self.silences = dict(self._subscribe(topic) for topic in topics)
 
     def _subscribe(self, topic: str) -> tuple[str, Silence]:
         silence = Silence(FIRST_SILENCE)
