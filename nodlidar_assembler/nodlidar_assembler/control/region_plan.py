@@ -5,6 +5,7 @@ import math
 
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_common.dynamics import check_in_mount
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_planner.choice.timing_error import completion_run
 from nodlidar_planner.pattern.band import coprime_from
@@ -138,9 +139,7 @@ def _in_mount(region: Region, config: NodConfig, view: Task, mount: tuple[float,
     if low == high == 0.0:
         low, high = config.pitch_min, config.pitch_max
     for key, pitch in (('pitch_min', low), ('pitch_max', high)):
-        if not mount[0] <= pitch <= mount[1]:
-            limit = f'between {mount[0]:g} and {mount[1]:g} rad, the limits of the mount'
-            raise ParameterError(key, limit, pitch)
+        check_in_mount(key, pitch, mount)
     return replace(view, pitch_min=low, pitch_max=high)
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-import math
 import sys
 
 from nodlidar_assembler.clouds.assembly import Points
@@ -23,7 +22,7 @@ from nodlidar_assembler.ros.profile_change import ProfileChange
 from nodlidar_assembler.ros.region_action import RegionAction
 from nodlidar_assembler.ros.scan_service import ScanService
 from nodlidar_assembler.scan_assembler import Outcome
-from nodlidar_common.errors import ParameterError
+from nodlidar_common.dynamics import check_in_mount
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
@@ -212,12 +211,9 @@ class Assembler(Node):
         """Raise ParameterError for new limits beyond the mount's: the servo would let go."""
         for key in ('pitch_min', 'pitch_max'):
             pitch = getattr(config, key)
-            if pitch == getattr(self.config, key) or self._nod is None:
-                continue
-            lowest, highest = self._region.stated_mount or (-math.inf, math.inf)
-            if not lowest <= pitch <= highest:
-                limit = f'between {lowest} and {highest} rad, the limits of the mount'
-                raise ParameterError(key, limit, pitch)
+            is_new = pitch != getattr(self.config, key) and self._nod is not None
+            if is_new and (mount := self._region.stated_mount) is not None:
+                check_in_mount(key, pitch, mount)
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
         before, self.config = self.config, config
