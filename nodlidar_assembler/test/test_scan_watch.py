@@ -34,6 +34,22 @@ def test_a_single_stamp_that_is_off_is_refused_and_no_other(off_ms):
     assert reasons[60] == ScanWatch.WRONG_TIME
 
 
+@pytest.mark.parametrize('seed', range(5))
+def test_a_motor_whose_speed_wanders_is_believed(seed):
+    rng = np.random.default_rng(seed)
+    speed, periods = 0.0, []
+    for _ in range(600):  # half a percent, corrected within some revolutions
+        speed = 0.7 * speed + 0.7 * rng.normal(0.0, 0.5 * MS)
+        periods.append(100 * MS + round(speed))
+    times_ns = BEGIN_NS + np.cumsum(periods)
+    assert np.abs(times_ns - BEGIN_NS - np.arange(1, 601) * 100 * MS).max() > 5 * MS
+    times_ns[400] += 12 * MS
+    watch = ScanWatch()
+    stated = np.array(periods) / S
+    reasons = [watch.refuse(int(t), n, int(t)) for t, n in zip(times_ns, stated, strict=True)]
+    assert {k for k, reason in enumerate(reasons) if reason} <= {400}
+
+
 def test_a_lidar_that_began_anew_is_believed_after_four_scans():
     times_ns = stamps(60) + [t + 30 * MS for t in stamps(60, 60)]
     _, reasons = watched(times_ns)

@@ -2,6 +2,7 @@
 
 from collections import deque
 from copy import copy
+import math
 
 from nodlidar_assembler.control.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
 from nodlidar_assembler.inputs.restamping import Restamping
@@ -9,6 +10,8 @@ from nodlidar_common.nod import NS_PER_S
 
 # If stamps scatter by more [s], none can be recognised as wrong.
 _MOST_SCATTER = 1e-3
+# By how much [ns] a motor with a wandering speed is off its own last revolution.
+_WANDER_NS = 2_000_000
 # After a silence of this length [ns] the lidar may have restarted.
 _SILENCE_NS = NS_PER_S
 # A stamp that goes back by more [ns] is of another time: no joint sample is kept this long.
@@ -22,7 +25,8 @@ class ScanWatch:
     """Compares every scan with the revolutions of the lidar, as known from the scans before.
 
     After a disturbance or a restart of the lidar, its scans are accepted again after a few, or at
-    once after a silence. If stamps scatter by more than a millisecond, none is refused.
+    once after a silence. If stamps scatter by more than a millisecond, none is refused; nor is one
+    that follows the last one at the speed that it states, as of a motor whose speed wanders.
 
     Attributes
     ----------
@@ -109,11 +113,18 @@ class ScanWatch:
             self.restamped += self._restamping.moved_ns(off_ns, period_ns) / NS_PER_S
         elif is_on_line and not begins:
             self._note_missing(self._line.count - before)
-        elif not is_on_line and is_known:
+        elif not is_on_line and is_known and not self._follows(stamp_ns, nominal):
             return self.WRONG_TIME
         self._accepted += 1
         self._last_ns = stamp_ns
         return ''
+
+    def _follows(self, stamp_ns: int, nominal: float) -> bool:
+        """Return whether a scan is a few revolutions after the last one, at the stated speed."""
+        if self._last_ns is None or stamp_ns <= self._last_ns:
+            return False
+        off_ns = math.remainder(stamp_ns - self._last_ns, nominal * NS_PER_S)
+        return abs(off_ns) <= _WANDER_NS
 
     def _forget_stray(self, stamp_ns: int, nominal: float) -> None:
         """Continue as before a jump in time if this scan does: the jump was a stray."""
