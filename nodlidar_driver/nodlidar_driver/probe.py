@@ -17,10 +17,10 @@ from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.probing import NoLidarError, Probe, probe
+from nodlidar_driver.reader import READ_TIMEOUT
 from nodlidar_driver.scan_picture import picture
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
-from nodlidar_driver.scip.scip_port import READ_TIMEOUT
 import numpy as np
 
 _DEFAULTS = DriverConfig()

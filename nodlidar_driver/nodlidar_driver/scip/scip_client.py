@@ -10,6 +10,7 @@ from nodlidar_common.guard_process import ATTEMPTS as STOP_ATTEMPTS
 from nodlidar_common.scip import ScipError
 from nodlidar_common.serial_port import SerialPort
 from nodlidar_driver.clock.time_mode import TimeReply
+from nodlidar_driver.reader import READ_TIMEOUT
 from nodlidar_driver.scip import identity
 from nodlidar_driver.scip import scip_status as status_of
 from nodlidar_driver.scip.scan import ScanWindow
@@ -22,7 +23,7 @@ from nodlidar_driver.scip.scip_answer import (
     STOP,
     timer,
 )
-from nodlidar_driver.scip.scip_port import READ_TIMEOUT, ScipPort
+from nodlidar_driver.scip.scip_port import ScipPort
 import numpy as np
 from numpy.typing import NDArray
 

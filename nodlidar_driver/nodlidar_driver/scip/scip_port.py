@@ -3,21 +3,15 @@
 from collections.abc import Callable
 import math
 
-from nodlidar_common.errors import DeviceError, StoppedError
+from nodlidar_common.errors import DeviceError
 from nodlidar_common.serial_port import port_errors, SerialPort
-
-READ_TIMEOUT = 0.14
-"""Longest wait of one read [s]: longer than a revolution, so that nothing comes after it."""
+from nodlidar_driver.reader import Reader
 
 _END = b'\n\n'
 _MOST_USELESS = 65_536  # bytes in a row that are not SCIP: the sender is not a lidar
 
 
-class SilenceError(DeviceError):
-    """A lidar that sends nothing."""
-
-
-class ScipPort:
+class ScipPort(Reader):
     """Sends commands and receives messages; every failure of the port is a PortError.
 
     Parameters
@@ -44,15 +38,9 @@ class ScipPort:
         timeout: float,
         keep_going: Callable[[], bool],
     ) -> None:
-        self.arrival_ns = 0
-        self._port = port
-        self._clock = clock
-        self._timeout = timeout
-        self._keep_going = keep_going
+        super().__init__(port, clock, timeout, keep_going)
         self._buffer = bytearray()
         self._useless = 0
-        with port_errors():
-            port.timeout = READ_TIMEOUT
 
     def send(self, command: str) -> None:
         """Send a command and its line feed."""
@@ -88,7 +76,7 @@ class ScipPort:
         searched = 0
         while (end := self._buffer.find(_END, searched)) < 0:
             searched = max(len(self._buffer) - len(_END) + 1, 0)
-            self._fill(expected - len(self._buffer), min(timeout, self._timeout))
+            self._fill(expected - len(self._buffer), timeout)
         message = bytes(self._buffer[:end])
         del self._buffer[: end + len(_END)]
         return message
@@ -109,22 +97,6 @@ class ScipPort:
             raise DeviceError(
                 f'received {self._useless} bytes that are not SCIP 2.0; is it a lidar?'
             )
-        data = self._wait(wanted, timeout)
+        data = self.wait(wanted, timeout)
         self._buffer += data
         self._useless += len(data)
-
-    def _wait(self, wanted: int, timeout: float) -> bytes:
-        """Return the next bytes, by short reads, so that a stop is noticed soon."""
-        for _ in range(math.ceil(timeout / READ_TIMEOUT)):
-            if not self._keep_going():
-                raise StoppedError('stopped waiting for the lidar')
-            if data := self.read(wanted):
-                return data
-        raise SilenceError(f'the lidar sent nothing for {timeout} s')
-
-    def read(self, wanted: int = 1) -> bytes:
-        """Return the next bytes, as soon as there are `wanted` ones or after READ_TIMEOUT."""
-        with port_errors():
-            data = self._port.read(max(wanted, self._port.in_waiting, 1))
-        self.arrival_ns = self._clock()
-        return data
