@@ -15,7 +15,7 @@ from typing import Any
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import governed, ProfileConfig, PROFILES
 from nodlidar_common.parameters import Limits, limits_of
-from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.config import DriverConfig, LdrobotConfig
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
@@ -26,6 +26,7 @@ WORKSPACE = Path(__file__).parents[1]
 NODES = {
     'assembler': (ProfileConfig, AssemblerConfig),
     'driver': (DriverConfig,),
+    'ldrobot': (LdrobotConfig,),
     'servo': (ServoConfig,),
     'trajectory': (TrajectoryConfig,),
     'mapper': (MapperConfig,),
@@ -47,12 +48,13 @@ LEFT_TO_LAUNCH = {
         'mount_tilt',
     },
     'driver': set(),
+    'ldrobot': set(),
     'servo': {'feedback_rate'},
     'trajectory': set(),
     'mapper': set(),
     'viewer': set(),
 }
-IN_PACKAGE_OF = {'trajectory': 'servo'}  # a second node of a package
+IN_PACKAGE_OF = {'trajectory': 'servo', 'ldrobot': 'driver'}  # a second node of a package
 WIDTH = 99
 
 

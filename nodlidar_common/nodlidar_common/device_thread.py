@@ -80,15 +80,17 @@ class DeviceThread:
         """Return whether the thread continues; long waits check it now and then."""
         return not self._stop.is_set()
 
-    def open_port(self, timeout: float, stop: StopRequest) -> OpenPort:
+    def open_port(self, timeout: float, stop: StopRequest | None = None) -> OpenPort:
         """Open the device's port and start its guard, both until the device is disconnected.
+
+        A device that cannot be switched off needs no guard.
 
         Parameters
         ----------
         timeout
             Longest time that one read blocks [s].
         stop
-            Switches the device off, should this process be killed.
+            Switches the device off, should this process be killed; None if nothing does.
 
         Raises
         ------
@@ -99,7 +101,8 @@ class DeviceThread:
         """
         config = self._device.config
         self._port = open_port(config.port, config.baud_rate, timeout)
-        self._guard, self._stop_request = Guard(self._port.fileno(), stop), stop
+        self._guard = Guard(self._port.fileno(), stop) if stop else None
+        self._stop_request = stop
         return self._port
 
     def _work(self) -> None:

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import termios
-import threading
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus

@@ -1,8 +1,9 @@
-"""The driver's parameters."""
+"""The parameters of the drivers."""
 
 from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.ldrobot import BIT_RATE
 from nodlidar_common.parameters import parameter
 from nodlidar_driver.scip.identity import Capabilities
 from nodlidar_driver.scip.scan import scan_window, ScanWindow
@@ -11,8 +12,46 @@ _REVOLUTION = 0.1  # s, nominal time of one scan, sent or skipped
 
 
 @dataclass(frozen=True, slots=True)
-class DriverConfig:
-    """Lidar and scans."""
+class _ScansConfig:
+    """Scans and their node."""
+
+    frame_id: str = parameter(
+        'laser', 'Frame of the scans: origin at the optical centre, x forward, z up'
+    )
+    angle_min: float = parameter(
+        -3.1416,
+        'Least azimuth of a scan, rounded to a whole beam; what the lidar does not measure is '
+        'left out',
+        unit='rad',
+        minimum=-3.1416,
+        maximum=3.1416,
+    )
+    angle_max: float = parameter(
+        3.1416,
+        'Greatest azimuth of a scan, rounded to a whole beam; what the lidar does not measure is '
+        'left out',
+        unit='rad',
+        minimum=-3.1416,
+        maximum=3.1416,
+    )
+    stamp_offset: float = parameter(
+        0.0, 'Time to add to the stamps', unit='s', minimum=-1.0, maximum=1.0, live=True
+    )
+    reconnect_delay: float = parameter(
+        0.5, 'Wait before reconnecting', unit='s', minimum=0.1, maximum=60.0
+    )
+    autostart: bool = parameter(False, 'Configure and activate the node at start')
+
+    def check_together(self) -> None:
+        """Raise ParameterError if the window is empty."""
+        if self.angle_max <= self.angle_min:
+            limit = f'above angle_min = {self.angle_min}'
+            raise ParameterError('angle_max', limit, self.angle_max)
+
+
+@dataclass(frozen=True, slots=True)
+class DriverConfig(_ScansConfig):
+    """Lidar."""
 
     port: str = parameter(
         '/dev/ttyACM0',
@@ -25,25 +64,6 @@ class DriverConfig:
         unit='bit/s',
         minimum=9600,
     )
-    frame_id: str = parameter(
-        'laser', 'Frame of the scans: origin at the optical centre, x forward, z up'
-    )
-    angle_min: float = parameter(
-        -3.1416,
-        'Azimuth of the first beam, rounded to a whole step; what the lidar does not measure is '
-        'left out',
-        unit='rad',
-        minimum=-3.1416,
-        maximum=3.1416,
-    )
-    angle_max: float = parameter(
-        3.1416,
-        'Azimuth of the last beam, rounded to a whole step; what the lidar does not measure is '
-        'left out',
-        unit='rad',
-        minimum=-3.1416,
-        maximum=3.1416,
-    )
     cluster: int = parameter(
         1,
         'Neighbouring beams that share one value, the least of their ranges',
@@ -51,9 +71,6 @@ class DriverConfig:
         maximum=99,
     )
     skip: int = parameter(0, 'Scans to leave out after each published one', minimum=0, maximum=9)
-    stamp_offset: float = parameter(
-        0.0, 'Time to add to the stamps', unit='s', minimum=-1.0, maximum=1.0, live=True
-    )
     timeout: float = parameter(
         1.0,
         'Silence after which the lidar is reconnected; at least 0.2 s for each of skip + 1 scans',
@@ -61,16 +78,10 @@ class DriverConfig:
         minimum=0.3,
         maximum=5.0,
     )
-    reconnect_delay: float = parameter(
-        0.5, 'Wait before reconnecting', unit='s', minimum=0.1, maximum=60.0
-    )
-    autostart: bool = parameter(False, 'Configure and activate the node at start')
 
     def check_together(self) -> None:
         """Raise ParameterError if the window is empty or the timeout is below two scans."""
-        if self.angle_max <= self.angle_min:
-            limit = f'above angle_min = {self.angle_min}'
-            raise ParameterError('angle_max', limit, self.angle_max)
+        _ScansConfig.check_together(self)
         least = round(2 * (self.skip + 1) * _REVOLUTION, 1)
         if self.timeout < least:
             limit = f'at least {least} s, the time of two scans with skip = {self.skip}'
@@ -79,3 +90,17 @@ class DriverConfig:
     def window(self, lidar: Capabilities) -> ScanWindow:
         """Return the requested beams of a lidar; DeviceError if it measures none of them."""
         return scan_window(self.angle_min, self.angle_max, self.cluster, self.skip, lidar)
+
+
+@dataclass(frozen=True, slots=True)
+class LdrobotConfig(_ScansConfig):
+    """Lidar."""
+
+    port: str = parameter(
+        '/dev/ttyUSB0',
+        'Serial port of the lidar; a servo may take this name: use those in /dev/serial/by-id',
+    )
+    baud_rate: int = parameter(BIT_RATE, 'Bit rate of the port', unit='bit/s', minimum=9600)
+    timeout: float = parameter(
+        1.0, 'Silence after which the lidar is reconnected', unit='s', minimum=0.3, maximum=5.0
+    )

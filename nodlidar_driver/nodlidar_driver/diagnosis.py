@@ -98,7 +98,7 @@ class Diagnosis:
         self._reported = state
         new = state.scans - before.scans
         lateness = state.lateness[-new:] if new else ()
-        warnings = _news(state, before) + _late_warnings(lateness)
+        warnings = _news(state, before) + late_warnings(lateness)
         if silence := self._silence(state, now_ns):
             warnings.append(f'no scan for {silence:.1f} s')
         figures = {name: str(count) for name, count in _counts(state).items()}
@@ -157,7 +157,7 @@ def _news(state: LidarState, before: LidarState) -> list[str]:
     return warnings
 
 
-def _late_warnings(lateness: tuple[float, ...]) -> list[str]:
+def late_warnings(lateness: tuple[float, ...]) -> list[str]:
     """Return a warning if scans waited, as their lateness [s] shows."""
     late = max(lateness, default=0.0)
     if late > _LATE_WARNING or (lateness and sum(lateness) / len(lateness) > _MEAN_LATE_WARNING):

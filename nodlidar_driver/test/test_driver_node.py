@@ -3,34 +3,30 @@
 from contextlib import contextmanager
 import math
 import os
-import re
 import signal
 import subprocess
 import sys
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
+from driver_listener import listening, options, SUCCESS, TIMEOUT
 from lidar_rig import before, FULL, room, Truth
 from nodlidar_common.host_time import HostTime, SteadyTime
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
-from nodlidar_driver.ros import node as node_module
-from nodlidar_driver.ros.node import DriverNode
+from nodlidar_driver.ros import lidar_node, node
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.task import Future
-from sensor_msgs.msg import LaserScan, TimeReference
+from sensor_msgs.msg import LaserScan
 
-TIMEOUT = 20.0
 MAIN = 'from nodlidar_driver.ros.node import main; main()'
-SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
 @pytest.fixture
@@ -47,83 +43,6 @@ def emulator(truth):
 def ports(emulator, tmp_path):
     with PseudoTerminals({'lidar': emulator}, {'lidar': tmp_path / 'lidar'}) as ports:
         yield ports
-
-
-def options(parameters, namespace=''):
-    words = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
-    return ['--ros-args', '-r', f'__ns:=/{namespace}', *words]
-
-
-class Listener:
-    """A driver in this process, and everything that it publishes."""
-
-    def __init__(self, parameters):
-        rclpy.init(args=options(parameters))
-        self.scans, self.arrivals, self.status = [], [], None
-        self.driver = DriverNode()
-        self.node = rclpy.create_node('listener')
-        self.node.create_subscription(LaserScan, 'scan', self.scans.append, 10)
-        self.node.create_subscription(TimeReference, 'driver/arrival', self.arrivals.append, 10)
-        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosed, 10)
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self.driver)
-        self._executor.add_node(self.node)
-
-    def _diagnosed(self, message):
-        self.status = message.status[0]
-
-    def activate(self):
-        assert self.driver.trigger_configure() == SUCCESS
-        assert self.driver.trigger_activate() == SUCCESS
-
-    def until(self, condition, what):
-        deadline = time.monotonic() + TIMEOUT
-        while not condition():
-            assert time.monotonic() < deadline, f'no {what}; last status: {self.status}'
-            self._executor.spin_once(timeout_sec=0.05)
-
-    def receive(self, count):
-        self.scans.clear()
-        self.until(lambda: len(self.scans) >= count, f'{count} scans')
-        return list(self.scans)
-
-    def diagnosed(self, level, text):
-        self.until(
-            lambda: self.status and self.status.level == level and text in self.status.message,
-            f'diagnosis {text!r}',
-        )
-        return {item.key: item.value for item in self.status.values}
-
-    def connected(self):
-        # A busy host makes scans late, which is a warning.
-        said = {
-            DiagnosticStatus.OK: r'connected',
-            DiagnosticStatus.WARN: r'scans came up to [\d.]+ s late; their stamps are right',
-        }
-        self.until(
-            lambda: (
-                self.status
-                and self.status.level in said
-                and re.fullmatch(said[self.status.level], self.status.message)
-            ),
-            'report of a connection',
-        )
-        return {item.key: item.value for item in self.status.values}
-
-    def close(self):
-        self._executor.shutdown()
-        self.driver.destroy_node()
-        self.node.destroy_node()
-        rclpy.shutdown()
-
-
-@contextmanager
-def listening(**parameters):
-    listener = Listener({'reconnect_delay': 0.2} | parameters)
-    try:
-        yield listener
-    finally:
-        listener.close()
 
 
 def test_scans_and_diagnostics_tell_what_the_lidar_measured_and_when(ports, truth):
@@ -197,9 +116,9 @@ def test_stamps_follow_a_host_whose_clocks_are_slewed(ports, truth, monkeypatch)
         return slewed(time.monotonic_ns)
 
     host_time = HostTime(lambda: slewed(time.time_ns), steady)
-    monkeypatch.setattr(node_module, 'HostTime', lambda: host_time)
-    monkeypatch.setattr(node_module, 'SteadyTime', lambda: SteadyTime(steady))
-    monkeypatch.setattr(node_module, 'steady_ns', steady)
+    monkeypatch.setattr(lidar_node, 'HostTime', lambda: host_time)
+    monkeypatch.setattr(lidar_node, 'SteadyTime', lambda: SteadyTime(steady))
+    monkeypatch.setattr(node, 'steady_ns', steady)
     with listening(port=ports['lidar']) as listener:
         listener.activate()
         listener.receive(10)

@@ -56,6 +56,13 @@ class Arrivals:
         self._timely_ms = 0.0
         self._known = False
 
+    def begin(self, taken_ms: NDArray[np.float64], arrived_ms: NDArray[np.float64]) -> None:
+        """Begin with some scans, shape (n,) each, whose scatter is then known."""
+        self.clear()
+        self._taken_ms, self._arrived_ms = taken_ms, arrived_ms
+        self._timely_ms = float(arrived_ms[-1])
+        self._fit(float(taken_ms[-1]))
+
     def add(self, taken_ms: NDArray[np.float64], arrived_ms: float) -> None:
         """Add a scan and fit the line of the least delays again.
 

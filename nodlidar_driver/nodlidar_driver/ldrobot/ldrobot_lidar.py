@@ -1,0 +1,222 @@
+"""One LD06 or LD19 on its port: from bytes to scans with ranges and host time."""
+
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass
+import math
+
+from nodlidar_common.errors import DeviceError
+from nodlidar_common.ldrobot import BIT_RATE, PACKET
+from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.serial_port import port_errors, SerialPort
+from nodlidar_driver.clock.arrivals import Arrivals
+from nodlidar_driver.ldrobot.packets import take_packets
+from nodlidar_driver.ldrobot.revolutions import Revolution, Revolutions
+from nodlidar_driver.reader import Reader
+import numpy as np
+from numpy.typing import NDArray
+
+RANGE_MM = 20, 12_000
+"""What the lidar can measure, by its data sheet."""
+
+_SIZE = PACKET.itemsize
+_MS = NS_PER_S // 1000
+_LINE_MS = _SIZE * 10 / BIT_RATE * 1e3  # a packet on the line, with start and stop bits
+_SETTLING = 10  # revolutions, from which the least delay of their arrivals is known
+_MOST_USELESS = 4096  # bytes between two packets: the sender is another device
+
+
+@dataclass(frozen=True, slots=True)
+class LdrobotScan:
+    """One revolution; azimuths are counter-clockwise, as ROS has them, and fall from beam to beam.
+
+    Attributes
+    ----------
+    stamp_ns
+        Host time of the first beam [ns].
+    revolution
+        Time of a revolution at the speed of this one [s].
+    azimuth, azimuth_step
+        Of the first beam, and from beam to beam [rad].
+    ranges
+        Ranges [m] by REP 117, shape (n,); NaN where packets were lost.
+    confidences
+        Strength of the returns, 0 to 255, shape (n,).
+    arrival_ns
+        Host time at which the last byte was read [ns].
+    late
+        How much later than usual it arrived [s].
+    """
+
+    stamp_ns: int
+    revolution: float
+    azimuth: float
+    azimuth_step: float
+    ranges: NDArray[np.float32]
+    confidences: NDArray[np.float32]
+    arrival_ns: int
+    late: float
+
+
+class LdrobotLidar:
+    """Reads the scans of a lidar that sends from power-up on and takes no commands.
+
+    Its timer has whole milliseconds and says nothing of the host's clock. The beams are even in
+    time, which gives the fractions; the packets that arrive earliest give the offset and the
+    drift: they were measured just before they went over the line.
+
+    Parameters
+    ----------
+    port
+        An open serial port, as pyserial's.
+    window
+        Least and greatest azimuth of a scan [rad].
+    clock
+        Returns the host time [ns] by a clock that runs evenly.
+    timeout
+        How long the lidar may be silent [s].
+    keep_going
+        Returns False to end any wait for the lidar with a StoppedError.
+
+    Attributes
+    ----------
+    lost
+        What was lost since connecting: beams of lost packets, refused packets, useless bytes,
+        revolutions of which nothing came.
+
+    Raises
+    ------
+    PortError
+        If the port fails.
+    """
+
+    def __init__(
+        self,
+        port: SerialPort,
+        window: tuple[float, float],
+        clock: Callable[[], int],
+        timeout: float,
+        keep_going: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self.lost: Counter[str] = Counter()
+        self._window = window
+        with port_errors():
+            port.reset_input_buffer()  # it says nothing of the time of its arrival
+        self._reader = Reader(port, clock, timeout, keep_going)
+        self._origin_ns = clock()
+        self._buffer = bytearray()
+        self._useless = 0
+        self._revolutions = Revolutions()
+        self._done: deque[Revolution] = deque()
+        self._arrivals = Arrivals()
+        self._newest_ms = 0.0  # at the latest arrival, by the lidar's timer
+        self._first: list[tuple[float, float]] = []  # taken, arrived [ms]
+        self._lap: int | None = None  # of the last revolution
+
+    @property
+    def drift_ppm(self) -> float:
+        """Rate of the lidar's clock against the host's, less 1 [parts per million]."""
+        return -self._arrivals.line.slope * 1e6
+
+    @property
+    def jitter(self) -> float:
+        """Mean lateness of the scans [s], without those that waited."""
+        return self._arrivals.line.scatter * 1e-3
+
+    def connect(self) -> None:
+        """Wait for the first revolution that is whole; errors are those of :meth:`read`."""
+        while not self._done:
+            self._receive()
+
+    def read(self) -> LdrobotScan:
+        """Wait for the next revolution that can be dated, and return it.
+
+        Raises
+        ------
+        DeviceError
+            If none comes, or the lidar was restarted.
+        PortError
+            If the port fails.
+        StoppedError
+            If `keep_going` returns False.
+        """
+        while not self._done:
+            self._receive()
+        return self._scan(self._done.popleft())
+
+    def disconnect(self) -> None:
+        """Do nothing: laser and motor are on as long as there is power."""
+
+    def _receive(self) -> None:
+        """Take the next bytes, up to the end of the revolution."""
+        wanted = self._revolutions.packets_to_go * _SIZE - len(self._buffer)
+        self._buffer += self._reader.wait(wanted)
+        self._buffer += self._reader.rest()  # of what came together, only the last was not late
+        packets, useless = take_packets(self._buffer)
+        self._useless = useless + (0 if len(packets) else self._useless)
+        self.lost['bytes that are no packets'] += useless
+        if self._useless > _MOST_USELESS:
+            raise DeviceError(
+                f'received {self._useless} bytes that are no packets of an LD06 or LD19; '
+                'is it one?'
+            )
+        revolutions = self._revolutions.add(packets)
+        self.lost['packets refused'] = self._revolutions.refused
+        for revolution in revolutions:
+            self._count(revolution)
+        if revolutions and self._is_dated(revolutions[-1]):
+            self._done += revolutions
+
+    def _is_dated(self, revolution: Revolution) -> bool:
+        """Take note of the latest arrival; return whether enough of them are known."""
+        self._newest_ms = revolution.time_ms(self._revolutions.newest)
+        arrived_ms = (self._reader.arrival_ns - self._origin_ns) / _MS
+        if self._arrivals.is_outdated(arrived_ms):
+            raise DeviceError(f'all scans are late, now by {self._arrivals.late_ms:.0f} ms')
+        if self._arrivals.is_early(self._newest_ms, arrived_ms):  # all others were late
+            self._arrivals.clear()
+            self._first.clear()
+        if len(self._arrivals):
+            self._arrivals.add(np.array([self._newest_ms]), arrived_ms)
+            return True
+        self._first.append((self._newest_ms, arrived_ms))
+        if len(self._first) == _SETTLING:
+            self._arrivals.begin(*np.array(self._first).T)
+        return False
+
+    def _count(self, revolution: Revolution) -> None:
+        self.lost['beams'] += revolution.lost
+        if self._lap is not None:
+            self.lost['revolutions'] += revolution.lap - self._lap - 1
+        self._lap = revolution.lap
+
+    def _scan(self, revolution: Revolution) -> LdrobotScan:
+        line = self._arrivals.line
+        rate = 1.0 + line.slope  # of the host's clock against the lidar's
+        azimuth_step = -math.radians(revolution.angle_step)
+        beams = np.arange(len(revolution.distances))
+        azimuths = math.pi - math.radians(revolution.angle) + azimuth_step * beams
+        [kept] = np.nonzero((azimuths >= self._window[0]) & (azimuths <= self._window[1]))
+        first = int(kept[0])
+        chosen = slice(first, int(kept[-1]) + 1)
+        first_ms = revolution.time_ms(revolution.first + first)
+        host_ms = self._newest_ms + line.value - _LINE_MS - (self._newest_ms - first_ms) * rate
+        return LdrobotScan(
+            stamp_ns=self._origin_ns + round(host_ms * _MS),
+            revolution=revolution.period_ms * rate / 1e3,
+            azimuth=float(azimuths[first]),
+            azimuth_step=azimuth_step,
+            ranges=_ranges(revolution.distances[chosen]),
+            confidences=revolution.confidences[chosen].astype(np.float32),
+            arrival_ns=self._reader.arrival_ns,
+            late=self._arrivals.late_ms / 1e3,
+        )
+
+
+def _ranges(distances: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return ranges [m] by REP 117 of distances [mm]: 0 is no return, NaN stays."""
+    least, greatest = RANGE_MM
+    ranges = distances / 1e3
+    ranges[(distances < least) & (distances > 0.0)] = -math.inf
+    ranges[(distances == 0.0) | (distances > greatest)] = math.inf
+    return ranges.astype(np.float32)

@@ -1,0 +1,63 @@
+"""The lifecycle node of an LD06 or LD19: publishes its scans."""
+
+import array
+import math
+import sys
+
+from nodlidar_common.host_time import even_ns
+from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.node import run
+from nodlidar_common.ros.steady import steady_ns
+from nodlidar_driver.config import LdrobotConfig
+from nodlidar_driver.ldrobot.ldrobot_diagnosis import LdrobotDiagnosis
+from nodlidar_driver.ldrobot.ldrobot_lidar import LdrobotLidar, LdrobotScan, RANGE_MM
+from nodlidar_driver.reader import READ_TIMEOUT
+from nodlidar_driver.ros.lidar_node import LidarNode
+from sensor_msgs.msg import LaserScan
+
+
+class LdrobotNode(LidarNode):
+    """Reads an LD06 or LD19."""
+
+    def __init__(self) -> None:
+        super().__init__('driver', LdrobotConfig)
+
+    def configure(self) -> None:
+        """Restart the counts."""
+        self.diagnosis = LdrobotDiagnosis()
+
+    def connect(self) -> None:
+        """Open the port, and wait for a scan."""
+        config = self.config
+        self._lidar = lidar = LdrobotLidar(
+            self.thread.open_port(READ_TIMEOUT),
+            (config.angle_min, config.angle_max),
+            even_ns,
+            config.timeout,
+            self.thread.keep_going,
+        )
+        lidar.connect()
+        self.diagnosis.connected(lidar, steady_ns())
+
+    def message(self, scan: LdrobotScan, stamp_ns: int) -> LaserScan:
+        """Return the message of a scan whose first beam was at a time [ns]."""
+        least, greatest = RANGE_MM
+        message = LaserScan(
+            angle_min=scan.azimuth,
+            angle_max=scan.azimuth + scan.azimuth_step * (len(scan.ranges) - 1),
+            angle_increment=scan.azimuth_step,
+            time_increment=scan.revolution * abs(scan.azimuth_step) / math.tau,
+            scan_time=scan.revolution,
+            range_min=least / 1e3,
+            range_max=greatest / 1e3,
+            ranges=array.array('f', scan.ranges.tobytes()),
+            intensities=array.array('f', scan.confidences.tobytes()),
+        )
+        message.header.frame_id = self.config.frame_id
+        message.header.stamp = time_message(stamp_ns)
+        return message
+
+
+def main() -> None:
+    """Run the driver node."""
+    sys.exit(run(LdrobotNode))

@@ -1,0 +1,224 @@
+"""An LD19 from bytes to dated scans, against the truth of an emulated one in virtual time."""
+
+import math
+
+from nodlidar_common.errors import DeviceError, PortError, StoppedError
+from nodlidar_common.ldrobot import PACKET
+from nodlidar_driver.ldrobot.ldrobot_lidar import LdrobotLidar
+from nodlidar_sim.devices.streaming_lidar import StreamingLidar
+from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+import numpy as np
+import pytest
+
+START_NS = 1_700_000_000_000_000_000
+ALL_AROUND = (-3.1416, 3.1416)
+MS = 1_000_000
+
+
+def room(azimuth):
+    """Return ranges [m] that tell every azimuth [rad] from those near it."""
+    return 3.0 + 2.0 * np.sin(azimuth) + np.cos(3.0 * azimuth)
+
+
+class Rig:
+    """An emulated lidar on a virtual port, and when and where each beam was measured.
+
+    `change` may replace the bytes that reach the host at a time [ns].
+    """
+
+    def __init__(self, seed=0, ppm=0.0, change=None, window=ALL_AROUND, ranges=room):
+        self._beams, self._ranges = [], ranges
+        self.clock = VirtualClock(START_NS)
+        self.emulator = StreamingLidar(
+            self._measure,
+            start_ns=START_NS - 1_234_567_891,
+            clock_rate=1.0 + ppm * 1e-6,
+            seed=seed,
+        )
+        if change is not None:
+            transmit = self.emulator.transmit
+            self.emulator.transmit = lambda now_ns: change(transmit(now_ns), now_ns)
+        self.port = VirtualPort(self.emulator, self.clock, 1.0)
+        self.lidar = LdrobotLidar(self.port, window, self.clock, 1.0)
+
+    def _measure(self, times_ns, azimuths):
+        self._beams.append((times_ns, azimuths))
+        return self._ranges(azimuths)
+
+    def read(self, count):
+        scans = [self.lidar.read() for _ in range(count)]
+        self._truth = [np.concatenate(each) for each in zip(*self._beams, strict=True)]
+        return scans
+
+    def errors(self, scan):
+        """Return errors of the stamps [ms] and azimuths [rad] of a scan, and the true azimuths."""
+        times_ns, azimuths = self._truth
+        beams = np.arange(len(scan.ranges))
+        stated = scan.azimuth + scan.azimuth_step * beams
+        period_ns = scan.revolution * abs(scan.azimuth_step) / math.tau * 1e9
+        nearest = int(np.argmin(np.abs(times_ns - scan.stamp_ns)))
+
+        def off(first):
+            true = azimuths[first : first + len(beams)]
+            return (stated - true + math.pi) % math.tau - math.pi
+
+        # An error of time may be more than half of the time from beam to beam.
+        near = range(max(nearest - 3, 0), nearest + 4)
+        first = min(near, key=lambda first: np.sum(off(first) ** 2))
+        true_ns, true = (of[first : first + len(beams)] for of in (times_ns, azimuths))
+        return ((scan.stamp_ns - true_ns) + beams * period_ns) / MS, off(first), true
+
+
+def late(worst_ms, seed=1):
+    """Return what delivers bytes late by up to some ms, some much later."""
+    rng, waiting = np.random.default_rng(seed), []
+
+    def change(data, now_ns):
+        delay_ms = 60.0 if rng.random() < 0.005 else rng.uniform(0.0, worst_ms)
+        after_ns = waiting[-1][0] if waiting else 0
+        waiting.append((max(now_ns + round(delay_ms * MS), after_ns), data))
+        arrived = b''
+        while waiting and waiting[0][0] <= now_ns:
+            arrived += waiting.pop(0)[1]
+        return arrived
+
+    return change
+
+
+@pytest.mark.parametrize(('seed', 'ppm'), [(0, -300.0), (1, 0.0), (2, 80.0)])
+def test_every_beam_has_its_own_time_and_azimuth(seed, ppm):
+    rig = Rig(seed, ppm)
+    scans = rig.read(400)  # longer than the lidar's timer, which begins again after 30 s
+    for scan in scans[20:]:
+        off_ms, off, true = rig.errors(scan)
+        assert np.abs(off_ms).max() < 0.2
+        assert np.sqrt(np.mean(off**2)) < math.radians(0.3)  # its speed is not even
+        np.testing.assert_allclose(scan.ranges, room(true), atol=0.00051)
+    assert rig.lidar.drift_ppm == pytest.approx(ppm, abs=1.0)
+    assert rig.lidar.lost.total() == 0
+    stamps = np.array([scan.stamp_ns for scan in scans])
+    np.testing.assert_allclose(np.diff(stamps) / MS, 100.0, atol=5.0)  # none is left out
+    counts = [len(scan.ranges) for scan in scans]
+    assert (min(counts), max(counts)) == pytest.approx((450, 450), abs=15)
+
+
+@pytest.mark.parametrize('seed', range(2))
+def test_late_bytes_are_dated_by_the_lidar_s_clock(seed):
+    rig = Rig(seed, 50.0, late(8.0, seed))
+    worst = [np.abs(rig.errors(scan)[0]).max() for scan in rig.read(400)[100:]]
+    assert max(worst) < 2.0
+    assert np.sqrt(np.mean(np.square(worst))) < 1.0
+
+
+def test_a_window_ahead_is_cut_out():
+    rig = Rig(window=(-0.5, 1.0))
+    for scan in rig.read(30):
+        last = scan.azimuth + scan.azimuth_step * (len(scan.ranges) - 1)
+        assert 1.0 - 0.015 < scan.azimuth <= 1.0
+        assert -0.5 <= last < -0.5 + 0.015
+        assert np.abs(rig.errors(scan)[0]).max() < 0.2
+
+
+def test_ranges_are_those_of_rep_117():
+    def ranges(azimuths):
+        steps = np.array([np.inf, np.nan, 0.019, 0.02, 12.0, 12.1])
+        return steps[np.arange(len(azimuths)) % 6]
+
+    scan = Rig(ranges=ranges).read(1)[0]
+    kinds, counts = np.unique(scan.ranges, return_counts=True)
+    np.testing.assert_array_equal(kinds, np.array([0.02, 12.0, np.inf], np.float32))
+    assert counts.min() > 70
+    assert np.all((scan.confidences > 0) == np.isfinite(scan.ranges))
+
+
+def test_lost_packets_leave_gaps_where_they_were():
+    rng = np.random.default_rng(5)
+    size = PACKET.itemsize
+
+    def lose(data, now_ns):
+        kept = [data[i : i + size] for i in range(0, len(data), size)]
+        return b''.join(each for each in kept if rng.random() > 0.1)
+
+    rig = Rig(change=lose)
+    lost = beams = 0
+    for scan in rig.read(200):
+        off_ms, off, true = rig.errors(scan)
+        assert np.abs(off_ms).max() < 0.4
+        assert np.sqrt(np.mean(off**2)) < math.radians(0.4)
+        gaps = np.isnan(scan.ranges)
+        np.testing.assert_allclose(scan.ranges[~gaps], room(true)[~gaps], atol=0.00051)
+        lost, beams = lost + int(gaps.sum()), beams + len(gaps)
+    assert lost / beams == pytest.approx(0.1, abs=0.02)
+    assert rig.lidar.lost['packets refused'] == 0
+    assert rig.lidar.lost['bytes that are no packets'] == 0
+
+
+def test_changed_bytes_cost_the_beams_of_their_packets_only():
+    rng = np.random.default_rng(6)
+
+    def change(data, now_ns):
+        data = bytearray(data)
+        if data and rng.random() < 0.2:
+            data[rng.integers(len(data))] ^= 1 << rng.integers(8)
+        return bytes(data)
+
+    rig = Rig(change=change)
+    for scan in rig.read(200):
+        off_ms, _, true = rig.errors(scan)
+        good = ~np.isnan(scan.ranges)
+        assert np.abs(off_ms).max() < 0.4
+        np.testing.assert_allclose(scan.ranges[good], room(true)[good], atol=0.00051)
+    packets = rig.lidar.lost['bytes that are no packets'] / PACKET.itemsize
+    assert packets == pytest.approx(0.2 * 200 * 450 / 48, rel=0.3)
+    assert rig.lidar.lost['beams'] == pytest.approx(12 * packets, rel=0.1)
+
+
+def test_a_pause_of_the_line_costs_whole_revolutions_which_are_counted():
+    def pause(data, now_ns):
+        return b'' if 5_000 <= (now_ns - START_NS) / MS < 5_330 else data
+
+    rig = Rig(change=pause)
+    scans = rig.read(60)
+    due = round((scans[-1].stamp_ns - scans[0].stamp_ns) / (100 * MS)) + 1
+    assert rig.lidar.lost['revolutions'] == due - len(scans) > 0
+    assert max(np.abs(rig.errors(scan)[0]).max() for scan in scans) < 0.4
+
+
+def test_a_lidar_that_was_restarted_is_read_anew():
+    rig = Rig()
+    rig.read(20)
+    rig.emulator._timer_ms -= 1000
+    with pytest.raises(DeviceError, match="the lidar's timer jumped"):
+        rig.read(3)
+
+
+def test_another_lidar_is_none():
+    clock = VirtualClock(START_NS)
+    urg = UrgEmulator(lambda times, azimuths: room(azimuths), start_ns=START_NS)
+    port = VirtualPort(urg, clock, 1.0)
+    port.write(b'BM\nMD0044072501000\n')
+    port.read(10)
+    lidar = LdrobotLidar(port, ALL_AROUND, clock, 1.0)
+    with pytest.raises(DeviceError, match='that are no packets of an LD06 or LD19'):
+        lidar.connect()
+
+
+def test_silence_is_an_error():
+    rig = Rig(change=lambda data, now_ns: data if now_ns < START_NS + 3000 * MS else b'')
+    with pytest.raises(DeviceError, match=r'the lidar sent nothing for 1\.0 s'):
+        rig.read(40)
+
+
+def test_an_unplugged_lidar_is_an_error_of_the_port():
+    rig = Rig()
+    rig.port.unplug()
+    with pytest.raises(PortError):
+        rig.read(1)
+
+
+def test_a_stop_ends_the_wait():
+    rig = Rig()
+    lidar = LdrobotLidar(rig.port, ALL_AROUND, rig.clock, 1.0, keep_going=lambda: False)
+    with pytest.raises(StoppedError):
+        lidar.connect()
