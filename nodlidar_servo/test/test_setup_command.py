@@ -344,7 +344,8 @@ def test_a_lidar_behind_the_port_of_the_servo_is_named():
 
 
 def test_a_lidar_that_streams_is_no_servo():
-    line, begin_ns = Line(StreamingLidar()), CLOCK()
+    lidar = StreamingLidar(lambda times, _: np.ones(len(times)), start_ns=CLOCK())
+    line, begin_ns = Line(lidar), CLOCK()
     with pytest.raises(LidarError, match=r'something streams at this port.*LD19: --port'):
         line.set_up()
     assert CLOCK() - begin_ns < 10**9

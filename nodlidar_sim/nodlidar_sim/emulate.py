@@ -15,6 +15,7 @@ from nodlidar_sim.devices.driven_lidar import DrivenLidar
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED, make_emulator, with_servo
+from nodlidar_sim.devices.streaming_lidar import LD19, StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.commanded import CommandedBase
@@ -29,7 +30,8 @@ from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 from nodlidar_sim.world.world import World
 import numpy as np
 
-LIDARS = (*SCIP_MODELS, *OTHER_LIDARS)
+WITH_BYTES = (*SCIP_MODELS, LD19)
+LIDARS = (*WITH_BYTES, *OTHER_LIDARS)
 CONTROLLED = 'trajectory'
 SERVOS = (*EMULATED, CONTROLLED)
 _GRACE = 2.0  # for drivers that stop at the same time, to make the devices safe [s]
@@ -92,7 +94,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )  # fmt: skip
     parser.add_argument(
         '--lidar-model', choices=LIDARS, default='URG-04LX-UG01', metavar='MODEL',
-        help=f'{", ".join(SCIP_MODELS)}, with the errors of the scene; {", ".join(OTHER_LIDARS)}: '
+        help=f'{", ".join(WITH_BYTES)}, with the errors of the scene; {", ".join(OTHER_LIDARS)}: '
         'a lidar together with that driver, which publishes scan, in place of a link',
     )  # fmt: skip
     parser.add_argument(
@@ -180,6 +182,8 @@ def make_devices(
             clock_rate=clock_rate,
             seed=driver_seed,
         )
+    elif lidar_model == LD19:
+        lidar = StreamingLidar(measure, start_ns=start_ns, clock_rate=clock_rate, seed=driver_seed)
     else:
         lidar = UrgEmulator(
             measure,
