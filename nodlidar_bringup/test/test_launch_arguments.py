@@ -120,7 +120,7 @@ def test_good_arguments_pass(values, change):
         (
             'lidar',
             'none',
-            "'lidar' must be one of URG-04LX-UG01, UST-10LX, UST-20LX, UTM-30LX, rplidar, "
+            "'lidar' must be one of URG-04LX-UG01, UST-10LX, UST-20LX, UTM-30LX, LD19, rplidar, "
             "ldlidar, ydlidar, urg_node2 in sim, but is 'none'",
         ),
         ('servo', 'none', "'servo' must be one of RX-24F, RX-28, RX-64, AX-12A, AX-18A, MX-28"),

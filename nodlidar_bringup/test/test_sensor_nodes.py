@@ -8,6 +8,8 @@ from nodlidar_bringup.ros import sensor
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
 import pytest
 
+MINE = 'a file of the user'
+
 
 def sensor_of(**arguments):
     context = LaunchContext()
@@ -79,6 +81,36 @@ def test_the_assembler_s_file_takes_precedence_over_that_of_a_driver(monkeypatch
     assert names == ['balanced.yaml', 'ldlidar.yaml', 'assembler.yaml']
     assert 'last_beam_first' not in own
     assert own['adapt_limits'] is True
+
+
+@pytest.mark.parametrize(
+    ('given', 'executable', 'file'),
+    [
+        ({}, 'driver', 'driver.yaml'),
+        ({'lidar': 'UST-10LX'}, 'driver', 'driver.yaml'),
+        ({'lidar': 'LD19'}, 'ldrobot', 'ldrobot.yaml'),
+        ({'lidar': 'LD19', 'driver_params': MINE}, 'ldrobot', 'mine.yaml'),
+    ],
+)
+@pytest.mark.parametrize('hardware', ['sim', 'real'])
+def test_each_lidar_has_its_driver_and_its_file(
+    monkeypatch, tmp_path, given, executable, file, hardware
+):
+    monkeypatch.setattr(sensor, 'tied_node', lambda *args, **options: (args[2], options))
+    path = tmp_path / 'mine.yaml'
+    path.write_text('/**:\n  ros__parameters:\n    timeout: 0.5\n')
+    given = {name: str(path) if value == MINE else value for name, value in given.items()}
+    started, options = sensor_of(hardware=hardware, **given).driver()
+    assert (started, options['name']) == (executable, 'driver')
+    assert Path(options['parameters'][0]).name == file
+
+
+def test_an_ld19_is_started_with_real_devices_too(monkeypatch):
+    monkeypatch.setattr(sensor, 'tied_node', lambda *args, **_: args[2])
+    assert 'ldrobot' in sensor_of(hardware='real', lidar='LD19').nodes()
+    monkeypatch.setattr(sensor, 'tied_node', lambda *_, **options: options['parameters'])
+    *files, _ = sensor_of(hardware='real', lidar='LD19').assembler()
+    assert [Path(file).name for file in files] == ['balanced.yaml', 'LD19.yaml', 'assembler.yaml']
 
 
 @pytest.mark.parametrize(

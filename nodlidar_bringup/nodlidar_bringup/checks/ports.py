@@ -202,9 +202,9 @@ def _check_answer(port: Port, name: str) -> list[Finding]:
 
 
 def _check_stream(port: Port, name: str) -> Finding:
-    text = f'something streams at {name}: a lidar with a driver of its own, such as an LD19'
+    text = f'something streams at {name}, such as an LD19'
     if port.device == LIDAR:
-        return good('port', f'{text}; lidar:=... names it (docs/lidars.md)')
+        return good('port', f'{text}, which lidar:=LD19 reads')
     remedy = f'{_LAUNCH} lidar:=... servo_port:=... (`ls -l /dev/serial/by-id` shows which)'
     return fault('wrong device', text, remedy)
 

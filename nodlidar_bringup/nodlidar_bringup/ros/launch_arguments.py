@@ -7,7 +7,8 @@ from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
 from nodlidar_servo.models.models import MODELS
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
-from nodlidar_sim.devices.scip_models import SCIP_MODELS
+from nodlidar_sim.devices.streaming_lidar import LD19
+from nodlidar_sim.emulate import WITH_BYTES
 
 
 def share(package: str, path: str) -> str:
@@ -15,7 +16,8 @@ def share(package: str, path: str) -> str:
     return os.path.join(get_package_share_directory(package), path)
 
 
-OTHER_DRIVERS = tuple(OTHER_LIDARS)  # each has a file in config/lidars
+OTHER_DRIVERS = tuple(OTHER_LIDARS)
+WITH_FILE = (*OTHER_DRIVERS, LD19)  # each in config/lidars, for the assembler
 # Of these; their scans reach no reliable subscription.
 BEST_EFFORT = tuple(name for name, lidar in OTHER_LIDARS.items() if lidar.best_effort)
 
@@ -37,11 +39,11 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'lidar': {
         'default_value': '',
-        'choices': ['', *SCIP_MODELS, *OTHER_DRIVERS, 'none'],
-        'description': 'model of a Hokuyo lidar (hardware:=sim; a real one says itself what it '
-        'is); or the driver of another lidar that publishes scan, with what the assembler must '
-        'know of it (docs/lidars.md), in simulation also with that lidar; none: any other driver '
-        '(hardware:=real)',
+        'choices': ['', *WITH_BYTES, *OTHER_DRIVERS, 'none'],
+        'description': 'LD19, also for an LD06; the model of a Hokuyo lidar (hardware:=sim; a '
+        'real one says itself what it is); or the driver of another lidar that publishes scan, '
+        'with what the assembler must know of it (docs/lidars.md), in simulation also with that '
+        'lidar; none: any other driver (hardware:=real)',
     },
     'servo': {
         'default_value': '',

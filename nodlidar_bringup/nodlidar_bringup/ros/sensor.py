@@ -20,9 +20,11 @@ from nodlidar_bringup.ros.launch_arguments import (
     DESCRIPTIONS,
     OTHER_DRIVERS,
     share,
+    WITH_FILE,
 )
 from nodlidar_bringup.ros.tied_node import tied_node
 from nodlidar_common.errors import NodlidarError
+from nodlidar_sim.devices.streaming_lidar import LD19
 
 
 def end_all(event: Any, context: LaunchContext) -> Shutdown | None:
@@ -156,13 +158,26 @@ class Sensor:
             'frame_id': text(self.frame('laser')),
             'autostart': True,
         }
+        executable = 'ldrobot' if self.values['lidar'] == LD19 else 'driver'
         return self.node(
             'nodlidar_driver',
-            'driver',
+            executable,
             name='driver',
-            parameters=[self.values['driver_params'], own],
+            parameters=[self.driver_file(), own],
             on_exit=end_all,
         )
+
+    def driver_file(self) -> str:
+        """Return the parameter file of the lidar's driver."""
+        return self.file_or('driver_params', 'ldrobot', self.values['lidar'] == LD19)
+
+    def file_or(self, argument: str, other: str, is_other: bool) -> str:
+        """Return a parameter file; by default, if it is for another node, that of this one."""
+        file = str(self.values[argument])
+        if is_other and file == ARGUMENTS[argument]['default_value']:
+            package = f'nodlidar_{argument.removesuffix("_params")}'
+            return share(package, f'config/{other}.yaml')
+        return file
 
     def servo(self) -> Node:
         """Return the servo's node."""
@@ -184,11 +199,7 @@ class Sensor:
 
     def servo_file(self) -> str:
         """Return the parameter file of the servo's node."""
-        file = str(self.values['servo_params'])
-        if self.values['servo'] != 'trajectory':
-            return file
-        is_default = file == ARGUMENTS['servo_params']['default_value']
-        return share('nodlidar_servo', 'config/trajectory.yaml') if is_default else file
+        return self.file_or('servo_params', 'trajectory', self.values['servo'] == 'trajectory')
 
     @cached_property
     def servo_config(self) -> Any:
@@ -199,7 +210,7 @@ class Sensor:
     def assembler(self) -> Node:
         """Return the assembler."""
         files = [self.profile()]
-        if self.values['lidar'] in OTHER_DRIVERS:
+        if self.values['lidar'] in WITH_FILE:
             lidar = f'config/lidars/{self.values["lidar"]}.yaml'
             files.append(share('nodlidar_bringup', lidar))
         files += filter(None, [self.values['assembler_params'], self.values['calibration']])
