@@ -209,6 +209,11 @@ def test_driver(command):
     runs_until_interrupted(command, 'trying again')
 
 
+@starting('ros2', 'run', 'nodlidar_driver', 'ldrobot')
+def test_ldrobot(command):
+    runs_until_interrupted(command, 'trying again')
+
+
 @starting('ros2', 'run', 'nodlidar_driver', 'probe')
 def test_probe(command, monkeypatch, capsys):
     """In virtual time: a busy host is too slow to date scans, and probe says so."""
