@@ -13,11 +13,11 @@ from nodlidar_common.command_line import LineParser, run
 from nodlidar_common.errors import DeviceError, ParameterError, PortError
 from nodlidar_common.guard import Guard
 from nodlidar_common.host_time import even_ns
+from nodlidar_common.reader import READ_TIMEOUT
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.probing import NoLidarError, Probe, probe
-from nodlidar_driver.reader import READ_TIMEOUT
 from nodlidar_driver.scan_picture import picture
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP

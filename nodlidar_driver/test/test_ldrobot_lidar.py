@@ -4,7 +4,7 @@ import math
 
 from nodlidar_common.errors import DeviceError, PortError, StoppedError
 from nodlidar_common.ldrobot import PACKET
-from nodlidar_driver.ldrobot.ldrobot_lidar import LdrobotLidar
+from nodlidar_driver.ldrobot_lidar import LdrobotLidar
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort

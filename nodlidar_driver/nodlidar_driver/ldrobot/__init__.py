@@ -1,1 +1,1 @@
-"""LDROBOT's LD06 and LD19: packets, revolutions, and the lidar as a whole."""
+"""The protocol of LDROBOT's LD06 and LD19: packets and revolutions."""

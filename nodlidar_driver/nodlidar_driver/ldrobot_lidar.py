@@ -8,11 +8,11 @@ import math
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.ldrobot import BIT_RATE, PACKET
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.reader import Reader
 from nodlidar_common.serial_port import port_errors, SerialPort
 from nodlidar_driver.clock.arrivals import Arrivals
 from nodlidar_driver.ldrobot.packets import take_packets
 from nodlidar_driver.ldrobot.revolutions import Revolution, Revolutions
-from nodlidar_driver.reader import Reader
 import numpy as np
 from numpy.typing import NDArray
 
