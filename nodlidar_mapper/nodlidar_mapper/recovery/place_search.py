@@ -191,12 +191,13 @@ def _steps(at: float, distance: float, known: Array) -> NDArray[np.intp]:
 
 
 def _filled(points: Array) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
-    """Return how much of the map each cube has: 1, beside such a one a half; and the corner."""
+    """Return how much of the map each cube (z, x, y) has: 1, beside such a one a half; its corner."""
     corner = np.floor(points.min(axis=0) / CUBE).astype(np.intp) - 2
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
     filled = np.zeros(cubes.max(axis=0) + 3, dtype=np.bool_)
     filled[tuple(cubes.T)] = True
-    return (filled + binary_dilation(filled).astype(np.float32)) / np.float32(2.0), corner
+    shares = (filled + binary_dilation(filled).astype(np.float32)) / np.float32(2.0)
+    return np.ascontiguousarray(np.moveaxis(shares, 2, 0)), corner
 
 
 def _scores(
@@ -208,11 +209,18 @@ def _scores(
 ) -> NDArray[np.float32]:
     """Return the mean of the map at points (n, 3), for each step along x and y."""
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
-    inside = (cubes[:, 2] >= 0) & (cubes[:, 2] < filled.shape[2])
+    cubes += along_x[0], along_y[0], 0
+    inside = (cubes[:, 2] >= 0) & (cubes[:, 2] < len(filled))
     total = np.zeros((len(along_x), len(along_y)), dtype=np.float32)
-    for x, y, z in cubes[inside]:
-        # The border is empty, so that cubes outside count as empty.
-        rows = np.clip(x + along_x, 0, filled.shape[0] - 1)
-        columns = np.clip(y + along_y, 0, filled.shape[1] - 1)
-        total += filled[:, :, z][np.ix_(rows, columns)]
+    for x, y, z in cubes[inside].tolist():
+        of_rows, rows = _overlap(x, len(along_x), filled.shape[1])
+        of_columns, columns = _overlap(y, len(along_y), filled.shape[2])
+        total[of_rows, of_columns] += filled[z, rows, columns]
     return np.asarray(total / max(len(points), 1))
+
+
+def _overlap(begin: int, count: int, size: int) -> tuple[slice, slice]:
+    """Return which of some steps in a row are from 0 to a size, and those places."""
+    first = max(begin, 0)
+    end = max(min(begin + count, size), first)
+    return slice(first - begin, end - begin), slice(first, end)
