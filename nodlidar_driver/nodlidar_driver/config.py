@@ -101,6 +101,13 @@ class LdrobotConfig(_ScansConfig):
         'Serial port of the lidar; a servo may take this name: use those in /dev/serial/by-id',
     )
     baud_rate: int = parameter(BIT_RATE, 'Bit rate of the port', unit='bit/s', minimum=9600)
+    least_confidence: int = parameter(
+        16,
+        "Least confidence of a range, else it is NaN; LDROBOT's own driver drops groups of 15 or "
+        'less near by',
+        minimum=0,
+        maximum=255,
+    )
     timeout: float = parameter(
         1.0, 'Silence after which the lidar is reconnected', unit='s', minimum=0.3, maximum=5.0
     )

@@ -13,7 +13,7 @@ from nodlidar_driver.ldrobot_lidar import LdrobotLidar, LdrobotScan
 _SILENCE = 0.5  # s without a scan
 _LEAST_RATE, _RATE_PERIOD = 7.5, 1.0  # scans per second, and s over which they are counted
 _REMEMBERED = 100  # scans whose lateness is kept for the next report
-_CLOCK_STEPS = "steps of the host's clock"
+_CLOCK_STEPS = 'Host clock steps'
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,11 +24,13 @@ class _State:
     heard_ns: int = 0  # of the latest scan, or else of the connection
     latency: float = math.nan  # s, from first beam to arrival
     speed: float = math.nan  # revolutions per second
+    uneven: float = math.nan  # rad; see LdrobotScan
     drift_ppm: float = 0.0
     jitter: float = 0.0  # s
     scans: int = 0
     lateness: tuple[float, ...] = ()  # s, of the latest scans
-    lost: Counter[str] = field(default_factory=Counter)  # by what it is, with steps of the clock
+    lost: Counter[str] = field(default_factory=Counter)  # by name, with steps of the clock
+    last_clock_step: float = 0.0  # s
 
 
 class LdrobotDiagnosis:
@@ -60,6 +62,7 @@ class LdrobotDiagnosis:
             heard_ns=scan.arrival_ns,
             latency=(scan.arrival_ns - scan.stamp_ns) * 1e-9,
             speed=1.0 / scan.revolution,
+            uneven=scan.uneven,
             drift_ppm=self._lidar.drift_ppm,
             jitter=self._lidar.jitter,
             scans=state.scans + 1,
@@ -70,7 +73,7 @@ class LdrobotDiagnosis:
         """Count a step of the host's clock [ns]; 0 is none."""
         if step_ns:
             self._before[_CLOCK_STEPS] += 1
-            self._update()
+            self._update(last_clock_step=step_ns / 1e9)
 
     def disconnected(self) -> None:
         """Report only the counts until connected again."""
@@ -96,13 +99,15 @@ class LdrobotDiagnosis:
         """
         state, before = self._state, self._reported
         self._reported = state
-        news = state.lost - before.lost
+        warnings, news = [], state.lost - before.lost
         new = state.scans - before.scans
-        warnings = [f'{name}: {count} more' for name, count in sorted(news.items())]
+        if news.pop(_CLOCK_STEPS, 0):
+            warnings.append(f"the host's clock was set by {state.last_clock_step} s")
+        warnings += [f'{name.lower()}: {count} more' for name, count in sorted(news.items())]
         warnings += late_warnings(state.lateness[-new:] if new else ())
         if silence := self._silence(now_ns):
             warnings.append(f'no scan for {silence:.1f} s')
-        figures = {f'Lost {name}': str(count) for name, count in sorted(state.lost.items())}
+        figures = {name: str(count) for name, count in sorted(state.lost.items())}
         figures['Scans published'] = str(state.scans)
         if not state.is_connected or math.isnan(state.latency):
             self._recent.clear()
@@ -116,6 +121,7 @@ class LdrobotDiagnosis:
         figures |= {
             'Vendor Name': 'LDROBOT',
             'Motor speed': f'{state.speed:.2f} Hz',
+            'Uneven motor': f'{math.degrees(state.uneven):.2f} deg',
             'Computed Latency': f'{state.latency * 1e3:.2f} ms',
             'Clock drift': f'{state.drift_ppm:.1f} ppm',
             'Arrival jitter': f'{state.jitter * 1e3:.2f} ms',

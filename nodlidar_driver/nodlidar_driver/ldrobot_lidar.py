@@ -24,6 +24,10 @@ _MS = NS_PER_S // 1000
 _LINE_MS = _SIZE * 10 / BIT_RATE * 1e3  # a packet on the line, with start and stop bits
 _SETTLING = 10  # revolutions, from which the least delay of their arrivals is known
 _MOST_USELESS = 4096  # bytes between two packets: the sender is another device
+_MOST_UNEVEN = 3.0  # degrees that a beam may be off; the motor changes its speed
+
+BEAMS, REVOLUTIONS, UNEVEN = 'Beams lost', 'Revolutions lost', 'Revolutions too uneven'
+REFUSED, USELESS = 'Packets refused', 'Bytes of no packet'
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +43,15 @@ class LdrobotScan:
     azimuth, azimuth_step
         Of the first beam, and from beam to beam [rad].
     ranges
-        Ranges [m] by REP 117, shape (n,); NaN where packets were lost.
+        Ranges [m] by REP 117, shape (n,); NaN where packets were lost, and without confidence.
     confidences
         Strength of the returns, 0 to 255, shape (n,).
     arrival_ns
         Host time at which the last byte was read [ns].
     late
         How much later than usual it arrived [s].
+    uneven
+        Greatest difference of a beam from its azimuth, as the motor turned unevenly [rad].
     """
 
     stamp_ns: int
@@ -56,6 +62,7 @@ class LdrobotScan:
     confidences: NDArray[np.float32]
     arrival_ns: int
     late: float
+    uneven: float
 
 
 class LdrobotLidar:
@@ -71,6 +78,8 @@ class LdrobotLidar:
         An open serial port, as pyserial's.
     window
         Least and greatest azimuth of a scan [rad].
+    least_confidence
+        Returns with less are not trusted.
     clock
         Returns the host time [ns] by a clock that runs evenly.
     timeout
@@ -81,8 +90,7 @@ class LdrobotLidar:
     Attributes
     ----------
     lost
-        What was lost since connecting: beams of lost packets, refused packets, useless bytes,
-        revolutions of which nothing came.
+        What was lost since connecting, by name.
 
     Raises
     ------
@@ -94,18 +102,19 @@ class LdrobotLidar:
         self,
         port: SerialPort,
         window: tuple[float, float],
+        least_confidence: int,
         clock: Callable[[], int],
         timeout: float,
         keep_going: Callable[[], bool] = lambda: True,
     ) -> None:
         self.lost: Counter[str] = Counter()
-        self._window = window
+        self._window, self._least_confidence = window, least_confidence
         with port_errors():
             port.reset_input_buffer()  # it says nothing of the time of its arrival
         self._reader = Reader(port, clock, timeout, keep_going)
         self._origin_ns = clock()
         self._buffer = bytearray()
-        self._useless = 0
+        self._useless, self._has_begun = 0, False
         self._revolutions = Revolutions()
         self._done: deque[Revolution] = deque()
         self._arrivals = Arrivals()
@@ -124,7 +133,7 @@ class LdrobotLidar:
         return self._arrivals.line.scatter * 1e-3
 
     def connect(self) -> None:
-        """Wait for the first revolution that is whole; errors are those of :meth:`read`."""
+        """Wait for the first revolution that can be dated; errors are those of :meth:`read`."""
         while not self._done:
             self._receive()
 
@@ -154,18 +163,19 @@ class LdrobotLidar:
         self._buffer += self._reader.rest()  # of what came together, only the last was not late
         packets, useless = take_packets(self._buffer)
         self._useless = useless + (0 if len(packets) else self._useless)
-        self.lost['bytes that are no packets'] += useless
+        if self._has_begun:  # the first bytes are the end of a packet
+            self.lost[USELESS] += useless
+        self._has_begun |= len(packets) > 0
         if self._useless > _MOST_USELESS:
             raise DeviceError(
                 f'received {self._useless} bytes that are no packets of an LD06 or LD19; '
                 'is it one?'
             )
         revolutions = self._revolutions.add(packets)
-        self.lost['packets refused'] = self._revolutions.refused
-        for revolution in revolutions:
-            self._count(revolution)
-        if revolutions and self._is_dated(revolutions[-1]):
-            self._done += revolutions
+        self.lost[REFUSED] = self._revolutions.refused
+        if revolutions:
+            is_dated = self._is_dated(revolutions[-1])
+            self._done += filter(self._count, revolutions) if is_dated else ()
 
     def _is_dated(self, revolution: Revolution) -> bool:
         """Take note of the latest arrival; return whether enough of them are known."""
@@ -184,11 +194,15 @@ class LdrobotLidar:
             self._arrivals.begin(*np.array(self._first).T)
         return False
 
-    def _count(self, revolution: Revolution) -> None:
-        self.lost['beams'] += revolution.lost
+    def _count(self, revolution: Revolution) -> bool:
+        """Count what is lost of a revolution and before it; return whether it can be used."""
         if self._lap is not None:
-            self.lost['revolutions'] += revolution.lap - self._lap - 1
+            self.lost[REVOLUTIONS] += revolution.lap - self._lap - 1
         self._lap = revolution.lap
+        self.lost[BEAMS] += revolution.lost
+        is_even = revolution.uneven <= _MOST_UNEVEN
+        self.lost[UNEVEN] += not is_even
+        return is_even
 
     def _scan(self, revolution: Revolution) -> LdrobotScan:
         line = self._arrivals.line
@@ -197,8 +211,12 @@ class LdrobotLidar:
         beams = np.arange(len(revolution.distances))
         azimuths = math.pi - math.radians(revolution.angle) + azimuth_step * beams
         [kept] = np.nonzero((azimuths >= self._window[0]) & (azimuths <= self._window[1]))
+        if not len(kept):
+            least, greatest = self._window
+            raise DeviceError(f'no beam is between {least} and {greatest} rad')
         first = int(kept[0])
         chosen = slice(first, int(kept[-1]) + 1)
+        confidences = revolution.confidences[chosen]
         first_ms = revolution.time_ms(revolution.first + first)
         host_ms = self._newest_ms + line.value - _LINE_MS - (self._newest_ms - first_ms) * rate
         return LdrobotScan(
@@ -206,17 +224,20 @@ class LdrobotLidar:
             revolution=revolution.period_ms * rate / 1e3,
             azimuth=float(azimuths[first]),
             azimuth_step=azimuth_step,
-            ranges=_ranges(revolution.distances[chosen]),
-            confidences=revolution.confidences[chosen].astype(np.float32),
+            ranges=self._ranges(revolution.distances[chosen], confidences),
+            confidences=confidences.astype(np.float32),
             arrival_ns=self._reader.arrival_ns,
             late=self._arrivals.late_ms / 1e3,
+            uneven=math.radians(revolution.uneven),
         )
 
-
-def _ranges(distances: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return ranges [m] by REP 117 of distances [mm]: 0 is no return, NaN stays."""
-    least, greatest = RANGE_MM
-    ranges = distances / 1e3
-    ranges[(distances < least) & (distances > 0.0)] = -math.inf
-    ranges[(distances == 0.0) | (distances > greatest)] = math.inf
-    return ranges.astype(np.float32)
+    def _ranges(
+        self, distances: NDArray[np.float64], confidences: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """Return ranges [m] by REP 117 of distances [mm]: 0 is no return, NaN stays."""
+        least, greatest = RANGE_MM
+        ranges = distances / 1e3
+        ranges[confidences < self._least_confidence] = math.nan
+        ranges[(distances < least) & (distances > 0.0)] = -math.inf
+        ranges[(distances == 0.0) | (distances > greatest)] = math.inf
+        return ranges.astype(np.float32)

@@ -3,8 +3,15 @@
 import math
 
 from nodlidar_common.errors import DeviceError, PortError, StoppedError
-from nodlidar_common.ldrobot import PACKET
-from nodlidar_driver.ldrobot_lidar import LdrobotLidar
+from nodlidar_common.ldrobot import checksums, PACKET
+from nodlidar_driver.ldrobot_lidar import (
+    BEAMS,
+    LdrobotLidar,
+    REFUSED,
+    REVOLUTIONS,
+    UNEVEN,
+    USELESS,
+)
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
@@ -40,7 +47,7 @@ class Rig:
             transmit = self.emulator.transmit
             self.emulator.transmit = lambda now_ns: change(transmit(now_ns), now_ns)
         self.port = VirtualPort(self.emulator, self.clock, 1.0)
-        self.lidar = LdrobotLidar(self.port, window, self.clock, 1.0)
+        self.lidar = LdrobotLidar(self.port, window, 16, self.clock, 1.0)
 
     def _measure(self, times_ns, azimuths):
         self._beams.append((times_ns, azimuths))
@@ -150,8 +157,8 @@ def test_lost_packets_leave_gaps_where_they_were():
         np.testing.assert_allclose(scan.ranges[~gaps], room(true)[~gaps], atol=0.00051)
         lost, beams = lost + int(gaps.sum()), beams + len(gaps)
     assert lost / beams == pytest.approx(0.1, abs=0.02)
-    assert rig.lidar.lost['packets refused'] == 0
-    assert rig.lidar.lost['bytes that are no packets'] == 0
+    assert rig.lidar.lost[REFUSED] == 0
+    assert rig.lidar.lost[USELESS] == 0
 
 
 def test_changed_bytes_cost_the_beams_of_their_packets_only():
@@ -169,9 +176,143 @@ def test_changed_bytes_cost_the_beams_of_their_packets_only():
         good = ~np.isnan(scan.ranges)
         assert np.abs(off_ms).max() < 0.4
         np.testing.assert_allclose(scan.ranges[good], room(true)[good], atol=0.00051)
-    packets = rig.lidar.lost['bytes that are no packets'] / PACKET.itemsize
+    packets = rig.lidar.lost[USELESS] / PACKET.itemsize
     assert packets == pytest.approx(0.2 * 200 * 450 / 48, rel=0.3)
-    assert rig.lidar.lost['beams'] == pytest.approx(12 * packets, rel=0.1)
+    assert rig.lidar.lost[BEAMS] == pytest.approx(12 * packets, rel=0.1)
+
+
+def changed(change, chosen):
+    """Return what changes some packets, which a function chooses by number; sums are right."""
+    count = 0
+
+    def apply(data, now_ns):
+        nonlocal count
+        packets = np.frombuffer(data, PACKET).copy()
+        kept = []
+        for packet in packets:
+            kept += [packet] if not chosen(count) else change(packet)
+            count += 1
+        made = np.array(kept, PACKET)
+        made['checksum'] = checksums(made.view(np.uint8).reshape(-1, PACKET.itemsize))
+        return made.tobytes()
+
+    return apply
+
+
+def turned(name, degrees):
+    """Return what turns an angle of a packet."""
+
+    def change(packet):
+        packet[name] = (packet[name] + round(degrees * 100)) % 36_000
+        return [packet]
+
+    return change
+
+
+def with_timer(off_ms):
+    def change(packet):
+        packet['timer'] = (packet['timer'] + off_ms) % 30_000
+        return [packet]
+
+    return change
+
+
+@pytest.mark.parametrize('at', range(890, 928, 5))
+@pytest.mark.parametrize(
+    'change',
+    [
+        lambda packet: [packet, packet],
+        *(turned('start_angle', degrees) for degrees in (-8.0, -5.0, 3.0, 5.0, 8.0)),
+        *(turned('end_angle', degrees) for degrees in (-8.0, -7.0, -5.0, 5.0)),
+        *(with_timer(off_ms) for off_ms in (-9, 9, 700, 15_000)),
+    ],
+)
+def test_a_wrong_packet_with_a_right_sum_costs_its_beams_only(change, at):
+    rig = Rig(change=changed(change, lambda number: number == at))
+    scans = rig.read(5)
+    assert rig.lidar.lost[REFUSED] == 1
+    for scan in scans:
+        off_ms, _, true = rig.errors(scan)
+        good = ~np.isnan(scan.ranges)
+        assert np.abs(off_ms).max() < 0.4
+        np.testing.assert_allclose(scan.ranges[good], room(true)[good], atol=0.00051)
+        assert len(scan.ranges) - good.sum() <= 12
+
+
+@pytest.mark.parametrize('speed', [0, 1800, 7200])
+def test_the_speed_that_the_lidar_states_does_not_matter(speed):
+    def change(packet):
+        packet['speed'] = speed
+        return [packet]
+
+    rig = Rig(change=changed(change, lambda number: True))
+    assert max(np.abs(rig.errors(scan)[0]).max() for scan in rig.read(20)) < 0.2
+
+
+@pytest.mark.parametrize('begin', range(900, 938, 3))
+@pytest.mark.parametrize('count', [1, 3, 30])
+def test_packets_lost_anywhere_in_a_revolution_are_gaps_and_counted(begin, count):
+    rig = Rig(change=changed(lambda packet: [], lambda n: begin <= n < begin + count))
+    scans = rig.read(12)
+    for scan in scans:
+        off_ms, _, true = rig.errors(scan)
+        good = ~np.isnan(scan.ranges)
+        assert np.abs(off_ms).max() < 0.6
+        np.testing.assert_allclose(scan.ranges[good], room(true)[good], atol=0.00051)
+        assert len(scan.ranges) == pytest.approx(450, abs=15)
+    lost = sum(np.isnan(scan.ranges).sum() for scan in scans)
+    missing = rig.lidar.lost[REVOLUTIONS]
+    assert rig.lidar.lost[BEAMS] == lost
+    assert lost + 450 * missing == pytest.approx(12 * count, abs=25 if missing else 1)
+
+
+def test_a_window_without_a_beam_is_an_error_but_not_one_whose_beams_are_lost():
+    with pytest.raises(DeviceError, match=r'no beam is between 0\.0 and 0\.001 rad'):
+        Rig(window=(0.0, 0.001)).read(100)
+    rig = Rig(window=(-0.5, 1.0), change=changed(lambda packet: [], lambda n: 900 <= n < 930))
+    assert all(len(scan.ranges) == pytest.approx(107, abs=5) for scan in rig.read(12))
+
+
+def test_a_motor_that_slows_down_is_not_published():
+    rig = Rig()
+    rig.read(5)
+    turn = rig.emulator._turn
+
+    def slower():
+        rig.emulator._speed *= 0.98
+        return turn()
+
+    rig.emulator._turn = slower
+    for scan in rig.read(3):
+        _, off, _ = rig.errors(scan)
+        assert np.abs(off).max() <= scan.uneven + 0.01 < math.radians(3.6)
+    assert rig.lidar.lost[UNEVEN] > 0
+
+
+def test_a_motor_that_stands_is_named():
+    rig = Rig()
+    rig.read(1)
+    rig.emulator._turn = lambda: (np.zeros(4), np.full((4, 12), 90.0))
+    with pytest.raises(DeviceError, match='the motor does not turn'):
+        rig.read(9)
+
+
+def test_a_weak_return_is_not_trusted():
+    def change(packet):
+        packet['points']['confidence'][3] = 15
+        return [packet]
+
+    rig = Rig(change=changed(change, lambda number: True))
+    scan = rig.read(1)[0]
+    assert np.isnan(scan.ranges).mean() == pytest.approx(1 / 12, abs=0.01)
+    assert set(scan.confidences[np.isnan(scan.ranges)]) == {15.0}
+
+
+def test_a_healthy_lidar_loses_nothing():
+    rig = Rig()
+    rig.emulator.transmit(START_NS + 1_000_000_000)
+    rig.read(20)
+    assert rig.lidar.lost.total() == 0
 
 
 def test_a_pause_of_the_line_costs_whole_revolutions_which_are_counted():
@@ -181,7 +322,7 @@ def test_a_pause_of_the_line_costs_whole_revolutions_which_are_counted():
     rig = Rig(change=pause)
     scans = rig.read(60)
     due = round((scans[-1].stamp_ns - scans[0].stamp_ns) / (100 * MS)) + 1
-    assert rig.lidar.lost['revolutions'] == due - len(scans) > 0
+    assert rig.lidar.lost[REVOLUTIONS] == due - len(scans) > 0
     assert max(np.abs(rig.errors(scan)[0]).max() for scan in scans) < 0.4
 
 
@@ -199,7 +340,7 @@ def test_another_lidar_is_none():
     port = VirtualPort(urg, clock, 1.0)
     port.write(b'BM\nMD0044072501000\n')
     port.read(10)
-    lidar = LdrobotLidar(port, ALL_AROUND, clock, 1.0)
+    lidar = LdrobotLidar(port, ALL_AROUND, 16, clock, 1.0)
     with pytest.raises(DeviceError, match='that are no packets of an LD06 or LD19'):
         lidar.connect()
 
@@ -219,6 +360,6 @@ def test_an_unplugged_lidar_is_an_error_of_the_port():
 
 def test_a_stop_ends_the_wait():
     rig = Rig()
-    lidar = LdrobotLidar(rig.port, ALL_AROUND, rig.clock, 1.0, keep_going=lambda: False)
+    lidar = LdrobotLidar(rig.port, ALL_AROUND, 16, rig.clock, 1.0, keep_going=lambda: False)
     with pytest.raises(StoppedError):
         lidar.connect()

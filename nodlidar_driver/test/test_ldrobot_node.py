@@ -97,7 +97,7 @@ def test_lost_bytes_are_counted(lidar, ports):
     with listening(LdrobotNode, port=ports['lidar']) as listener:
         listener.activate()
         scans = listener.receive(5)
-        values = listener.diagnosed(DiagnosticStatus.WARN, 'bytes that are no packets: ')
-        assert int(values['Lost beams']) > 100
-        assert int(values['Lost bytes that are no packets']) > 100
+        values = listener.diagnosed(DiagnosticStatus.WARN, 'bytes of no packet: ')
+        assert int(values['Beams lost']) > 100
+        assert int(values['Bytes of no packet']) > 100
     assert np.isnan(scans[-1].ranges).mean() == pytest.approx(0.25, abs=0.03)  # one in four

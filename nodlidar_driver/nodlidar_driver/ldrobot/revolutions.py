@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.ldrobot import POINTS, TIMER_MS
+from nodlidar_common.ldrobot import POINT_RATE, POINTS, TIMER_MS
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,9 +17,15 @@ Array = NDArray[np.float64]
 _TURN, _REAR = 360.0, 180.0  # degrees
 _LONGEST_GAP_MS = 500.0  # of the timer; after a longer one it was restarted, or much was lost
 _WIDEST = 30.0  # degrees of a packet, three times those at 10 Hz
-# By how much the angle from packet to packet may differ from the speed: a share, and ms.
-_SHARE, _SLACK_MS = 0.25, 2.0
+_PERIOD_MS = POINTS / POINT_RATE * 1e3  # from packet to packet
+# By how many packets the angles and the timer may differ: some, and a share of those between.
+_OFF, _OFF_SHARE = 0.8, 0.05
+# By how much a beginning may be off the end before: a share of a packet, and degrees; after more
+# packets than this the speed may have changed.
+_JOINT_SHARE, _JOINT, _JOINED = 0.2, 0.05, 3
 _MOST_REFUSED = 20  # packets in a row; then the one before them was wrong
+_FEWEST = 2 * POINTS  # beams of a revolution that tell its speed
+_ROUNDING = 0.05  # of a beam; the speed is not even
 _BEAMS = np.arange(POINTS)
 
 
@@ -43,6 +49,8 @@ class Revolution:
         Number of the revolution, counted since the first packet.
     lost
         Number of beams in lost packets.
+    uneven
+        Greatest difference of a beam from its angle [degrees]: its motor turned unevenly.
     """
 
     distances: Array
@@ -54,6 +62,7 @@ class Revolution:
     first: int
     lap: int
     lost: int
+    uneven: float
 
     @property
     def period_ms(self) -> float:
@@ -91,7 +100,7 @@ class Revolutions:
 
     def __init__(self) -> None:
         self.refused = 0
-        self._refused_in_a_row = 0
+        self._refused_in_a_row, self._why = 0, ''
         self._packets: list[_Placed] = []  # from the one with the beginning of the revolution on
         self._is_whole = False
 
@@ -117,7 +126,8 @@ class Revolutions:
         Raises
         ------
         DeviceError
-            If the timer jumps, or the packets go on to contradict those before.
+            If the packets go on to contradict those before: the lidar was restarted, or its motor
+            does not turn.
         """
         done = []
         for packet in packets:
@@ -129,8 +139,8 @@ class Revolutions:
             self._packets.append(placed)
             lap = self._packets[0].lap
             if placed.lap > lap:
-                if self._is_whole:
-                    done.append(_revolution(self._packets, lap))
+                if self._is_whole and (whole := _revolution(self._packets, lap)) is not None:
+                    done.append(whole)
                 self._packets, self._is_whole = [placed], True
         return done
 
@@ -138,16 +148,15 @@ class Revolutions:
         self.refused += 1
         self._refused_in_a_row += 1
         if self._refused_in_a_row > _MOST_REFUSED:
-            raise DeviceError('the angles of the packets contradict each other')
+            raise DeviceError(self._why)
 
     def _place(self, packet: np.void) -> _Placed | None:
         """Return where a packet is after the ones before; None if it cannot be there."""
-        start, end, speed, timer_ms = (
-            float(packet[name]) for name in ('start_angle', 'end_angle', 'speed', 'timer')
-        )
+        start, end, timer_ms = (float(packet[n]) for n in ('start_angle', 'end_angle', 'timer'))
         start = start / 100.0 + _REAR
         span = (end / 100.0 + _REAR - start) % _TURN
         if not 0.0 < span <= _WIDEST:
+            self._why = 'the motor does not turn' if span == 0.0 else 'packets have wrong angles'
             return None
         points, step = packet['points'], span / (POINTS - 1)
         if not self._packets:
@@ -155,38 +164,57 @@ class Revolutions:
         last = self._packets[-1]
         passed_ms = (timer_ms - last.timer_ms) % TIMER_MS
         if passed_ms > _LONGEST_GAP_MS:
-            raise DeviceError("the lidar's timer jumped: it was restarted, or much was lost")
-        expected = speed * passed_ms / 1e3
-        difference = math.remainder(start - last.angle - expected, _TURN)
-        if abs(difference) > _SHARE * expected + _SLACK_MS * speed / 1e3:
+            self._why = "the lidar's timer jumped: it was restarted, or much was lost"
             return None
-        turned = expected + difference
-        beam = last.beam + POINTS * max(round(turned / (POINTS * step)), 1)
-        return _Placed(points, beam, last.angle + turned, step, last.timer_ms + passed_ms)
+        by_timer, width = passed_ms / _PERIOD_MS, POINTS * step
+        off = math.remainder(start - last.angle - by_timer * width, _TURN) / width
+        by_angle = by_timer + off
+        packets = round(by_angle)
+        joint = abs(by_angle - packets) * width
+        if (
+            packets < 1
+            or abs(off) > _OFF + _OFF_SHARE * by_timer
+            or (packets <= _JOINED and joint > _JOINT_SHARE * width + _JOINT)
+        ):
+            self._why = 'angles and timer of the packets contradict each other'
+            return None
+        beam, angle = last.beam + POINTS * packets, last.angle + by_angle * width
+        return _Placed(points, beam, angle, step, last.timer_ms + passed_ms)
 
 
-def _revolution(packets: list[_Placed], lap: int) -> Revolution:
-    """Return the revolution of a lap from its packets and the first one of the next."""
+def _revolution(packets: list[_Placed], lap: int) -> Revolution | None:
+    """Return the revolution of a lap from its packets and the next one; None if little came."""
     numbers = [(p.beam, p.angle, p.step, p.timer_ms) for p in packets]
     firsts, angles, steps, timer_ms = np.array(numbers, dtype=np.float64).T
-    index = firsts[:, None] + _BEAMS
+    beam = (firsts[:, None] + _BEAMS).astype(np.int64)
     angle = angles[:, None] + steps[:, None] * _BEAMS - _TURN * lap
     within = (angle >= 0.0) & (angle < _TURN)
-    begin = index[within].min()
-    slots = (index[within] - begin).astype(np.int64)
+    beam, angle = beam[within], angle[within]
+    if len(beam) < _FEWEST:
+        return None
+    angle_step, at_first = np.polyfit(beam - beam[0], angle, 1)
+    # Beams lost at the ends: the first and the last one are within a beam of the rear.
+    before = _missing(angle[0] / angle_step)
+    begin = int(beam[0]) - before
+    count = int(beam[-1]) - begin + 1 + _missing((_TURN - angle[-1]) / angle_step)
     points = np.stack([p.points for p in packets])[within]
-    distances, confidences = np.full(slots[-1] + 1, np.nan), np.zeros(slots[-1] + 1)
-    distances[slots], confidences[slots] = points['distance'], points['confidence']
-    angle_step, first_angle = np.polyfit(slots, angle[within], 1)
+    distances, confidences = np.full(count, np.nan), np.zeros(count)
+    distances[beam - begin], confidences[beam - begin] = points['distance'], points['confidence']
     beam_ms, taken_ms = np.polyfit(firsts + POINTS - 1 - begin, timer_ms, 1)
     return Revolution(
         distances,
         confidences,
-        angle=float(first_angle),
+        angle=float(at_first - before * angle_step),
         angle_step=float(angle_step),
         taken_ms=float(taken_ms),
         beam_ms=float(beam_ms),
-        first=int(begin),
+        first=begin,
         lap=lap,
         lost=int(np.isnan(distances).sum()),
+        uneven=float(np.abs(at_first + (beam - beam[0]) * angle_step - angle).max()),
     )
+
+
+def _missing(beams: float) -> int:
+    """Return how many beams are missing in an angle that has one if none is."""
+    return max(math.ceil(beams - 1.0 - _ROUNDING), 0)

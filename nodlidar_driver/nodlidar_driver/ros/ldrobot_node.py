@@ -32,6 +32,7 @@ class LdrobotNode(LidarNode):
         self._lidar = lidar = LdrobotLidar(
             self.thread.open_port(READ_TIMEOUT),
             (config.angle_min, config.angle_max),
+            config.least_confidence,
             even_ns,
             config.timeout,
             self.thread.keep_going,

@@ -191,7 +191,7 @@ def _steps(at: float, distance: float, known: Array) -> NDArray[np.intp]:
 
 
 def _filled(points: Array) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
-    """Return how much of the map each cube (z, x, y) has: 1, beside such a one a half; its corner."""
+    """Return how much of the map each cube (z, x, y) has: 1, beside one a half; the corner."""
     corner = np.floor(points.min(axis=0) / CUBE).astype(np.intp) - 2
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
     filled = np.zeros(cubes.max(axis=0) + 3, dtype=np.bool_)
