@@ -59,13 +59,15 @@ DECLARED = {
             ),
         ]
     ),
-    # CoreWrapper.cpp, CommonDataSubscriber.cpp and launch files of rtabmap_ros 0.22
+    # CoreWrapper.cpp, CommonDataSubscriber.cpp of rtabmap_ros 0.22, and Parameters.h of rtabmap
     'rtabmap.yaml': """frame_id map_frame_id odom_frame_id subscribe_odom_info
         subscribe_scan_cloud subscribe_scan subscribe_depth subscribe_rgb approx_sync
-        wait_for_transform publish_tf Reg/Strategy Reg/Force3DoF RGBD/NeighborLinkRefining
+        wait_for_transform delete_db_on_start publish_tf
+        Reg/Strategy Reg/Force3DoF RGBD/NeighborLinkRefining
         RGBD/ProximityBySpace RGBD/ProximityPathMaxNeighbors RGBD/LinearUpdate
         RGBD/AngularUpdate Rtabmap/DetectionRate Icp/VoxelSize Icp/PointToPlane
-        Icp/MaxCorrespondenceDistance Grid/RangeMax""",
+        Icp/PointToPlaneK Icp/MaxCorrespondenceDistance Grid/Sensor Grid/RangeMax Grid/3D
+        Grid/RayTracing Grid/NormalsSegmentation Grid/MaxGroundHeight Grid/MaxObstacleHeight""",
 }
 # node_options.cc and trajectory_options.cc of cartographer_ros in 2022, which want all of them.
 CARTOGRAPHER = """map_builder trajectory_builder map_frame tracking_frame published_frame

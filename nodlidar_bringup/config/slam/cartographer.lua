@@ -12,7 +12,8 @@ options = {
   odom_frame = "odom",
   provide_odom_frame = false,
   publish_frame_projected_to_2d = false,
-  use_pose_extrapolator = true,
+  -- It would take the odometry of the last scan for that of now, a sweep later.
+  use_pose_extrapolator = false,
   use_odometry = true,
   use_nav_sat = false,
   use_landmarks = false,
