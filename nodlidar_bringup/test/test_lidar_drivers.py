@@ -13,6 +13,7 @@ from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ScanAssembler
 from nodlidar_common.parameter_file import read_parameters
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS, Published, Revolution
+from nodlidar_sim.devices.streaming_lidar import LD19
 from nodlidar_sim.ros.scan_publisher import scan_message
 import numpy as np
 import pytest
@@ -86,7 +87,8 @@ def configured(values):
 
 
 def test_there_is_a_test_for_each_file():
-    assert [path.stem for path in FILES] == sorted(OTHER_LIDARS)
+    """That of an LD19, with our driver, is the launch of test_robot_launch_other_lidar.py."""
+    assert [path.stem for path in FILES] == sorted([LD19, *OTHER_LIDARS])
 
 
 @pytest.mark.parametrize('name', OTHER_LIDARS)

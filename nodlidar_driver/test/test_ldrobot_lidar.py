@@ -39,7 +39,7 @@ class Rig:
         self.clock = VirtualClock(START_NS)
         self.emulator = StreamingLidar(
             self._measure,
-            start_ns=START_NS - 1_234_567_891,
+            start_ns=START_NS - 34_567_891,
             clock_rate=1.0 + ppm * 1e-6,
             seed=seed,
         )
@@ -217,7 +217,7 @@ def with_timer(off_ms):
     return change
 
 
-@pytest.mark.parametrize('at', range(890, 928, 5))
+@pytest.mark.parametrize('at', range(440, 478, 13))
 @pytest.mark.parametrize(
     'change',
     [
@@ -249,7 +249,7 @@ def test_the_speed_that_the_lidar_states_does_not_matter(speed):
     assert max(np.abs(rig.errors(scan)[0]).max() for scan in rig.read(20)) < 0.2
 
 
-@pytest.mark.parametrize('begin', range(900, 938, 3))
+@pytest.mark.parametrize('begin', range(450, 488, 9))
 @pytest.mark.parametrize('count', [1, 3, 30])
 def test_packets_lost_anywhere_in_a_revolution_are_gaps_and_counted(begin, count):
     rig = Rig(change=changed(lambda packet: [], lambda n: begin <= n < begin + count))
@@ -269,7 +269,7 @@ def test_packets_lost_anywhere_in_a_revolution_are_gaps_and_counted(begin, count
 def test_a_window_without_a_beam_is_an_error_but_not_one_whose_beams_are_lost():
     with pytest.raises(DeviceError, match=r'no beam is between 0\.0 and 0\.001 rad'):
         Rig(window=(0.0, 0.001)).read(100)
-    rig = Rig(window=(-0.5, 1.0), change=changed(lambda packet: [], lambda n: 900 <= n < 930))
+    rig = Rig(window=(-0.5, 1.0), change=changed(lambda packet: [], lambda n: 450 <= n < 480))
     assert all(len(scan.ranges) == pytest.approx(107, abs=5) for scan in rig.read(12))
 
 
