@@ -4,6 +4,7 @@ In `make test`, tests of a package that start nodes run one after the other: the
 so that three tests at once keep two cores busy.
 """
 
+import gc
 import itertools
 import os
 from pathlib import Path
@@ -45,6 +46,12 @@ def pytest_collection_modifyitems(config, items):
             package = item.path.relative_to(config.rootpath).parts[0]
             groups[item.path] = package if starts_nodes else str(item.path)
         item.add_marker(pytest.mark.xdist_group(groups[item.path]))
+
+
+def pytest_collection_finish():
+    """Leave what lives as long as the tests out of every collection of garbage, to save time."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope='module')

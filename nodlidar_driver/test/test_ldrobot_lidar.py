@@ -93,7 +93,7 @@ def late(worst_ms, seed=1):
     return change
 
 
-@pytest.mark.parametrize(('seed', 'ppm'), [(0, -300.0), (1, 0.0), (2, 80.0)])
+@pytest.mark.parametrize(('seed', 'ppm'), [(0, -300.0), (2, 80.0)])
 def test_every_beam_has_its_own_time_and_azimuth(seed, ppm):
     rig = Rig(seed, ppm)
     scans = rig.read(400)  # longer than the lidar's timer, which begins again after 30 s

@@ -42,10 +42,10 @@ def run(seconds, **options):
     return packets, np.array(came_ns), times_ns, np.degrees(-azimuths)
 
 
-@pytest.mark.parametrize('ppm', [0.0, 200.0])
-def test_packets_are_as_the_manual_has_them(ppm):
-    packets, _, times_ns, angles = run(40, clock_rate=1.0 + ppm * 1e-6)
-    assert len(packets) == pytest.approx(375 * 40, abs=5)
+def test_packets_are_as_the_manual_has_them():
+    ppm = 200.0
+    packets, _, times_ns, angles = run(31, clock_rate=1.0 + ppm * 1e-6)
+    assert len(packets) == pytest.approx(375 * 31, abs=6)
     timers = []
     for packet, degrees in zip(packets, angles, strict=True):
         assert packet[:2] == b'\x54\x2c'
