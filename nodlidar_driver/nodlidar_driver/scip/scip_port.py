@@ -12,24 +12,7 @@ _MOST_USELESS = 65_536  # bytes in a row that are not SCIP: the sender is not a 
 
 
 class ScipPort(Reader):
-    """Sends commands and receives messages; every failure of the port is a PortError.
-
-    Parameters
-    ----------
-    port
-        An open port.
-    clock
-        Returns the host time [ns].
-    timeout
-        How long the lidar may be silent [s].
-    keep_going
-        Called before every read of a message: False ends the wait with a StoppedError.
-
-    Attributes
-    ----------
-    arrival_ns
-        Host time [ns] at which the last bytes were read.
-    """
+    """Sends commands and receives messages; parameters and errors as of :class:`.Reader`."""
 
     def __init__(
         self,
