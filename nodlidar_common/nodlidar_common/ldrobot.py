@@ -14,6 +14,9 @@ BIT_RATE = 230_400
 POINT_RATE = 4500.0
 """Beams per second."""
 
+RANGE_MM = 20, 12_000
+"""What the lidar can measure, by its data sheet."""
+
 TIMER_MS = 30_000
 """Milliseconds after which the timer of the packets begins again."""
 
@@ -42,7 +45,7 @@ _TABLE = np.array([_shifted(value) for value in range(256)], dtype=np.uint8)
 
 
 def checksums(packets: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the CRC-8 of packets, shape (n,), without their last bytes; shape (n, 47)."""
+    """Return the CRC-8 of packets, shape (n, 47), but for their last bytes; shape (n,)."""
     sums = np.zeros(len(packets), dtype=np.uint8)
     for column in packets[:, :-1].T:
         sums = _TABLE[sums ^ column]

@@ -63,8 +63,8 @@ class LdrobotDiagnosis:
             latency=(scan.arrival_ns - scan.stamp_ns) * 1e-9,
             speed=1.0 / scan.revolution,
             uneven=scan.uneven,
-            drift_ppm=self._lidar.drift_ppm,
-            jitter=self._lidar.jitter,
+            drift_ppm=self._lidar.arrivals.drift_ppm,
+            jitter=self._lidar.arrivals.jitter,
             scans=state.scans + 1,
             lateness=(*state.lateness[1 - _REMEMBERED :], scan.late),
         )

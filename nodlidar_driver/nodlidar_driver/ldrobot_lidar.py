@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.ldrobot import BIT_RATE, PACKET
+from nodlidar_common.ldrobot import BIT_RATE, PACKET, RANGE_MM
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.reader import Reader
 from nodlidar_common.serial_port import port_errors, SerialPort
@@ -15,9 +15,6 @@ from nodlidar_driver.ldrobot.packets import take_packets
 from nodlidar_driver.ldrobot.revolutions import Revolution, Revolutions
 import numpy as np
 from numpy.typing import NDArray
-
-RANGE_MM = 20, 12_000
-"""What the lidar can measure, by its data sheet."""
 
 _SIZE = PACKET.itemsize
 _MS = NS_PER_S // 1000
@@ -89,6 +86,8 @@ class LdrobotLidar:
 
     Attributes
     ----------
+    arrivals
+        Of the scans, from which drift and jitter are known.
     lost
         What was lost since connecting, by name.
 
@@ -117,20 +116,10 @@ class LdrobotLidar:
         self._useless, self._has_begun = 0, False
         self._revolutions = Revolutions()
         self._done: deque[Revolution] = deque()
-        self._arrivals = Arrivals()
+        self.arrivals = Arrivals()
         self._newest_ms = 0.0  # at the latest arrival, by the lidar's timer
         self._first: list[tuple[float, float]] = []  # taken, arrived [ms]
         self._lap: int | None = None  # of the last revolution
-
-    @property
-    def drift_ppm(self) -> float:
-        """Rate of the lidar's clock against the host's, less 1 [parts per million]."""
-        return -self._arrivals.line.slope * 1e6
-
-    @property
-    def jitter(self) -> float:
-        """Mean lateness of the scans [s], without those that waited."""
-        return self._arrivals.line.scatter * 1e-3
 
     def connect(self) -> None:
         """Wait for the first revolution that can be dated; errors are those of :meth:`read`."""
@@ -181,17 +170,17 @@ class LdrobotLidar:
         """Take note of the latest arrival; return whether enough of them are known."""
         self._newest_ms = revolution.time_ms(self._revolutions.newest)
         arrived_ms = (self._reader.arrival_ns - self._origin_ns) / _MS
-        if self._arrivals.is_outdated(arrived_ms):
-            raise DeviceError(f'all scans are late, now by {self._arrivals.late_ms:.0f} ms')
-        if self._arrivals.is_early(self._newest_ms, arrived_ms):  # all others were late
-            self._arrivals.clear()
+        if self.arrivals.is_outdated(arrived_ms):
+            raise DeviceError(f'all scans are late, now by {self.arrivals.late_ms:.0f} ms')
+        if self.arrivals.is_early(self._newest_ms, arrived_ms):  # all others were late
+            self.arrivals.clear()
             self._first.clear()
-        if len(self._arrivals):
-            self._arrivals.add(np.array([self._newest_ms]), arrived_ms)
+        if len(self.arrivals):
+            self.arrivals.add(np.array([self._newest_ms]), arrived_ms)
             return True
         self._first.append((self._newest_ms, arrived_ms))
         if len(self._first) == _SETTLING:
-            self._arrivals.begin(*np.array(self._first).T)
+            self.arrivals.begin(*np.array(self._first).T)
         return False
 
     def _count(self, revolution: Revolution) -> bool:
@@ -205,7 +194,7 @@ class LdrobotLidar:
         return is_even
 
     def _scan(self, revolution: Revolution) -> LdrobotScan:
-        line = self._arrivals.line
+        line = self.arrivals.line
         rate = 1.0 + line.slope  # of the host's clock against the lidar's
         azimuth_step = -math.radians(revolution.angle_step)
         beams = np.arange(len(revolution.distances))
@@ -227,7 +216,7 @@ class LdrobotLidar:
             ranges=self._ranges(revolution.distances[chosen], confidences),
             confidences=confidences.astype(np.float32),
             arrival_ns=self._reader.arrival_ns,
-            late=self._arrivals.late_ms / 1e3,
+            late=self.arrivals.late_ms / 1e3,
             uneven=math.radians(revolution.uneven),
         )
 

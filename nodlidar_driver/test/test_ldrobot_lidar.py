@@ -102,7 +102,7 @@ def test_every_beam_has_its_own_time_and_azimuth(seed, ppm):
         assert np.abs(off_ms).max() < 0.2
         assert np.sqrt(np.mean(off**2)) < math.radians(0.3)  # its speed is not even
         np.testing.assert_allclose(scan.ranges, room(true), atol=0.00051)
-    assert rig.lidar.drift_ppm == pytest.approx(ppm, abs=1.0)
+    assert rig.lidar.arrivals.drift_ppm == pytest.approx(ppm, abs=1.0)
     assert rig.lidar.lost.total() == 0
     stamps = np.array([scan.stamp_ns for scan in scans])
     np.testing.assert_allclose(np.diff(stamps) / MS, 100.0, atol=5.0)  # none is left out

@@ -35,6 +35,16 @@ class Arrivals:
         return len(self._taken_ms)
 
     @property
+    def drift_ppm(self) -> float:
+        """Rate of the device's clock against the host's, less 1 [parts per million]."""
+        return -self.line.slope * 1e6
+
+    @property
+    def jitter(self) -> float:
+        """Mean lateness of the scans [s], without those that waited."""
+        return self.line.scatter * 1e-3
+
+    @property
     def span_ms(self) -> float:
         """Time from the oldest to the newest scan [ms]."""
         return float(self._taken_ms[-1] - self._taken_ms[0]) if len(self) else 0.0

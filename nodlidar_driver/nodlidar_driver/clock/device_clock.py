@@ -101,12 +101,12 @@ class DeviceClock:
     @property
     def drift_ppm(self) -> float:
         """Rate of the device's clock against the host's, less 1 [parts per million]."""
-        return -self._arrivals.line.slope * 1e6
+        return self._arrivals.drift_ppm
 
     @property
     def jitter(self) -> float:
         """Mean lateness of the scans [s], without those that waited."""
-        return self._arrivals.line.scatter * 1e-3
+        return self._arrivals.jitter
 
     def scan_time(self, device_ms: int, arrival_ns: int) -> ScanTime | None:
         """Return when a scan was taken; None if its stamp is not, or not yet, believed.

@@ -22,7 +22,7 @@ _PERIOD_MS = POINTS / POINT_RATE * 1e3  # from packet to packet
 _OFF, _OFF_SHARE = 0.8, 0.05
 # By how much a beginning may be off the end before: a share of a packet, and degrees; after more
 # packets than this the speed may have changed.
-_JOINT_SHARE, _JOINT, _JOINED = 0.2, 0.05, 3
+_SEAM_SHARE, _SEAM, _SEAM_PACKETS = 0.2, 0.05, 3
 _MOST_REFUSED = 20  # packets in a row; then the one before them was wrong
 _FEWEST = 2 * POINTS  # beams of a revolution that tell its speed
 _ROUNDING = 0.05  # of a beam; the speed is not even
@@ -170,11 +170,11 @@ class Revolutions:
         off = math.remainder(start - last.angle - by_timer * width, _TURN) / width
         by_angle = by_timer + off
         packets = round(by_angle)
-        joint = abs(by_angle - packets) * width
+        seam = abs(by_angle - packets) * width
         if (
             packets < 1
             or abs(off) > _OFF + _OFF_SHARE * by_timer
-            or (packets <= _JOINED and joint > _JOINT_SHARE * width + _JOINT)
+            or (packets <= _SEAM_PACKETS and seam > _SEAM_SHARE * width + _SEAM)
         ):
             self._why = 'angles and timer of the packets contradict each other'
             return None

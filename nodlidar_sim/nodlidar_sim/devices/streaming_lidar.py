@@ -9,6 +9,7 @@ from nodlidar_common.ldrobot import (
     PACKET,
     POINT_RATE,
     POINTS,
+    RANGE_MM,
     TIMER_MS,
 )
 from nodlidar_common.nod import NS_PER_S
@@ -25,7 +26,6 @@ _SPEED = 3600.0  # degrees per second
 _SPEED_SCATTER, _SPEED_MEMORY = 0.005, 0.3  # a share, and s in which the motor corrects it
 _TOGETHER = 4  # packets that its USB adapter hands on at once
 _LINE_NS = round(PACKET.itemsize * BITS_PER_BYTE / BIT_RATE * NS_PER_S)
-_RANGE_MM = 20, 12_000
 _CONFIDENCE = 200
 
 
@@ -82,7 +82,7 @@ class StreamingLidar:
         packets['start_angle'] = np.rint(angles[:, 0] * 100.0) % 36_000
         packets['end_angle'] = np.rint(angles[:, -1] * 100.0) % 36_000
         millimetres = np.rint(np.nan_to_num(ranges * 1e3, posinf=0.0)).reshape(-1, POINTS)
-        seen = (millimetres >= _RANGE_MM[0]) & (millimetres <= _RANGE_MM[1])
+        seen = (millimetres >= RANGE_MM[0]) & (millimetres <= RANGE_MM[1])
         packets['points']['distance'] = np.where(seen, millimetres, 0.0)
         packets['points']['confidence'] = np.where(seen, _CONFIDENCE, 0)
         elapsed_ms = (times_ns[:, -1] - self._start_ns) * (self._clock_rate * 1e3 / NS_PER_S)
