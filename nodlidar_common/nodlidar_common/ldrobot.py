@@ -14,6 +14,9 @@ BIT_RATE = 230_400
 POINT_RATE = 4500.0
 """Beams per second."""
 
+ROTATION_RATE = 10.0
+"""Revolutions per second, with its PWM wire at ground."""
+
 RANGE_MM = 20, 12_000
 """What the lidar can measure, by its data sheet."""
 

@@ -3,7 +3,7 @@
 Devices and recordings are emulated; what takes long is only checked: launch, make, bench.
 """
 
-from contextlib import contextmanager
+from contextlib import nullcontext
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 import os
@@ -13,6 +13,7 @@ import shlex
 import signal
 import subprocess
 import time
+from unittest.mock import MagicMock
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext
@@ -22,13 +23,12 @@ from nodlidar_bringup.doctor import main as doctor
 from nodlidar_bringup.install_udev_rules import main as install_udev_rules
 from nodlidar_common.nod import Nod
 from nodlidar_demo.ros.demonstration import parse
-from nodlidar_driver.config import DriverConfig
-from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.probe import main as probe
 from nodlidar_mapper.map_bag import main as map_bag
 from nodlidar_planner.plan_scan.command import main as plan_scan
 from nodlidar_servo.setup.command import main as setup
 from nodlidar_sim.bag import write_bag
+from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
@@ -36,6 +36,7 @@ from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
+import numpy as np
 import pytest
 import yaml
 
@@ -218,18 +219,15 @@ def test_ldrobot(command):
 def test_probe(command, monkeypatch, capsys):
     """In virtual time: a busy host is too slow to date scans, and probe says so."""
     clock = VirtualClock(time.time_ns())
-    emulator = UrgEmulator(lambda times_ns, azimuth: 2.5 + azimuth, start_ns=clock())
-
-    @contextmanager
-    def connected(options, account):
-        port = VirtualPort(emulator, clock, 1.0)
-        lidar = Lidar(port, DriverConfig().window, clock, DriverConfig().timeout, account)
-        lidar.connect()
-        yield lidar
-
-    monkeypatch.setattr('nodlidar_driver.probe._connected', connected)
+    emulator = StreamingLidar if 'LD19' in command else UrgEmulator
+    device = emulator(lambda times_ns, azimuth: 3.5 + np.cos(azimuth), start_ns=clock())
+    port = VirtualPort(device, clock, 1.0)
+    monkeypatch.setattr(port, 'fileno', lambda: -1, raising=False)
+    monkeypatch.setattr('nodlidar_driver.probe._opened', lambda options: nullcontext(port))
+    monkeypatch.setattr('nodlidar_driver.probe.Guard', MagicMock())
+    monkeypatch.setattr('nodlidar_driver.probe.even_ns', clock)
     assert probe(options(command)) == 0
-    assert 'URG-04LX-UG01' in capsys.readouterr().out
+    assert ('LD19' if 'LD19' in command else 'URG-04LX-UG01') in capsys.readouterr().out
 
 
 @starting('ros2', 'run', 'nodlidar_servo', 'servo')

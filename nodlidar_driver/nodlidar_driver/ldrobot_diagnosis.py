@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import math
 from typing import Any
 
+from nodlidar_common.ldrobot import ROTATION_RATE
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
 from nodlidar_driver.diagnosis import late_warnings
@@ -117,7 +118,7 @@ class LdrobotDiagnosis:
             rate = self._recent.counts['scans'] / self._recent.duration
             figures['Scan rate'] = f'{rate:.2f} Hz'
             if rate < _LEAST_RATE:
-                warnings.append(f'{rate:.1f} scans/s instead of 10')
+                warnings.append(f'{rate:.1f} scans/s instead of {ROTATION_RATE:g}')
         figures |= {
             'Vendor Name': 'LDROBOT',
             'Motor speed': f'{state.speed:.2f} Hz',

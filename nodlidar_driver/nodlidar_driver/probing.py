@@ -5,10 +5,14 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from nodlidar_common.errors import DeviceError
+from nodlidar_common.ldrobot import ROTATION_RATE
+from nodlidar_driver.clock.arrivals import Arrivals
+from nodlidar_driver.clock.device_clock import DeviceClock
 from nodlidar_driver.diagnosis import Diagnosis
+from nodlidar_driver.ldrobot_diagnosis import LdrobotDiagnosis
+from nodlidar_driver.ldrobot_lidar import LdrobotLidar, LdrobotScan
 from nodlidar_driver.lidar import Lidar, Scan
 from nodlidar_driver.scip.identity import Capabilities, State, Version
-from nodlidar_driver.scip.scan import ScanWindow
 from nodlidar_driver.scip.scan_account import ScanAccount
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +21,16 @@ LEAST_SCANS = 10  # that rates and clock are judged by
 
 
 class NoLidarError(DeviceError):
-    """A port at which no lidar of SCIP 2.0 answers."""
+    """A port at which the lidar does not answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What a Hokuyo says of itself: its answers to VV, PP and II."""
+
+    version: Version
+    capabilities: Capabilities
+    state: State
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +44,7 @@ class ClockQuality:
     drift_ppm
         Rate of the lidar's clock against the host's, less 1 [parts per million].
     residual
-        RMS deviation of the stamps from evenly spaced revolutions [s].
+        RMS deviation of the stamps from evenly spaced revolutions [s]: also of the motor.
     jitter
         Mean lateness of the scans, without those that waited [s].
     latest
@@ -54,56 +67,57 @@ class Probe:
 
     Attributes
     ----------
-    version, capabilities, state
-        The answers to VV, PP and II.
-    window
-        The beams that were requested.
+    identity
+        What it says of itself; None of an LD06 or LD19, which says nothing.
     scans
         Number of scans that were read.
-    rate
-        Scans per second, as measured [Hz].
+    rate, nominal_rate
+        Scans per second, as measured, and as the lidar or its maker says [Hz].
     lost
-        Scans that were lost, by reason.
+        What was lost, by name.
     seen, nothing, too_near, doubtful
         Shares of the beams: with a range, with nothing in range, too near, without a range that
         can be trusted.
     clock
         How well the scans are dated.
+    uneven
+        Greatest difference of a beam from its azimuth, as the motor turned unevenly [rad]; None
+        of a Hokuyo, whose steps have fixed azimuths.
     warnings
         What is unusual, in words.
-    ranges
-        The last scan [m], by REP 117, shape (window.count,).
+    azimuths, ranges
+        The last scan [rad] and [m], by REP 117, shape (n,).
     """
 
-    version: Version
-    capabilities: Capabilities
-    state: State
-    window: ScanWindow
+    identity: Identity | None
     scans: int
     rate: float
+    nominal_rate: float
     lost: Mapping[str, int]
     seen: float
     nothing: float
     too_near: float
     doubtful: float
     clock: ClockQuality
+    uneven: float | None
     warnings: Sequence[str]
+    azimuths: NDArray[np.float64]
     ranges: NDArray[np.float32]
 
     def numbers(self) -> dict[str, Any]:
-        """Return all but the ranges, of types that JSON has; SI units."""
-        kept = {name: value for name, value in asdict(self).items() if name != 'ranges'}
-        angles = {'angle_min': self.window.angle_min, 'angle_max': self.window.angle_max}
-        return kept | {'window': kept['window'] | angles, 'nominal_rate': self.nominal_rate}
+        """Return all but the last scan, of types that JSON has; SI units."""
+        kept = {n: v for n, v in asdict(self).items() if n not in ('azimuths', 'ranges')}
+        least, greatest = self.limits
+        return kept | {'beams': len(self.ranges), 'angle_min': least, 'angle_max': greatest}
 
     @property
-    def nominal_rate(self) -> float:
-        """Scans per second by the lidar's own report [Hz]."""
-        return 1.0 / self.capabilities.revolution
+    def limits(self) -> tuple[float, float]:
+        """Least and greatest azimuth of the last scan [rad]."""
+        return float(self.azimuths.min()), float(self.azimuths.max())
 
 
-def probe(lidar: Lidar, account: ScanAccount, seconds: float) -> Probe:
-    """Read the stream of a connected lidar for a time and judge it.
+def probe_scip(lidar: Lidar, account: ScanAccount, seconds: float) -> Probe:
+    """Read the stream of a connected Hokuyo for a time and judge it.
 
     Parameters
     ----------
@@ -121,7 +135,41 @@ def probe(lidar: Lidar, account: ScanAccount, seconds: float) -> Probe:
     PortError
         If the port fails.
     """
-    diagnosis = Diagnosis(lidar.window.skip, account)
+    scans, warnings = _read(lidar, Diagnosis(lidar.window.skip, account), seconds)
+    window, clock = lidar.window, lidar.device_clock
+    return Probe(
+        identity=Identity(lidar.version, lidar.capabilities, lidar.state),
+        nominal_rate=1.0 / lidar.capabilities.revolution,
+        lost={reason: count for reason, count in account.lost.items() if count},
+        clock=_clock_quality(scans, clock, clock.synchronised),
+        uneven=None,
+        warnings=warnings,
+        azimuths=window.angle_min + window.angle_increment * np.arange(window.count),
+        **_stream(scans),
+    )
+
+
+def probe_ldrobot(lidar: LdrobotLidar, seconds: float) -> Probe:
+    """Read the stream of a connected LD06 or LD19 for a time and judge it.
+
+    Parameters, errors as for :func:`probe_scip`.
+    """
+    scans, warnings = _read(lidar, LdrobotDiagnosis(), seconds)
+    last = scans[-1]
+    return Probe(
+        identity=None,
+        nominal_rate=ROTATION_RATE,
+        lost={name: count for name, count in lidar.lost.items() if count},
+        clock=_clock_quality(scans, lidar.arrivals, synchronised=False),
+        uneven=max(scan.uneven for scan in scans),
+        warnings=warnings,
+        azimuths=last.azimuth + last.azimuth_step * np.arange(len(last.ranges)),
+        **_stream(scans),
+    )
+
+
+def _read(lidar: Any, diagnosis: Any, seconds: float) -> tuple[list[Any], tuple[str, ...]]:
+    """Return the scans of a time [s], and what is unusual."""
     scans = [lidar.read()]
     diagnosis.connected(lidar, scans[0].arrival_ns)
     diagnosis.published(scans[0])
@@ -129,7 +177,7 @@ def probe(lidar: Lidar, account: ScanAccount, seconds: float) -> Probe:
     while len(scans) < LEAST_SCANS or _duration(scans) < seconds:
         scans.append(lidar.read())
         diagnosis.published(scans[-1])
-    return _judged(lidar, account, scans, diagnosis.next_report(scans[-1].arrival_ns).warnings)
+    return scans, tuple(diagnosis.next_report(scans[-1].arrival_ns).warnings)
 
 
 def residual(stamps_ns: NDArray[np.int64], revolution: float) -> float:
@@ -149,41 +197,35 @@ def residual(stamps_ns: NDArray[np.int64], revolution: float) -> float:
     return float(np.sqrt(np.mean((times - period * numbers) ** 2)))
 
 
-def _judged(
-    lidar: Lidar, account: ScanAccount, scans: Sequence[Scan], warnings: Sequence[str]
-) -> Probe:
+def _stream(scans: Sequence[Scan | LdrobotScan]) -> dict[str, Any]:
+    """Return what is the same for all lidars."""
     values = np.concatenate([scan.ranges for scan in scans])
-    return Probe(
-        version=lidar.version,
-        capabilities=lidar.capabilities,
-        state=lidar.state,
-        window=lidar.window,
-        scans=len(scans),
-        rate=(len(scans) - 1) / _duration(scans),
-        lost={reason: count for reason, count in account.lost.items() if count},
-        seen=float(np.isfinite(values).mean()),
-        nothing=float(np.isposinf(values).mean()),
-        too_near=float(np.isneginf(values).mean()),
-        doubtful=float(np.isnan(values).mean()),
-        clock=_clock_quality(lidar, scans),
-        warnings=tuple(warnings),
-        ranges=scans[-1].ranges,
-    )
+    return {
+        'scans': len(scans),
+        'rate': (len(scans) - 1) / _duration(scans),
+        'seen': float(np.isfinite(values).mean()),
+        'nothing': float(np.isposinf(values).mean()),
+        'too_near': float(np.isneginf(values).mean()),
+        'doubtful': float(np.isnan(values).mean()),
+        'ranges': scans[-1].ranges,
+    }
 
 
-def _clock_quality(lidar: Lidar, scans: Sequence[Scan]) -> ClockQuality:
+def _clock_quality(
+    scans: Sequence[Scan | LdrobotScan], clock: DeviceClock | Arrivals, synchronised: bool
+) -> ClockQuality:
     stamps_ns = np.array([scan.stamp_ns for scan in scans])
     arrivals_ns = np.array([scan.arrival_ns for scan in scans])
     return ClockQuality(
-        synchronised=lidar.device_clock.synchronised,
-        drift_ppm=lidar.device_clock.drift_ppm,
+        synchronised=synchronised,
+        drift_ppm=clock.drift_ppm,
         residual=residual(stamps_ns, scans[-1].revolution),
-        jitter=lidar.device_clock.jitter,
+        jitter=clock.jitter,
         latest=max(scan.late for scan in scans),
         latency=float(np.median(arrivals_ns - stamps_ns)) * 1e-9,
     )
 
 
-def _duration(scans: Sequence[Scan]) -> float:
+def _duration(scans: Sequence[Scan | LdrobotScan]) -> float:
     """Return the time from the first to the last scan [s]; 0 for one scan."""
     return (scans[-1].stamp_ns - scans[0].stamp_ns) * 1e-9

@@ -9,14 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lidar_rig import Rig
 from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.ldrobot_lidar import LdrobotLidar
 from nodlidar_driver.lidar import Lidar
-from nodlidar_driver.probe import main
-from nodlidar_driver.probing import probe, residual
+from nodlidar_driver.probe import lines, main
+from nodlidar_driver.probing import probe_ldrobot, probe_scip, residual
 from nodlidar_driver.scan_picture import picture
 from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
+from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np
 import pytest
 
@@ -25,7 +28,7 @@ def probed(seconds, **options):
     rig = Rig(**options)
     lidar = Lidar(rig.port, DriverConfig().window, rig.clock, 1.0, rig.account)
     lidar.connect()
-    return probe(lidar, rig.account, seconds)
+    return probe_scip(lidar, rig.account, seconds)
 
 
 @contextmanager
@@ -52,10 +55,34 @@ def test_rate_drift_and_beams_are_those_of_the_lidar(name, rate):
     assert not found.warnings
 
 
+def test_an_ld19_is_probed():
+    ppm, clock = 80.0, VirtualClock(time.time_ns())
+    emulator = StreamingLidar(ahead, start_ns=clock(), clock_rate=1.0 + ppm * 1e-6)
+    lidar = LdrobotLidar(VirtualPort(emulator, clock, 1.0), (-1.0, 1.5), 16, clock, 1.0)
+    lidar.connect()
+    found = probe_ldrobot(lidar, 20.0)
+    assert found.rate == pytest.approx(found.nominal_rate, rel=5e-3)
+    assert found.clock.drift_ppm == pytest.approx(ppm, abs=10.0)
+    assert found.scans == pytest.approx(200, abs=3)
+    assert found.limits == pytest.approx((-1.0, 1.5), abs=0.02)
+    assert found.seen == pytest.approx(0.8, abs=0.01)  # nothing right of -0.5 rad
+    assert found.nothing == pytest.approx(0.2, abs=0.01)
+    near = np.isfinite(found.ranges)
+    assert found.ranges[near] == pytest.approx(2.5 + found.azimuths[near], abs=0.01)
+    assert not found.warnings
+    assert not found.lost
+    assert dict(lines(found))['lidar'] == 'LD06 or LD19, LDROBOT'
+
+
+def ahead(times_ns, azimuth):
+    azimuth = (azimuth + math.pi) % math.tau - math.pi
+    return np.where(azimuth > -0.5, 2.5 + azimuth, math.inf)
+
+
 def test_numbers_are_json():
     numbers = json.loads(json.dumps(probed(1.0).numbers()))
-    assert numbers['capabilities']['steps_per_revolution'] == 1024
-    assert numbers['window']['angle_min'] == pytest.approx(-340 * math.tau / 1024)
+    assert numbers['identity']['capabilities']['steps_per_revolution'] == 1024
+    assert numbers['angle_min'] == pytest.approx(-340 * math.tau / 1024)
 
 
 @given(
@@ -102,15 +129,38 @@ def test_the_command_prints_numbers_and_leaves_the_laser_off(capsys):
         assert main(['--port', port, '--seconds', '0.2', '--json']) == 0
         assert not emulator.sensor.laser
     numbers = json.loads(capsys.readouterr().out)
-    assert numbers['capabilities']['steps_per_revolution'] == 1440
+    assert numbers['identity']['capabilities']['steps_per_revolution'] == 1440
     assert numbers['rate'] == pytest.approx(40.0, rel=0.05)
+
+
+def test_the_command_prints_what_an_ld19_sees(capsys):
+    emulator = StreamingLidar(ahead, start_ns=time.time_ns())
+    with PseudoTerminals({'lidar': emulator}) as ports:
+        assert main(['--lidar', 'LD19', '--port', ports['lidar'], '--seconds', '0.2']) == 0
+    shown = capsys.readouterr().out
+    assert 'LD06 or LD19, LDROBOT' in shown
+    assert 'uneven motor' in shown
+    assert '+ is the lidar' in shown
+
+
+def test_an_ld19_that_is_taken_for_a_hokuyo_is_told_apart(capsys):
+    emulator = StreamingLidar(ahead, start_ns=time.time_ns())
+    with PseudoTerminals({'lidar': emulator}) as ports:
+        assert main(['--port', ports['lidar']]) == 1
+    assert '--lidar LD19' in capsys.readouterr().err
+
+
+def test_a_hokuyo_that_is_taken_for_an_ld19_is_an_error(capsys):
+    with lidar_at_a_port() as (_, port):
+        assert main(['--lidar', 'LD19', '--port', port]) == 1
+    assert 'LD06 or LD19' in capsys.readouterr().err
 
 
 def test_an_interrupt_leaves_the_laser_off(monkeypatch):
     def interrupt(lidar, account, seconds):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr('nodlidar_driver.probe.probe', interrupt)
+    monkeypatch.setattr('nodlidar_driver.probe.probe_scip', interrupt)
     with lidar_at_a_port() as (emulator, port):
         assert main(['--port', port]) == 130
         assert not emulator.sensor.laser

@@ -10,6 +10,7 @@ from nodlidar_common.ldrobot import (
     POINT_RATE,
     POINTS,
     RANGE_MM,
+    ROTATION_RATE,
     TIMER_MS,
 )
 from nodlidar_common.nod import NS_PER_S
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 LD19 = 'LD19'
 """Its name; an LD06 sends the same."""
 
-_SPEED = 3600.0  # degrees per second
+_SPEED = 360.0 * ROTATION_RATE  # degrees per second
 _SPEED_SCATTER, _SPEED_MEMORY = 0.005, 0.3  # a share, and s in which the motor corrects it
 _TOGETHER = 4  # packets that its USB adapter hands on at once
 _LINE_NS = round(PACKET.itemsize * BITS_PER_BYTE / BIT_RATE * NS_PER_S)
