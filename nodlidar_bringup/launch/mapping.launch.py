@@ -23,6 +23,8 @@ def nodes(context):
     file = given['mapper_params']
     arguments.check_parameter_file('mapper_params', file, sensor.values['namespace'])
     sensor.fixed_frame = 'map'
+    if not sensor.has_clouds:
+        return sensor.nodes()
     mapper = sensor.node(
         'nodlidar_mapper',
         'mapper',

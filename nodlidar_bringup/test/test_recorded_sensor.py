@@ -53,6 +53,11 @@ def test_a_bag_takes_the_place_of_the_devices(bag_command):
     assert words[words.index('--topics') + 1 :] == topics
 
 
+def test_a_bag_is_assembled_on_the_machine_that_plays_it(bag_command):
+    with pytest.raises(NodlidarError, match="'nodes' must be all with a bag"):
+        launched(bag='drive', nodes='clouds')
+
+
 def test_with_own_tf_the_transforms_are_played_in_the_namespace(bag_command):
     context, _ = launched(bag='drive', namespace='left', own_tf='true')
     words = RecordedSensor(context, 'drive').player()

@@ -61,6 +61,20 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
     observer.close()
 
 
+def test_clouds_are_made_by_a_launch_of_their_own(tmp_path):
+    """As on two machines; the nod is commanded from there."""
+    observer = Observer()
+    observer.subscribe(PointCloud2, 'points')
+    arguments = ('scene:=wall', 'ideal:=true')
+    with (
+        launched_sensor(tmp_path / 'robot.log', 'nodes:=devices', *arguments),
+        launched_sensor(tmp_path / 'other.log', 'nodes:=clouds', *arguments),
+    ):
+        heard = lambda: len(observer.messages['points']) > 10  # noqa: E731
+        observer.spin_until(heard, 'clouds')
+    observer.close()
+
+
 def test_rviz_shows_clouds_where_they_do_not_move(tmp_path, monkeypatch):
     """By a program in place of RViz that writes its arguments down."""
     told = tmp_path / 'told'

@@ -28,14 +28,24 @@ def executables(monkeypatch):
 @pytest.mark.parametrize(
     ('servo', 'nodes'),
     [
-        ('', ['driver', 'servo', 'assembler', 'robot_state_publisher']),
-        ('XL430-W250', ['driver', 'servo', 'assembler', 'robot_state_publisher']),
-        ('trajectory', ['driver', 'trajectory', 'assembler', 'robot_state_publisher']),
-        ('none', ['driver', 'assembler', 'robot_state_publisher']),
+        ('', ['driver', 'servo', 'robot_state_publisher', 'assembler']),
+        ('XL430-W250', ['driver', 'servo', 'robot_state_publisher', 'assembler']),
+        ('trajectory', ['driver', 'trajectory', 'robot_state_publisher', 'assembler']),
+        ('none', ['driver', 'robot_state_publisher', 'assembler']),
     ],
 )
 def test_the_servo_node_starts_unless_the_joint_is_left_to_others(executables, servo, nodes):
     assert executables(hardware='real', servo=servo) == nodes
+
+
+@pytest.mark.parametrize('hardware', ['sim', 'real'])
+def test_two_machines_share_the_nodes(executables, hardware):
+    given = {'hardware': hardware, 'view': 'web'}
+    there, here = (executables(nodes=nodes, **given) for nodes in ('devices', 'clouds'))
+    emulators = ['emulate'] if hardware == 'sim' else []
+    assert there == [*emulators, 'driver', 'servo', 'robot_state_publisher']
+    assert here == ['assembler', 'viewer']
+    assert sorted(there + here) == sorted(executables(**given))
 
 
 def test_a_robot_whose_description_has_the_sensor_publishes_it_itself(executables):
@@ -46,7 +56,7 @@ def test_a_robot_whose_description_has_the_sensor_publishes_it_itself(executable
 @pytest.mark.parametrize('lidar', ['none', 'rplidar'])
 def test_the_driver_starts_unless_another_one_publishes_scans(executables, lidar):
     nodes = executables(hardware='real', lidar=lidar)
-    assert nodes == ['servo', 'assembler', 'robot_state_publisher']
+    assert nodes == ['servo', 'robot_state_publisher', 'assembler']
 
 
 @pytest.mark.parametrize(

@@ -22,12 +22,21 @@ WITH_FILE = (*OTHER_DRIVERS, LD19)  # each in config/lidars, for the assembler
 BEST_EFFORT = tuple(name for name, lidar in OTHER_LIDARS.items() if lidar.best_effort)
 
 DESCRIPTIONS = ('robot', 'ros2_control')  # each is a file in urdf
+# The nodes of this machine: all, or those of one of two machines.
+ALL, DEVICES, CLOUDS = 'all', 'devices', 'clouds'
 
 ARGUMENTS: dict[str, dict[str, Any]] = {
     'hardware': {
         'default_value': 'sim',
         'choices': ['sim', 'real'],
         'description': 'sim: emulated devices in a simulated scene; real: devices on serial ports',
+    },
+    'nodes': {
+        'default_value': ALL,
+        'choices': [ALL, DEVICES, CLOUDS],
+        'description': 'devices: only driver, servo, simulated devices and robot model; clouds: '
+        'only assembler, mapper and what shows them, on another machine with the same arguments '
+        '(docs/network.md)',
     },
     'lidar_port': {
         'default_value': '/dev/ttyACM0',

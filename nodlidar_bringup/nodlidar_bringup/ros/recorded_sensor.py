@@ -7,6 +7,7 @@ from ament_index_python.packages import get_package_share_directory, PackageNotF
 from launch import LaunchContext
 from launch.actions import ExecuteProcess
 from launch_ros.actions import Node
+from nodlidar_bringup.ros.launch_arguments import ALL
 from nodlidar_bringup.ros.sensor import Sensor
 from nodlidar_common.errors import NodlidarError, ParameterError
 
@@ -36,6 +37,8 @@ class RecordedSensor(Sensor):
 
     def __init__(self, context: LaunchContext, bag: str) -> None:
         super().__init__(context)
+        if self.values['nodes'] != ALL:
+            raise ParameterError('nodes', f'{ALL} with a bag', self.values['nodes'])
         try:
             get_package_share_directory('ros2bag')
         except PackageNotFoundError as error:
@@ -48,7 +51,7 @@ class RecordedSensor(Sensor):
     def nodes(self) -> list[Any]:
         """Return the player, the assembler and the views."""
         player = ExecuteProcess(cmd=self.player(), output='screen')
-        return [player, self.assembler(), *self.views()]
+        return [player, *self.clouds()]
 
     def node(self, package: str, executable: str, **options: Any) -> Node:
         """Return a node that follows the time of the bag, and commands no nod."""

@@ -15,9 +15,12 @@ from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_bringup import arguments
 from nodlidar_bringup.ros.launch_arguments import (
+    ALL,
     ARGUMENTS,
     BEST_EFFORT,
+    CLOUDS,
     DESCRIPTIONS,
+    DEVICES,
     OTHER_DRIVERS,
     share,
     WITH_FILE,
@@ -82,16 +85,29 @@ class Sensor:
         self.links = os.path.join(tempfile.gettempdir(), f'nodlidar-{uuid.uuid4().hex}')
 
     def nodes(self) -> list[Any]:
-        """Return all nodes; raises NodlidarError if one is not installed."""
+        """Return the nodes of this machine; raises NodlidarError if one is not installed."""
+        devices = self.devices() if self.values['nodes'] in (ALL, DEVICES) else []
+        return [*devices, *self.clouds()] if self.has_clouds else devices
+
+    @property
+    def has_clouds(self) -> bool:
+        """Whether the nodes that make clouds run on this machine."""
+        return self.values['nodes'] in (ALL, CLOUDS)
+
+    def devices(self) -> list[Node]:
+        """Return the nodes of the devices, and the robot model."""
         nodes = [self.emulators()] if self.in_sim else []
         if self.values['lidar'] not in (*OTHER_DRIVERS, 'none'):
             nodes.append(self.driver())
         if self.values['servo'] != 'none':
             nodes.append(self.servo())
-        nodes.append(self.assembler())
         if self.values['description'] != 'none':
             nodes.append(self.state_publisher())
-        return [*nodes, *self.views()]
+        return nodes
+
+    def clouds(self) -> list[Node]:
+        """Return the assembler and what shows its clouds."""
+        return [self.assembler(), *self.views()]
 
     def views(self) -> list[Node]:
         """Return what shows the sensor."""
