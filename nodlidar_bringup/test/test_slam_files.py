@@ -17,6 +17,8 @@ FOLDER = Path(get_package_share_directory('nodlidar_bringup')) / 'config' / 'sla
 SOURCE = """topic data_type marking clearing inf_is_valid min_obstacle_height max_obstacle_height
     obstacle_max_range obstacle_min_range raytrace_max_range raytrace_min_range sensor_frame
     observation_persistence expected_update_rate"""
+# Checked on its own, and by the launch.
+OTHERS = {'cartographer.lua', 'level_scan.yaml'}
 # As declared by the sources of the programs: some of the names of each.
 DECLARED = {
     # OdometryServer.cpp of kiss-icp after 1.2.3; up to 1.2.3 without groups
@@ -119,7 +121,7 @@ def test_cartographer_has_all_options_that_it_wants(cartographer):
 
 
 def test_there_is_no_file_that_is_not_checked():
-    assert {path.name for path in FOLDER.iterdir()} == {*DECLARED, 'cartographer.lua'}
+    assert {path.name for path in FOLDER.iterdir()} == {*DECLARED, *OTHERS}
 
 
 def test_the_page_names_each_file_and_no_other():
@@ -127,7 +129,7 @@ def test_the_page_names_each_file_and_no_other():
     commands = '\n'.join(re.findall(r'```\n(.*?)```', page, re.DOTALL))
     named = set(re.findall(r'\w+\.(?:yaml|lua)', commands)) | {'nav2_costmap.yaml'}
     assert 'config/slam/nav2_costmap.yaml' in page
-    assert named == {*DECLARED, 'cartographer.lua'}
+    assert named == {*DECLARED, *OTHERS}
 
 
 @pytest.mark.parametrize(

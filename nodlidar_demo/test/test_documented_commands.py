@@ -151,10 +151,10 @@ def test_view_bag(command, demo_bag):
 
 
 @starting('ros2', 'launch', 'nodlidar_bringup')
-def test_launch(command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_launch(command, monkeypatch):
     file, *arguments = [word for word in shlex.split(command)[3:] if word != '--show-args']
     share = Path(get_package_share_directory('nodlidar_bringup'))
+    monkeypatch.chdir(share / 'config' / 'slam')
     spec = spec_from_file_location('launch_file', share / 'launch' / file)
     launch_file = module_from_spec(spec)
     spec.loader.exec_module(launch_file)
