@@ -18,7 +18,7 @@ _MARKED = re.compile(
 
 
 def filled(text: str) -> str:
-    """Return a page with the recorded rows between its marks.
+    """Return a page with the recorded rows, and where they come from, between its marks.
 
     The marks are the lines ``<!-- bench: NAME -->`` and ``<!-- end -->``. With ``NAME: one; two``
     the table has only these columns, and only the rows that have all of them. With ``NAME where
@@ -34,7 +34,8 @@ def filled(text: str) -> str:
 
 def _table(mark: re.Match[str]) -> str:
     begin, name, by, values, columns, end = mark.groups()
-    rows = recorded(name)['rows']
+    report = recorded(name)
+    rows = report['rows']
     if by is not None:
         rows = [row for row in rows if str(row[by]) in values.split(' | ')]
     if columns is not None:
@@ -42,7 +43,8 @@ def _table(mark: re.Match[str]) -> str:
         rows = [{name: row[name] for name in names} for row in rows if row.keys() >= set(names)]
         if not rows:
             raise KeyError(columns)
-    return f'{begin}{markdown(rows)}\n{end}'
+    source = f'*`python -m bench {name}`, commit {report["commit"]}, {report["date"]}*'
+    return f'{begin}{markdown(rows)}\n\n{source}\n{end}'
 
 
 def fill_pages() -> None:

@@ -50,7 +50,8 @@ def test_a_page_takes_up_what_is_recorded_between_its_marks(tmp_path, monkeypatc
     assert '<!-- bench: some: count; what -->\n| count | what |\n' in chosen
     assert '| 4001 | a |' in chosen
     assert filled.startswith('Before.\n\n<!-- bench: some -->\n| what |')
-    assert filled.endswith('| a | 1.23 | 4001 |\n<!-- end -->\n\nAfter.\n')
+    source = f'*`python -m bench some`, commit abc, {report.recorded("some")["date"]}*'
+    assert filled.endswith(f'| a | 1.23 | 4001 |\n\n{source}\n<!-- end -->\n\nAfter.\n')
     assert page.filled(filled) == filled
 
 
@@ -60,9 +61,9 @@ def test_a_page_takes_the_rows_that_it_asks_for(tmp_path, monkeypatch):
     report.record('some', report.recording(rows, 'Some', 'abc'))
     text = '<!-- bench: some where MARK -->\n<!-- end -->\n'
     by_number = page.filled(text.replace('MARK', 'error [ms] = 3.0: kind')).splitlines()
-    assert by_number[3:-1] == ['| a |', '| b |', '| c |']
+    assert by_number[3:-3] == ['| a |', '| b |', '| c |']
     by_words = page.filled(text.replace('MARK', 'kind = a | c')).splitlines()
-    assert by_words[3:-1] == ['| a | 1 |', '| a | 3 |', '| c | 1 |', '| c | 3 |']
+    assert by_words[3:-3] == ['| a | 1 |', '| a | 3 |', '| c | 1 |', '| c | 3 |']
 
 
 @pytest.mark.parametrize('path', page.PAGES, ids=lambda path: path.name)
