@@ -156,10 +156,7 @@ def lines(found: Probe) -> list[tuple[str, str]]:
             f'{found.seen:.1%} in range, {found.nothing:.1%} nothing,'
             f' {found.too_near:.1%} too near, {found.doubtful:.1%} doubtful',
         ),
-        (
-            'clock',
-            'answers in time mode' if clock.synchronised else 'no time mode: offset assumed',
-        ),
+        ('clock', _clock(found)),
         ('drift', f'{clock.drift_ppm:+.1f} ppm'),
         ('fit residual', f'{clock.residual * 1e3:.3f} ms RMS of the stamps'),
         ('jitter', f'{clock.jitter * 1e3:.3f} ms on average, latest {clock.latest * 1e3:.1f} ms'),
@@ -168,6 +165,12 @@ def lines(found: Probe) -> list[tuple[str, str]]:
     if found.uneven is not None:
         measured.append(('uneven motor', f'{math.degrees(found.uneven):.2f} deg at most'))
     return [*said, ('beams', f'{len(found.ranges)} in the last scan'), *measured]
+
+
+def _clock(found: Probe) -> str:
+    if found.identity is None:
+        return 'timer of its packets, offset by the earliest arrivals'
+    return 'answers in time mode' if found.clock.synchronised else 'no time mode: offset assumed'
 
 
 def _identity(identity: Identity) -> list[tuple[str, str]]:

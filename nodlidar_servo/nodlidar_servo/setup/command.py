@@ -181,7 +181,8 @@ def _show_start(result: Result, options: argparse.Namespace) -> None:
     if not options.dry_run and result.after.faults():
         print('still wrong: ' + '; '.join(result.after.faults()))
     print(
-        'This starts the nod, the motor moves; without a Hokuyo, add lidar:=... (docs/lidars.md):'
+        'This starts the nod, the motor moves. Add lidar_port:=..., and lidar:=... without a'
+        ' Hokuyo (docs/lidars.md):'
     )
     print(start_command(options.port, result.config, file))
 
