@@ -79,7 +79,7 @@ def mapped(recording: Recording) -> Mapped:
     truth = true_poses(recording, np.array([each.stamp_ns for each in found]))
     mount = by_odometry[0][2, 3]
     truth[:, 2, 3] = mount
-    final = [mapper.pose_of(each) for each in found]
+    final = list(mapper.poses_of(found))
     surface = lasting_surface(mapper.keyframes)
     in_odom = moved(truth[0] @ inverse(final[0]), surface.points)
     stamps = np.full(len(in_odom), START_NS, dtype=np.int64)

@@ -77,7 +77,7 @@ class LiveMapper:
         self._path.append(estimate)
         if len(self._path) > MOST_PLACES:
             del self._path[1:-1:2]
-        path = self.mapper.poses_of(self._path)
+        path = self.mapper.path_of(self._path)
         stamps_ns = [e.stamp_ns for e in self._path]
         keyframes, edges = list(self.mapper.keyframes), list(self.mapper.edges)
         return Progress(estimate, keyframes, edges, self.mapper.loops, stamps_ns, path)

@@ -87,3 +87,18 @@ def test_a_leg_is_not_free_though_beams_pass_beside_it():
     # Who walked by is seen once, and later seen through.
     grid = grid_of(walls(), [*beams, level_fan(0.55, leg)], GridConfig())
     assert grid.cells.ravel()[off.argmin()] == FREE
+
+
+@pytest.mark.parametrize('y', [4.52, 4.97])
+def test_a_leg_is_not_free_at_the_border_of_the_grid_either(y):
+    """The border is at y = 5 m; beams pass the leg on both sides."""
+    leg = (3.02, y, 0.55)
+    passing = [(2.0 * leg[0], 2.0 * y + off, 0.0) for off in np.linspace(-0.6, 0.6, 61)]
+
+    def fan(height, *more):
+        return level_fan(height, [*((*each[:2], height) for each in passing), *more])
+
+    beams = [fan(0.15), fan(0.95), *[fan(0.55)] * 6, *[fan(0.55, leg)] * 2]
+    grid = grid_of(walls(), beams, GridConfig())
+    x, y_of = centres(grid)
+    assert grid.cells.ravel()[np.hypot(x - leg[0], y_of - y).argmin()] == UNKNOWN

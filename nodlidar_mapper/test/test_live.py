@@ -21,8 +21,11 @@ def test_the_path_is_where_the_robot_was(monkeypatch):
     monkeypatch.setattr(live, 'MOST_PLACES', 20)
     mapper = LiveMapper(Mapper(MapConfig()))
     poses = [planar(0.1 * k, 0.02 * k, 0.01 * k) for k in range(60)]
+    mounts = planar(0.3, 0.2, 0.1), planar(-0.3, 0.0, 3.0)  # of two sensors
     for k, pose in enumerate(poses):
-        progress = mapper.add(k * NS, cloud(OBLONG, pose, seed=k), pose)
+        mount = mounts[k % 2]
+        seen_from = pose @ mount
+        progress = mapper.add(k * NS, cloud(OBLONG, seen_from, seed=k), seen_from, mount)
         assert len(progress.path) == len(progress.stamps_ns) <= 20
     assert progress.stamps_ns[0] == 0
     assert progress.stamps_ns[-1] == 59 * NS
@@ -59,6 +62,23 @@ def test_the_map_continues_where_a_person_sets_the_robot(shift):
     found = mapper.add(9 * NS, cloud(OBLONG, true, seed=9), odometry).estimate
     assert not found.lost
     np.testing.assert_allclose(found.pose, true, atol=0.02)
+
+
+@pytest.mark.parametrize('where', [(15.0, 0.0), (8.0, 0.0), (-14.0, 0.0)])
+def test_a_map_is_not_extended_where_a_person_set_the_robot_by_mistake(where):
+    mapper = LiveMapper(Mapper(MapConfig()))
+    for k in range(20):
+        pose = planar(0.2 * k - 2.0, 0.0, 0.0)
+        before = mapper.add(k * NS, cloud(CROOKED, pose, seed=k), pose)
+    mapper.place(planar(*where, 0.0), 19 * NS, pose, np.diag([0.25] * 3 + [0.07] * 3))
+    for k in range(20, 26):
+        after = mapper.add(k * NS, cloud(CROOKED, pose, seed=k), pose)
+        np.testing.assert_allclose(
+            after.keyframes[-1].placed_surface.points, before.keyframes[-1].placed_surface.points
+        )
+        assert len(after.keyframes) == len(before.keyframes)
+    if not after.estimate.lost:
+        np.testing.assert_allclose(after.estimate.pose, pose, atol=0.02)
 
 
 def test_a_pose_that_a_person_set_stays_if_the_next_cloud_does_not_match():

@@ -81,7 +81,7 @@ def errors(recording, found, poses):
 
 def off_the_room(recording, mapper, estimate, points):
     """Return the RMS distance of points in the map from the room [m], aligned at an estimate."""
-    back = truth_at(recording, estimate.stamp_ns) @ inverse(mapper.pose_of(estimate))
+    back = truth_at(recording, estimate.stamp_ns) @ inverse(mapper.poses_of([estimate])[0])
     stamps = np.full(len(points), START_NS)
     distance = recording.world.surface_distance_in_world(moved(back, points), stamps)
     return np.sqrt(np.mean(distance**2))
@@ -89,7 +89,7 @@ def off_the_room(recording, mapper, estimate, points):
 
 def test_the_way_is_known_much_better_than_by_odometry(recording, drive, log):
     mapper, found = drive
-    by_map = errors(recording, found, [mapper.pose_of(each) for each in found])
+    by_map = errors(recording, found, mapper.poses_of(found))
     by_odometry = errors(recording, found, [odometry_at(log, each.stamp_ns) for each in found])
     assert np.sqrt(np.mean(by_map**2)) < 0.012
     assert by_map.max() < 0.1 * by_odometry.max()
@@ -100,7 +100,7 @@ def test_a_sensor_that_looks_back_and_down_maps_as_well(tmp_path):
     tilted = recorded(mount=(-0.2, 0.1, 0.9, 0.0, 0.4, np.pi))
     mapper, log = Mapper(MapConfig()), log_of(tilted, tmp_path)
     found = estimates(mapper, clouds_of(log, CONFIG), log)
-    by_map = errors(tilted, found, [mapper.pose_of(each) for each in found])
+    by_map = errors(tilted, found, mapper.poses_of(found))
     assert np.sqrt(np.mean(by_map**2)) < 0.02
     assert not any(each.lost for each in found[1:])
 
@@ -110,7 +110,7 @@ def test_the_first_poses_are_right_at_full_speed(tmp_path):
     mapper, log = Mapper(MapConfig()), log_of(fast, tmp_path)
     found = estimates(mapper, clouds_of(log, CONFIG), log)
     live = errors(fast, found[FIRST - 1 :], [each.pose for each in found[FIRST - 1 :]])
-    final = errors(fast, found, [mapper.pose_of(each) for each in found])
+    final = errors(fast, found, mapper.poses_of(found))
     assert np.sqrt(np.mean(final**2)) < 0.006  # 0.014 if the first clouds are mapped once
     assert np.sqrt(np.mean(live**2)) < 0.02
 
@@ -123,8 +123,8 @@ def test_places_before_the_first_surface_stay_where_they_were(log):
         before.append((mapper.add(cloud.stamp_ns, np.empty((0, 3)), odometry), odometry))
     found = estimates(mapper, clouds[2 : FIRST + 2], log)
     for each, odometry in before:
-        np.testing.assert_allclose(mapper.pose_of(each), odometry, atol=0.02)
-    np.testing.assert_allclose(mapper.pose_of(found[-1]), found[-1].pose, atol=1e-12)
+        np.testing.assert_allclose(mapper.poses_of([each])[0], odometry, atol=0.02)
+    np.testing.assert_allclose(mapper.poses_of([found[-1]])[0], found[-1].pose, atol=1e-12)
 
 
 def bent(points):
@@ -207,8 +207,8 @@ def test_the_grid_is_free_along_the_way_and_occupied_at_the_walls(recording, dri
         return grid.cells[row, column]
 
     for each in found:
-        assert cell(*mapper.pose_of(each)[:2, 3]) == FREE
-    to_map = mapper.pose_of(found[0]) @ inverse(truth_at(recording, found[0].stamp_ns))
+        assert cell(*mapper.poses_of([each])[0][:2, 3]) == FREE
+    to_map = mapper.poses_of([found[0]])[0] @ inverse(truth_at(recording, found[0].stamp_ns))
     walls = [(3.2, y, 1.0) for y in np.arange(-2.0, 2.0, 0.1)]
     walls += [(x, -2.8, 1.0) for x in np.arange(-2.0, 2.0, 0.1)]
     seen = [

@@ -161,7 +161,7 @@ def test_the_other_side_of_a_wall_is_not_matched():
     outside = wall((thickness, -1.5), (1, 0), (0.0, 3.0))
     pose = planar(1.5, 0.0, 0.2)
     found = match(seen_at(pose, outside.points), room, pose, WEAK, MatchingConfig())
-    assert found.mapped == 0.0
+    assert found.near_share == 0.0
     np.testing.assert_array_equal(found.pose, pose)
     seen = Seen(outside.points, np.tile(pose[:3, 3], (len(outside.points), 1)))
     assert not room.covers(seen, thickness + 0.02).any()

@@ -204,6 +204,7 @@ def test_a_robot_that_drove_on_without_clouds_is_where_odometry_says():
         here = planar(0.8 + 0.68 * (k - 4), 0.0, 0.2)
         found = mapper.add(k * NS, next_room(here), here)
         assert not found.lost
+        assert found.matched == (k > 30)  # the first one by odometry alone
         np.testing.assert_allclose(found.pose, here, atol=0.02)
     assert len(mapper.keyframes) > 1
     across = max(mapper.edges, key=lambda edge: edge.relative[0, 3])

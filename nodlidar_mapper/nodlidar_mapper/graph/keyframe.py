@@ -30,14 +30,14 @@ class Keyframe:
     points: Array
 
     @cached_property
-    def mapped(self) -> Surface:
+    def placed_surface(self) -> Surface:
         """The surface in the frame of the map."""
         return self.surface.moved(self.pose)
 
 
-def surface_in_map(keyframes: Sequence[Keyframe]) -> Surface:
+def surface_of_map(keyframes: Sequence[Keyframe]) -> Surface:
     """Return the surfaces of keyframes in the frame of the map."""
-    return Surface.joined([each.mapped for each in keyframes])
+    return Surface.joined([each.placed_surface for each in keyframes])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,12 +58,15 @@ class Estimate:
         map around, and that of this map. 0 where the pose is that of odometry, as 2D localisers
         state it.
     share, residual
-        Share of the points near the map that lie on it, and their RMS distance from it [m].
+        Share of the points near the map that lie on it, and their RMS distance from it [m]; 0 and
+        inf where the map does not reach yet.
     lost
-        Why the pose is that of odometry alone; empty if the cloud was matched.
+        Why it is not known where the robot is; empty if it is.
     keyframe, from_keyframe
         Index of a keyframe nearby, and the pose in its frame: it moves with the keyframe when a
         loop is closed.
+    robot
+        Pose of the robot in the cloud's frame.
     """
 
     stamp_ns: int
@@ -75,3 +78,9 @@ class Estimate:
     lost: str
     keyframe: int
     from_keyframe: Array
+    robot: Array
+
+    @property
+    def matched(self) -> bool:
+        """Whether the cloud was matched; else the pose is that of odometry alone."""
+        return not self.lost and self.share > 0.0

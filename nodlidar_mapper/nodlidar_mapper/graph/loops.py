@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.geometry.poses import Array, inverse, turning
 from nodlidar_mapper.geometry.seen import Seen
-from nodlidar_mapper.graph.keyframe import Keyframe, surface_in_map
+from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map
 from nodlidar_mapper.graph.pose_graph import distances_from, Edge
 from nodlidar_mapper.tracking.matching import match, MatchingConfig
 import numpy as np
 
 # A corner of the old part of the map fits elsewhere as well. So this share of the points must lie
 # near that part, and that share of these must match.
-MAPPED, SHARE = 0.4, 0.6
+LEAST_NEAR, LEAST_SHARE = 0.4, 0.6
 REACH = 1.0  # m
 THINNER = 2.0  # points of a loop are so many times farther apart than those of a cloud
 DRIFT = 0.01  # error of the map, as a share of the way
@@ -80,16 +80,17 @@ def loop_at(
     if distance[nearest] > config.map_radius / 2.0:
         return None
     seen = seen.thinned(THINNER * config.point_spacing)
-    old = surface_in_map(
+    old = surface_of_map(
         [keyframes[i] for i in around(nearest, here.pose, keyframes, edges, config)]
     )
-    if old.covers(seen.moved(here.pose), REACH).mean() < MAPPED:
+    if old.covers(seen.moved(here.pose), REACH).mean() < LEAST_NEAR:
         return None
     drift = DRIFT * way[nearest]
     prior = np.diag([drift**-2] * 3 + [(0.2 * drift) ** -2] * 3)
     found = match(seen, old, here.pose, prior, config, REACH)
     # A bare floor fits everywhere. Along a corridor, the way between both places is not known.
-    if found.share < SHARE or found.mapped < MAPPED or found.shown(config.free) < len(config.free):
+    fits = found.share >= LEAST_SHARE and found.near_share >= LEAST_NEAR
+    if not fits or found.shown(config.free) < len(config.free):
         return None
     turn = turning(poses[nearest][:3, :3].T)
     information = turn @ found.information @ turn.T

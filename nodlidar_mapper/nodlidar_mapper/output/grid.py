@@ -120,7 +120,8 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
     stood = binary_dilation(cubes.cells(cubes.numbers(places)), robot)
     cells = np.full(occupied.shape, UNKNOWN, dtype=np.int8)
     cells[_seen(passes > 0, round(config.free_gap / LAYER)) | stood] = FREE
-    cells[binary_closing(occupied | cubes.cells(hit), robot)] = UNKNOWN
+    filled = occupied | cubes.cells(hit)
+    cells[filled | binary_closing(filled, robot)] = UNKNOWN  # without closing, at the border
     cells[occupied] = OCCUPIED
     return Grid(cells, (float(cubes.corner[0]), float(cubes.corner[1])), cubes.size)
 

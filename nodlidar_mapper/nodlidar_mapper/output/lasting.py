@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from nodlidar_mapper.geometry.poses import Array, inverse, moved
 from nodlidar_mapper.geometry.surface import Surface
-from nodlidar_mapper.graph.keyframe import Keyframe, surface_in_map
+from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -21,7 +21,7 @@ def lasting_surface(keyframes: Sequence[Keyframe]) -> Surface:
 
     A point goes if beams of more keyframes pass beyond it than end on it.
     """
-    surface = surface_in_map(keyframes)
+    surface = surface_of_map(keyframes)
     passes = np.zeros(len(surface.points), dtype=np.int64)
     hits = np.zeros_like(passes)
     for keyframe in keyframes:

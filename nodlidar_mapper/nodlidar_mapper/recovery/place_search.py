@@ -8,7 +8,7 @@ from math import ceil, floor, pi
 from nodlidar_mapper.geometry.poses import Array, between, inverse, moved, planar
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
-from nodlidar_mapper.graph.keyframe import Keyframe, surface_in_map
+from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map
 from nodlidar_mapper.recovery.range_image import RangeImage
 from nodlidar_mapper.tracking.matching import Match, match, MatchingConfig
 import numpy as np
@@ -80,7 +80,7 @@ def best_place(
     config
         Of the matching.
     """
-    surface = surface_in_map(keyframes)
+    surface = surface_of_map(keyframes)
     if not len(surface.points) or not len(seen.points):
         return None
     known = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
@@ -96,7 +96,7 @@ def best_place(
 
 def fit_of(found: Match) -> float:
     """Return the share of all points that lie on the map."""
-    return found.share * found.mapped
+    return found.share * found.near_share
 
 
 def clear_share(

@@ -98,7 +98,7 @@ class Recovery:
             The cloud matched where odometry expects it.
         """
         went_on = guess.paused and not guess.jumped and not self._clouds and not self._jumped
-        if not went_on or found.mapped > UNMAPPED:
+        if not went_on or found.near_share > UNMAPPED:
             return False
         return clear_share(seen.points, guess.pose, keyframes) >= LEAST_CLEAR
 

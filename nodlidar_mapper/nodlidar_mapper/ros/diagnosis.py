@@ -87,7 +87,9 @@ class Diagnosis:
                 'keyframes': len(progress.keyframes),
                 'loops closed': progress.loops,
                 'points near the map that lie on it [%]': f'{100.0 * estimate.share:.0f}',
-                'their distance from it, RMS [mm]': f'{1000.0 * estimate.residual:.1f}',
+                'their distance from it, RMS [mm]': f'{1000.0 * estimate.residual:.1f}'
+                if estimate.share
+                else 'no point is near the map',
                 'standard deviation of x and y [m]': f'{deviation[0]:.4f} {deviation[1]:.4f}',
                 'standard deviation of yaw [rad]': f'{deviation[5]:.5f}',
                 'time per cloud [ms]': f'{1000.0 * self._took:.0f}',

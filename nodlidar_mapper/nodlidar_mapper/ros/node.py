@@ -107,7 +107,7 @@ class MapperNode(Node):
         estimate, config = progress.estimate, self.config
         if estimate.map_from_odometry is not None and self._given is None:
             self._map_from_odometry = estimate.map_from_odometry
-        if estimate.lost:
+        if not estimate.matched:
             return  # the pose is that of odometry alone, which a filter would count twice
         base = self.clouds.odometry_of(config.base_frame, estimate.stamp_ns)
         if base is not None and self._map_from_odometry is not None:

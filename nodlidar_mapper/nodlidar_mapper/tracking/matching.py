@@ -73,7 +73,7 @@ class Match:
         Of the cloud's frame, as a matrix.
     information
         Inverse covariance of the change from the guess, without the prior, shape (6, 6).
-    mapped
+    near_share
         Share of the points that are near the surface.
     share
         Share of these that lie on it.
@@ -94,7 +94,7 @@ class Match:
 
     pose: Array
     information: Array
-    mapped: float
+    near_share: float
     share: float
     informative_share: float
     residual: float
@@ -209,7 +209,7 @@ def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
     return Match(
         pose,
         fit.information,
-        mapped=float(np.mean(near)),
+        near_share=float(np.mean(near)),
         share=float(np.mean(fits[near])),
         informative_share=np.count_nonzero(fits[near] & fit.shows) / max(judged, 1),
         residual=float(np.sqrt(np.mean(off[fits[near]] ** 2))) if fits.any() else np.inf,
