@@ -29,6 +29,8 @@ KEPT = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
+# Share of the time in which a topic is found; a first message after it is of a slow topic.
+LATEST_FIRST = 0.5
 _MOST_POINTS = 60_000
 
 
@@ -140,7 +142,7 @@ class SystemWatch:
         published = self._node.count_publishers(self._node.resolve_topic_name(name)) > 0
         return Traffic(
             name,
-            self._watched(arrivals),
+            watched(arrivals, self._end_ns, self._seconds),
             [(arrival - stamp) * 1e-9 for arrival, stamp in stamped],
             steps.tolist(),
             len(came) - len(stamped),
@@ -150,16 +152,10 @@ class SystemWatch:
             lasts,
         )
 
-    def _watched(self, arrivals: Sequence[int]) -> float:
-        """Return how long a topic was watched [s]: from its first message on."""
-        if not arrivals:
-            return self._seconds
-        return max((self._end_ns - arrivals[0]) * 1e-9, 0.1)
-
     def content(self, joint_name: str) -> Content:
         """Return what scans and joint states say."""
-        ranges = [np.asarray(message.ranges) for _, message in self._arrivals['scan']]
-        valid = [float(np.mean(np.isfinite(each))) for each in ranges if len(each)]
+        scans = [message for _, message in self._arrivals['scan'] if len(message.ranges)]
+        valid = [float(np.mean(seen(scan))) for scan in scans]
         names: set[str] = set()
         positions = []
         for _, state in self._arrivals['joint_states']:
@@ -179,6 +175,27 @@ class SystemWatch:
                 clouds.append(coordinates(cloud))
                 count += len(clouds[-1])
         return np.concatenate(clouds) if clouds else np.zeros((0, 3))
+
+
+def watched(arrivals: Sequence[int], end_ns: int, seconds: float) -> float:
+    """Return how long a topic was watched [s]: from its first message on, if that came early.
+
+    Parameters
+    ----------
+    arrivals, end_ns
+        Of its messages, and when listening ended [ns].
+    seconds
+        How long everything was listened to [s].
+    """
+    if not arrivals:
+        return seconds
+    return max((end_ns - arrivals[0]) * 1e-9, LATEST_FIRST * seconds)
+
+
+def seen(scan: LaserScan) -> NDArray[np.bool_]:
+    """Return which beams have a range; a driver may send 0 for lost ones."""
+    ranges = np.asarray(scan.ranges)
+    return np.asarray((ranges >= scan.range_min) & (ranges <= scan.range_max))
 
 
 def _endpoint(info: Any) -> Endpoint:
