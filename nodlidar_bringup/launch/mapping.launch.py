@@ -10,7 +10,7 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from nodlidar_bringup import arguments
 from nodlidar_bringup.ros.discovery import announce_often
-from nodlidar_bringup.ros.launch_arguments import declared, share
+from nodlidar_bringup.ros.launch_arguments import declared, MAPPING_DEFAULTS, share
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 
@@ -18,13 +18,17 @@ from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 def nodes(context):
     """Return the nodes of the sensor, real, simulated or recorded, and the mapper."""
     given = context.launch_configurations
+    arguments.expand(given)
+    if given['bag']:
+        sensor = RecordedSensor(context, given['bag'])
+    else:
+        sensor = Sensor(context, MAPPING_DEFAULTS)
+    if not sensor.has_clouds:
+        return sensor.nodes()
     arguments.check_mapping(given)
-    sensor = RecordedSensor(context, given['bag']) if given['bag'] else Sensor(context)
     file = given['mapper_params']
     arguments.check_parameter_file('mapper_params', file, sensor.values['namespace'])
     sensor.fixed_frame = 'map'
-    if not sensor.has_clouds:
-        return sensor.nodes()
     mapper = sensor.node(
         'nodlidar_mapper',
         'mapper',
@@ -57,5 +61,4 @@ def generate_launch_description():
             'devices; needs ros2 bag',
         ),
     ]
-    sensor = declared(scene='building', profile='slam', base='odometry')
-    return LaunchDescription([*sensor, *own, OpaqueFunction(function=nodes)])
+    return LaunchDescription([*declared(MAPPING_DEFAULTS), *own, OpaqueFunction(function=nodes)])

@@ -1,6 +1,6 @@
 """Checks of the launch arguments, before any node is started."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import fields, replace
 import os
 import re
@@ -23,11 +23,17 @@ from nodlidar_mapper.output.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.emulate import LIDARS, SERVOS
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_viewer.config import ViewerConfig
 import xacro
 
+ONLY_WITH = {
+    'real': ('lidar_port', 'servo_port'),
+    'sim': ('scene', 'route', 'ideal', 'seed', 'base'),
+}
+PATHS = ('scene', 'route', 'description', 'calibration', 'map', 'bag')
 _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
 _FASTEST = 1000.0  # [Hz], of robot_state_publisher, which counts in milliseconds
 # Moves the transforms into the namespace of a node, as nav2 does for several robots.
@@ -73,7 +79,7 @@ def check(values: Mapping[str, str]) -> None:
 
 
 def remarks(given: Mapping[str, str], known: Mapping[str, str]) -> list[str]:
-    """Return what is given without effect: misspelt names, and ports of simulated devices.
+    """Return what is given without effect: misspelt names, and what other devices have.
 
     Parameters
     ----------
@@ -82,17 +88,34 @@ def remarks(given: Mapping[str, str], known: Mapping[str, str]) -> list[str]:
     known
         Default values of the declared arguments.
     """
-    ports = [name for name in ('lidar_port', 'servo_port') if given[name] != known[name]]
-    without_effect = ports if given['hardware'] == 'sim' else []
+    hardware = given['hardware']
+    without_effect = [
+        name
+        for needed, names in ONLY_WITH.items()
+        for name in names
+        if needed != hardware and given[name] != known[name]
+    ]
+    if hardware == 'real' and given['lidar'] in SCIP_MODELS:
+        without_effect.append('lidar')
     return [
         *misspelt(given, known, 'argument'),
-        *(f"'{name}' has no effect without hardware:=real" for name in without_effect),
+        *(f"'{name}' has no effect with hardware:={hardware}" for name in without_effect),
     ]
+
+
+def expand(values: MutableMapping[str, str]) -> None:
+    """Replace ~ by the home directory at the beginning of all paths, which bash leaves after :=.
+
+    The arguments of all launch files of the package are known here.
+    """
+    for name in values:
+        if name in PATHS or name.endswith('_params'):
+            values[name] = os.path.expanduser(values[name])
 
 
 def check_mapping(values: Mapping[str, str]) -> None:
     """Raise ParameterError if the map is missing, or the clouds are no deskewed sweeps."""
-    folder = os.path.expanduser(values['map'])
+    folder = values['map']
     if folder and not os.path.isfile(os.path.join(folder, KEYFRAMES)):
         raise ParameterError('map', f"the folder of a saved map, with '{KEYFRAMES}'", folder)
     if values['profile'] != 'slam':

@@ -13,6 +13,7 @@ from nodlidar_bringup.arguments import (
     check_assembler,
     check_mapping,
     check_parameter_file,
+    expand,
     joint_limits,
     numbers,
     remarks,
@@ -211,7 +212,7 @@ def test_the_mapper_takes_deskewed_sweeps(ego_motion):
     check_mapping({'map': '', 'profile': 'slam', 'ego_motion': ego_motion})
 
 
-DEFAULTS = {'hardware': 'sim', 'lidar_port': '/dev/ttyACM0', 'servo_port': '/dev/ttyUSB0'}
+DEFAULTS = {name: str(each['default_value']) for name, each in ARGUMENTS.items()}
 
 
 @pytest.mark.parametrize(
@@ -220,12 +221,29 @@ DEFAULTS = {'hardware': 'sim', 'lidar_port': '/dev/ttyACM0', 'servo_port': '/dev
         ({}, []),
         ({'map': 'a', 'mapper_params': 'b', 'use_sim_time': 'true', 'ros_namespace': 'c'}, []),
         ({'hardware': 'real', 'lidar_port': '/dev/ttyACM1'}, []),
-        ({'servo_port': '/dev/ttyUSB1'}, ["'servo_port' has no effect without hardware:=real"]),
+        ({'servo_port': '/dev/ttyUSB1'}, ["'servo_port' has no effect with hardware:=sim"]),
+        (
+            {'hardware': 'real', 'ideal': 'true', 'seed': '7', 'lidar': 'UTM-30LX'},
+            [f"'{name}' has no effect with hardware:=real" for name in ('ideal', 'seed', 'lidar')],
+        ),
+        ({'hardware': 'real', 'lidar': 'LD19'}, []),
         ({'lidarport': 'x'}, ["there is no argument 'lidarport': is 'lidar_port' meant?"]),
     ],
 )
 def test_what_has_no_effect_is_told(given, words):
     assert remarks(DEFAULTS | given, DEFAULTS) == words
+
+
+def test_a_path_may_begin_with_the_home_directory(monkeypatch):
+    monkeypatch.setenv('HOME', '/home/someone')
+    given = {'assembler_params': '~/a.yaml', 'map': '~/office', 'scene': 'room', 'namespace': '~'}
+    expand(given)
+    assert given == {
+        'assembler_params': '/home/someone/a.yaml',
+        'map': '/home/someone/office',
+        'scene': 'room',
+        'namespace': '~',
+    }
 
 
 def test_no_argument_of_a_launch_file_is_taken_for_another():

@@ -53,6 +53,14 @@ def test_a_bag_takes_the_place_of_the_devices(bag_command):
     assert words[words.index('--topics') + 1 :] == topics
 
 
+def test_the_map_is_on_the_machine_of_the_mapper():
+    missing = {'map': '/no/such/folder', 'mapper_params': '/no/such/file'}
+    _, started = launched(nodes='devices', **missing)
+    assert len(started) == 4
+    with pytest.raises(NodlidarError, match="'map' must be"):
+        launched(nodes='clouds', **missing)
+
+
 def test_a_bag_is_assembled_on_the_machine_that_plays_it(bag_command):
     with pytest.raises(NodlidarError, match="'nodes' must be all with a bag"):
         launched(bag='drive', nodes='clouds')

@@ -1,6 +1,8 @@
 """The arguments of the launch files. nodlidar_bringup.arguments checks their values."""
 
+from collections.abc import Mapping
 import os
+from types import MappingProxyType
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
@@ -197,10 +199,21 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
 }
 
 
-def declared(**defaults: str) -> list[DeclareLaunchArgument]:
+NO_CHANGE: Mapping[str, str] = MappingProxyType({})
+# Defaults of mapping.launch.py where they differ.
+MAPPING_DEFAULTS = {'scene': 'building', 'profile': 'slam', 'base': 'odometry'}
+
+
+def declared(changed: Mapping[str, str] = NO_CHANGE) -> list[DeclareLaunchArgument]:
     """Return the arguments, some with other defaults."""
-    changed = {name: {'default_value': value} for name, value in defaults.items()}
     return [
-        DeclareLaunchArgument(name, **(options | changed.get(name, {})))
-        for name, options in ARGUMENTS.items()
+        DeclareLaunchArgument(name, **(options | {'default_value': default}))
+        for (name, options), default in zip(
+            ARGUMENTS.items(), defaults(changed).values(), strict=True
+        )
     ]
+
+
+def defaults(changed: Mapping[str, str]) -> dict[str, str]:
+    """Return the default of each argument, some changed."""
+    return {name: each['default_value'] for name, each in ARGUMENTS.items()} | dict(changed)

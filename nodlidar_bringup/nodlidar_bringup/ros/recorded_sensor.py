@@ -7,7 +7,7 @@ from ament_index_python.packages import get_package_share_directory, PackageNotF
 from launch import LaunchContext
 from launch.actions import ExecuteProcess
 from launch_ros.actions import Node
-from nodlidar_bringup.ros.launch_arguments import ALL
+from nodlidar_bringup.ros.launch_arguments import ALL, MAPPING_DEFAULTS
 from nodlidar_bringup.ros.sensor import Sensor
 from nodlidar_common.errors import NodlidarError, ParameterError
 
@@ -36,7 +36,7 @@ class RecordedSensor(Sensor):
     """
 
     def __init__(self, context: LaunchContext, bag: str) -> None:
-        super().__init__(context)
+        super().__init__(context, MAPPING_DEFAULTS)
         if self.values['nodes'] != ALL:
             raise ParameterError('nodes', f'{ALL} with a bag', self.values['nodes'])
         try:

@@ -1,5 +1,6 @@
 """The nodes of one sensor, for the launch files."""
 
+from collections.abc import Mapping
 from functools import cached_property
 import math
 import os
@@ -19,8 +20,10 @@ from nodlidar_bringup.ros.launch_arguments import (
     ARGUMENTS,
     BEST_EFFORT,
     CLOUDS,
+    defaults,
     DESCRIPTIONS,
     DEVICES,
+    NO_CHANGE,
     OTHER_DRIVERS,
     share,
     WITH_FILE,
@@ -57,6 +60,8 @@ class Sensor:
     ----------
     context
         Launch context.
+    changed
+        Defaults of the launch file that differ from ARGUMENTS.
 
     Raises
     ------
@@ -64,11 +69,11 @@ class Sensor:
         If an argument is not allowed.
     """
 
-    def __init__(self, context: LaunchContext) -> None:
+    def __init__(self, context: LaunchContext, changed: Mapping[str, str] = NO_CHANGE) -> None:
         self.context = context
+        arguments.expand(context.launch_configurations)
         self.values = {name: context.launch_configurations[name] for name in ARGUMENTS}
-        defaults = {name: str(each['default_value']) for name, each in ARGUMENTS.items()}
-        for remark in arguments.remarks(context.launch_configurations, defaults):
+        for remark in arguments.remarks(context.launch_configurations, defaults(changed)):
             print(remark, file=sys.stderr)
         # Where a launch file that includes this one has pushed a namespace (PushRosNamespace).
         pushed = context.launch_configurations.get('ros_namespace', '')
