@@ -18,7 +18,8 @@ RATED = (CLOUDS, SCANS)  # topics whose rate is shown
 
 _LATEST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # A slow connection to a page must not slow down the publishers.
-_STREAM = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+# Between two pictures, 1 s at most, a UST sends 40 scans.
+_STREAM = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 TOPICS: dict[str, tuple[Any, QoSProfile]] = {
     CLOUDS: (PointCloud2, _STREAM),
