@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-import shutil
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -11,8 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.command_line import LineParser
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.whole_file import named, whole_file
+from nodlidar_demo.options import bag_folder, check_duration
 from nodlidar_mapper.command import map_drive
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_sim.bag import write_bag
@@ -49,11 +50,9 @@ def map_simulated_drive(argv: Sequence[str] | None, description: str | None) -> 
     n_s = profile.samples_per_sweep
     nod = Nod(profile.pitch_min, profile.pitch_max, n_s / SIMULATED_RATE, n_s, START_NS)
     output: Path = options.output
-    bag = output / 'bag'
-    output.mkdir(parents=True, exist_ok=True)  # before long work
+    bag = bag_folder(output)
     with console.status(f'driving {options.duration:.0f} s through {options.scene}'):
         drive = simulate(scene, nod, options.duration, options.seed, start_ns=START_NS)
-        shutil.rmtree(bag, ignore_errors=True)
         with named(bag):
             write_bag(drive, bag)
     map_drive([str(bag), str(output)], description)
@@ -65,7 +64,7 @@ def write_comparison(path: Path, folder: Path, drive: Recording) -> None:
     """Draw a map of a folder beside the floor plan of its drive, with both paths."""
     lines = np.loadtxt(folder / 'trajectory.txt', ndmin=2)
     start = drive.world.scene.base_start
-    true = _in_frame(drive.true_pose[:, :2], drive.true_pose[0])
+    true = drive.true_pose[:, :2]  # from where it began
     figure = Figure(figsize=(15.0, 7.5), layout='constrained')
     mapped, plan = figure.subplots(1, 2, sharex=True, sharey=True)
     _draw_map(mapped, folder)
@@ -105,12 +104,6 @@ def _draw_plan(
     axes.imshow(~wall, cmap='gray', origin='lower', extent=extent, vmin=0, vmax=1)
 
 
-def _in_frame(places: Array, pose: Array) -> Array:
-    """Return places (n, 2) in the frame with a pose x, y, yaw."""
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    return np.asarray((places - pose[:2]) @ np.array([[cos, -sin], [sin, cos]]))
-
-
 def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
     parser = LineParser('demo_mapping', description)
     parser.add_argument('--scene', default='building', help='scene, or a YAML file')
@@ -120,4 +113,8 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
     parser.add_argument(
         '--output', type=Path, default=Path('mapping_output'), help='folder to write to'
     )
-    return parser.parse_args(argv)
+    options = parser.parse_args(argv)
+    check_duration(options.duration)
+    if options.seed < 0:
+        raise ParameterError('--seed', 'at least 0', options.seed)
+    return options

@@ -4,9 +4,12 @@ import errno
 import os
 
 from matplotlib.image import imread
+from nodlidar_common.errors import ParameterError
 from nodlidar_demo import mapped_drive
 from nodlidar_demo.demo_mapping import main
+from nodlidar_demo.options import bag_folder
 import numpy as np
+import pytest
 
 
 def test_a_drive_leaves_a_map_beside_the_true_floor_plan(tmp_path):
@@ -25,6 +28,30 @@ def test_a_drive_leaves_a_map_beside_the_true_floor_plan(tmp_path):
 def test_a_missing_scene_is_named(tmp_path, capsys):
     assert main(['--scene', 'moon', '--output', str(tmp_path)]) == 2
     assert 'moon' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('option', 'value'),
+    [('--duration', 'nan'), ('--duration', 'inf'), ('--duration', '0'), ('--seed', '-1')],
+)
+def test_an_option_without_sense_is_named_with_what_is_allowed(tmp_path, capsys, option, value):
+    assert main([option, value, '--output', str(tmp_path)]) == 2
+    assert f"'{option}' must be" in capsys.readouterr().err
+
+
+def test_the_bag_of_an_earlier_demo_is_replaced_and_no_other(tmp_path, capsys):
+    bag = tmp_path / 'bag'
+    bag.mkdir()
+    (bag / 'mine').touch()
+    with pytest.raises(ParameterError, match='earlier demo'):
+        bag_folder(tmp_path)
+    assert main(['--output', str(tmp_path)]) == 2
+    assert (bag / 'mine').exists()
+    (bag / 'mine').unlink()
+    bag.rmdir()
+    for _ in range(2):
+        assert not bag_folder(tmp_path).exists()
+        bag.mkdir()
 
 
 def test_a_full_disk_is_told_with_the_path(tmp_path, capsys, monkeypatch):

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-import shutil
 import time
 
 from nodlidar_assembler.bags.bag_clouds import open_output
@@ -16,7 +15,7 @@ from nodlidar_assembler.clouds.veils import VeilConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_common.command_line import LineParser
-from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.errors import NodlidarError
 from nodlidar_common.terminal import progress_bar
 from nodlidar_common.whole_file import named
 from nodlidar_demo.delivery import read_delivery, read_start_ns
@@ -27,6 +26,7 @@ from nodlidar_demo.evaluation import (
     points_of,
     surface_rms,
 )
+from nodlidar_demo.options import bag_folder, check_duration
 from nodlidar_demo.pictures import write_picture
 from nodlidar_demo.report import Distances, print_report
 from nodlidar_demo.ros.recorder import Recorder
@@ -41,7 +41,6 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 START_TIMEOUT = 60.0
 VEIL_ANGLE = VeilConfig().veil_angle  # of the filter of mixed pixels
-LONGEST = 3600.0  # s; a longer recording may not fit into memory
 
 
 class DemoError(NodlidarError):
@@ -56,7 +55,7 @@ def demonstrate(argv: Sequence[str] | None, description: str | None) -> None:
     DemoError
         If the sensor does not start, or ends too early.
     ParameterError
-        For a scene, a route or a duration that is not allowed.
+        For a scene, a route, a duration or a folder that is not allowed.
     OSError
         If the results cannot be written.
     SystemExit
@@ -78,17 +77,13 @@ def parse(argv: Sequence[str] | None, description: str | None) -> argparse.Names
         '--output', type=Path, default=Path('demo_output'), help='folder for the results'
     )
     options = parser.parse_args(argv)
-    if not 0.0 < options.duration <= LONGEST:
-        raise ParameterError('--duration', f'above 0 and at most {LONGEST:g} s', options.duration)
+    check_duration(options.duration)
     return options
 
 
 def _demo(options: argparse.Namespace, console: Console) -> None:
     scene = load_scene(options.scene, options.route, ideal=options.ideal)
-    output, bag = options.output, options.output / 'bag'
-    output.mkdir(parents=True, exist_ok=True)
-    if bag.exists():
-        shutil.rmtree(bag)
+    output, bag = options.output, bag_folder(options.output)
     keep_apart()
     arguments = launch_arguments(options.scene, options.route, scene)
     if options.ideal:
