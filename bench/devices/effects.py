@@ -11,9 +11,9 @@ from dataclasses import dataclass, fields, replace
 from nodlidar_common.parameters import limits_of
 from nodlidar_demo.evaluation import points_of, simulated_drive, simulated_log
 from nodlidar_sim.simulation import Recording, simulate
-from nodlidar_sim.world.base import to_space
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.lidar_section import load_lidar
+from nodlidar_sim.world.planar import to_space
 from nodlidar_sim.world.scene import load_scene, Scene, scene_names
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np

@@ -10,7 +10,7 @@ from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_demo.evaluation import simulated_drive
-from nodlidar_sim.world.base import rotate, to_parent
+from nodlidar_sim.world.planar import rotate, to_parent
 from nodlidar_sim.world.world import World
 import numpy as np
 from numpy.typing import NDArray

@@ -13,7 +13,7 @@ from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import clouds_of, estimates
 from nodlidar_sim.simulation import Recording
-from nodlidar_sim.world.base import compose, relative
+from nodlidar_sim.world.planar import compose, relative
 from nodlidar_sim.world.scene import Scene
 import numpy as np
 from numpy.typing import NDArray

@@ -2,7 +2,7 @@
 
 from nodlidar_demo.evaluation import simulated_drive
 from nodlidar_mapper.offline import clouds_of
-from nodlidar_sim.world.base import rotate, to_parent
+from nodlidar_sim.world.planar import rotate, to_parent
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest

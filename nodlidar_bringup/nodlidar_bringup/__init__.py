@@ -1,1 +1,1 @@
-"""What the launch file is made of, and the launch file as a child process."""
+"""What the launch files are made of, and the command doctor."""

@@ -26,7 +26,7 @@ from rich.table import Table
 
 Config = TypeVar('Config', MapConfig, GridConfig)
 # What a map needs, whatever a parameter file of the assembler says.
-CLOUDS = {'profile': 'slam', 'ego_motion': 'deskew', 'cloud_mode': 'sweep'}
+DESKEWED = {'profile': 'slam', 'ego_motion': 'deskew', 'cloud_mode': 'sweep'}
 
 
 def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
@@ -43,7 +43,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     """
     arguments = _parse(argv, description)
     begin = time.perf_counter()
-    config = configuration(arguments.params, CLOUDS)
+    config = configuration(arguments.params, DESKEWED)
     mapper = Mapper(_given(arguments.params, MapConfig()))
     cells = _given(arguments.params, GridConfig())
     log = read_drive(arguments.bag, config, topics_of(arguments))

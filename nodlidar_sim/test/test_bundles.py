@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
 from nodlidar_sim.world import raycast
-from nodlidar_sim.world.base import rotate, to_child
 from nodlidar_sim.world.bundles import bundled, Bundles, RAYS
 from nodlidar_sim.world.moving import Mover
 from nodlidar_sim.world.nod_motion import triangle_motion
+from nodlidar_sim.world.planar import rotate, to_child
 from nodlidar_sim.world.raycast import surfaces_of
 from nodlidar_sim.world.route import Leg, Plan
 from nodlidar_sim.world.scene import load_scene

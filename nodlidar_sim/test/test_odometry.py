@@ -1,8 +1,8 @@
 import math
 
-from nodlidar_sim.world.base import compose
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.odometry import Odometer
+from nodlidar_sim.world.planar import compose
 from nodlidar_sim.world.route import Leg, Plan
 import numpy as np
 import pytest

@@ -1,9 +1,9 @@
 """The computed uncertainty of odometry, against the errors of many odometers."""
 
-from nodlidar_sim.world.base import motion_of, relative
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.odometry import Odometer, WHEEL_DISTANCE
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
+from nodlidar_sim.world.planar import motion_of, relative
 from nodlidar_sim.world.route import Leg, Plan
 import numpy as np
 import pytest

@@ -39,7 +39,7 @@ from rclpy.node import Node
 
 DISCOVERY = 3.2  # s, until the running nodes are found: Fast DDS announces itself every 3 s
 OTHERS = 1.0  # s, from the first node until all are found
-CLOUDS = 'nodlidar_base_link'  # their frame, without its prefix
+CLOUD_FRAME = 'nodlidar_base_link'  # their frame, without its prefix
 _PORTS = {
     LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
     SERVO: ('/dev/nodlidar_servo', '/dev/ttyUSB0'),
@@ -151,7 +151,7 @@ def _prefix(given: str | None, assembler: dict[str, Any]) -> str:
     if given is not None:
         return given
     frame = str(assembler.get('frame_id', ''))
-    return frame.removesuffix(CLOUDS) if frame.endswith(CLOUDS) else ''
+    return frame.removesuffix(CLOUD_FRAME) if frame.endswith(CLOUD_FRAME) else ''
 
 
 def _cloud_lasts(assembler: dict[str, Any], sweep: float | None) -> float:

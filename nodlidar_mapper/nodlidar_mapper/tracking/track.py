@@ -21,7 +21,7 @@ from nodlidar_mapper.geometry.poses import (
 )
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.tracking.matching import MatchingConfig
-from nodlidar_mapper.tracking.odometer import MEMORY, Odometer
+from nodlidar_mapper.tracking.odometry_errors import MEMORY, OdometryErrors
 import numpy as np
 
 PAUSE = 3.0  # times as long as the longest of the last times between clouds
@@ -77,7 +77,7 @@ class Track:
 
     def __init__(self, config: TrackConfig) -> None:
         self._config = config
-        self._odometer = Odometer(config.odometry_slip)
+        self._odometry_errors = OdometryErrors(config.odometry_slip)
         self._fixed = np.ones((6, 6), dtype=np.bool_)  # not estimated, and so not uncertain
         self._fixed[np.ix_(config.free, config.free)] = False
         self._stamp_ns = 0
@@ -142,7 +142,7 @@ class Track:
         self._known, self.covariance = self._known + surprise, self.covariance + surprise
         if self.pose is not None and not self.jump:
             turned = self._turned
-            self._odometer.add(
+            self._odometry_errors.add(
                 self._counted,
                 turned.T @ change_between(self._guess, pose),
                 turned.T @ information @ turned,
@@ -162,7 +162,7 @@ class Track:
             that is not too soon.
         """
         track = Track(self._config)
-        track._odometer = self._odometer
+        track._odometry_errors = self._odometry_errors
         for robot in first:
             track._measure_speed(*robot)
             if track._speed_since is not None and track._speed_since[0] != first[0][0]:
@@ -202,7 +202,7 @@ class Track:
         self.paused = known and seconds > PAUSE * max(self._seconds)
         if not self.paused:
             self._seconds.append(seconds)
-        self._counted, self._last_motion = motion, self._odometer.corrected(motion)
+        self._counted, self._last_motion = motion, self._odometry_errors.corrected(motion)
         self._measure_speed(stamp_ns, odometry)
         shift, rotation = FLOOR
         self._slipped *= float(np.exp(-distance / MEMORY))
@@ -211,8 +211,8 @@ class Track:
         unsteady = np.diag(
             [(shift + slip * straight) ** 2] * 3 + [(rotation + slip * (turn + straight)) ** 2] * 3
         )
-        effect = self._turned @ self._odometer.effect(motion)
-        return np.asarray(unsteady + effect @ self._odometer.covariance @ effect.T)
+        effect = self._turned @ self._odometry_errors.effect(motion)
+        return np.asarray(unsteady + effect @ self._odometry_errors.covariance @ effect.T)
 
     def _measure_speed(self, stamp_ns: int, odometry: Array) -> None:
         """Measure the speed, unless the last one is too recent; clouds may be out of order."""
@@ -222,7 +222,7 @@ class Track:
             if abs(seconds) < SPEED_OVER:
                 return
             counted = inverse(before) @ odometry
-            back = inverse(self._odometer.corrected(counted))
+            back = inverse(self._odometry_errors.corrected(counted))
             self._back = change_between(np.eye(4), back) / seconds
             self._miscounted = change_between(np.eye(4), back @ counted) / seconds
         self._speed_since = stamp_ns, odometry

@@ -31,7 +31,7 @@ class ChecksBitRate(Protocol):
 
 
 class SilentDevice:
-    """A device without power: it takes what comes, and never answers."""
+    """A device without power, or without bytes: it takes what comes, and never answers."""
 
     def receive(self, data: bytes, now_ns: int) -> None:
         """Take bytes."""

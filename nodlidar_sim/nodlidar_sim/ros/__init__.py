@@ -1,1 +1,1 @@
-"""The node of the simulated base."""
+"""Nodes of the simulation: the base, scans of other lidars, a controlled joint."""

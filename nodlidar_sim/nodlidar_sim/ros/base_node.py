@@ -10,10 +10,10 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer
-from nodlidar_sim.world.base import motion_of, relative
 from nodlidar_sim.world.commanded import CommandedBase
 from nodlidar_sim.world.odometry import Odometer
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
+from nodlidar_sim.world.planar import motion_of, relative
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_sim.world.base import rotate, to_child
 from nodlidar_sim.world.bundles import bundled, Bundles, MIDDLE, RAYS
+from nodlidar_sim.world.planar import rotate, to_child
 from nodlidar_sim.world.raycast import Echoes, PLAIN, Surfaces, surfaces_of
 from nodlidar_sim.world.route import Plan, Route
 from nodlidar_sim.world.shapes import Shape

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_sim.world.base import displacement, motion_of, relative, rotate
 from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.planar import displacement, motion_of, relative, rotate
 import numpy as np
 from numpy.typing import NDArray
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from nodlidar_sim.world.base import rotate, to_parent, to_space
 from nodlidar_sim.world.nod_motion import Motion
 from nodlidar_sim.world.odometry import Base
+from nodlidar_sim.world.planar import rotate, to_parent, to_space
 from nodlidar_sim.world.raycast import Echoes
 from nodlidar_sim.world.scene import Scene
 import numpy as np

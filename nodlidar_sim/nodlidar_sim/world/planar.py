@@ -1,4 +1,4 @@
-"""Poses and motions of a base in the plane: x [m], y [m], yaw [rad], as rows (n, 3).
+"""Poses and motions in the plane: x [m], y [m], yaw [rad], as rows (n, 3).
 
 A single row (1, 3) broadcasts to any number. Yaws are summed and never wrapped.
 """

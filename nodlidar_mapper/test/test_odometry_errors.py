@@ -2,7 +2,7 @@
 
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import change_between, inverse, moved, planar, yaw_of
-from nodlidar_mapper.tracking.odometer import Odometer
+from nodlidar_mapper.tracking.odometry_errors import OdometryErrors
 from nodlidar_mapper.tracking.track import Track
 import numpy as np
 import pytest
@@ -31,21 +31,21 @@ def motions(forward, turn, parts=1000):
 DRIVE = [(0.8, 0.0), (0.8, 0.5), (0.0, -0.6), (0.5, -0.4), (-0.3, 0.2), (0.9, 0.0)] * 10
 
 
-def learn(odometer, counted, true, information=CERTAIN, expected=VAGUE):
+def learn(errors, counted, true, information=CERTAIN, expected=VAGUE):
     """Learn from a motion that a match shows with an information, beside what was expected."""
-    change = change_between(odometer.corrected(counted), true)
+    change = change_between(errors.corrected(counted), true)
     drawn = np.linalg.solve(information + np.linalg.inv(expected), information @ change)
-    odometer.add(counted, drawn, information, VAGUE, expected)
+    errors.add(counted, drawn, information, VAGUE, expected)
 
 
 @pytest.fixture(params=[VAGUE, VAGUE / 100.0], ids=['vague', 'sure'])
 def learned(request):
     """Matches are drawn towards where the robot is expected; what they show is the same."""
-    odometer = Odometer(SLIP)
+    errors = OdometryErrors(SLIP)
     for drive in DRIVE:
         true, counted = motions(*drive)
-        learn(odometer, counted, true, np.eye(6) * 1e4, request.param)
-    return odometer
+        learn(errors, counted, true, np.eye(6) * 1e4, request.param)
+    return errors
 
 
 @pytest.mark.parametrize('drive', [(0.9, 0.0), (0.4, 0.6), (0.0, 1.0), (-0.5, -0.2)])
@@ -59,26 +59,26 @@ def test_a_motion_is_corrected_to_what_it_was(learned, drive):
 
 
 def test_a_robot_that_drives_to_its_side_learns_how_it_turns():
-    odometer, counted = Odometer(SLIP), planar(0.0, 0.5, 0.0)
+    errors, counted = OdometryErrors(SLIP), planar(0.0, 0.5, 0.0)
     true = planar(-0.0025, 0.5, 0.01)  # an arc to the left
     for _ in range(200):
-        learn(odometer, counted, true)
-    np.testing.assert_allclose(odometer.corrected(counted), true, atol=2e-4)
+        learn(errors, counted, true)
+    np.testing.assert_allclose(errors.corrected(counted), true, atol=2e-4)
 
 
 def test_what_no_match_shows_is_not_learned():
-    odometer = Odometer(SLIP)
+    errors = OdometryErrors(SLIP)
     for drive in DRIVE:
         true, counted = motions(*drive)
-        learn(odometer, counted, true, np.zeros((6, 6)))
-    np.testing.assert_array_equal(odometer.errors, np.zeros(4))
-    np.testing.assert_allclose(odometer.covariance, Odometer(SLIP).covariance)
+        learn(errors, counted, true, np.zeros((6, 6)))
+    np.testing.assert_array_equal(errors.estimate, np.zeros(4))
+    np.testing.assert_allclose(errors.covariance, OdometryErrors(SLIP).covariance)
 
 
 def test_a_turn_of_more_than_half_a_circle_is_no_error():
-    odometer = Odometer(SLIP)
-    learn(odometer, planar(0.0, 0.0, 3.1), planar(0.0, 0.0, 3.2))
-    assert 0.0 < odometer.errors[1] < 0.1
+    errors = OdometryErrors(SLIP)
+    learn(errors, planar(0.0, 0.0, 3.1), planar(0.0, 0.0, 3.2))
+    assert 0.0 < errors.estimate[1] < 0.1
 
 
 def test_deskewed_points_lose_the_learned_errors_of_odometry():

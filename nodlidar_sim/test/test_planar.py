@@ -2,7 +2,14 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_sim.world.base import compose, displacement, motion_of, relative, to_child, to_parent
+from nodlidar_sim.world.planar import (
+    compose,
+    displacement,
+    motion_of,
+    relative,
+    to_child,
+    to_parent,
+)
 import numpy as np
 
 metres = st.floats(-20.0, 20.0)

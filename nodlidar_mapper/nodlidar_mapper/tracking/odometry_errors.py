@@ -9,7 +9,7 @@ CURVATURE = 2.0 / 3.0  # share of the slip that is a turn per distance, before a
 MATCH_ERROR = 0.005  # of the motion between two matches, at least [m], [rad]
 
 
-class Odometer:
+class OdometryErrors:
     """Compares the motions of odometry with those of matched clouds.
 
     Wheels that slip count too far. If one of them is larger than the other, the robot turns by a
@@ -23,7 +23,7 @@ class Odometer:
 
     Attributes
     ----------
-    errors
+    estimate
         What the true motion is more than that of odometry: as a share of the distance, as a share
         of the turn, and as a turn per distance ahead and to the left [rad/m], shape (4,).
     covariance
@@ -32,12 +32,12 @@ class Odometer:
 
     def __init__(self, slip: float) -> None:
         self._unknown = np.diag((slip * np.array([1.0, 1.0, CURVATURE, CURVATURE])) ** -2)
-        self.errors, self.covariance = np.zeros(4), inverted(self._unknown)
+        self.estimate, self.covariance = np.zeros(4), inverted(self._unknown)
         self._information, self._pull = np.zeros((4, 4)), np.zeros(4)
 
     def corrected(self, motion: Array) -> Array:
         """Return a motion of odometry as it truly was, in the frame of the robot before."""
-        longer, turns = self.errors[0], self.errors[1:]
+        longer, turns = self.estimate[0], self.estimate[1:]
         further = float(turns @ _causes(motion))
         half = planar(0.0, 0.0, further / 2.0)  # on average along the way
         result = motion.copy()
@@ -77,9 +77,9 @@ class Odometer:
         shown = np.column_stack([information @ effect, alone])
         weight = effect.T @ known @ solved(known + information, shown)
         self._information = memory * self._information + weight[:, :4]
-        self._pull = memory * self._pull + weight[:, :4] @ self.errors + weight[:, 4]
+        self._pull = memory * self._pull + weight[:, :4] @ self.estimate + weight[:, 4]
         self.covariance = inverted(self._information + self._unknown)
-        self.errors = self.covariance @ self._pull
+        self.estimate = self.covariance @ self._pull
 
 
 def _causes(motion: Array) -> Array:
