@@ -431,6 +431,35 @@ def test_a_low_last_row_at_the_steepest_pitch_is_noted_with_limits_that_leave_it
     assert without.last_row == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.parametrize('samples_per_sweep', [6273, 7271, 7547, 8311])
+def test_it_is_noted_if_an_object_may_lie_between_cells_that_are_all_hit(samples_per_sweep):
+    """By the empty squares of a fine raster of the samples until completion."""
+    task = Task()
+    plan = evaluate(task, samples_per_sweep)
+    n = np.arange(round(plan.figures.completion_time / task.beam_period) + 1)
+    step = n % task.steps_per_revolution
+    fine = 20  # pixels of a cell
+    measured = task.column_of_step()[step] >= 0
+    place = (n + plan.phase) % (2 * samples_per_sweep)
+    height = np.minimum(place, 2 * samples_per_sweep - place) / samples_per_sweep * task.span
+    azimuth = (step - step[measured].min()) * math.tau / task.steps_per_revolution
+    pixel = np.floor(np.stack([azimuth, height])[:, measured] / task.cell * fine).astype(int)
+    hit = np.zeros(pixel.max(axis=1) + 1, dtype=np.int64)
+    hit[tuple(pixel)] = 1
+    total = np.pad(hit.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+
+    def empty(side):
+        sums = total[side:, side:] - total[:-side, side:] - total[side:, :-side]
+        return ((sums + total[:-side, :-side]) == 0).any()
+
+    said = '\n'.join(notes(task, plan, 'RX-24F'))
+    found = re.search(r'an empty square of (\S+) cells', said)
+    if found:
+        assert empty(round((float(found[1]) - 0.1) * fine))
+    else:
+        assert not empty(fine + 1)
+
+
 def test_a_single_row_is_not_noted_as_low():
     task = Task(pitch_max=-0.6)
     assert task.rows == 1

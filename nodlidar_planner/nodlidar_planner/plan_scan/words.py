@@ -4,7 +4,9 @@ from collections.abc import Iterator
 import math
 
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
+from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.plan import Plan
+from nodlidar_planner.holes.hole import largest_hole
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_planner.pattern.task import STEEPEST, Task
@@ -15,7 +17,8 @@ LOW_ROW = 0.5  # height of a last row that delays completion [cells]
 
 def notes(task: Task, plan: Plan, servo: str) -> list[str]:
     """Return notes for the user of a plan with a servo."""
-    return [*_unseen(task, plan), *_hard_for_the_servo(task, plan, servo)]
+    between = _between_cells(task, plan)
+    return [*_unseen(task, plan), *between, *_hard_for_the_servo(task, plan, servo)]
 
 
 def number(value: float) -> str:
@@ -68,6 +71,23 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
         yield (
             f'upward and downward legs share directions; without --start-pitch, which starts half '
             f'a sample past a limit, {half_sample.distinct_directions} are distinct'
+        )
+
+
+def _between_cells(task: Task, plan: Plan) -> Iterator[str]:
+    """Yield a note if an object may lie unseen between cells that are all hit."""
+    completion = plan.figures.completion_time
+    if not math.isfinite(completion):
+        return
+    pattern = Pattern(task.steps_per_revolution, plan.samples_per_sweep, plan.phase)
+    try:
+        hole = largest_hole(task, pattern, completion).side
+    except ParameterError:  # too long to compute
+        return
+    if hole >= task.cell:
+        yield (
+            f'after {seconds(completion)}, an empty square of {hole / task.cell:.2g} cells is '
+            f'left between cells that are all hit: --max-hole finds a nod for objects anywhere'
         )
 
 
