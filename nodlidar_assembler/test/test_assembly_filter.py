@@ -8,6 +8,7 @@ from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_common.publishers import Publishers
 from nodlidar_common.stamps import time_ns
 from nodlidar_sim.world.scene import load_scene
+import numpy as np
 import pytest
 
 DEADLINE = 0.05
@@ -27,8 +28,17 @@ class VirtualHostClock:
 
     now_ns = deadline_clock_ns
 
+    def arrival_ns(self, received_ns):
+        return received_ns or self.at_ns
+
     def check(self, kind, stamp_ns, arrived_ns=0):
         return True
+
+
+class Scans(SimpleFilter):
+    """Scans, whose arrival may be known."""
+
+    arrived_ns = 0
 
 
 class States(SimpleFilter):
@@ -46,9 +56,9 @@ class Bench:
 
     def __init__(self, **config):
         self.clock, self.made, self.warnings = VirtualHostClock(), [], []
-        self._inputs = SimpleFilter(), States()
+        self.inputs = Scans(), States()
         self.filter = AssemblyFilter(
-            *self._inputs,
+            *self.inputs,
             AssemblerConfig(ego_motion='beam', deadline=DEADLINE, **config),
             self.clock,
             self.warnings.append,
@@ -63,7 +73,7 @@ class Bench:
 
     def feed(self, at_ns, kind, message):
         self.clock.at_ns = at_ns
-        self._inputs[kind].signalMessage(message)
+        self.inputs[kind].signalMessage(message)
 
 
 @pytest.fixture(scope='module')
@@ -126,3 +136,15 @@ def test_it_leaves_uncompensated_as_soon_if_so_told(messages):
         bench.feed(*entry)
         assert len(bench.made) == dropping.drops[NO_ODOMETRY]
     assert len(bench.made) >= 3
+
+
+def test_scans_that_waited_are_dated_by_when_they_arrived_not_by_when_they_are_had(messages):
+    """The node is busy for 30 s; an own clock of the lidar is told by arrivals."""
+    bench, stamps_ns = Bench(scan_clock='device'), []
+    bench.filter.scans.registerCallback(lambda scan: stamps_ns.append(scan.stamp_ns))
+    scans = [entry for entry in messages if entry[1] == SCAN]
+    for arrived_ns, kind, message in scans:
+        bench.inputs[SCAN].arrived_ns = arrived_ns
+        bench.feed(START_NS + 30 * 10**9, kind, message)
+    expected = [time_ns(message.header.stamp) for _, _, message in scans]
+    np.testing.assert_allclose(np.subtract(stamps_ns, expected), 0, atol=1_000_000)

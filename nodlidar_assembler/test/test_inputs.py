@@ -15,6 +15,7 @@ import pytest
 from sensor_msgs.msg import JointState, LaserScan
 
 NAN, INF = math.nan, math.inf
+START_NS = 1_700_000_000 * 10**9
 OF_NO_TIME = 'stamp must be after 1970 and before 2038'
 
 
@@ -207,6 +208,46 @@ def test_scans_by_an_own_clock_are_late_by_the_fastest_of_the_last():
     for k, error_ns in enumerate(errors_ns):
         fastest_ns = way_ns[max(0, k - 49) : k + 1].min()
         assert -1 <= error_ns - fastest_ns <= drift_ns + 1
+
+
+@pytest.mark.parametrize('pause_s', [0.5, 1, 2, 5])
+@pytest.mark.parametrize('most_on_way_ns', [0, 60_000_000])
+def test_scans_that_waited_have_the_stamps_of_an_own_clock_or_are_refused(pause_s, most_on_way_ns):
+    """Those that come in the pause are had at its end, all at once. The first scan is fast."""
+    inputs = ScanInput(AssemblerConfig(scan_clock='device'))
+    rng, end_ns = np.random.default_rng(3), round((10 + pause_s) * 1e9)
+    duration_ns = round(681 * 9.765625e-5 * 1e9)
+    late_ns, errors_ns, reasons = [], {}, set()
+    for k in range(200):
+        message = scan()
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(k * 10**8, 10**9)
+        measured_ns = k * 10**8 + duration_ns
+        arrived_ns = measured_ns + (int(rng.uniform(0.0, most_on_way_ns)) if k else 0)
+        if 10 * 10**9 <= arrived_ns < end_ns:
+            arrived_ns = end_ns
+        late_ns.append(arrived_ns - measured_ns)
+        try:
+            errors_ns[k] = inputs.scan(message, arrived_ns).stamp_ns - k * 10**8
+        except RefusedScanError as error:
+            reasons.add(error.reason)
+    assert -1 <= min(errors_ns.values()) <= max(errors_ns.values()) <= most_on_way_ns
+    refused = {k for k in range(200) if k not in errors_ns}
+    assert refused <= {k for k, ns in enumerate(late_ns) if ns > 10**9}
+    assert refused >= {k for k, ns in enumerate(late_ns) if ns > 10**9 + most_on_way_ns}
+    assert len(refused) == pytest.approx(10 * max(pause_s - 1, 0), abs=1)
+    assert reasons == ({ScanInput.LATE} if refused else set())
+
+
+def test_an_own_clock_that_began_anew_is_followed_after_two_scans():
+    inputs, errors_ns = ScanInput(AssemblerConfig(scan_clock='device')), {}
+    for k in range(100):
+        message = scan()
+        device_ns = (k if k < 50 else k - 50) * 10**8
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(device_ns, 10**9)
+        with suppress(RefusedScanError):
+            errors_ns[k] = inputs.scan(message, START_NS + k * 10**8).stamp_ns - k * 10**8
+    assert list(errors_ns) == [*range(50), *range(52, 100)]
+    assert len(set(errors_ns.values())) == 1
 
 
 @pytest.mark.parametrize('step_s', [-3600, 0, 3600])

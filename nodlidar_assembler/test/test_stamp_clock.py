@@ -37,13 +37,45 @@ def test_the_host_s_clock_counts_while_it_agrees():
     assert clock.now_ns(6 * S, 1001 * S - 30 * MS) == 1001 * S
 
 
-@pytest.mark.parametrize('step_ns', [-3600 * S, -2 * S, 50 * MS, 3600 * S])
-def test_it_follows_the_stamps_when_their_clock_is_set(step_ns):
+@pytest.mark.parametrize('step_ns', [50 * MS, 3600 * S])
+def test_it_follows_the_stamps_at_once_when_their_clock_is_set_forward(step_ns):
     clock = StampClock()
     for number in range(10):
         clock.add(number * S, number * S)
-    clock.add(10 * S + step_ns, 10 * S)
+    assert clock.add(10 * S + step_ns, 10 * S)
     assert clock.now_ns(11 * S, 0) == 11 * S + step_ns
+
+
+@pytest.mark.parametrize('step_ns', [-3600 * S, -2 * S])
+@pytest.mark.parametrize('burst', [1, 2, 5])
+def test_it_follows_a_clock_that_is_set_back_once_scans_come_at_the_pace_of_their_stamps(
+    step_ns, burst
+):
+    """Scans may come several at a time, with the last of them."""
+    clock = StampClock()
+    for number in range(60):
+        clock.add(number * PERIOD_NS, number * PERIOD_NS)
+    known = [
+        clock.add(number * PERIOD_NS + step_ns, (number // burst + 1) * burst * PERIOD_NS)
+        for number in range(60, 120)
+    ]
+    begins = known.index(True)
+    assert 2 <= begins <= max(2, burst)
+    assert all(known[begins:])
+    assert clock.now_ns(0, 0) == step_ns - PERIOD_NS
+
+
+def test_a_clock_that_is_set_back_again_is_followed():
+    clock = StampClock()
+    for number in range(10):
+        clock.add(100 * S + number * PERIOD_NS, number * PERIOD_NS)
+    known = [
+        clock.add(begin_ns + number * PERIOD_NS, number * PERIOD_NS)
+        for begin_ns, numbers in ((50 * S, (10, 11)), (0, (12, 13, 14, 15)))
+        for number in numbers
+    ]
+    assert known == [False] * 4 + [True] * 2
+    assert clock.ahead_ns == 0
 
 
 def test_a_shift_is_one_of_all_stamps():

@@ -74,6 +74,7 @@ class ScanInput:
     """
 
     OTHER_FRAME = 'scan of another frame than those before'
+    LATE = 'scan more than 1 s later than others, or the clock of the lidar was set back'
 
     def __init__(self, config: ScanInputConfig) -> None:
         self._lidars = OneSource()
@@ -106,7 +107,8 @@ class ScanInput:
         except ParameterError as error:
             raise RefusedScanError(f'{error.key} must be {error.limit}', error.value) from error
         if self._device_clock is not None:
-            self._device_clock.add(scan.end_ns, arrived_ns)
+            if not self._device_clock.add(scan.end_ns, arrived_ns):
+                raise RefusedScanError(self.LATE)
             scan = replace(scan, stamp_ns=scan.stamp_ns - self._device_clock.ahead_ns)
         if reason := self.watch.refuse(scan.stamp_ns, nominal, arrived_ns):
             raise RefusedScanError(reason)

@@ -7,7 +7,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_assembler.ros.host_clock import HostClock, SETTLING_NS
-from nodlidar_assembler.ros.input import PolledInput
+from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
@@ -48,7 +48,7 @@ class AssemblyFilter(SimpleFilter):
 
     def __init__(
         self,
-        scans: SimpleFilter,
+        scans: Input,
         states: PolledInput,
         config: AssemblerConfig,
         clock: HostClock,
@@ -56,7 +56,7 @@ class AssemblyFilter(SimpleFilter):
         missing_odometry: Callable[[], str],
     ) -> None:
         super().__init__()
-        self._clock, self._states, self._warn = clock, states, warn
+        self._clock, self._scans, self._states, self._warn = clock, scans, states, warn
         self.assembler = MessageAssembler(config, missing_odometry)
         self.scans, self.samples, self.odometry = (SimpleFilter() for _ in range(3))
         scans.registerCallback(self.add_scan)
@@ -68,7 +68,8 @@ class AssemblyFilter(SimpleFilter):
             self.assembler.drops[f'scan {UNSETTLED}'] += 1
             return
         try:
-            scan = self.assembler.scan(message, self._clock.now_ns())
+            arrived_ns = self._clock.arrival_ns(self._scans.arrived_ns)
+            scan = self.assembler.scan(message, arrived_ns)
         except RefusedScanError as error:
             self._warn(f'scan dropped: {error}')
             return

@@ -35,6 +35,17 @@ class HostClock:
         """Return the time by which messages are stamped [ns]."""
         return int(self._clock.now().nanoseconds)
 
+    def arrival_ns(self, received_ns: int) -> int:
+        """Return when a message arrived, by the clock of the stamps [ns].
+
+        Parameters
+        ----------
+        received_ns
+            Time of its arrival by the host's clock [ns]; 0 if unknown: it arrives now.
+        """
+        simulated = self._clock.ros_time_is_active
+        return received_ns if received_ns and not simulated else self.now_ns()
+
     def deadline_clock_ns(self) -> int:
         """Return the time for deadlines [ns]: steady, or simulated like the stamps."""
         return self.now_ns() if self._clock.ros_time_is_active else steady_ns()
