@@ -131,3 +131,12 @@ def test_points_from_before_a_jump_of_odometry_are_forgotten():
     memory.add(scan_at([BEGIN_NS + S]), in_odometry=True, jumped=True)
     memory.add(scan_at([BEGIN_NS + 2 * S]), in_odometry=True)
     assert memory.between(0, 0).time_ns.tolist() == [BEGIN_NS + S, BEGIN_NS + 2 * S]
+
+
+def test_a_jump_of_odometry_counts_if_its_scan_has_no_point():
+    memory = ScanMemory(60.0)
+    memory.add(scan_at([BEGIN_NS]), in_odometry=True)
+    memory.add(scan_at([]), in_odometry=True, jumped=True)
+    memory.add(scan_at([BEGIN_NS + 2 * S]), in_odometry=True)
+    assert memory.between(0, 0).time_ns.tolist() == [BEGIN_NS + 2 * S]
+    assert memory.forgotten_ns == BEGIN_NS

@@ -71,6 +71,8 @@ class ScanMemory:
         twice; if it is older by more than a second, time went back.
         """
         if not len(points.time_ns):
+            if jumped:
+                self._forget_all()
             return
         if self._scans:
             older_ns = int(self._scans[-1].time_ns[-1] - points.time_ns[-1])
@@ -79,8 +81,7 @@ class ScanMemory:
             elif older_ns >= 0:
                 return
         if jumped or (self._scans and not self._joins(points, in_odometry)):
-            while self._scans:
-                self._forget()
+            self._forget_all()
         self.in_odometry = in_odometry
         self._scans.append(points)
         self._points += len(points.time_ns)
@@ -123,6 +124,10 @@ class ScanMemory:
             and (points.poses is None) == (last.poses is None)
             and points.data.dtype == last.data.dtype
         )
+
+    def _forget_all(self) -> None:
+        while self._scans:
+            self._forget()
 
     def _forget(self) -> None:
         scan = self._scans.popleft()
