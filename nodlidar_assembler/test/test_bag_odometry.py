@@ -122,6 +122,22 @@ def test_a_bag_without_odometry_is_refused(bag, moving):
         read_odometry(bag(moving, FIXED), OF_PIVOT)
 
 
+@pytest.mark.parametrize('length', [0.9951, 1.0049])
+def test_quaternions_of_another_length_within_the_tolerance_of_tf2_are_normalised(bag, length):
+    left = tuple(length * each for each in LEFT)
+    moving = [[(k, 'odom', 'base_link', (k, 0.0, 0.0), left if k == 1 else LEFT)] for k in (0, 1)]
+    fixed = [[(0, 'base_link', 'pivot', (0.2, 0.0, 1.0), left)]]
+    odometry = read_odometry(bag(moving, fixed), OF_PIVOT)
+    np.testing.assert_allclose(odometry.poses.position[1], (1.0, 0.2, 1.0), atol=1e-12)
+    np.testing.assert_allclose(odometry.poses.orientation[1], (0.0, 0.0, 1.0, 0.0), atol=1e-12)
+
+
+def test_a_fixed_transform_that_is_nowhere_is_refused(bag):
+    fixed = [[(0, 'base_link', 'pivot', (0.0, math.inf, 0.0), UNTURNED)]]
+    with pytest.raises(BagError, match=r'position \[ 0. inf  0.\]'):
+        read_odometry(bag([], fixed), OF_PIVOT)
+
+
 def test_a_fixed_transform_that_is_no_rotation_is_refused(bag):
     fixed = [[(0, 'base_link', 'pivot', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))]]
     with pytest.raises(BagError, match='quaternion of the length 0'):

@@ -2,6 +2,7 @@
 
 import gc
 from itertools import count
+import math
 
 from geometry_msgs.msg import TransformStamped
 from hypothesis import given, settings
@@ -26,6 +27,7 @@ class Bench:
 
     def __init__(self, node):
         self.poses, self.samples, self.backs, self.drops = [], 0, 0, []
+        self.orientations = []
         self._numbers = count(1)
         survival = Survival(pytest.fail)
         self.tf = TfOdometry(
@@ -35,6 +37,7 @@ class Bench:
     def _sampled(self, stamp_ns, position, orientation):
         self.samples += 1
         self.poses.append((stamp_ns, position))
+        self.orientations.append(orientation)
 
     def _went_back(self):
         self.backs += 1
@@ -396,6 +399,22 @@ def test_a_transform_whose_quaternion_is_not_of_length_1_is_dropped(bench, w):
     wrong.transform.rotation.w = w
     bench.hear_all(wrong)
     assert (bench.drops, bench.samples) == ([MALFORMED], 0)
+
+
+@pytest.mark.parametrize('length', [0.9951, 1.0049])
+def test_the_lengths_of_quaternions_change_no_pose(bench, length):
+    """Three in a row, the fixed one too: a quarter turn to the left each, and then 1 m ahead."""
+    chain = [('odom', 'foot'), ('foot', 'base'), ('base', 'pivot')]
+    turned = [transform(0, 1.0, parent, child) for parent, child in chain]
+    for each in turned:
+        each.transform.rotation.z = each.transform.rotation.w = length * math.sqrt(0.5)
+    *moving, fixed = turned
+    bench.tf.add_static(TFMessage(transforms=[fixed]))
+    bench.hear_all(*moving)
+    [(_, position)], [orientation] = bench.poses, bench.orientations
+    assert position == pytest.approx((0.0, 1.0, 0.0), abs=1e-12)
+    right = (0.0, 0.0, -math.sqrt(0.5), math.sqrt(0.5))
+    assert orientation == pytest.approx(right, abs=1e-12)
 
 
 def test_what_is_missing_between_the_frames_is_named(bench):

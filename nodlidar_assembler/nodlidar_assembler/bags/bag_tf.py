@@ -17,7 +17,7 @@ from nodlidar_assembler.waiting import WaitingConfig
 from nodlidar_common.bag_messages import TF
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.time_order import UNSTAMPED
-from nodlidar_common.transforms import is_pose, MALFORMED
+from nodlidar_common.transforms import is_pose, MALFORMED, unit_quaternion
 import numpy as np
 
 # Parent and child.
@@ -83,8 +83,8 @@ class BagTf:
                 continue
             stamp_ns = time_ns(entry.header.stamp)
             if is_pose(entry) and stamp_ns:
-                p, q = entry.transform.translation, entry.transform.rotation
-                yield stamp_ns, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+                p = entry.transform.translation
+                yield stamp_ns, (p.x, p.y, p.z), unit_quaternion(entry.transform.rotation)
             else:
                 drops[MALFORMED if stamp_ns else UNSTAMPED] += 1
 

@@ -5,8 +5,8 @@ import math
 from typing import Any
 
 from nodlidar_assembler.bags.bag_types import BagError
-from nodlidar_assembler.clouds.ego_motion import LENGTH_TOLERANCE
 from nodlidar_common.pose import Pose
+from nodlidar_common.transforms import LENGTH_TOLERANCE
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,8 +36,10 @@ def fixed_pose(transform: Any) -> Pose:
     """Return a Transform message's pose; raises BagError if it is not a pose."""
     position, orientation = np.split(numbers(transform), [3])
     length = math.hypot(*orientation)
-    if not abs(length - 1.0) <= LENGTH_TOLERANCE:
+    if not abs(length - 1.0) < LENGTH_TOLERANCE:
         raise BagError(f'a fixed transform has a quaternion of the length {length}')
+    if not np.isfinite(position).all():
+        raise BagError(f'a fixed transform has the position {position}')
     return Pose.from_quaternion(position, orientation)
 
 

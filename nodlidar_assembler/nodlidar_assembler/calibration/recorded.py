@@ -11,7 +11,6 @@ from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.read_bag import LogGatherer, with_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import CalibrationError, Values
-from nodlidar_assembler.clouds.ego_motion import OdometryError
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
 
@@ -53,7 +52,7 @@ def log_of_bag(path: Path, config: AssemblerConfig, topics: Topics) -> SensorLog
     """
     with BagSource(path) as source:
         log = Recorder(config).read(source, source.inputs(topics))
-    with suppress(BagError, OdometryError):
+    with suppress(BagError):
         return with_odometry(log, path, config, topics)
     return log
 

@@ -9,6 +9,7 @@ from nodlidar_assembler.clouds.odometry_steps import dots, lengths, Steps
 from nodlidar_common.errors import ScanError
 from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
+from nodlidar_common.transforms import LENGTH_TOLERANCE
 import numpy as np
 from numpy.typing import NDArray
 from transforms3d.quaternions import mat2quat
@@ -21,9 +22,6 @@ _OVER_LIMIT = (
     'odometry jumps: it moves faster than {} m/s',
     'odometry jumps: it turns faster than {} rad/s',
 )
-# Rounded or integrated quaternions may be 1e-3 longer or shorter than 1. The rest allows for the
-# rounding of lengths of exactly 0.999 and 1.001.
-LENGTH_TOLERANCE = 1e-3 + 1e-12
 _UNMOUNTED = Pose.from_xyzrpy((0.0,) * 6)
 
 
@@ -234,7 +232,7 @@ def _is_finite(values: Array) -> bool:
 
 def _normalized(orientation: Array) -> Array:
     length = lengths(orientation)
-    wrong = np.abs(length - 1.0) > LENGTH_TOLERANCE
+    wrong = np.abs(length - 1.0) >= LENGTH_TOLERANCE
     if np.count_nonzero(wrong):
         reason = f'odometry with a quaternion whose length is not 1 within {LENGTH_TOLERANCE:.3f}'
         raise OdometryError(reason, float(length[wrong][0]))

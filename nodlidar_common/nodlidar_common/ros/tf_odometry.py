@@ -15,7 +15,7 @@ from nodlidar_common.time_order import (
     TRANSFORM_OUT_OF_ORDER,
     UNSTAMPED,
 )
-from nodlidar_common.transforms import is_pose, MALFORMED
+from nodlidar_common.transforms import is_pose, MALFORMED, unit_quaternion
 from rclpy.clock import ClockType, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -179,7 +179,10 @@ class TfOdometry:
                 self._add(one)
 
     def _well_formed(self, data: TFMessage, others: Collection[str]) -> list[TransformStamped]:
-        """Drop malformed transforms, and those of frames of the other kind; return the others."""
+        """Drop malformed transforms, and those of frames of the other kind; return the others.
+
+        Their quaternions are normalised, which the buffer leaves to others.
+        """
         good = []
         for transform in data.transforms:
             if not is_pose(transform):
@@ -187,6 +190,8 @@ class TfOdometry:
             elif transform.child_frame_id in others:
                 self._on_drop(self.BOTH)
             else:
+                q = transform.transform.rotation
+                q.x, q.y, q.z, q.w = unit_quaternion(q)
                 good.append(transform)
         return good
 
