@@ -218,6 +218,8 @@ def test_floor_ceiling_what_is_beside_and_what_is_nowhere_do_not_count():
         ('pitch_max', {'pitch_max': -0.7}),
         ('limits_rate', {'limits_rate': 0.0}),
         ('limits_rate', {'limits_rate': math.nan}),
+        ('mount_tilt', {'mount_tilt': (0.1,)}),
+        ('mount_tilt', {'mount_tilt': (0.1, 0.2, 0.3)}),
     ],
 )
 def test_what_does_not_go_together_is_named(key, changes):

@@ -57,7 +57,9 @@ class BandConfig:
         return self.sensor_height - float(self.levelled[2] @ laser_xyz)
 
     def check_together(self) -> None:
-        """Raise ParameterError for a band of heights without a height."""
+        """Raise ParameterError for a band of heights without a height, or a tilt of not two."""
+        if len(self.mount_tilt) != 2:
+            raise ParameterError('mount_tilt', 'two numbers', self.mount_tilt)
         if self.band_top <= self.band_bottom:
             limit = f'above band_bottom = {self.band_bottom} m'
             raise ParameterError('band_top', limit, self.band_top)
