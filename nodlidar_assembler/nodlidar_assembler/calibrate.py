@@ -3,12 +3,17 @@
 Joint delay and zero, and the lidar's place in the nodding frame, by what must be flat.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 import sys
+from typing import TYPE_CHECKING
 
-from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.command_line import run
+
+if TYPE_CHECKING:
+    from nodlidar_assembler.bags.sensor_log import SensorLog
+    from nodlidar_assembler.config import AssemblerConfig
 
 
 def main(argv: Sequence[str] | None = None) -> int:

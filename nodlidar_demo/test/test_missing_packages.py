@@ -17,6 +17,8 @@ sys.exit(importlib.import_module(module).main(['a.mcap', 'b.ply'] if 'bag' in mo
     ('module', 'package'),
     [
         ('nodlidar_assembler.assemble_bag', 'rosbags'),
+        ('nodlidar_assembler.calibrate', 'numpy'),
+        ('nodlidar_assembler.calibrate', 'transforms3d'),
         ('nodlidar_planner.plan_scan.command', 'rich'),
         ('nodlidar_demo.demo', 'rosbags'),
     ],
