@@ -4,11 +4,10 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.calibrate import main
-from nodlidar_assembler.calibration.recorded import parameters, start_values, upward
+from nodlidar_assembler.calibration.recorded import parameters, start_values
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import Nod
 from nodlidar_common.parameter_file import file_values
-from nodlidar_common.pose import Pose
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
@@ -76,9 +75,3 @@ def test_values_and_parameters_are_the_same(way):
 def test_degrees_are_refused(capsys):
     assert main(['live', '--mount-rpy', '0', '30', '0']) == 2
     assert '--mount-rpy: angles are in radians' in capsys.readouterr().err
-
-
-def test_upward_in_a_tilted_frame():
-    rpy = (0.3, -0.4, 1.0)
-    expected = Pose.from_xyzrpy((0.0, 0.0, 0.0, *rpy)).rotation.T @ [0.0, 0.0, 1.0]
-    np.testing.assert_allclose(upward(*rpy[:2]), expected, 0, 1e-12)

@@ -213,11 +213,11 @@ def ends_of(beams: Beam, values: Values, with_moves: bool = True) -> Ends:
     xyz, ways, *moved = turned.swapaxes(0, 1)
     if not with_moves:
         return Ends(xyz, ways, {})
-    up = upward(xyz)
+    up = moved_by_pitch(xyz)
     moves = dict(zip(list(vectors)[2:], moved, strict=True))
     return Ends(xyz, ways, moves | {'delay': up * speed, 'zero': -up})
 
 
-def upward(xyz: Array) -> Array:
+def moved_by_pitch(xyz: Array) -> Array:
     """Return how points (3, n) move with the pitch, by radian."""
     return np.stack([-xyz[2], np.zeros(xyz.shape[1]), xyz[0]])

@@ -16,8 +16,8 @@ from nodlidar_assembler.calibration.recorded import (
     parameters,
     require_standing,
     start_values,
-    upward,
 )
+from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN
 from nodlidar_common.command_line import LineParser
@@ -73,7 +73,7 @@ def calibrate_and_report(
             print(damage, file=sys.stderr)
     require_standing(log)
     tilt = arguments.mount_rpy[:2] if arguments.mount_rpy else config.mount_tilt
-    up = None if arguments.not_level else upward(*tilt)
+    up = None if arguments.not_level else BandConfig(mount_tilt=tilt).levelled[2]
     beams = Beam.of(log, config.max_range or math.inf, config.max_joint_gap)
     found = calibrate(beams, start_values(config), up)
     write(arguments.output, found, config)  # first: the reader of the table may go away

@@ -8,7 +8,7 @@ devices show.
 
 from dataclasses import dataclass, field, replace
 
-from nodlidar_assembler.calibration.beam_model import Beam, Ends, ends_of, upward, Values
+from nodlidar_assembler.calibration.beam_model import Beam, Ends, ends_of, moved_by_pitch, Values
 from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.noise import noise_variance
 from nodlidar_assembler.calibration.plane_search import Labels, PATCH, patches, Plane
@@ -140,7 +140,7 @@ class PlaneSystem:
         cosine = np.sum(normals * ends.ways, axis=0)
         grazing = 1.0 - np.abs(cosine)
         excess = at.biases[self._labels] + at.slant * grazing
-        place = ends.xyz - ends.ways * excess + upward(ends.xyz) * (at.bends @ hats)
+        place = ends.xyz - ends.ways * excess + moved_by_pitch(ends.xyz) * (at.bends @ hats)
         off = np.sum(normals * place, axis=0) - offsets
         true = replace(self._beams, ranges=self._beams.ranges - excess - off / cosine)
         variance = noise_variance(off, cosine, true.ranges)
@@ -153,7 +153,7 @@ class PlaneSystem:
         on_plane = ends_of(true, at.values)
         shared = [
             *(np.sum(normals * on_plane.moves[name], axis=0) for name in self.names),
-            *(hats * np.sum(normals * upward(on_plane.xyz), axis=0)),
+            *(hats * np.sum(normals * moved_by_pitch(on_plane.xyz), axis=0)),
             -cosine * grazing,
             np.zeros(len(off)),
         ]
@@ -242,7 +242,7 @@ class PlaneSystem:
 def bent_ends(beams: Beam, solution: Solution) -> Ends:
     """Return where beams end, with the smooth error of the encoder of a solution."""
     ends = ends_of(beams, solution.values, False)
-    bent = upward(ends.xyz) * (solution.bends @ _hats(beams, solution.values))
+    bent = moved_by_pitch(ends.xyz) * (solution.bends @ _hats(beams, solution.values))
     return replace(ends, xyz=ends.xyz + bent)
 
 

@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 from dataclasses import replace
-import math
 from pathlib import Path
 from typing import Any
 
@@ -88,14 +87,3 @@ def parameters(values: Values, config: AssemblerConfig) -> dict[str, Any]:
 
 def _sign(config: AssemblerConfig) -> float:
     return 1.0 if config.joint_positive == 'up' else -1.0
-
-
-def upward(roll: float, pitch: float) -> 'np.ndarray[Any, np.dtype[np.float64]]':
-    """Return upward in a frame with this roll and pitch [rad], shape (3,)."""
-    return np.array(
-        [
-            -math.sin(pitch),
-            math.cos(pitch) * math.sin(roll),
-            math.cos(pitch) * math.cos(roll),
-        ]
-    )
