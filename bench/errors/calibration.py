@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.calibration.beam_model import Beam, Values
+from nodlidar_assembler.calibration.beam_model import MeasuredBeams, Values
 from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
 from nodlidar_assembler.calibration.command import ROWS
 from nodlidar_assembler.clouds.geometry import MountConfig
@@ -84,7 +84,7 @@ def results() -> list[Row]:
 def run(case: Case, seed: int) -> tuple[Calibration, Values]:
     """Return the calibration of a simulated recording, and the true values."""
     log, true, up = recording(case, seed)
-    return calibrate(Beam.of(log), START, up), true
+    return calibrate(MeasuredBeams.of(log), START, up), true
 
 
 def recording(case: Case, seed: int) -> tuple[SensorLog, Values, NDArray[np.float64]]:

@@ -20,7 +20,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 import math
 
-from nodlidar_assembler.calibration.beam_model import Beam, ends_of, Values
+from nodlidar_assembler.calibration.beam_model import ends_of, MeasuredBeams, Values
 from nodlidar_assembler.calibration.calibrate import calibrate, coarse_delay
 from nodlidar_assembler.calibration.command import ROWS
 from nodlidar_assembler.calibration.plane_search import patches
@@ -93,7 +93,7 @@ def run(case: Case, settings: Settings, seed: int) -> Array:
     They are NaN where ours leaves a value open.
     """
     log, true, up = recording(case, seed)
-    beams = Beam.of(log)
+    beams = MeasuredBeams.of(log)
     ours = calibrate(beams, START, up)
     found = START, thinnest(beams, START, settings), ours.values
     errors = np.array([_difference(values, true) for values in found])
@@ -111,7 +111,7 @@ def _row(case: str, by: str, errors: Array) -> Row:
     return row
 
 
-def thinnest(beams: Beam, start: Values, settings: Settings) -> Values:
+def thinnest(beams: MeasuredBeams, start: Values, settings: Settings) -> Values:
     """Return the values with which neighbourhoods are thinnest."""
     rng = np.random.default_rng(0)
     values = replace(start, delay=start.delay + coarse_delay(beams, start))

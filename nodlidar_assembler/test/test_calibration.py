@@ -6,10 +6,10 @@ import math
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration import calibrate as module
 from nodlidar_assembler.calibration.beam_model import (
-    Beam,
     CalibrationError,
     Ends,
     ends_of,
+    MeasuredBeams,
     Values,
 )
 from nodlidar_assembler.calibration.calibrate import calibrate, GATES
@@ -53,7 +53,7 @@ def seen_beams(encoder_error, lost=slice(0), room=None, **gap):
     late_ns = seen.joint_stamp_ns + round(TRUE.delay * NS_PER_S)
     position = seen.joint_position + encoder_error(seen.joint_position)
     kept = np.delete(np.arange(len(late_ns)), lost)
-    return Beam.of(SensorLog(scans, late_ns[kept], position[kept] + TRUE.zero), **gap)
+    return MeasuredBeams.of(SensorLog(scans, late_ns[kept], position[kept] + TRUE.zero), **gap)
 
 
 def test_values_are_found_with_their_standard_errors(beams):

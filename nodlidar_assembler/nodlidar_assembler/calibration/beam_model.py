@@ -112,7 +112,7 @@ class JointTrack:
 
 
 @dataclass(frozen=True, slots=True)
-class Beam:
+class MeasuredBeams:
     """Beams with a measurement.
 
     Attributes
@@ -142,7 +142,7 @@ class Beam:
         log: SensorLog,
         max_range: float = np.inf,
         max_gap: float = EstimatorConfig.max_joint_gap,
-    ) -> 'Beam':
+    ) -> 'MeasuredBeams':
         """Return beams of a log up to a range [m], without those at edges; not all if many.
 
         Joint samples are at most max_gap [s] apart.
@@ -164,9 +164,9 @@ class Beam:
         time, azimuth, ranges, scan_number = np.concatenate(parts, axis=1).astype(np.float64)
         return cls(time, azimuth, ranges, scan_number.astype(np.int64), track)
 
-    def __getitem__(self, which: NDArray[np.bool_] | slice) -> 'Beam':
+    def __getitem__(self, which: NDArray[np.bool_] | slice) -> 'MeasuredBeams':
         time, azimuth, ranges = self.time[which], self.azimuth[which], self.ranges[which]
-        return Beam(time, azimuth, ranges, self.scan[which], self.track)
+        return MeasuredBeams(time, azimuth, ranges, self.scan[which], self.track)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +188,7 @@ class Ends:
     moves: dict[str, Array]
 
 
-def ends_of(beams: Beam, values: Values, with_moves: bool = True) -> Ends:
+def ends_of(beams: MeasuredBeams, values: Values, with_moves: bool = True) -> Ends:
     """Return where beams end.
 
     ``R(phi) (Rz(yaw) Ry(pitch) Rx(roll) u r + (x, y, z))`` with R(phi) the rotation up by the

@@ -8,7 +8,12 @@ docs/calibration.md for what a scene determines.
 from dataclasses import dataclass, replace
 import math
 
-from nodlidar_assembler.calibration.beam_model import Beam, CalibrationError, ends_of, Values
+from nodlidar_assembler.calibration.beam_model import (
+    CalibrationError,
+    ends_of,
+    MeasuredBeams,
+    Values,
+)
 from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.plane_search import Cells, find_planes, Gate
 from nodlidar_assembler.calibration.plane_system import bent_ends, PlaneSystem, Solution
@@ -72,7 +77,7 @@ class Calibration:
     planes: int
 
 
-def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
+def calibrate(beams: MeasuredBeams, start: Values, up: Array | None) -> Calibration:
     """Return the calibration of a static recording.
 
     Parameters
@@ -120,7 +125,7 @@ def calibrate(beams: Beam, start: Values, up: Array | None) -> Calibration:
     )
 
 
-def _within_joint_states(beams: Beam, start: Values) -> NDArray[np.bool_]:
+def _within_joint_states(beams: MeasuredBeams, start: Values) -> NDArray[np.bool_]:
     """Return whether the pitch of each beam is known, with any delay that may come out."""
     known = np.ones(len(beams), dtype=np.bool_)
     for other in (-_LARGEST_DELAY, 0.0, _LARGEST_DELAY):
@@ -134,7 +139,7 @@ def _level(up: Array | None) -> Level | None:
     return Level(up)
 
 
-def coarse_delay(beams: Beam, start: Values) -> float:
+def coarse_delay(beams: MeasuredBeams, start: Values) -> float:
     """Return the delay [s] with which surfaces are thinnest, up and down sweeps together."""
     costs = []
     for delay in DELAYS:
@@ -144,7 +149,11 @@ def coarse_delay(beams: Beam, start: Values) -> float:
 
 
 def _solve(
-    beams: Beam, coarse: Values, start: Values, names: tuple[str, ...], level: Level | None
+    beams: MeasuredBeams,
+    coarse: Values,
+    start: Values,
+    names: tuple[str, ...],
+    level: Level | None,
 ) -> tuple[Solution, '_System']:
     """Return the solution from coarse to fine, with its standard errors."""
     solution = Solution(coarse, [])
@@ -165,7 +174,7 @@ class _System:
 
     def __init__(
         self,
-        beams: Beam,
+        beams: MeasuredBeams,
         before_and_expected: tuple[Solution, Values],
         names: tuple[str, ...],
         level: Level | None,

@@ -9,7 +9,7 @@ import sys
 
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.calibration.beam_model import Beam
+from nodlidar_assembler.calibration.beam_model import MeasuredBeams
 from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
 from nodlidar_assembler.calibration.recorded import (
     log_of_bag,
@@ -74,7 +74,7 @@ def calibrate_and_report(
     require_standing(log)
     tilt = arguments.mount_rpy[:2] if arguments.mount_rpy else config.mount_tilt
     up = None if arguments.not_level else BandConfig(mount_tilt=tilt).levelled[2]
-    beams = Beam.of(log, config.max_range or math.inf, config.max_joint_gap)
+    beams = MeasuredBeams.of(log, config.max_range or math.inf, config.max_joint_gap)
     found = calibrate(beams, start_values(config), up)
     write(arguments.output, found, config)  # first: the reader of the table may go away
     result_console().print(result_table(found, arguments.output))

@@ -8,7 +8,13 @@ devices show.
 
 from dataclasses import dataclass, field, replace
 
-from nodlidar_assembler.calibration.beam_model import Beam, Ends, ends_of, moved_by_pitch, Values
+from nodlidar_assembler.calibration.beam_model import (
+    Ends,
+    ends_of,
+    MeasuredBeams,
+    moved_by_pitch,
+    Values,
+)
 from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.noise import noise_variance
 from nodlidar_assembler.calibration.plane_search import Labels, PATCH, patches, Plane
@@ -87,7 +93,7 @@ class PlaneSystem:
 
     def __init__(
         self,
-        beams: Beam,
+        beams: MeasuredBeams,
         labels: Labels,
         names: tuple[str, ...],
         expected: Values,
@@ -239,14 +245,14 @@ class PlaneSystem:
         )
 
 
-def bent_ends(beams: Beam, solution: Solution) -> Ends:
+def bent_ends(beams: MeasuredBeams, solution: Solution) -> Ends:
     """Return where beams end, with the smooth error of the encoder of a solution."""
     ends = ends_of(beams, solution.values, False)
     bent = moved_by_pitch(ends.xyz) * (solution.bends @ _hats(beams, solution.values))
     return replace(ends, xyz=ends.xyz + bent)
 
 
-def _hats(beams: Beam, values: Values) -> Array:
+def _hats(beams: MeasuredBeams, values: Values) -> Array:
     """Return the share of each knot in each beam, shape (knots, n)."""
     position, _ = beams.track.at(beams.time + values.delay)
     apart = np.abs(position - values.zero - KNOTS[:, None]) / (KNOTS[1] - KNOTS[0])
