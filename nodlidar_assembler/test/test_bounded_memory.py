@@ -11,8 +11,8 @@ from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import MOST_REVERSALS, MOST_SCANS, SweepGatherer
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps, MOST_COMMANDED
-from nodlidar_assembler.control.revolutions import Revolutions, WINDOW
 from nodlidar_assembler.inputs.joint_input import JointInput
+from nodlidar_assembler.inputs.revolutions import Revolutions, WINDOW
 from nodlidar_assembler.waiting import MOST_WAITING, WaitingLine
 from nodlidar_common.nod import Nod
 import numpy as np

@@ -2,7 +2,7 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.control.revolutions import Revolutions
+from nodlidar_assembler.inputs.revolutions import Revolutions
 import numpy as np
 import pytest
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
-from nodlidar_assembler.control.revolutions import Revolutions
+from nodlidar_assembler.inputs.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_planner.pattern.task import Task

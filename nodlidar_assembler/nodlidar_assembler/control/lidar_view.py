@@ -8,7 +8,7 @@ import math
 
 from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_assembler.control.revolutions import SAME_RATE
+from nodlidar_assembler.inputs.revolutions import SAME_RATE
 from nodlidar_common.parameters import limits_of
 from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.task import Task, wrapped

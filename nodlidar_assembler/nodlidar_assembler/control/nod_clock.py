@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
-from nodlidar_assembler.control.revolutions import Revolutions
+from nodlidar_assembler.inputs.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 

@@ -4,8 +4,8 @@ from collections import deque
 from copy import copy
 import math
 
-from nodlidar_assembler.control.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
 from nodlidar_assembler.inputs.restamping import Restamping
+from nodlidar_assembler.inputs.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
 from nodlidar_common.nod import NS_PER_S
 
 # If stamps scatter by more [s], none can be recognised as wrong.

@@ -11,9 +11,9 @@ from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_following import NodFollowing
-from nodlidar_assembler.control.revolutions import GATE_NS
 from nodlidar_assembler.inputs.held_odometry import HeldOdometry
 from nodlidar_assembler.inputs.odometry_scatter import OdometryScatter
+from nodlidar_assembler.inputs.revolutions import GATE_NS
 from nodlidar_assembler.inputs.stamp_drift import SCANS, StampDrift
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
