@@ -65,8 +65,6 @@ class ScanAssembler:
         Parameters of the assembler.
     mount
         Pose of nodlidar_base_link in the frame whose odometry is added; None if it is the same.
-    pipeline
-        Assembles the points; by default as configured.
 
     Attributes
     ----------
@@ -74,16 +72,11 @@ class ScanAssembler:
         Dropped scans, counted by reason.
     """
 
-    def __init__(
-        self,
-        config: WaitingConfig,
-        mount: Pose | None = None,
-        pipeline: Pipeline | None = None,
-    ) -> None:
+    def __init__(self, config: WaitingConfig, mount: Pose | None = None) -> None:
         deadline_ns = round(config.deadline * NS_PER_S)
         self._compensates = config.ego_motion != 'off'
         self._drops_uncompensated = config.without_odometry == 'drop'
-        self._pipeline = pipeline or Pipeline(config)
+        self._pipeline = Pipeline(config)
         self._joints = JointHistory()
         self._odometry = OdometryHistory(mount)
         self._motion_limits: OdometryConfig = config

@@ -63,7 +63,8 @@ class Bench:
         self.odometry_of = {}
         self.pipeline = Watched(margin)
         config = AssemblerConfig(deadline=deadline, **config)
-        self.assembler = ScanAssembler(config, mount, self.pipeline)
+        self.assembler = ScanAssembler(config, mount)
+        self.assembler._pipeline = self.pipeline
 
     @property
     def released(self):

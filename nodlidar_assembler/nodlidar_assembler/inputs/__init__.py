@@ -1,1 +1,1 @@
-"""Messages, from rclpy or a bag, as checked values: scans and joint samples."""
+"""Messages as checked values, and signs that scans, joint samples or odometry are wrong."""
