@@ -93,8 +93,8 @@ class Sensor:
     def begin(self, region: Region) -> RegionScan:
         """Take the nod over for a region."""
         now_ns, view = self.rig.clock(), self._controller.view
-        mount = ServoConfig().pitch_lower_limit, ServoConfig().pitch_upper_limit
-        plan = region_plan(region, view.config, view.task, mount)
+        limits = ServoConfig().pitch_lower_limit, ServoConfig().pitch_upper_limit
+        plan = region_plan(region, view.config, view.task, limits)
         scan = RegionScan(plan, now_ns, self._controller.take_over(plan.shape, now_ns))
         self._command()
         return scan

@@ -203,7 +203,7 @@ def test_what_cannot_be_scanned_is_refused_with_the_reason(log):
         publisher = running.feeder.create_publisher(NodStatus, 'servo/status', 1)
         running.spin_until_heard(publisher)
         publisher.publish(status)
-        running.spin_until(lambda: running.node._region.mount == (-0.65, 0.65))
+        running.spin_until(lambda: running.node._region.pitch_limits == (-0.65, 0.65))
         refused.append(client.result(client.send(outside)))
         refused.append(client.result(client.send(ScanRegion.Goal(cell=0.001))))
         assert {limits_of(command) for command in running.out[NodCommand]} == {OWN}

@@ -27,11 +27,11 @@ AROUND = ScanGeometry(1024, -math.pi, STEP, 0.1 / 1024, 0.02, 5.6)
 BEAMS = Beams(URG, REFERENCE_MOUNT)
 CONFIG = AssemblerConfig()
 VIEW = task_for(CONFIG, URG)
-MOUNT = -0.8, 0.8
+LIMITS = -0.8, 0.8
 
 
 def plan_of(region, view=VIEW):
-    return region_plan(region, CONFIG, view, MOUNT)
+    return region_plan(region, CONFIG, view, LIMITS)
 
 
 @pytest.mark.parametrize('half', [0.2505, 0.4005, 0.601])
@@ -99,9 +99,9 @@ def test_a_finer_lidar_has_an_end_to_its_cells_too():
     config = replace(CONFIG, steps_per_revolution=4096)
     view = task_for(config, ScanGeometry(4096, -math.pi, step, 0.1 / 4096, 0.02, 30.0))
     with pytest.raises(ParameterError, match='at most 400000 cells') as caught:
-        region_plan(Region(cell=0.002), config, view, MOUNT)
+        region_plan(Region(cell=0.002), config, view, LIMITS)
     assert caught.value.key == 'cell'
-    plan = region_plan(Region(cell=0.1), config, view, MOUNT)
+    plan = region_plan(Region(cell=0.1), config, view, LIMITS)
     assert RegionScan(plan, BEGIN_NS, BEGIN_NS).covered.seen == 0.0
 
 
@@ -126,8 +126,8 @@ def test_every_column_of_a_plan_has_a_beam_and_its_nod_is_within_the_mount(regio
     task, shape = plan.task, plan.shape
     columns = task.column_of_step()
     assert set(range(task.columns)) <= set(columns.tolist())
-    assert MOUNT[0] <= shape.pitch_min <= region.pitch_min
-    assert region.pitch_max <= shape.pitch_max <= MOUNT[1]
+    assert LIMITS[0] <= shape.pitch_min <= region.pitch_min
+    assert region.pitch_max <= shape.pitch_max <= LIMITS[1]
     assert math.gcd(shape.samples_per_sweep, 1024) == 1
     # No part of the region that is as large as a step is left out.
     assert task.centre - task.azimuth == pytest.approx(region.azimuth_min, abs=1e-9)
@@ -160,7 +160,7 @@ def follow(region, begin_ns=BEGIN_NS, mode='coprime', view=URG, revolutions=2000
         controller.add_beams(stamp_ns, beams, pitch, now_ns)
         commands.append(controller.command)
         if number == 30:
-            plan = region_plan(region, controller.view.config, controller.view.task, MOUNT)
+            plan = region_plan(region, controller.view.config, controller.view.task, LIMITS)
             scan = RegionScan(plan, now_ns, controller.take_over(plan.shape, now_ns))
             commands.append(controller.command)
         elif scan is not None:

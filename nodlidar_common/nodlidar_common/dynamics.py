@@ -67,7 +67,7 @@ def check_nod(nod: Nod, lower: float, upper: float, dynamics: Dynamics) -> None:
         Naming the field of the command that is out of its limit.
     """
     for key in ('pitch_min', 'pitch_max'):
-        check_in_mount(key, getattr(nod, key), (lower, upper))
+        check_pitch(key, getattr(nod, key), (lower, upper))
     if nod.speed < dynamics.min_speed:
         longest = nod.span / dynamics.min_speed
         limit = f'at most {longest:.4g} s, for the lowest speed of the servo'
@@ -78,11 +78,11 @@ def check_nod(nod: Nod, lower: float, upper: float, dynamics: Dynamics) -> None:
         raise ParameterError('sweep_duration', limit, nod.sweep_duration)
 
 
-def check_in_mount(key: str, pitch: float, mount: tuple[float, float]) -> None:
+def check_pitch(key: str, pitch: float, limits: tuple[float, float]) -> None:
     """Raise ParameterError for a pitch beyond the limits of a mount [rad]."""
-    if not mount[0] <= pitch <= mount[1]:
-        limit = f'between {mount[0]} and {mount[1]} rad, the limits of the mount'
-        raise ParameterError(key, limit, pitch)
+    if not limits[0] <= pitch <= limits[1]:
+        allowed = f'between {limits[0]} and {limits[1]} rad, the limits of the mount'
+        raise ParameterError(key, allowed, pitch)
 
 
 def cruising_speed(nod: Nod, acceleration: float) -> float:

@@ -5,7 +5,7 @@ import math
 
 from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_common.dynamics import check_in_mount
+from nodlidar_common.dynamics import check_pitch
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_planner.choice.timing_error import completion_run
 from nodlidar_planner.pattern.band import coprime_from
@@ -93,7 +93,7 @@ class RegionPlan:
 
 
 def region_plan(
-    region: Region, config: NodConfig, view: Task, mount: tuple[float, float], step: float = 0.0
+    region: Region, config: NodConfig, view: Task, limits: tuple[float, float], step: float = 0.0
 ) -> RegionPlan:
     """Return the nod that sees a region soonest.
 
@@ -105,7 +105,7 @@ def region_plan(
         The nod at other times, and the servo.
     view
         The cells in the whole window of the lidar.
-    mount
+    limits
         Lowest and highest pitch that the mount allows [rad].
     step
         Between two beams of the lidar [rad], if it leaves out steps.
@@ -116,10 +116,10 @@ def region_plan(
         If the region is beyond the limits of the mount or the view of the lidar, or narrower than
         a step of it, or the object is too small for its steps or for MOST_CELLS.
     """
-    bounded = _in_view(_in_mount(region, config, view, mount), region)
+    bounded = _in_view(_in_limits(region, config, view, limits), region)
     task = _with_cells(bounded, region, config, max(step, math.tau / view.steps_per_revolution))
     beyond = max(BEYOND * task.cell, LEAST_BEYOND)
-    low, high = max(task.pitch_min - beyond, mount[0]), min(task.pitch_max + beyond, mount[1])
+    low, high = max(task.pitch_min - beyond, limits[0]), min(task.pitch_max + beyond, limits[1])
     wider = (high - low) / task.span
     fewest = config.fewest_samples(high - low, task.beam_period)
     within = single_sweep(task, math.ceil(fewest / wider))
@@ -133,13 +133,13 @@ def region_plan(
     )
 
 
-def _in_mount(region: Region, config: NodConfig, view: Task, mount: tuple[float, float]) -> Task:
+def _in_limits(region: Region, config: NodConfig, view: Task, limits: tuple[float, float]) -> Task:
     """Return the view between the pitch limits of the region."""
     low, high = region.pitch_min, region.pitch_max
     if low == high == 0.0:
         low, high = config.pitch_min, config.pitch_max
     for key, pitch in (('pitch_min', low), ('pitch_max', high)):
-        check_in_mount(key, pitch, mount)
+        check_pitch(key, pitch, limits)
     return replace(view, pitch_min=low, pitch_max=high)
 
 

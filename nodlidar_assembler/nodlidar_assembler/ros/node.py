@@ -22,7 +22,7 @@ from nodlidar_assembler.ros.profile_change import ProfileChange
 from nodlidar_assembler.ros.region_action import RegionAction
 from nodlidar_assembler.ros.scan_service import ScanService
 from nodlidar_assembler.scan_assembler import Outcome
-from nodlidar_common.dynamics import check_in_mount
+from nodlidar_common.dynamics import check_pitch
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
@@ -212,8 +212,8 @@ class Assembler(Node):
         for key in ('pitch_min', 'pitch_max'):
             pitch = getattr(config, key)
             is_new = pitch != getattr(self.config, key) and self._nod is not None
-            if is_new and (mount := self._region.stated_mount) is not None:
-                check_in_mount(key, pitch, mount)
+            if is_new and (limits := self._region.stated_limits) is not None:
+                check_pitch(key, pitch, limits)
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
         before, self.config = self.config, config

@@ -59,7 +59,7 @@ class RegionAction:
         self._scan: RegionScan | None = None
         self._goal: ServerGoalHandle | None = None  # for which it scans
         self._over: Future[None] = Future()
-        self._mount: tuple[float, float] | None = None
+        self._stated_limits: tuple[float, float] | None = None
         self._server = ActionServer(
             node,
             ScanRegion,
@@ -79,17 +79,17 @@ class RegionAction:
         return self._scan is not None
 
     @property
-    def mount(self) -> tuple[float, float]:
+    def pitch_limits(self) -> tuple[float, float]:
         """Limits of the mount [rad]: as the servo states them, or else the configured ones."""
-        return self.stated_mount or (self._config.pitch_min, self._config.pitch_max)
+        return self.stated_limits or (self._config.pitch_min, self._config.pitch_max)
 
     @property
-    def stated_mount(self) -> tuple[float, float] | None:
+    def stated_limits(self) -> tuple[float, float] | None:
         """Limits of the mount [rad] as the servo states them; None before it did."""
         for status in self._statuses.take():
             if status.pitch_lower_limit < status.pitch_upper_limit:
-                self._mount = status.pitch_lower_limit, status.pitch_upper_limit
-        return self._mount
+                self._stated_limits = status.pitch_lower_limit, status.pitch_upper_limit
+        return self._stated_limits
 
     def plan(self, config: AssemblerConfig) -> None:
         """Use other parameters for the next goals."""
@@ -160,7 +160,7 @@ class RegionAction:
         keys = Region.__dataclass_fields__
         region = Region(**{key: getattr(goal, key) for key in keys})
         view = self._nod.controller.view
-        plan = region_plan(region, view.config, view.task, self.mount, view.step)
+        plan = region_plan(region, view.config, view.task, self.pitch_limits, view.step)
         start_ns = self._nod.now_ns()
         begin_ns = self._nod.take_over(plan.shape)
         try:
