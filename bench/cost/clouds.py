@@ -81,7 +81,7 @@ def _assembled(
 ) -> NDArray[np.void]:
     """Return the points of a scan with given number types, by the formulas of assembly.place."""
     p = beams.direction.astype(numbers.computed) * ranges.astype(numbers.computed)
-    p += beams.mount.position[:, None].astype(numbers.computed)
+    p += beams.laser_pose.position[:, None].astype(numbers.computed)
     phi = pitch.astype(numbers.computed)
     cos, sin = np.cos(phi), np.sin(phi)
     data = np.zeros(len(ranges), numbers.point)

@@ -12,7 +12,7 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import MeasuredBeams, Values
 from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
 from nodlidar_assembler.calibration.command import ROWS
-from nodlidar_assembler.clouds.geometry import MountConfig
+from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_demo.evaluation import simulated_log
@@ -32,7 +32,7 @@ JOINT_RATE = 100.0  # Hz
 SAMPLES = 7547  # per sweep: the default nod
 DEGREE = math.radians(1.0)
 PUT_IN = Values(8e-3, 1.5 * DEGREE, DEGREE, 0.0, DEGREE, 0.005, 0.0, 0.085)
-START = Values.of_mount(MountConfig())
+START = Values.of_laser(LaserPoseConfig())
 TITLE = (
     f'Calibration from {DURATION:.0f} s in static scenes, joint states at {JOINT_RATE:.0f} Hz, '
     'errors of the lidar on'

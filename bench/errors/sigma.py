@@ -72,7 +72,7 @@ def _ratios(seen: Recording) -> Iterator[Array]:
         if outcome.assembled is None:
             continue  # the first and the last scan lack samples
         placed, beams = outcome.assembled.placed, outcome.assembled.beams
-        true = beams.direction * seen.true_range[number] + beams.mount.position[:, None]
+        true = beams.direction * seen.true_range[number] + beams.laser_pose.position[:, None]
         off = placed.xyz - nodded(true, seen.true_pitch[number])[:, placed.beams]
         yield np.linalg.norm(off, axis=0) / placed.sigma
 

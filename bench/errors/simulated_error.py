@@ -11,7 +11,7 @@ import math
 from nodlidar_assembler.bags.sensor_log import outcomes
 from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
@@ -79,7 +79,7 @@ def simulated_rms(
         config = PipelineConfig(
             estimator=given.estimator,
             veil_angle=0.0,
-            laser_xyz=tuple(np.add(REFERENCE_MOUNT.position, constant.xyz).tolist()),
+            laser_xyz=tuple(np.add(REFERENCE_LASER_POSE.position, constant.xyz).tolist()),
             laser_rpy=constant.rpy,
         )
         for scan, points in _assembled(seen, config, constant):
@@ -106,7 +106,7 @@ def estimate_rms(seen: Recording, given: ErrorParameters, chosen: Mask) -> float
 def _true_points(seen: Recording, pitch: Array) -> list[Array]:
     """Return the true ends of the beams [m], (s, b, 3), with a pitch (s, b) [rad]."""
     geometry = simulated_log(seen).scans[0].geometry
-    beams = Beams(geometry, REFERENCE_MOUNT)
+    beams = Beams(geometry, REFERENCE_LASER_POSE)
     pairs = zip(seen.true_range, pitch, strict=True)
     return [_ends(beams, *pair) for pair in pairs]
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.assembly import place, points_of
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.points import xyz_in
 import numpy as np
@@ -69,7 +69,7 @@ def cloud_error(cloud: Cloud, scan: Scan, sent: TrueScan | None) -> float:
     """
     if sent is None:
         return float('nan')
-    beams = Beams(scan.geometry, REFERENCE_MOUNT)
+    beams = Beams(scan.geometry, REFERENCE_LASER_POSE)
     sound = (codes_of(scan) == sent.codes)[beams.geometry.measured(scan.ranges)]
     placed = place(beams, scan.ranges, sent.pitch)
     true = points_of(placed, beams, int(sent.times_ns[0])).data
@@ -90,7 +90,7 @@ def _scans_of(clouds: list[Cloud], scans: list[Scan]) -> NDArray[np.intp]:
     found = np.full(len(clouds), -1)
     firsts, sizes = np.empty(len(scans), dtype=np.int64), np.empty(len(scans), dtype=np.int64)
     for i, scan in enumerate(scans):
-        beams = Beams(scan.geometry, REFERENCE_MOUNT)
+        beams = Beams(scan.geometry, REFERENCE_LASER_POSE)
         valid = np.flatnonzero(beams.geometry.measured(scan.ranges))
         sizes[i] = valid.size
         firsts[i] = scan.stamp_ns + (int(beams.offset_ns[valid[0]]) if valid.size else 0)

@@ -5,7 +5,7 @@ physics. Every beam has the pitch of the true motion. Coverage is counted alike 
 round that is given up counts, and the last one is measured to its end.
 """
 
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import LONGEST_ROUND
 from nodlidar_assembler.control.nod_config import NOD_MODES
@@ -37,7 +37,7 @@ MODES = (
     ('interlaced', 40001),
 )
 DELAY_NS = 30_000_000  # from a scan's last beam until its cloud is assembled
-BEAMS = Beams(URG, REFERENCE_MOUNT)
+BEAMS = Beams(URG, REFERENCE_LASER_POSE)
 
 
 def results() -> list[Row]:

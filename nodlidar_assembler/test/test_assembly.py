@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.geometry import (
     Beams,
-    REFERENCE_MOUNT,
+    REFERENCE_LASER_POSE,
     revolution_time,
     ScanGeometry,
 )
@@ -32,7 +32,7 @@ def test_every_beam_ends_where_the_model_says():
     rng = np.random.default_rng(1)
     ranges = rng.uniform(0.1, 5.0, 682).astype(np.float32)
     phi = rng.uniform(-1.0, 1.0, 682)
-    points = xyz(assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, phi))
+    points = xyz(assemble(Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, phi))
     for i in range(682):
         theta, r, z_off = (i + 44 - 384) * STEP, float(ranges[i]), 0.080
         expected = (
@@ -45,7 +45,7 @@ def test_every_beam_ends_where_the_model_says():
 
 def test_positive_pitch_points_the_forward_beam_up():
     ranges = np.full(682, 2.0, dtype=np.float32)
-    points = xyz(assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.full(682, 0.5)))
+    points = xyz(assemble(Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, np.full(682, 0.5)))
     assert points[384 - 44][2] > 0.5
 
 
@@ -72,7 +72,7 @@ def test_only_measurements_become_points_and_times_count_from_the_first_of_them(
     ranges = np.full(682, 1.0, dtype=np.float32)
     ranges[:3] = (np.nan, np.inf, -np.inf)
     ranges[100:104] = (0.0, 0.019, 5.7, 1e-40)
-    points = assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682))
+    points = assemble(Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, np.zeros(682))
     kept = np.setdiff1d(np.arange(682), [0, 1, 2, 100, 101, 102, 103])
     assert points.time_ns[0] == START_NS + round(3 * 0.1 / 1024 * 1e9)
     np.testing.assert_allclose(points.data['time'], (kept - 3) * 0.1 / 1024, atol=1e-8)
@@ -81,7 +81,7 @@ def test_only_measurements_become_points_and_times_count_from_the_first_of_them(
 
 
 def test_point_times_keep_microseconds_at_today_s_stamps():
-    beams = Beams(URG, REFERENCE_MOUNT)
+    beams = Beams(URG, REFERENCE_LASER_POSE)
     points = assemble(beams, START_NS, np.ones(682, dtype=np.float32), np.zeros(682))
     exact_ns = np.arange(682) * 100_000_000 / 1024
     np.testing.assert_allclose(points.time_ns - START_NS, exact_ns, atol=0.51)
@@ -91,11 +91,13 @@ def test_point_times_keep_microseconds_at_today_s_stamps():
 @pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf, 0.0, 1e6, 1e-3])
 def test_a_scan_without_measurements_has_no_points(value):
     ranges = np.full(682, value, dtype=np.float32)
-    assert len(assemble(Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682)).data) == 0
+    assert (
+        len(assemble(Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, np.zeros(682)).data) == 0
+    )
 
 
 def test_intensities_are_carried_where_there_are_any():
-    beams = Beams(URG, REFERENCE_MOUNT)
+    beams = Beams(URG, REFERENCE_LASER_POSE)
     ranges = np.ones(682, dtype=np.float32)
     intensities = np.arange(682, dtype=np.float32)
     with_them = assemble(beams, START_NS, ranges, np.zeros(682), intensities)
@@ -129,7 +131,7 @@ def test_every_beam_starts_from_its_own_pose_of_the_base():
     ranges[5] = np.inf
     phi, yaw = rng.uniform(-1.0, 1.0, 682), rng.uniform(-3.0, 3.0, 682)
     position = rng.uniform(-4.0, 4.0, (682, 3))
-    beams = Beams(URG, REFERENCE_MOUNT)
+    beams = Beams(URG, REFERENCE_LASER_POSE)
     still = assemble(beams, START_NS, ranges, phi)
     moved = assemble(beams, START_NS, ranges, phi, poses=moving(682, position, yaw))
     kept = np.delete(np.arange(682), 5)
@@ -143,7 +145,7 @@ def test_points_that_were_moved_have_no_time_by_which_they_would_be_moved_again(
     poses = moving(682, (0.0, 0.0, 0.0), np.zeros(682))
     intensities = np.arange(682, dtype=np.float32)
     ranges = np.ones(682, dtype=np.float32)
-    beams = Beams(URG, REFERENCE_MOUNT)
+    beams = Beams(URG, REFERENCE_LASER_POSE)
     points = assemble(beams, START_NS, ranges, np.zeros(682), intensities, poses)
     assert points.data.dtype == MOVED_POINT
     assert MOVED_POINT.names == ('x', 'y', 'z', 'intensity', 'ring')
@@ -154,7 +156,7 @@ def test_points_that_were_moved_have_the_times_of_the_others_if_so_asked():
     poses = moving(682, (1.0, 2.0, 3.0), np.linspace(0.0, 0.1, 682))
     ranges = np.ones(682, dtype=np.float32)
     ranges[:7] = np.inf
-    given = Beams(URG, REFERENCE_MOUNT), START_NS, ranges, np.zeros(682)
+    given = Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, np.zeros(682)
     bare, timed = assemble(*given, poses=poses), assemble(*given, poses=poses, point=POINT)
     assert timed.data.dtype == POINT
     for name in MOVED_POINT.names:

@@ -15,7 +15,7 @@ from nodlidar_assembler.calibration.beam_model import (
 from nodlidar_assembler.calibration.calibrate import calibrate, GATES
 from nodlidar_assembler.calibration.plane_search import find_planes, Gate, Plane
 from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
-from nodlidar_assembler.clouds.geometry import MountConfig, ScanGeometry
+from nodlidar_assembler.clouds.geometry import LaserPoseConfig, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.simulation import simulate
@@ -58,7 +58,7 @@ def seen_beams(encoder_error, lost=slice(0), room=None, **gap):
 
 def test_values_are_found_with_their_standard_errors(beams):
     """Every value is within limits and within four standard errors."""
-    found = calibrate(beams[::3], Values.of_mount(MountConfig()), UP)
+    found = calibrate(beams[::3], Values.of_laser(LaserPoseConfig()), UP)
     limits = {
         'delay': 0.5e-3,
         'zero': 0.1 * DEGREE,
@@ -81,7 +81,7 @@ def test_a_smooth_error_of_the_encoder_is_not_taken_for_another_arm(monkeypatch)
     # As they come out, although this recording of 8 s leaves them open.
     monkeypatch.setattr(module, 'DETERMINED', module.DETERMINED | {'x': 0.01, 'z': 0.01})
     beams = seen_beams(lambda pitch: 4e-3 * np.sin(3.0 * pitch))
-    found = calibrate(beams[::3], Values.of_mount(MountConfig()), UP)
+    found = calibrate(beams[::3], Values.of_laser(LaserPoseConfig()), UP)
     for name in ('x', 'z'):
         off = abs(getattr(found.values, name) - getattr(TRUE, name))
         assert off < 0.01, name
@@ -112,7 +112,7 @@ def test_panels_and_a_carpet_do_not_bend_what_is_found(tmp_path):
     path.write_text(PANELLED)
     found = calibrate(
         seen_beams(np.zeros_like, room=load_scene(str(path)))[::3],
-        Values.of_mount(MountConfig()),
+        Values.of_laser(LaserPoseConfig()),
         UP,
     )
     assert not found.undetermined
@@ -125,19 +125,19 @@ def test_panels_and_a_carpet_do_not_bend_what_is_found(tmp_path):
 def test_pauses_of_the_joint_states_do_no_harm():
     """Beams beside a pause have no pitch any more when the delay becomes another."""
     beams = seen_beams(np.zeros_like, lost=np.r_[200:250, 400:430, 600:700])
-    found = calibrate(beams[::3], Values.of_mount(MountConfig()), UP)
+    found = calibrate(beams[::3], Values.of_laser(LaserPoseConfig()), UP)
     assert abs(found.values.delay - TRUE.delay) < 0.5e-3
 
 
 def test_a_delay_that_never_fits_is_refused(beams, monkeypatch):
     monkeypatch.setattr(module, '_LARGEST_DELAY', 1e-3)
     with pytest.raises(CalibrationError, match='do not fit'):
-        calibrate(beams[::8], Values.of_mount(MountConfig()), UP)
+        calibrate(beams[::8], Values.of_laser(LaserPoseConfig()), UP)
 
 
 def test_without_level_surfaces_the_zero_stays_open(beams):
     """A turn about the nod axis changes no plane: the zero is as before, and the page says so."""
-    found = calibrate(beams[::8], Values.of_mount(MountConfig()), None)
+    found = calibrate(beams[::8], Values.of_laser(LaserPoseConfig()), None)
     assert 'zero' in found.undetermined
     assert found.values.zero == 0.0
     assert abs(found.values.delay - TRUE.delay) < 0.5e-3
@@ -278,7 +278,7 @@ def test_an_encoder_is_not_called_perfect_for_want_of_evidence(beams):
 def test_too_few_beams_are_refused(beams):
     """With a typed error that says how many there are."""
     with pytest.raises(CalibrationError, match='only 100 beams'):
-        calibrate(beams[5000:5100], Values.of_mount(MountConfig()), UP)
+        calibrate(beams[5000:5100], Values.of_laser(LaserPoseConfig()), UP)
 
 
 def test_joint_states_may_be_as_far_apart_as_is_said():
@@ -292,12 +292,12 @@ def test_joint_states_may_be_as_far_apart_as_is_said():
 def test_a_scene_that_leaves_every_value_open_is_refused(beams, monkeypatch):
     monkeypatch.setattr(module, 'DETERMINED', dict.fromkeys(module.DETERMINED, 1e-12))
     with pytest.raises(CalibrationError, match='leaves every value open'):
-        calibrate(beams[:20_000], Values.of_mount(MountConfig()), UP)
+        calibrate(beams[:20_000], Values.of_laser(LaserPoseConfig()), UP)
 
 
 def test_a_plane_that_is_seen_only_at_grazing_incidence_does_no_harm(beams):
     """Planes are numbered before such beams are left out; here the last one has no beam."""
-    start = Values.of_mount(MountConfig())
+    start = Values.of_laser(LaserPoseConfig())
     some = beams[::20]
     some = some[np.isfinite(ends_of(some, start).xyz[0])]
     planes, labels = find_planes(some.ranges, ends_of(some, start), EVEN)

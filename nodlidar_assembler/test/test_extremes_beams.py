@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from nodlidar_assembler.clouds.ego_motion import Poses
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_common.errors import ParameterError
 import numpy as np
@@ -27,7 +27,7 @@ def geometry(range_min=0.0, range_max=math.inf):
 
 def scanned(ranges, phi=0.0, limits=None, poses=None):
     """Return the points of a scan whose beams all have one pitch, and x, y, z (n, 3)."""
-    beams = Beams(limits or geometry(), REFERENCE_MOUNT)
+    beams = Beams(limits or geometry(), REFERENCE_LASER_POSE)
     ranges = np.broadcast_to(np.asarray(ranges, dtype=np.float32), 682)
     points = assemble(beams, START_NS, ranges, np.full(682, phi), poses=poses)
     return points, np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(float)

@@ -4,7 +4,7 @@ from dataclasses import fields
 import math
 
 from nodlidar_assembler.clouds.assembly import place
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
@@ -42,7 +42,7 @@ def nods(config, ranges, revolutions=8):
     n_l = config.steps_per_revolution
     beams = max(1, 682 * n_l // 1024)
     geometry = ScanGeometry(beams, -2.0, math.tau / n_l, 0.1 / n_l, 0.02, math.inf)
-    at = Beams(geometry, REFERENCE_MOUNT)
+    at = Beams(geometry, REFERENCE_LASER_POSE)
     controller, monitor = NodController(config), SceneMonitor(config)
     found = []
     for revolution in range(revolutions):

@@ -6,7 +6,7 @@ from assembling import assemble
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, OdometryError, Poses
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.origins import frame_of, origin_near
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 import numpy as np
@@ -14,7 +14,7 @@ import pytest
 
 STEP = 2 * math.pi / 1024
 URG = ScanGeometry(682, (44 - 384) * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
-BEAMS = Beams(URG, REFERENCE_MOUNT)
+BEAMS = Beams(URG, REFERENCE_LASER_POSE)
 START_NS = 1_700_000_000_000_000_000
 RANGES = np.linspace(0.5, 5.0, 682, dtype=np.float32)
 PITCH = np.linspace(-0.6, 0.6, 682)

@@ -6,7 +6,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.assembly import place
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.lidar_view import LidarView, nod_for, task_for
@@ -70,7 +70,7 @@ def test_steps_window_and_rate_are_those_of_the_scan(name, steps, width, rate, f
 @of_every_lidar
 def test_each_beam_has_its_own_step_and_a_column_and_each_column_beams(geometry):
     task = task_for(nod_for(NodConfig(object_size=0.2), geometry), geometry)
-    azimuth = Beams(geometry, REFERENCE_MOUNT).azimuth
+    azimuth = Beams(geometry, REFERENCE_LASER_POSE).azimuth
     step, column = task.step_at(azimuth), task.column_of_step()
     repeated = geometry is RPLIDAR  # its last beam is where the first one is
     assert len(set(step)) == len(step) - repeated
@@ -97,7 +97,7 @@ def test_any_window_is_seen_whole_and_nothing_beyond_it(steps, share, first, sig
     config = NodConfig(steps_per_revolution=steps, object_size=0.5)
     task = task_for(nod_for(config, geometry), geometry)
     assert task.steps_per_revolution == steps
-    azimuth = Beams(geometry, REFERENCE_MOUNT).azimuth
+    azimuth = Beams(geometry, REFERENCE_LASER_POSE).azimuth
     inside = task.column_of_step() >= 0
     assert inside[task.step_at(azimuth)].all()
     assert inside.sum() == (beams - 1) * thinned + 1
@@ -146,7 +146,7 @@ def test_a_lidar_whose_speed_drifts_keeps_its_nod_and_coverage(slowest):
 
 def scans(geometry, nod_at, count):
     """Yield scans of a wall on every side, with the pitch of a nod."""
-    beams = Beams(geometry, REFERENCE_MOUNT)
+    beams = Beams(geometry, REFERENCE_LASER_POSE)
     period = geometry.time_increment * math.tau / geometry.angle_increment
     for k in range(count):
         stamp_ns = START_NS + round(k * period * S)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import itertools
 import math
 
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.nod_controller import NodController
@@ -15,7 +15,7 @@ import pytest
 
 STEP = math.tau / 1024
 URG = ScanGeometry(682, -340 * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
-BEAMS = Beams(URG, REFERENCE_MOUNT)
+BEAMS = Beams(URG, REFERENCE_LASER_POSE)
 BEGIN_NS = 1_700_000_000_000_000_000
 PERIOD_NS = 100_000_000
 LATER_NS = int(BEAMS.offset_ns[-1]) + 40_000_000
@@ -116,7 +116,7 @@ def test_cells_that_no_step_sees_are_not_waited_for():
     controller = NodController(
         AssemblerConfig(nod_mode='feedback', steps_per_revolution=90, samples_per_sweep=353)
     )
-    run(controller, 300, beams=Beams(coarse, REFERENCE_MOUNT))
+    run(controller, 300, beams=Beams(coarse, REFERENCE_LASER_POSE))
     assert controller.round_time < 20.0
 
 
@@ -147,7 +147,7 @@ def test_interlaced_does_not_mind_a_lidar_that_turns_to_the_right():
     config = AssemblerConfig(nod_mode='interlaced', samples_per_sweep=12001)
     controller = NodController(config)
     geometry = replace(URG, angle_min=-URG.angle_min, angle_increment=-STEP)
-    mirrored = Beams(geometry, REFERENCE_MOUNT)
+    mirrored = Beams(geometry, REFERENCE_LASER_POSE)
     assert len({start for _, start in run(controller, 60, beams=mirrored)}) > 5
 
 
@@ -161,7 +161,7 @@ def test_a_lidar_that_sweeps_cannot_be_chosen_for_keeps_the_nod_in_its_phase():
                 controller,
                 1,
                 since_ns=BEGIN_NS + number * 100_010_000,
-                beams=Beams(reversed_urg, REFERENCE_MOUNT),
+                beams=Beams(reversed_urg, REFERENCE_LASER_POSE),
             )
         clock.add_scan(reversed_urg, BEGIN_NS + number * 100_010_000)
         assert controller.command == (clock.nod, 0)
@@ -194,7 +194,7 @@ def test_a_plan_before_the_first_scan_is_that_of_the_first_scan():
 def test_a_plan_is_for_the_lidar_that_was_seen():
     other = replace(URG, beams=360, angle_min=-math.pi, angle_increment=math.tau / 360)
     controller = NodController(AssemblerConfig(samples_per_sweep=4001))
-    run(controller, 3, beams=Beams(other, REFERENCE_MOUNT))
+    run(controller, 3, beams=Beams(other, REFERENCE_LASER_POSE))
     controller.plan(AssemblerConfig(samples_per_sweep=6003), BEGIN_NS + 3 * PERIOD_NS)
     assert controller.view.config.steps_per_revolution == 360
     assert math.gcd(controller.planned.samples_per_sweep, 360) == 1
@@ -206,9 +206,9 @@ def test_after_a_plan_the_nod_is_clocked_by_the_steps_that_it_is_coprime_with():
     for beams in (450, 465):
         step = math.tau / beams
         other = ScanGeometry(beams, 0.0, step, 0.1 / beams, 0.02, 12.0)
-        run(controller, 3, beams=Beams(other, REFERENCE_MOUNT))
+        run(controller, 3, beams=Beams(other, REFERENCE_LASER_POSE))
     controller.plan(AssemblerConfig(pitch_max=0.4), BEGIN_NS + 3 * PERIOD_NS)
-    run(controller, 3, 4, beams=Beams(other, REFERENCE_MOUNT))
+    run(controller, 3, 4, beams=Beams(other, REFERENCE_LASER_POSE))
     nod, _ = controller.command
     steps = controller.view.config.steps_per_revolution
     assert math.gcd(nod.samples_per_sweep, steps) == 1

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.assembly import place
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
 from nodlidar_assembler.config import AssemblerConfig
@@ -26,8 +26,8 @@ STEP = math.tau / 1024
 DRAWS = 20_000
 
 
-def beams_of(count, mount=REFERENCE_MOUNT, time_increment=0.1 / 1024):
-    return Beams(ScanGeometry(count, -2.0, STEP, time_increment, 0.02, 5.6), mount)
+def beams_of(count, laser_pose=REFERENCE_LASER_POSE, time_increment=0.1 / 1024):
+    return Beams(ScanGeometry(count, -2.0, STEP, time_increment, 0.02, 5.6), laser_pose)
 
 
 @given(st.tuples(*[st.floats(-0.3, 0.3)] * 6), st.floats(-1.0, 1.0), st.floats(-6.0, 6.0))

@@ -7,7 +7,7 @@ import time
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.assembly import place, points_of
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.lidar_view import task_for
@@ -24,7 +24,7 @@ PERIOD_NS = S // 10
 STEP = math.tau / 1024
 URG = ScanGeometry(682, -340 * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
 AROUND = ScanGeometry(1024, -math.pi, STEP, 0.1 / 1024, 0.02, 5.6)
-BEAMS = Beams(URG, REFERENCE_MOUNT)
+BEAMS = Beams(URG, REFERENCE_LASER_POSE)
 CONFIG = AssemblerConfig()
 VIEW = task_for(CONFIG, URG)
 LIMITS = -0.8, 0.8
@@ -144,7 +144,7 @@ def assembled_of(scan, beams, pitch):
 
 def follow(region, begin_ns=BEGIN_NS, mode='coprime', view=URG, revolutions=2000):
     """Scan a region with a servo that is exactly on every command in effect; return all of it."""
-    beams = Beams(view, REFERENCE_MOUNT)
+    beams = Beams(view, REFERENCE_LASER_POSE)
     config = replace(CONFIG, nod_mode=mode)
     controller, scan = NodController(config), None
     commands = []

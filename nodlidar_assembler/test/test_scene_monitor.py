@@ -5,7 +5,7 @@ import math
 
 from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
-from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_MOUNT, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_adaptation import BAND
@@ -24,7 +24,7 @@ BEAM = 0.1 / 1024
 MS = 1_000_000
 # All 682 beams are within the region, which is the window of the lidar.
 GEOMETRY = ScanGeometry(682, (44 - 384) * math.tau / 1024, math.tau / 1024, BEAM, 0.02, 5.6)
-BEAMS = Beams(GEOMETRY, REFERENCE_MOUNT)
+BEAMS = Beams(GEOMETRY, REFERENCE_LASER_POSE)
 
 
 def scans_of_a_wall(duration, start_ns=START_NS, **changes):
@@ -197,7 +197,7 @@ def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
         thinned = Scan(scan.stamp_ns, geometry, scan.ranges[::thinning])
         # At 0.5 rad/s the span takes more than the planned N_s.
         monitor = SceneMonitor(AssemblerConfig(samples_per_sweep=4001, max_nod_speed=0.5))
-        monitor.cover(assembled(thinned, Beams(geometry, REFERENCE_MOUNT), pitch[::thinning]))
+        monitor.cover(assembled(thinned, Beams(geometry, REFERENCE_LASER_POSE), pitch[::thinning]))
         shapes.append(monitor.shape())
     assert shapes[0].samples_per_sweep > BAND * 4001
     assert shapes[1].samples_per_sweep == shapes[0].samples_per_sweep

@@ -7,7 +7,7 @@ import re
 import sys
 from typing import Any
 
-from nodlidar_assembler.clouds.geometry import MountConfig
+from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
@@ -179,8 +179,8 @@ def calibrated(values: Mapping[str, str]) -> dict[str, str]:
         return dict(values)
     file, namespace = values['calibration'], values['namespace']
     check_parameter_file('calibration', file, namespace)
-    found = file_values([file], full_name(namespace, 'assembler'), MountConfig)
-    check_parameters(replace(MountConfig(), **found))
+    found = file_values([file], full_name(namespace, 'assembler'), LaserPoseConfig)
+    check_parameters(replace(LaserPoseConfig(), **found))
     texts = {name: ' '.join(map(str, numbers)) for name, numbers in found.items()}
     return {**values, **texts}
 

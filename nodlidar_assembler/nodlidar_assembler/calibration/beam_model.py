@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.assembly import nodded
-from nodlidar_assembler.clouds.geometry import Beams, MountConfig, REFERENCE_MOUNT
+from nodlidar_assembler.clouds.geometry import Beams, LaserPoseConfig, REFERENCE_LASER_POSE
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
@@ -57,9 +57,9 @@ class Values:
         return replace(self, **{name: getattr(self, name) + step for name, step in pairs})
 
     @classmethod
-    def of_mount(cls, mount: MountConfig, delay: float = 0.0, zero: float = 0.0) -> 'Values':
-        """Return the values of a mount, a delay [s] and a joint zero [rad]."""
-        return cls(delay, zero, *mount.laser_rpy, *mount.laser_xyz)
+    def of_laser(cls, laser: LaserPoseConfig, delay: float = 0.0, zero: float = 0.0) -> 'Values':
+        """Return the values of a pose of the lidar, a delay [s] and a joint zero [rad]."""
+        return cls(delay, zero, *laser.laser_rpy, *laser.laser_xyz)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +150,7 @@ class MeasuredBeams:
         track, parts = JointTrack.of(log, max_gap), []
         step = max(1, sum(len(scan.ranges) for scan in log.scans) // _PREPARED)
         for number, scan in enumerate(log.scans):
-            beams = Beams(scan.geometry, REFERENCE_MOUNT)
+            beams = Beams(scan.geometry, REFERENCE_LASER_POSE)
             g = scan.geometry
             good = g.measured(scan.ranges) & (scan.ranges <= max_range)
             edge = veiled(scan.ranges, g, VeilConfig())

@@ -72,7 +72,7 @@ def require_standing(log: SensorLog) -> None:
 
 def start_values(config: AssemblerConfig) -> Values:
     """Return the values that the parameters set."""
-    return Values.of_mount(config, config.joint_delay, _sign(config) * config.joint_zero)
+    return Values.of_laser(config, config.joint_delay, _sign(config) * config.joint_zero)
 
 
 def parameters(values: Values, config: AssemblerConfig) -> dict[str, Any]:

@@ -81,8 +81,8 @@ class Placed:
 def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64]) -> Placed:
     """Return the end points of a scan's beams in nodlidar_base_link.
 
-    A beam ends at ``direction * r + mount.position`` in the nodding frame, which the nod turns.
-    With the mount z_off above the axis, this is the transform of docs/model.md, erratum 2
+    A beam ends at ``direction * r + laser_pose.position`` in the nodding frame, which the nod
+    turns. With the lidar z_off above the axis, this is the transform of docs/model.md, erratum 2
     included.
 
     Parameters
@@ -97,7 +97,7 @@ def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64])
     valid = np.flatnonzero(beams.geometry.measured(ranges))
     xyz = beams.direction.take(valid, axis=1)
     xyz *= ranges.take(valid)
-    xyz += beams.mount.position[:, None]
+    xyz += beams.laser_pose.position[:, None]
     return Placed(valid, nodded(xyz, pitch.take(valid)))
 
 

@@ -100,7 +100,7 @@ def segments_in_band(
     order = np.argsort(which)
     which = which[order]
     end = np.concatenate([assembled.placed.xyz, free.xyz], axis=1)[:, order].T @ levelled.T
-    centres = np.repeat(beams.mount.position[:, None], len(which), axis=1)
+    centres = np.repeat(beams.laser_pose.position[:, None], len(which), axis=1)
     begin = nodded(centres, pitch[which]).T @ levelled.T
     enters, leaves = _within(begin[:, 2], end[:, 2], band)
     way = end - begin

@@ -21,7 +21,7 @@ _LARGEST = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True)
-class MountConfig:
+class LaserPoseConfig:
     """Mounting of the lidar."""
 
     laser_xyz: tuple[float, float, float] = parameter(
@@ -46,12 +46,12 @@ class MountConfig:
                 raise ParameterError(key, 'three numbers', getattr(self, key))
 
     @property
-    def mount(self) -> Pose:
+    def laser_pose(self) -> Pose:
         """Pose of the laser in the nodding frame."""
         return Pose.from_xyzrpy((*self.laser_xyz, *self.laser_rpy))
 
 
-REFERENCE_MOUNT = MountConfig().mount
+REFERENCE_LASER_POSE = LaserPoseConfig().laser_pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,12 +119,12 @@ class Beams:
     ----------
     geometry
         Geometry of the scans.
-    mount
+    laser_pose
         Pose of the laser in the nodding frame.
     azimuth
         Azimuth of each beam in the laser's frame [rad], shape (n,).
     direction
-        Unit vectors, shape (3, n): range r ends at ``direction * r + mount.position``.
+        Unit vectors, shape (3, n): range r ends at ``direction * r + laser_pose.position``.
     offset
         Time of each beam after the first [s], shape (n,).
     offset_ns
@@ -132,7 +132,7 @@ class Beams:
     """
 
     geometry: ScanGeometry
-    mount: Pose
+    laser_pose: Pose
     azimuth: NDArray[np.float64] = field(init=False)
     direction: NDArray[np.float64] = field(init=False)
     offset: NDArray[np.float64] = field(init=False)
@@ -144,7 +144,7 @@ class Beams:
         in_laser = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)])
         offset = self.geometry.time_increment * index
         object.__setattr__(self, 'azimuth', azimuth)
-        object.__setattr__(self, 'direction', self.mount.rotation @ in_laser)
+        object.__setattr__(self, 'direction', self.laser_pose.rotation @ in_laser)
         object.__setattr__(self, 'offset', offset)
         object.__setattr__(self, 'offset_ns', np.rint(offset * NS_PER_S).astype(np.int64))
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_assembler.clouds.band import BandConfig
-from nodlidar_assembler.clouds.geometry import MountConfig
+from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_assembler.clouds.point_sigma import SigmaConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
@@ -20,7 +20,7 @@ SAME_SURFACE = 4.0
 
 
 @dataclass(frozen=True)
-class LevelScanConfig(MountConfig, BandConfig, SigmaConfig):
+class LevelScanConfig(LaserPoseConfig, BandConfig, SigmaConfig):
     """Level scan."""
 
     level_scan: str = parameter(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from nodlidar_assembler.clouds.assembly import place, Placed, Points, points_of
 from nodlidar_assembler.clouds.deskew import DESKEW_INSTANTS, deskewed
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
-from nodlidar_assembler.clouds.geometry import Beams, MountConfig, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, LaserPoseConfig, ScanGeometry
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
 from nodlidar_assembler.clouds.points import DESKEWED_POINT, MOVED_POINT, POINT
@@ -26,7 +26,7 @@ EGO_MOTION_MODES = ('off', 'beam', 'deskew')
 
 
 @dataclass(frozen=True)
-class PipelineConfig(OdometryConfig, MountConfig, SigmaConfig, VeilConfig, EstimatorConfig):
+class PipelineConfig(OdometryConfig, LaserPoseConfig, SigmaConfig, VeilConfig, EstimatorConfig):
     """Clouds."""
 
     cloud_mode: str = parameter(
@@ -129,7 +129,7 @@ class Pipeline:
         self._sigma: SigmaConfig = config
         self.estimator = PitchEstimator(config)
         self._motion_limits: OdometryConfig = config
-        self._mount = config.mount
+        self._laser_pose = config.laser_pose
         self._deskews, self._deskew_to = config.ego_motion == 'deskew', config.deskew_to
         self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
         self._beams: Beams | None = None
@@ -142,7 +142,7 @@ class Pipeline:
     def beams(self, geometry: ScanGeometry) -> Beams:
         """Return the beams of a geometry, recomputed only when it changes."""
         if self._beams is None or self._beams.geometry != geometry:
-            self._beams = Beams(geometry, self._mount)
+            self._beams = Beams(geometry, self._laser_pose)
         return self._beams
 
     def restart(self) -> None:

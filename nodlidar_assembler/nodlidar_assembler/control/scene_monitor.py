@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, rotated
-from nodlidar_assembler.clouds.geometry import MountConfig, revolution_time
+from nodlidar_assembler.clouds.geometry import LaserPoseConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class SceneMonitorConfig(OdometryConfig, MountConfig, PitchLimitsConfig):
+class SceneMonitorConfig(OdometryConfig, LaserPoseConfig, PitchLimitsConfig):
     """Observed coverage."""
 
     coverage_window: float = parameter(
