@@ -24,7 +24,7 @@ MANY_LATE = 0.1
 """Late replies above this share are a warning: the host is too busy. So is any other failure."""
 
 _WINDOW, _SHORTEST = 1.5, 1.0  # s, that rates are taken over, and at least
-_SAMPLES = 'samples'
+_SAMPLES, _WITHHELD = 'samples', 'withheld'
 
 
 class Diagnosis:
@@ -106,7 +106,8 @@ class Diagnosis:
         state, counted = self.state, self.state.figures
         if state.link is None:
             self._recent.clear()
-        self._recent.add(now_ns, Counter({_SAMPLES: counted.samples}) + counted.failures)
+        measured = Counter({_SAMPLES: counted.samples, _WITHHELD: counted.withheld})
+        self._recent.add(now_ns, measured + counted.failures)
         warnings = [*self._commands.new_refusals(), *self._command_warnings(state.link, now_ns)]
         warnings += [*self._rate_warnings(), *_out_of_limits(state)]
         if state.latency_warning:
@@ -154,7 +155,7 @@ class Diagnosis:
         for reason, count in counts.most_common():
             if reason == LateReplyError.reason and count <= MANY_LATE * replies:
                 continue
-            if reason != _SAMPLES:
+            if reason not in (_SAMPLES, _WITHHELD):
                 warnings.append(f'{count / replies:.1%} of the replies failed: {reason}')
         return warnings
 

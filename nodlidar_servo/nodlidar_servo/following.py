@@ -104,8 +104,13 @@ class Following:
         return not self.fault or now_ns >= self._retry_ns
 
     def rest(self) -> None:
-        """Note that the servo has no command: no position is a fault."""
+        """Note that the servo is not driven: no position is a fault."""
         self._model = self._away_since_ns = None
+
+    def forget(self) -> None:
+        """Note that the servo has no command: it is not at fault, and is believed."""
+        self.rest()
+        self.fault, self.believed = '', True
 
     def drive(self, now_ns: int, drive: Drive, nod: Nod, sample: Measured) -> None:
         """Note the command to the servo at a steady time [ns], and the nod that it follows."""

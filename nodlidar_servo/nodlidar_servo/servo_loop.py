@@ -49,7 +49,7 @@ class Schedule:
 class LoopFigures:
     """Counts of the cycles, over all connections; failures by reason."""
 
-    samples: int = 0
+    samples: int = 0  # that were believed
     failures: Counter[str] = field(default_factory=Counter)
     saturated_cycles: int = 0
     missed_cycles: int = 0
@@ -143,7 +143,9 @@ class ServoLoop:
         self._attempt(self._steer)
         if not measured or self._sample is None:
             return []
-        return self._held.add(self._sample, self._following.believed)
+        believed = self._held.add(self._sample, self._following.believed)
+        self._figures.samples += len(believed)
+        return believed
 
     def _may_repeat(self, deadline_ns: int) -> bool:
         """Return whether there is time to repeat the first request that failed, or late ones."""
@@ -168,7 +170,6 @@ class ServoLoop:
         self._sample = self._servo.read()
         self._measured_ns = self._steady()
         self._late = 0
-        self._figures.samples += 1
         self._heard()
         self._following.measured(self._measured_ns, self._sample.pitch)
 
@@ -182,6 +183,8 @@ class ServoLoop:
     def _steer(self) -> None:
         steady_ns, now_ns = self._steady(), self._clock()
         tracker = self._commands.follow(steady_ns)
+        if tracker is None:
+            self._following.forget()
         if self._is_blind():
             tracker = self.progress = None
         if tracker is None or not self._following.may_drive(steady_ns):

@@ -70,6 +70,20 @@ def test_the_rate_is_that_since_the_last_report(diagnosis, figures):
     assert not any('per second' in text for text in diagnosis.next_report(6 * SECOND).warnings)
 
 
+def test_joint_states_that_are_withheld_are_none_but_replies(diagnosis, figures):
+    diagnosis.next_report(SECOND)
+    figures.samples += 40
+    figures.withhold(59)
+    figures.failures['no answer'] += 1
+    diagnosis.cycled([], None)
+    report = diagnosis.next_report(2 * SECOND)
+    assert report.figures['joint states per second'] == '40.0'
+    assert report.warnings[1:] == (
+        '40.0 joint states per second, not 100',
+        '1.0% of the replies failed: no answer',
+    )
+
+
 def test_a_new_connection_has_no_rate_yet(diagnosis, figures):
     diagnosis.next_report(SECOND)
     diagnosis.disconnected()

@@ -152,3 +152,30 @@ def test_a_servo_without_commands_is_no_fault_wherever_it_is_turned():
     bench.motion.set_goal(bench.clock(), -0.5, 1.0)
     bench.run(2.0, nod=None)
     assert not bench.following.fault
+
+
+@pytest.mark.parametrize('turn', [block, freeze])
+def test_a_servo_that_stands_still_as_its_commands_end_is_believed_at_rest(turn):
+    bench = FaultyBench()
+    bench.run(0.4, nod=None)  # of command_timeout
+    turn(bench)
+    bench.run(1.0, nod=None)
+    assert bench.figures.withheld > 5
+    assert not bench.torque
+    counted = bench.figures.samples
+    assert len(bench.run(1.0, nod=None)) == 100
+    assert bench.figures.samples == counted + 100
+
+
+def test_the_fault_of_a_servo_ends_with_its_command():
+    bench = FaultyBench()
+    block(bench)
+    bench.run_until(lambda: bench.following.fault)
+    counted = bench.figures.samples
+    assert bench.run(0.5, nod=None) == []
+    assert bench.following.fault
+    assert bench.figures.samples == counted
+    bench.run(0.2, nod=None)
+    assert not bench.following.fault
+    assert len(bench.run(1.0, nod=None)) == 100
+    assert not bench.torque

@@ -98,7 +98,8 @@ class ServoNode(NodNode):
             self._publish_samples()
         if self._following.fault != self._fault_logged:
             self._fault_logged = self._following.fault
-            self.get_logger().error(self._fault_logged or 'the servo follows again')
+            over = 'follows again' if self._loop.progress else 'has no nod command any more'
+            self.get_logger().error(self._fault_logged or f'the servo {over}')
 
     def _publish_samples(self) -> None:
         self.diagnosis.cycled(self._samples, self._loop.progress)
