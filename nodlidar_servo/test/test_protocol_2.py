@@ -206,6 +206,20 @@ def test_a_servo_whose_host_dies_stops_and_can_be_driven_again():
     assert (bench[table.TORQUE_ENABLE], bench[table.WATCHDOG]) == (0, 0)
 
 
+@pytest.mark.parametrize('pause', [0.45, 0.55, 2.0])
+def test_a_servo_is_driven_again_after_its_host_was_silent(pause):
+    bench = Bench()
+    servo = bench.connect()
+    servo.drive(-0.6, 0.5)
+    servo.read()
+    bench.pass_time(pause)
+    servo.read()
+    servo.drive(0.3, 2.0)
+    for _ in range(900):
+        sample = servo.read()
+    assert sample.pitch == pytest.approx(0.3, abs=TICK)
+
+
 def test_torque_that_is_off_is_no_error_when_the_watchdog_confirms_nothing():
     bench = Bench()
     servo = bench.connect()

@@ -17,7 +17,9 @@ from nodlidar_servo.models.models import MODELS
 
 _RETURN_DELAY_UNIT_NS = 2000
 _SETUP = 'the command `ros2 run nodlidar_servo setup` sets it right'
-_WATCHDOG = 25  # of 20 ms; the node is never silent for so long while it drives
+_WATCHDOG = 25  # of 20 ms
+LONGEST_SILENCE = 0.4
+"""Time without requests [s] after which the watchdog, of 0.5 s, may have expired."""
 
 
 @dataclass(frozen=True, slots=True)

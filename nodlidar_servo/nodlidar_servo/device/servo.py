@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from nodlidar_common.errors import DeviceError
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.serial_port import SerialPort
 from nodlidar_servo.bus.dynamixel_bus import DynamixelBus
 from nodlidar_servo.bus.replies import LateReplyError, NoAnswerError, Reply, ReplyError
@@ -11,6 +12,7 @@ from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.positions import PositionCheck
 from nodlidar_servo.device.preparation import (
     hardware_errors,
+    LONGEST_SILENCE,
     prepare,
     set_watchdog,
     write_position_gain,
@@ -55,7 +57,7 @@ class Servo:
         )
         self._torque: bool | None = None
         self._is_connected = False
-        self._missed = 0
+        self._missed = self._asked_ns = 0
         # The configured acceleration is what the servo reaches at least. It may do more, so a low
         # one is no bound for its positions; the default is, as for any servo.
         strongest = max(config.acceleration, ServoConfig.acceleration)
@@ -118,9 +120,11 @@ class Servo:
         except NoAnswerError:
             self._missed += 1
             raise
-        if self._missed >= _MISSED_BY_RESET and self._torque:
-            self._torque = None  # its supply may have dipped: without torque and what was set
-        self._missed = 0
+        was_reset = self._missed >= _MISSED_BY_RESET  # its supply may have dipped
+        was_stopped = reply.sent_ns - self._asked_ns > LONGEST_SILENCE * NS_PER_S  # its watchdog
+        if (was_reset or was_stopped) and self._torque:
+            self._torque = None  # it may have lost its torque and what was set
+        self._missed, self._asked_ns = 0, reply.sent_ns
         return reply
 
     def _stamp(self, reply: Reply) -> int:
