@@ -1,7 +1,6 @@
 """What the node reports about the servo."""
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -70,9 +69,8 @@ class Diagnosis:
         self._servo = servo
         self._update(latency_warning=latency_warning)
 
-    def cycled(self, samples: Sequence[Sample], progress: Progress | None) -> None:
-        """Report the samples of a cycle, and how the nod is followed, if there is one."""
-        sample = samples[-1] if samples else self.state.sample
+    def cycled(self, sample: Sample | None, progress: Progress | None) -> None:
+        """Report the latest measurement, and how the nod is followed, if there are any."""
         self._update(sample=sample, progress=progress)
 
     def disconnected(self) -> None:

@@ -90,6 +90,8 @@ class ServoLoop:
     progress
         How the nod is followed; None without a nod command, or if all replies are late: the
         torque is then off.
+    sample
+        The latest measurement, believed or not; None before the first.
     """
 
     def __init__(
@@ -114,7 +116,7 @@ class ServoLoop:
         self._sleep = sleep
         self._steady = steady or clock
         self.progress: Progress | None = None
-        self._sample: Sample | None = None
+        self.sample: Sample | None = None
         self._measured_ns = 0
         self._late = 0  # late replies since the latest sample
         self._heard()
@@ -141,9 +143,9 @@ class ServoLoop:
         while not measured and self._may_repeat(deadline_ns):
             measured = self._attempt(self._measure)
         self._attempt(self._steer)
-        if not measured or self._sample is None:
+        if not measured or self.sample is None:
             return []
-        believed = self._held.add(self._sample, self._following.believed)
+        believed = self._held.add(self.sample, self._following.believed)
         self._figures.samples += len(believed)
         return believed
 
@@ -167,11 +169,11 @@ class ServoLoop:
         self._sleep(min(max(time_ns - self._steady(), 0), self._schedule.period_ns))
 
     def _measure(self) -> None:
-        self._sample = self._servo.read()
+        self.sample = self._servo.read()
         self._measured_ns = self._steady()
         self._late = 0
         self._heard()
-        self._following.measured(self._measured_ns, self._sample.pitch)
+        self._following.measured(self._measured_ns, self.sample.pitch)
 
     def _heard(self) -> None:
         self._failures, self._heard_ns = 0, self._steady()
@@ -191,10 +193,10 @@ class ServoLoop:
             self._following.rest()
             if self._servo.torque:
                 self._servo.set_torque(False)
-        elif self._sample is not None and self._since(self._measured_ns) < _LATEST_STEERING:
-            drive = tracker.step(now_ns, self._sample)
+        elif self.sample is not None and self._since(self._measured_ns) < _LATEST_STEERING:
+            drive = tracker.step(now_ns, self.sample)
             self._servo.drive(drive.goal, drive.speed)
-            self._following.drive(steady_ns, drive, tracker.nod, self._sample)
+            self._following.drive(steady_ns, drive, tracker.nod, self.sample)
             self._figures.saturated_cycles += drive.saturated
         self.progress = None if tracker is None else tracker.progress()
 

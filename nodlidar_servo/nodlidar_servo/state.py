@@ -30,6 +30,6 @@ class ServoState:
     figures: LoopFigures  # a copy that nobody changes
     link: Link | None = None  # None while not connected
     latency_warning: str = ''
-    sample: Sample | None = None  # the latest one of this connection
+    sample: Sample | None = None  # the latest of this connection, believed or not
     progress: Progress | None = None  # None without a nod command
     fault: str = ''  # why the servo does not follow

@@ -46,7 +46,7 @@ def following():
 def diagnosis(figures, commands, following):
     diagnosis = Diagnosis(figures, commands, following, 100.0)
     diagnosis.connected(servo(), '')
-    diagnosis.cycled([sample()], None)
+    diagnosis.cycled(sample(), None)
     return diagnosis
 
 
@@ -61,12 +61,12 @@ def test_nothing_is_wrong_with_a_servo_that_nods(diagnosis):
 def test_the_rate_is_that_since_the_last_report(diagnosis, figures):
     diagnosis.next_report(SECOND)
     figures.samples += 130
-    diagnosis.cycled([], None)
+    diagnosis.cycled(sample(), None)
     report = diagnosis.next_report(3 * SECOND)
     assert report.figures['joint states per second'] == '65.0'
     assert '65.0 joint states per second, not 100' in report.warnings
     figures.samples += 285
-    diagnosis.cycled([], None)
+    diagnosis.cycled(sample(), None)
     assert not any('per second' in text for text in diagnosis.next_report(6 * SECOND).warnings)
 
 
@@ -75,7 +75,7 @@ def test_joint_states_that_are_withheld_are_none_but_replies(diagnosis, figures)
     figures.samples += 40
     figures.withhold(59)
     figures.failures['no answer'] += 1
-    diagnosis.cycled([], None)
+    diagnosis.cycled(sample(), None)
     report = diagnosis.next_report(2 * SECOND)
     assert report.figures['joint states per second'] == '40.0'
     assert report.warnings[1:] == (
@@ -90,7 +90,7 @@ def test_a_new_connection_has_no_rate_yet(diagnosis, figures):
     diagnosis.next_report(2 * SECOND)
     diagnosis.connected(servo(), '')
     figures.samples += 10
-    diagnosis.cycled([sample()], None)
+    diagnosis.cycled(sample(), None)
     report = diagnosis.next_report(2 * SECOND + SECOND // 2)
     assert report.figures['joint states per second'] == '0.0'
     assert not any('per second' in text for text in report.warnings)
@@ -99,7 +99,7 @@ def test_a_new_connection_has_no_rate_yet(diagnosis, figures):
 def test_failures_are_counted_by_reason(diagnosis, figures):
     figures.failures['no answer'] += 2
     figures.failures['corrupt reply'] += 1
-    diagnosis.cycled([], None)
+    diagnosis.cycled(sample(), None)
     counted = diagnosis.next_report(SECOND).figures
     assert counted['failed: no answer'] == '2'
     assert counted['failed: corrupt reply'] == '1'
@@ -117,7 +117,7 @@ def test_any_failure_of_the_bus_and_many_late_replies_are_a_warning(
     commands.accept(NOD, SECOND)
     figures.samples += 150
     figures.failures[reason] += count
-    diagnosis.cycled([], None)
+    diagnosis.cycled(sample(), None)
     assert (diagnosis.urgent(2 * SECOND) != before) == (reason != 'late reply')
     warnings = diagnosis.next_report(2 * SECOND).warnings
     assert warnings == (f'{count / (150 + count):.1%} of the replies failed: {reason}',) * is_told
@@ -132,20 +132,20 @@ def test_any_failure_of_the_bus_and_many_late_replies_are_a_warning(
     ],
 )
 def test_what_is_beyond_the_motors_own_limits_is_a_warning(diagnosis, measured, words):
-    diagnosis.cycled([measured], None)
+    diagnosis.cycled(measured, None)
     (warning,) = diagnosis.next_report(SECOND).warnings
     assert words in warning
 
 
 def test_every_alarm_of_the_motor_is_an_error(diagnosis):
-    diagnosis.cycled([sample(status=0x25)], None)
+    diagnosis.cycled(sample(status=0x25), None)
     (error,) = diagnosis.next_report(SECOND).errors
     assert error == 'the servo reports: input voltage, overheating, overload'
 
 
 def test_a_motor_that_has_shut_down_is_an_error_also_when_the_cause_is_gone(diagnosis):
     diagnosis.connected(servo(shut_down=0x20), '')
-    diagnosis.cycled([sample()], None)
+    diagnosis.cycled(sample(), None)
     (error,) = diagnosis.next_report(SECOND).errors
     assert error == 'the servo has shut down (overload): deactivate and activate the node'
 

@@ -245,6 +245,16 @@ def test_a_servo_that_does_not_follow_is_diagnosed_and_tried_again(commander, em
     assert 'the servo follows again' in log
 
 
+def test_a_blocked_servo_that_gets_hot_is_diagnosed(commander, emulator, motion, ports):
+    motion.set_goal = lambda now_ns, *_: motion.brake(now_ns)
+    with active(commander, ports):
+        commander.nod = nod_from_now()
+        commander.spin_until(lambda: 'does not follow' in commander.message(), 'not named')
+        emulator.motor.temperature = 85.0
+        commander.spin_until(lambda: 'overheating' in commander.message(), 'not named')
+        assert commander.values()['temperature [deg C]'] == '85'
+
+
 def test_torque_goes_off_on_deactivation(commander, emulator, ports):
     with active(commander, ports):
         commander.nod = nod_from_now()

@@ -102,7 +102,7 @@ class ServoNode(NodNode):
             self.get_logger().error(self._fault_logged or f'the servo {over}')
 
     def _publish_samples(self) -> None:
-        self.diagnosis.cycled(self._samples, self._loop.progress)
+        self.diagnosis.cycled(self._loop.sample, self._loop.progress)
         for sample in self._samples:
             fill_joint_state(self._message, sample)
             self._joint_states.publish(self._message)
