@@ -27,7 +27,7 @@ from nodlidar_servo.setup.errors import (
     WrongModelError,
 )
 from nodlidar_servo.setup.registers import rate_code, rate_of, registers_of
-from nodlidar_servo.setup.search import answers, Found, is_shared, rare_rates, RATES_1
+from nodlidar_servo.setup.search import answers, Found, is_shared, rare_trials, RATES_1
 from nodlidar_sim.devices import rx_table as rx
 from nodlidar_sim.devices import x_table as x
 from nodlidar_sim.devices.device import SilentDevice
@@ -284,12 +284,20 @@ def test_answers_are_found_in_noise_only_if_they_are_sound(noise, packets):
     answers(packets, noise)
 
 
-def test_rates_of_protocol_1_are_covered():
-    tried = [*RATES_1, *rare_rates()]
-    for n in range(255):
-        rate = 2_000_000 / (n + 1)
-        if rate <= 1_000_000:
-            assert min(abs(each / rate - 1.0) for each in tried) < 0.021
+def test_every_rate_that_a_servo_of_protocol_1_can_have_is_tried():
+    tried = [trial.baud_rate for trial in rare_trials()] + list(RATES_1)
+    for rate in [*(2_000_000 / (n + 1) for n in range(255)), 2_250_000, 2_500_000, 3_000_000]:
+        assert min(abs(each / rate - 1.0) for each in tried) < 0.021, rate
+
+
+@pytest.mark.parametrize(
+    ('kind', 'code', 'rate'), [(XServoEmulator, 7, '4500000'), (RxServoEmulator, 249, '8...')]
+)
+def test_a_bit_rate_that_the_node_does_not_have_may_not_stay(kind, code, rate):
+    line = Line(make(kind, baud=code), yes=lambda question: 'bit rate' not in question)
+    with pytest.raises(ParameterError, match=f"'baud_rate' must be between .* but is {rate}"):
+        line.set_up()
+    line.set_up(dry_run=True)  # says what would be changed
 
 
 @pytest.mark.parametrize('packets', [PROTOCOL_1, PROTOCOL_2])

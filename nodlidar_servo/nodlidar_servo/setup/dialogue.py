@@ -118,7 +118,7 @@ class Dialogue:
         PortError
             If the port cannot be used.
         ParameterError
-            If the servo cannot do what was asked for.
+            If the servo cannot do what was asked for, or keeps a bit rate that the node refuses.
         """
         found, others = self.find(wish.from_id)
         session = Session(self._open_at, found)
@@ -142,7 +142,9 @@ class Dialogue:
         if agreed:
             _write(session, agreed)
         after = session.condition()
-        return Result(before, after, agreed, _reached(config, after))
+        reached = _reached(config, after)
+        check(reached)  # the servo may have kept a bit rate that the node does not have
+        return Result(before, after, agreed, reached)
 
     def _condition(self, session: Session, wish: Wish) -> Condition:
         try:

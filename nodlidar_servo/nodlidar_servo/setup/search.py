@@ -77,7 +77,7 @@ def rare_trials() -> list[Trial]:
 
 def rare_rates() -> list[int]:
     """Return bit rates of Protocol 1.0 that are not usual, each within 2 % of the next."""
-    rates = [2_500_000, 2_250_000]
+    rates = [3_000_000, 2_500_000, 2_250_000]  # of an MX-28
     last = float('inf')
     for n in range(255):
         rate = 2_000_000 / (n + 1)
