@@ -199,9 +199,12 @@ class LdrobotLidar:
         azimuth_step = -math.radians(revolution.angle_step)
         beams = np.arange(len(revolution.distances))
         azimuths = math.pi - math.radians(revolution.angle) + azimuth_step * beams
-        [kept] = np.nonzero((azimuths >= self._window[0]) & (azimuths <= self._window[1]))
+        least, greatest = self._window
+        # The azimuths of an uneven revolution may be off, but a full turn has all of its beams.
+        is_full = greatest - least > math.tau + azimuth_step
+        slack = math.inf if is_full else -azimuth_step / 2.0
+        [kept] = np.nonzero((azimuths >= least - slack) & (azimuths <= greatest + slack))
         if not len(kept):
-            least, greatest = self._window
             raise DeviceError(f'no beam is between {least} and {greatest} rad')
         first = int(kept[0])
         chosen = slice(first, int(kept[-1]) + 1)
