@@ -223,9 +223,9 @@ def test_probe(command, monkeypatch, capsys):
     device = emulator(lambda times_ns, azimuth: 3.5 + np.cos(azimuth), start_ns=clock())
     port = VirtualPort(device, clock, 1.0)
     monkeypatch.setattr(port, 'fileno', lambda: -1, raising=False)
-    monkeypatch.setattr('nodlidar_driver.probe._opened', lambda options: nullcontext(port))
-    monkeypatch.setattr('nodlidar_driver.probe.Guard', MagicMock())
-    monkeypatch.setattr('nodlidar_driver.probe.even_ns', clock)
+    monkeypatch.setattr('nodlidar_driver.probe_command._opened', lambda options: nullcontext(port))
+    monkeypatch.setattr('nodlidar_driver.probe_command.Guard', MagicMock())
+    monkeypatch.setattr('nodlidar_driver.probe_command.even_ns', clock)
     assert probe(options(command)) == 0
     assert ('LD19' if 'LD19' in command else 'URG-04LX-UG01') in capsys.readouterr().out
 

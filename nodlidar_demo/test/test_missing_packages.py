@@ -21,6 +21,8 @@ sys.exit(importlib.import_module(module).main(['a.mcap', 'b.ply'] if 'bag' in mo
         ('nodlidar_assembler.calibrate', 'transforms3d'),
         ('nodlidar_planner.plan_scan.command', 'rich'),
         ('nodlidar_demo.demo', 'rosbags'),
+        ('nodlidar_driver.probe', 'numpy'),
+        ('nodlidar_servo.setup.command', 'numpy'),
     ],
 )
 def test_the_package_is_named_with_the_way_to_get_it(module, package):

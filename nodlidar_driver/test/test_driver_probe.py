@@ -11,7 +11,8 @@ from lidar_rig import Rig
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.ldrobot_lidar import LdrobotLidar
 from nodlidar_driver.lidar import Lidar
-from nodlidar_driver.probe import lines, main
+from nodlidar_driver.probe import main
+from nodlidar_driver.probe_command import lines
 from nodlidar_driver.probing import probe_ldrobot, probe_scip, residual
 from nodlidar_driver.scan_picture import picture
 from nodlidar_sim.devices.device import SilentDevice
@@ -160,7 +161,7 @@ def test_an_interrupt_leaves_the_laser_off(monkeypatch):
     def interrupt(lidar, account, seconds):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr('nodlidar_driver.probe.probe_scip', interrupt)
+    monkeypatch.setattr('nodlidar_driver.probe_command.probe_scip', interrupt)
     with lidar_at_a_port() as (emulator, port):
         assert main(['--port', port]) == 130
         assert not emulator.sensor.laser

@@ -9,14 +9,7 @@ from nodlidar_common.errors import DeviceError, ParameterError
 from nodlidar_servo.bus.packets import PROTOCOL_1, PROTOCOL_2
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.servo import Servo
-from nodlidar_servo.setup.command import (
-    check_lidar,
-    main,
-    node_parameters,
-    parameter_file,
-    Port,
-    start_command,
-)
+from nodlidar_servo.setup.command import main
 from nodlidar_servo.setup.dialogue import Dialogue, Wish
 from nodlidar_servo.setup.errors import (
     LidarError,
@@ -28,6 +21,13 @@ from nodlidar_servo.setup.errors import (
 )
 from nodlidar_servo.setup.registers import rate_code, rate_of, registers_of
 from nodlidar_servo.setup.search import answers, Found, is_shared, rare_trials, RATES_1
+from nodlidar_servo.setup.terminal import (
+    check_lidar,
+    node_parameters,
+    parameter_file,
+    Port,
+    start_command,
+)
 from nodlidar_sim.devices import rx_table as rx
 from nodlidar_sim.devices import x_table as x
 from nodlidar_sim.devices.device import SilentDevice
