@@ -14,7 +14,9 @@ import time
 READY = b'ready'
 DISMISSED = b'dismissed'
 ATTEMPTS = 10
-ANSWER_TIMEOUT = 0.15  # s; longer than a rotation of the lidar, which answers once in each
+# s; longer than a rotation of most lidars, which answer once in each; slower ones answer a later
+# request
+ANSWER_TIMEOUT = 0.15
 LAUNCH = 'NODLIDAR_LAUNCH'
 """Environment variable with the number of the process that the node has to end with."""
 

@@ -7,7 +7,10 @@ from nodlidar_common.errors import DeviceError, StoppedError
 from nodlidar_common.serial_port import port_errors, SerialPort
 
 READ_TIMEOUT = 0.14
-"""Longest wait of one read [s]: longer than a revolution, so that nothing comes after it."""
+"""Longest wait of one read [s]: longer than a revolution of most lidars, of some 0.1 s.
+
+A slower one, of up to 0.2 s, may need a second read, and a stop a second request.
+"""
 
 
 class SilenceError(DeviceError):

@@ -1,1 +1,1 @@
-"""Driver of the Hokuyo URG-04LX-UG01: SCIP 2.0 over a serial port to LaserScan."""
+"""Drivers of Hokuyo lidars of SCIP 2.0 and of LDROBOT's LD06 and LD19, to LaserScan."""

@@ -22,8 +22,8 @@ class Change:
 def needed_changes(condition: Condition, config: ServoConfig) -> list[Change]:
     """Return the changes, in the order in which they must be written.
 
-    Writes are confirmed once the return level is 2. ID and bit rate are last, since the servo then
-    has another address.
+    Writes are confirmed once all requests are answered. ID and bit rate are last, since the servo
+    then has another address.
 
     Parameters
     ----------

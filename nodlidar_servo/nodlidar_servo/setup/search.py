@@ -1,4 +1,4 @@
-"""Finds servos on a bus: at every bit rate, with every ID, of both protocols.
+"""Finds servos on a bus: at every bit rate that they can have, with every ID, of both protocols.
 
 A ping goes to all IDs at once. Servos of Protocol 1.0 answer it at the same time: where that gives
 only noise, each ID is asked alone. Those of 2.0 answer one after the other, up to 3 ms per ID

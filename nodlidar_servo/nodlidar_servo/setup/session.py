@@ -62,21 +62,21 @@ class Session:
                 )
 
     def condition(self) -> Condition:
-        """Return the servo's registers; one that answers only pings shows them for the moment.
+        """Return the servo's registers.
 
         Raises
         ------
         ReplyError
-            If it does not answer.
+            If it does not answer; if it answers only pings, :meth:`make_it_answer` changes that.
         """
         number, size = self.found.packets.number, self._map.size
         answer = self._ask(READ, number(0) + number(size), size)
         return Condition(self.found, self._map.values(answer.data), answer.status)
 
     def make_it_answer(self) -> None:
-        """Switch the torque off and set the return level to 2, neither with a confirmation.
+        """Switch the torque off and have all requests answered, neither with a confirmation.
 
-        Lower levels send none, and torque locks the settings of some models.
+        Lower return levels send none, and torque locks the settings of some models.
         """
         for name, value in (('torque', 0), ('return level', self._map.table.reply_to_all)):
             with suppress(ReplyError):
