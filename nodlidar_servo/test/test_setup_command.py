@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_common.errors import DeviceError, ParameterError
+from nodlidar_common.errors import ParameterError
 from nodlidar_servo.bus.packets import PROTOCOL_1, PROTOCOL_2
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.servo import Servo
@@ -334,11 +334,6 @@ def test_a_file_that_cannot_be_written_is_refused_before_the_servo_is_changed(tm
         assert main([*options, '--output', str(path)]) == 1
     assert f"No such file or directory: '{path}'" in capsys.readouterr().err
     assert values(servo, READY_X) == before
-
-
-def test_every_error_is_a_device_error():
-    for kind in (NoServoError, SeveralServosError, SharedIdError, WrongModelError, LockedError):
-        assert issubclass(kind, DeviceError)
 
 
 def test_a_lidar_behind_the_port_of_the_servo_is_named():
