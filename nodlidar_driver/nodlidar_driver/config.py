@@ -80,8 +80,7 @@ class DriverConfig(_ScansConfig):
     )
 
     def check_together(self) -> None:
-        """Raise ParameterError if the window is empty or the timeout is below two scans."""
-        _ScansConfig.check_together(self)
+        """Raise ParameterError if the timeout is below two scans."""
         least = round(2 * (self.skip + 1) * _REVOLUTION, 1)
         if self.timeout < least:
             limit = f'at least {least} s, the time of two scans with skip = {self.skip}'

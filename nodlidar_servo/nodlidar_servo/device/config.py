@@ -74,8 +74,7 @@ class ServoConfig(JointConfig):
     )
 
     def check_together(self) -> None:
-        """Check the pitch limits against each other and the servo; raises ParameterError."""
-        super().check_together()
+        """Check the pitch limits against the servo; raises ParameterError."""
         low, high = self.scale.pitch_range
         for key in ('pitch_lower_limit', 'pitch_upper_limit'):
             if not low <= getattr(self, key) <= high:

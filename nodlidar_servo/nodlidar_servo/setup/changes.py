@@ -35,9 +35,8 @@ def needed_changes(condition: Condition, config: ServoConfig) -> list[Change]:
     Raises
     ------
     ParameterError
-        If the servo cannot have the bit rate, or the limits of the mount.
+        If the servo cannot have the bit rate.
     """
-    config.check_together()
     code = rate_code(condition.found.packets, config.baud_rate)
     if code is None:
         raise ParameterError('baud_rate', 'a rate that the servo can have', config.baud_rate)
