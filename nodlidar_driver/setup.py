@@ -21,7 +21,7 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'driver = nodlidar_driver.ros.node:main',
+            'driver = nodlidar_driver.ros.scip_node:main',
             'ldrobot = nodlidar_driver.ros.ldrobot_node:main',
             'probe = nodlidar_driver.probe:main',
         ]

@@ -1,7 +1,7 @@
 """The table of topics in docs/network.md says what the endpoints of live nodes report."""
 
 from nodlidar_assembler.ros.node import Assembler
-from nodlidar_driver.ros.node import DriverNode
+from nodlidar_driver.ros.scip_node import DriverNode
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_servo.ros.node import ServoNode
 import pytest

@@ -11,13 +11,13 @@ from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import DeviceError, ParameterError, PortError
 from nodlidar_common.guard import Guard
 from nodlidar_common.host_time import even_ns
-from nodlidar_common.reader import READ_TIMEOUT, SilenceError
 from nodlidar_common.serial_port import close_port, open_port, OpenPort
+from nodlidar_driver.base.reader import READ_TIMEOUT, SilenceError
 from nodlidar_driver.config import DriverConfig, LdrobotConfig
-from nodlidar_driver.ldrobot_lidar import LdrobotLidar
-from nodlidar_driver.lidar import Lidar
+from nodlidar_driver.ldrobot.lidar import LdrobotLidar
 from nodlidar_driver.probing import Identity, NoLidarError, Probe, probe_ldrobot, probe_scip
 from nodlidar_driver.scan_picture import picture
+from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
 import numpy as np

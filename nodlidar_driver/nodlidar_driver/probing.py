@@ -8,11 +8,11 @@ from nodlidar_common.errors import DeviceError
 from nodlidar_common.ldrobot import ROTATION_RATE
 from nodlidar_driver.clock.arrivals import Arrivals
 from nodlidar_driver.clock.device_clock import DeviceClock
-from nodlidar_driver.diagnosis import Diagnosis
-from nodlidar_driver.ldrobot_diagnosis import LdrobotDiagnosis
-from nodlidar_driver.ldrobot_lidar import LdrobotLidar, LdrobotScan
-from nodlidar_driver.lidar import Lidar, Scan
+from nodlidar_driver.ldrobot.diagnosis import LdrobotDiagnosis
+from nodlidar_driver.ldrobot.lidar import LdrobotLidar, LdrobotScan
+from nodlidar_driver.scip.diagnosis import Diagnosis
 from nodlidar_driver.scip.identity import Capabilities, State, Version
+from nodlidar_driver.scip.lidar import Lidar, Scan
 from nodlidar_driver.scip.scan_account import ScanAccount
 import numpy as np
 from numpy.typing import NDArray

@@ -5,7 +5,7 @@ import re
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from nodlidar_driver.ros.node import DriverNode
+from nodlidar_driver.ros.scip_node import DriverNode
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn

@@ -1,7 +1,7 @@
 """What the driver's tests share: an emulated lidar and its truth, in virtual time or not."""
 
-from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scip.identity import Capabilities
+from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan import scan_window
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_sim.devices.urg import UrgEmulator

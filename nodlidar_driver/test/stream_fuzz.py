@@ -5,7 +5,7 @@ from contextlib import suppress
 from lidar_rig import START_NS
 from nodlidar_common import scip
 from nodlidar_common.errors import DeviceError
-from nodlidar_driver.lidar import Lidar
+from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan import ScanWindow
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_sim.devices.urg import UrgEmulator

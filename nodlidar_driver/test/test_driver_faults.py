@@ -4,7 +4,7 @@ from contextlib import suppress
 
 from lidar_rig import FULL, Rig, START_NS
 from nodlidar_common.errors import DeviceError
-from nodlidar_driver.lidar import Lidar
+from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.ports.virtual_port import VirtualPort
 import numpy as np

@@ -14,7 +14,7 @@ from lidar_rig import before, FULL, room, Truth
 from nodlidar_common.host_time import HostTime, SteadyTime
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
-from nodlidar_driver.ros import lidar_node, node
+from nodlidar_driver.ros import lidar_node, scip_node
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 import numpy as np
@@ -26,7 +26,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import LaserScan
 
-MAIN = 'from nodlidar_driver.ros.node import main; main()'
+MAIN = 'from nodlidar_driver.ros.scip_node import main; main()'
 
 
 @pytest.fixture
@@ -118,7 +118,7 @@ def test_stamps_follow_a_host_whose_clocks_are_slewed(ports, truth, monkeypatch)
     host_time = HostTime(lambda: slewed(time.time_ns), steady)
     monkeypatch.setattr(lidar_node, 'HostTime', lambda: host_time)
     monkeypatch.setattr(lidar_node, 'SteadyTime', lambda: SteadyTime(steady))
-    monkeypatch.setattr(node, 'steady_ns', steady)
+    monkeypatch.setattr(scip_node, 'steady_ns', steady)
     with listening(port=ports['lidar']) as listener:
         listener.activate()
         listener.receive(10)

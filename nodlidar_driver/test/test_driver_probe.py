@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lidar_rig import Rig
 from nodlidar_driver.config import DriverConfig
-from nodlidar_driver.ldrobot_lidar import LdrobotLidar
-from nodlidar_driver.lidar import Lidar
+from nodlidar_driver.ldrobot.lidar import LdrobotLidar
 from nodlidar_driver.probe import main
 from nodlidar_driver.probe_command import lines
 from nodlidar_driver.probing import probe_ldrobot, probe_scip, residual
 from nodlidar_driver.scan_picture import picture
+from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar

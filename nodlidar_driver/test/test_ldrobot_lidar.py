@@ -4,7 +4,7 @@ import math
 
 from nodlidar_common.errors import DeviceError, PortError, StoppedError
 from nodlidar_common.ldrobot import checksums, PACKET
-from nodlidar_driver.ldrobot_lidar import (
+from nodlidar_driver.ldrobot.lidar import (
     BEAMS,
     LdrobotLidar,
     REFUSED,

@@ -13,7 +13,7 @@ from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_common.guard import Guard
 from nodlidar_common.serial_port import close_port, open_port
 from nodlidar_driver.config import DriverConfig
-from nodlidar_driver.lidar import Lidar
+from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
 from nodlidar_sim.devices.scip_models import SCIP_MODELS

@@ -1,1 +1,1 @@
-"""The protocol of LDROBOT's LD06 and LD19: packets and revolutions."""
+"""The driver of LDROBOT's LD06 and LD19, and their protocol."""

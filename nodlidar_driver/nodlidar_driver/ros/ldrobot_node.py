@@ -6,13 +6,13 @@ import sys
 
 from nodlidar_common.host_time import even_ns
 from nodlidar_common.ldrobot import RANGE_MM
-from nodlidar_common.reader import READ_TIMEOUT
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_driver.base.reader import READ_TIMEOUT
 from nodlidar_driver.config import LdrobotConfig
-from nodlidar_driver.ldrobot_diagnosis import LdrobotDiagnosis
-from nodlidar_driver.ldrobot_lidar import LdrobotLidar, LdrobotScan
+from nodlidar_driver.ldrobot.diagnosis import LdrobotDiagnosis
+from nodlidar_driver.ldrobot.lidar import LdrobotLidar, LdrobotScan
 from nodlidar_driver.ros.lidar_node import LidarNode
 from sensor_msgs.msg import LaserScan
 

@@ -1,1 +1,1 @@
-"""The protocol SCIP 2.0: port, session, answers, ranges, and the account of the scans."""
+"""The driver of Hokuyo lidars, and their protocol SCIP 2.0."""

@@ -7,9 +7,9 @@ import re
 from nodlidar_common import scip
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard_process import ATTEMPTS as STOP_ATTEMPTS
-from nodlidar_common.reader import READ_TIMEOUT
 from nodlidar_common.scip import ScipError
 from nodlidar_common.serial_port import SerialPort
+from nodlidar_driver.base.reader import READ_TIMEOUT
 from nodlidar_driver.clock.time_mode import TimeReply
 from nodlidar_driver.scip import identity
 from nodlidar_driver.scip import scip_status as status_of

@@ -4,8 +4,8 @@ from collections.abc import Callable
 import math
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.reader import Reader
 from nodlidar_common.serial_port import port_errors, SerialPort
+from nodlidar_driver.base.reader import Reader
 
 _END = b'\n\n'
 _MOST_USELESS = 65_536  # bytes in a row that are not SCIP: the sender is not a lidar

@@ -8,8 +8,8 @@ from typing import Any
 from nodlidar_common.ldrobot import ROTATION_RATE
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
-from nodlidar_driver.diagnosis import late_warnings
-from nodlidar_driver.ldrobot_lidar import LdrobotLidar, LdrobotScan
+from nodlidar_driver.ldrobot.lidar import LdrobotLidar, LdrobotScan
+from nodlidar_driver.scip.diagnosis import late_warnings
 
 _SILENCE = 0.5  # s without a scan
 _LEAST_RATE, _RATE_PERIOD = 7.5, 1.0  # scans per second, and s over which they are counted

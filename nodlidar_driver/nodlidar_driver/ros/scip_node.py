@@ -3,14 +3,14 @@
 import sys
 
 from nodlidar_common.host_time import even_ns
-from nodlidar_common.reader import READ_TIMEOUT
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_driver.base.reader import READ_TIMEOUT
 from nodlidar_driver.config import DriverConfig
-from nodlidar_driver.diagnosis import Diagnosis
-from nodlidar_driver.lidar import Lidar, Scan
 from nodlidar_driver.ros.lidar_node import LidarNode
 from nodlidar_driver.ros.messages import fill_scan, scan_template
+from nodlidar_driver.scip.diagnosis import Diagnosis
+from nodlidar_driver.scip.lidar import Lidar, Scan
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
 from sensor_msgs.msg import LaserScan

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 import math
 
-from nodlidar_driver.lidar import Lidar
 from nodlidar_driver.scip.identity import Capabilities, State, Version
+from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan_account import ScanAccount
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
-from nodlidar_driver.lidar import Lidar, Scan
+from nodlidar_driver.scip.lidar import Lidar, Scan
 from nodlidar_driver.scip.scan_account import MISSED, ScanAccount, SETTLING
-from nodlidar_driver.state import LidarState, Link
+from nodlidar_driver.scip.state import LidarState, Link
 
 _RATE_TOLERANCE = 0.75  # a lower share of the expected scans is worth a warning
 # Expected in the time over which the rate is taken: one more or less does not matter.
