@@ -6,11 +6,12 @@ from typing import Any
 
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.ldrobot import ROTATION_RATE
+from nodlidar_driver.base.diagnosis import LidarDiagnosis
 from nodlidar_driver.clock.arrivals import Arrivals
 from nodlidar_driver.clock.device_clock import DeviceClock
 from nodlidar_driver.ldrobot.diagnosis import LdrobotDiagnosis
 from nodlidar_driver.ldrobot.lidar import LdrobotLidar, LdrobotScan
-from nodlidar_driver.scip.diagnosis import Diagnosis
+from nodlidar_driver.scip.diagnosis import ScipDiagnosis
 from nodlidar_driver.scip.identity import Capabilities, State, Version
 from nodlidar_driver.scip.lidar import Lidar, Scan
 from nodlidar_driver.scip.scan_account import ScanAccount
@@ -135,7 +136,7 @@ def probe_scip(lidar: Lidar, account: ScanAccount, seconds: float) -> Probe:
     PortError
         If the port fails.
     """
-    scans, warnings = _read(lidar, Diagnosis(lidar.window.skip, account), seconds)
+    scans, warnings = _read(lidar, ScipDiagnosis(lidar.window.skip, account), seconds)
     window, clock = lidar.window, lidar.device_clock
     return Probe(
         identity=Identity(lidar.version, lidar.capabilities, lidar.state),
@@ -168,7 +169,9 @@ def probe_ldrobot(lidar: LdrobotLidar, seconds: float) -> Probe:
     )
 
 
-def _read(lidar: Any, diagnosis: Any, seconds: float) -> tuple[list[Any], tuple[str, ...]]:
+def _read(
+    lidar: Any, diagnosis: LidarDiagnosis, seconds: float
+) -> tuple[list[Any], tuple[str, ...]]:
     """Return the scans of a time [s], and what is unusual."""
     scans = [lidar.read()]
     diagnosis.connected(lidar, scans[0].arrival_ns)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from lidar_rig import FULL, Rig, room, START_NS, URG
 from nodlidar_common.host_time import HostTime
-from nodlidar_driver.scip.diagnosis import Diagnosis
+from nodlidar_driver.scip.diagnosis import ScipDiagnosis
 from nodlidar_driver.scip.lidar import Scan
 from nodlidar_driver.scip.scan import scan_window
 from nodlidar_sim.ports.virtual_port import VirtualClock
@@ -16,7 +16,7 @@ T_S = 0.1 / 1024
 
 def diagnose(rig):
     """Return the diagnosis of a rig's lidars."""
-    return Diagnosis(0, rig.account)
+    return ScipDiagnosis(0, rig.account)
 
 
 @pytest.mark.parametrize('rate', [1.0, 1.0 + 1e-4, 1.0 - 3e-4])
@@ -219,7 +219,7 @@ def test_a_loss_is_urgent_and_a_stop_leaves_nothing_uncounted():
 def test_a_stream_at_its_rate_is_not_slow_however_reports_and_scans_meet(skip):
     window = scan_window(-2.0862, 2.0924, 1, skip, URG)
     rig = Rig()
-    diagnosis = Diagnosis(skip, rig.account)
+    diagnosis = ScipDiagnosis(skip, rig.account)
     lidar = rig.lidar(window)
     diagnosis.connected(lidar, rig.clock())
     warnings, next_ns = [], rig.clock()

@@ -7,6 +7,7 @@ from nodlidar_common.host_time import HostTime, SteadyTime
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.qos import OVERRIDABLE
+from nodlidar_driver.base.diagnosis import LidarDiagnosis
 from nodlidar_driver.ros.messages import arrival_message
 import numpy as np
 from rclpy.qos import QoSProfile
@@ -22,7 +23,7 @@ class LidarNode(DeviceNode):
     dated by :func:`.even_ns`, and call the diagnosis.
     """
 
-    diagnosis: Any
+    diagnosis: LidarDiagnosis
 
     def __init__(self, name: str, config_class: type[Any]) -> None:
         super().__init__(name, config_class)

@@ -9,7 +9,7 @@ from nodlidar_driver.base.reader import READ_TIMEOUT
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.ros.lidar_node import LidarNode
 from nodlidar_driver.ros.messages import fill_scan, scan_template
-from nodlidar_driver.scip.diagnosis import Diagnosis
+from nodlidar_driver.scip.diagnosis import ScipDiagnosis
 from nodlidar_driver.scip.lidar import Lidar, Scan
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
@@ -25,7 +25,7 @@ class DriverNode(LidarNode):
     def configure(self) -> None:
         """Restart the counts."""
         self._account = ScanAccount()
-        self.diagnosis = Diagnosis(self.config.skip, self._account)
+        self.diagnosis = ScipDiagnosis(self.config.skip, self._account)
 
     def connect(self) -> None:
         """Open the port and start the stream."""
