@@ -10,9 +10,9 @@ from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import Array, carried, inverse, lever, moved
 from nodlidar_mapper.geometry.seen import Seen
-from nodlidar_mapper.graph.growing_map import GrowingMap
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
+from nodlidar_mapper.growing_map import GrowingMap
 from nodlidar_mapper.recovery.place_search import ALIKE, clear_share
 from nodlidar_mapper.recovery.recovery import Guess, Recovery
 from nodlidar_mapper.tracking.matching import Match, match
