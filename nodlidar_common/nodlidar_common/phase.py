@@ -25,6 +25,7 @@ LONGEST_LEAD = 0.05
 
 _GAIN = 0.02  # weight of a sample: errors decay in about 50 samples, 4 legs at 62 Hz
 _SETTLED = 50  # samples in phase, after which the servo causes the lateness
+_OTHER = 0.01  # a nod that is elsewhere by more [s] is another one: the servo is on its way to it
 _SMOOTHING = 0.05  # weight of a sample in the reported error
 _DRIFT_SAMPLES, _FEWEST_DRIFT_SAMPLES = 1000, 100  # half a minute; 3 s
 _DRIFT_EVERY = 50  # samples: the fit takes longer than the rest of a cycle
@@ -113,9 +114,13 @@ class PhaseLead:
         self.drift = PhaseDrift()
         self._lead = 0.0
         self._in_phase = 0
+        self._nod: Nod | None = None
 
     def add(self, nod: Nod, sample: Pitched, cruise: float) -> None:
         """Add a measurement; parameters as in :func:`lateness`."""
+        if self._nod is not None and _is_elsewhere(nod, self._nod, sample.stamp_ns):
+            self._in_phase = 0
+        self._nod = nod
         late = lateness(nod, sample, cruise)
         if late is None:
             return
@@ -130,3 +135,11 @@ class PhaseLead:
         if self._in_phase > _SETTLED:
             self._lead = min(max(self._lead + _GAIN * late, -LONGEST_LEAD), LONGEST_LEAD)
             self.lead_ns = round(self._lead * NS_PER_S)
+
+
+def _is_elsewhere(nod: Nod, former: Nod, time_ns: int) -> bool:
+    """Return whether a nod does not continue a former one: a tuned nod does, and a next sweep."""
+    if nod is former:
+        return False
+    apart = float(nod.pitch(time_ns) - former.pitch(time_ns))
+    return abs(apart) > _OTHER * nod.speed

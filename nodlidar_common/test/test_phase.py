@@ -64,6 +64,18 @@ def test_a_servo_that_is_not_on_the_nod_yet_leads_nothing_and_has_no_phase():
     assert np.isnan(lead.error)
 
 
+@pytest.mark.parametrize(('step_ms', 'learns'), [(0.1, True), (40.0, False)])
+def test_on_the_way_to_another_nod_no_lead_is_learned_but_to_the_same_one_tuned(step_ms, learns):
+    """The servo takes over the nod as it was, and so is late on the other one."""
+    lead, before = fed(0.0, 500), fed(0.0, 500).lead_ns
+    other = replace(NOD, reference_time_ns=NOD.reference_time_ns + round(step_ms * 1e6))
+    for sweeps in 500 * 0.0413 + np.arange(90) * 0.0413:  # some 45 in the middles of legs
+        lead.add(other, measured(sweeps, late=0.004), NOD.speed)
+    assert (lead.lead_ns > before + 100_000) == learns
+    if not learns:
+        assert lead.lead_ns == before
+
+
 def test_a_servo_later_than_the_middle_of_a_short_sweep_has_no_phase():
     short = replace(NOD, sweep_duration=0.1)  # its middle lasts from 25 ms before to 25 ms after
     for late, known in ((0.02, True), (0.03, False)):

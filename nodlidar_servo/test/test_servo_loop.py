@@ -181,9 +181,18 @@ HECTIC = [
 ]
 
 
+# On the way to the third nod the servo is nearly in phase, which teaches no lead either.
+ON_THE_WAY = [
+    (Nod(0.0, 0.71875, 0.59375, 4001, START_NS + 774_736_515), 0.5),
+    (Nod(0.0, 0.71875, 0.59375, 4001, START_NS + 774_668_029), 0.5),
+    (Nod(0.0, 0.6875, 0.75, 4001, START_NS + 747_264_670), 0.5),
+]
+
+
 @settings(max_examples=20)
 @given(st.lists(commands, min_size=2, max_size=8))
 @example(HECTIC)
+@example(ON_THE_WAY)
 def test_no_sequence_of_commands_asks_for_more_than_mount_and_motor_can_do(sequence):
     config, bench = ServoConfig(), Bench()
     fastest = MODELS[config.model].max_speed
