@@ -46,14 +46,15 @@ class LidarNode(DeviceNode):
         raise NotImplementedError
 
     def cycle(self) -> None:
-        """Publish one scan."""
+        """Publish one scan, and its arrival if anyone listens."""
         scan = self._on_steady_clock(self._lidar.read())
         self.diagnosis.clock_set(self._host_time.update())
         ahead_ns = self._host_time.ahead_ns
         stamp_ns = scan.stamp_ns + ahead_ns + round(self.config.stamp_offset * NS_PER_S)
         message = self.message(scan, stamp_ns)
         self._scans.publish(message)
-        self._arrivals.publish(arrival_message(message, scan.arrival_ns + ahead_ns))
+        if self._arrivals.get_subscription_count():
+            self._arrivals.publish(arrival_message(message, scan.arrival_ns + ahead_ns))
         self.diagnosis.published(scan)
 
     def _on_steady_clock(self, scan: Any) -> Any:
