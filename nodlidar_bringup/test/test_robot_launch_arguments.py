@@ -28,7 +28,7 @@ def parameters(observer, *names):
 
 
 def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
-    """With servos of both protocols."""
+    """With servos of both protocols, and the second one in two launches, as on two machines."""
     observer = Observer()
     sides = ('left', 'right')
     for side in sides:
@@ -39,9 +39,11 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
         side: (f'namespace:=/{side}', f'frame_prefix:={side}_', 'scene:=wall', 'ideal:=true')
         for side in sides
     }
+    right = (*arguments['right'], 'servo:=XL430-W250')
     with (
         launched_sensor(tmp_path / 'left.log', *arguments['left']),
-        launched_sensor(tmp_path / 'right.log', *arguments['right'], 'servo:=XL430-W250'),
+        launched_sensor(tmp_path / 'right.log', *right, 'nodes:=devices'),
+        launched_sensor(tmp_path / 'other.log', *right, 'nodes:=clouds'),
     ):
         # Each topic is found in its own time.
         topics = [
@@ -58,20 +60,6 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(tmp_path):
             assert list(observer.messages[f'{side}/joint_states'][-1].name) == [
                 f'{side}_nod_joint'
             ]
-    observer.close()
-
-
-def test_clouds_are_made_by_a_launch_of_their_own(tmp_path):
-    """As on two machines; the nod is commanded from there."""
-    observer = Observer()
-    observer.subscribe(PointCloud2, 'points')
-    arguments = ('scene:=wall', 'ideal:=true')
-    with (
-        launched_sensor(tmp_path / 'robot.log', 'nodes:=devices', *arguments),
-        launched_sensor(tmp_path / 'other.log', 'nodes:=clouds', *arguments),
-    ):
-        heard = lambda: len(observer.messages['points']) > 10  # noqa: E731
-        observer.spin_until(heard, 'clouds')
     observer.close()
 
 
