@@ -11,9 +11,9 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import ScanInput, ScanInputConfig
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ScanAssembler
+from nodlidar_common.ldrobot import LD19
 from nodlidar_common.parameter_file import read_parameters
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS, Published, Revolution
-from nodlidar_sim.devices.streaming_lidar import LD19
 from nodlidar_sim.ros.scan_publisher import scan_message
 import numpy as np
 import pytest

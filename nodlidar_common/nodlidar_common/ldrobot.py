@@ -6,6 +6,9 @@ Source: LDROBOT's development manual of the LD19, which also has the packet of t
 import numpy as np
 from numpy.typing import NDArray
 
+LD19 = 'LD19'
+"""Its name; an LD06 sends the same."""
+
 HEADER = b'\x54\x2c'
 POINTS = 12
 """Beams of a packet."""

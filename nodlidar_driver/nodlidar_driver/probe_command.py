@@ -11,6 +11,7 @@ from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import DeviceError, ParameterError, PortError
 from nodlidar_common.guard import Guard
 from nodlidar_common.host_time import even_ns
+from nodlidar_common.ldrobot import LD19
 from nodlidar_common.serial_port import close_port, open_port, OpenPort
 from nodlidar_driver.base.reader import READ_TIMEOUT, SilenceError
 from nodlidar_driver.config import DriverConfig, LdrobotConfig
@@ -22,10 +23,10 @@ from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
 import numpy as np
 
-_HOKUYO, _LD19 = 'Hokuyo', 'LD19'
+_HOKUYO = 'Hokuyo'
 _DEFAULTS: dict[str, DriverConfig | LdrobotConfig] = {
     _HOKUYO: DriverConfig(),
-    _LD19: LdrobotConfig(),
+    LD19: LdrobotConfig(),
 }
 _WIDTH, _HEIGHT = 79, 24  # characters of the picture
 _LONGEST = 3600.0  # s
@@ -66,7 +67,7 @@ def _opened(options: argparse.Namespace) -> Iterator[OpenPort]:
 
 
 def _probed(port: OpenPort, options: argparse.Namespace) -> Probe:
-    if options.lidar == _LD19:
+    if options.lidar == LD19:
         config = LdrobotConfig()
         window = config.angle_min, config.angle_max
         lidar = LdrobotLidar(port, window, config.least_confidence, even_ns, config.timeout)

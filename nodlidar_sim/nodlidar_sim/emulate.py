@@ -9,13 +9,14 @@ import time
 
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.command_line import run as run_command
+from nodlidar_common.ldrobot import LD19
 from nodlidar_sim.devices.controlled_joint import ControlledJoint
 from nodlidar_sim.devices.device import Device
 from nodlidar_sim.devices.driven_lidar import DrivenLidar
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED, make_emulator, with_servo
-from nodlidar_sim.devices.streaming_lidar import LD19, StreamingLidar
+from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.commanded import CommandedBase

@@ -30,7 +30,7 @@ from nodlidar_bringup.ros.launch_arguments import (
 )
 from nodlidar_bringup.ros.tied_node import tied_node
 from nodlidar_common.errors import NodlidarError
-from nodlidar_sim.devices.streaming_lidar import LD19
+from nodlidar_common.ldrobot import LD19
 
 
 def end_all(event: Any, context: LaunchContext) -> Shutdown | None:

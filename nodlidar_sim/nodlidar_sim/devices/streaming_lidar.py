@@ -20,9 +20,6 @@ from nodlidar_sim.world.sensor_model import instants
 import numpy as np
 from numpy.typing import NDArray
 
-LD19 = 'LD19'
-"""Its name; an LD06 sends the same."""
-
 _SPEED = 360.0 * ROTATION_RATE  # degrees per second
 _SPEED_SCATTER, _SPEED_MEMORY = 0.005, 0.3  # a share, and s in which the motor corrects it
 _TOGETHER = 4  # packets that its USB adapter hands on at once
