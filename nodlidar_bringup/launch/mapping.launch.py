@@ -18,11 +18,7 @@ from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 def nodes(context):
     """Return the nodes of the sensor, real, simulated or recorded, and the mapper."""
     given = context.launch_configurations
-    arguments.expand(given)
-    if given['bag']:
-        sensor = RecordedSensor(context, given['bag'])
-    else:
-        sensor = Sensor(context, MAPPING_DEFAULTS)
+    sensor = RecordedSensor(context) if given['bag'] else Sensor(context, **MAPPING_DEFAULTS)
     if not sensor.has_clouds:
         return sensor.nodes()
     arguments.check_mapping(given)
@@ -61,4 +57,4 @@ def generate_launch_description():
             'devices; needs ros2 bag',
         ),
     ]
-    return LaunchDescription([*declared(MAPPING_DEFAULTS), *own, OpaqueFunction(function=nodes)])
+    return LaunchDescription([*declared(**MAPPING_DEFAULTS), *own, OpaqueFunction(function=nodes)])

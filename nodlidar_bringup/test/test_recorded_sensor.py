@@ -47,7 +47,7 @@ def bag_command(tmp_path, monkeypatch):
 def test_a_bag_takes_the_place_of_the_devices(bag_command):
     context, started = launched(bag='drive', namespace='left')
     assert [type(action) is Node for action in started] == [False, True, True]
-    words = RecordedSensor(context, 'drive').player()
+    words = RecordedSensor(context).player()
     assert words[:4] == ['ros2', 'bag', 'play', 'drive']
     topics = ['/left/scan', '/left/joint_states', '/tf', '/tf_static']
     assert words[words.index('--topics') + 1 :] == topics
@@ -68,7 +68,7 @@ def test_a_bag_is_assembled_on_the_machine_that_plays_it(bag_command):
 
 def test_with_own_tf_the_transforms_are_played_in_the_namespace(bag_command):
     context, _ = launched(bag='drive', namespace='left', own_tf='true')
-    words = RecordedSensor(context, 'drive').player()
+    words = RecordedSensor(context).player()
     topics, remaps = words.index('--topics'), words.index('--remap')
     played = ['/left/scan', '/left/joint_states', '/tf', '/tf_static', '/left/tf']
     assert words[topics + 1 : remaps] == [*played, '/left/tf_static']

@@ -1,8 +1,6 @@
 """The arguments of the launch files. nodlidar_bringup.arguments checks their values."""
 
-from collections.abc import Mapping
 import os
-from types import MappingProxyType
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
@@ -199,21 +197,18 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
 }
 
 
-NO_CHANGE: Mapping[str, str] = MappingProxyType({})
 # Defaults of mapping.launch.py where they differ.
 MAPPING_DEFAULTS = {'scene': 'building', 'profile': 'slam', 'base': 'odometry'}
 
 
-def declared(changed: Mapping[str, str] = NO_CHANGE) -> list[DeclareLaunchArgument]:
+def declared(**changed: str) -> list[DeclareLaunchArgument]:
     """Return the arguments, some with other defaults."""
     return [
-        DeclareLaunchArgument(name, **(options | {'default_value': default}))
-        for (name, options), default in zip(
-            ARGUMENTS.items(), defaults(changed).values(), strict=True
-        )
+        DeclareLaunchArgument(name, **(ARGUMENTS[name] | {'default_value': default}))
+        for name, default in defaults(**changed).items()
     ]
 
 
-def defaults(changed: Mapping[str, str]) -> dict[str, str]:
+def defaults(**changed: str) -> dict[str, str]:
     """Return the default of each argument, some changed."""
-    return {name: each['default_value'] for name, each in ARGUMENTS.items()} | dict(changed)
+    return {name: each['default_value'] for name, each in ARGUMENTS.items()} | changed

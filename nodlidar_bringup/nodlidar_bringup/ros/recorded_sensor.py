@@ -25,9 +25,7 @@ class RecordedSensor(Sensor):
     Parameters
     ----------
     context
-        Launch context.
-    bag
-        Path of the bag.
+        Launch context, whose argument `bag` is the path of the bag.
 
     Raises
     ------
@@ -35,8 +33,9 @@ class RecordedSensor(Sensor):
         If ``ros2 bag`` is not installed, or an argument is not allowed.
     """
 
-    def __init__(self, context: LaunchContext, bag: str) -> None:
-        super().__init__(context, MAPPING_DEFAULTS)
+    def __init__(self, context: LaunchContext) -> None:
+        super().__init__(context, **MAPPING_DEFAULTS)
+        self._bag = context.launch_configurations['bag']
         if self.values['nodes'] != ALL:
             raise ParameterError('nodes', f'{ALL} with a bag', self.values['nodes'])
         try:
@@ -44,9 +43,8 @@ class RecordedSensor(Sensor):
         except PackageNotFoundError as error:
             install = 'sudo apt install ros-$ROS_DISTRO-rosbag2'
             raise NodlidarError(f'bag:= needs ros2 bag: {install}') from error
-        if not os.path.exists(bag):
-            raise ParameterError('bag', 'the path of a recorded drive', bag)
-        self._bag = bag
+        if not os.path.exists(self._bag):
+            raise ParameterError('bag', 'the path of a recorded drive', self._bag)
 
     def nodes(self) -> list[Any]:
         """Return the player, the assembler and the views."""

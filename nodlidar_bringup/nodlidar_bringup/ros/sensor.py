@@ -1,6 +1,5 @@
 """The nodes of one sensor, for the launch files."""
 
-from collections.abc import Mapping
 from functools import cached_property
 import math
 import os
@@ -23,7 +22,6 @@ from nodlidar_bringup.ros.launch_arguments import (
     defaults,
     DESCRIPTIONS,
     DEVICES,
-    NO_CHANGE,
     OTHER_DRIVERS,
     share,
     WITH_FILE,
@@ -69,11 +67,11 @@ class Sensor:
         If an argument is not allowed.
     """
 
-    def __init__(self, context: LaunchContext, changed: Mapping[str, str] = NO_CHANGE) -> None:
+    def __init__(self, context: LaunchContext, **changed: str) -> None:
         self.context = context
         arguments.expand(context.launch_configurations)
         self.values = {name: context.launch_configurations[name] for name in ARGUMENTS}
-        for remark in arguments.remarks(context.launch_configurations, defaults(changed)):
+        for remark in arguments.remarks(context.launch_configurations, defaults(**changed)):
             print(remark, file=sys.stderr)
         # Where a launch file that includes this one has pushed a namespace (PushRosNamespace).
         pushed = context.launch_configurations.get('ros_namespace', '')
