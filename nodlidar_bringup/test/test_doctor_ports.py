@@ -131,6 +131,27 @@ def test_a_port_in_use_is_not_asked_and_its_user_is_named():
     assert 'port in use' in {each.check for each in found}
 
 
+def test_the_user_of_a_port_is_found_while_it_opens_and_closes_other_files():
+    ended = threading.Event()
+
+    def open_and_close():
+        while not ended.is_set():
+            os.close(os.open('/dev/null', os.O_RDONLY))
+
+    # The lowest free number goes to the file that comes and goes: it is listed before the port.
+    free = os.open('/dev/null', os.O_RDONLY)
+    with PseudoTerminals({'servo': servo()}) as ports, open_port(ports['servo'], 1_000_000, 0.1):
+        os.close(free)
+        other = threading.Thread(target=open_and_close)
+        other.start()
+        try:
+            found = [port_facts('servo', ports['servo']).users for _ in range(50)]
+        finally:
+            ended.set()
+            other.join()
+    assert all(any(f'(process {os.getpid()})' in user for user in users) for users in found)
+
+
 def test_what_the_system_says_of_an_adapter(tmp_path):
     """A folder like /sys/class/tty/ttyUSB0 of an FTDI adapter."""
     device = tmp_path / 'usb1' / '1-1' / '1-1:1.0' / 'ttyUSB0'

@@ -51,11 +51,18 @@ def _users(target: str) -> tuple[str, ...]:
     users = []
     for folder in PROCESSES.glob('[0-9]*'):
         try:
-            if any(os.readlink(file) == target for file in (folder / 'fd').iterdir()):
+            if any(_leads_to(file, target) for file in (folder / 'fd').iterdir()):
                 users.append(f'{_program(folder)} (process {folder.name})')
         except OSError:  # of another user, or ended
             continue
     return tuple(sorted(users))
+
+
+def _leads_to(open_file: Path, target: str) -> bool:
+    try:
+        return os.readlink(open_file) == target
+    except FileNotFoundError:  # closed since it was listed: the others count
+        return False
 
 
 def _program(folder: Path) -> str:
