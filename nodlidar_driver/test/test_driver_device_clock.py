@@ -104,6 +104,17 @@ def test_a_quiet_link_needs_few_answers_and_a_noisy_one_more():
     assert 15 <= len(World(0, jitter=3.0).replies()) <= 24
 
 
+def test_a_busy_host_asks_longer_until_the_clock_is_known():
+    worlds = [World(seed, jitter=18.0) for seed in range(12)]
+    replies = [world.replies() for world in worlds]
+    assert np.median([len(each) for each in replies]) > 24
+    clocks = [DeviceClock(100.0, 70.9, each) for each in replies]
+    pairs = zip(worlds, clocks, strict=True)
+    errors = np.array([world.errors(clock, 5, late=0.0).mean() for world, clock in pairs])
+    assert np.sqrt(np.mean(errors**2)) < 1.0  # of which the answers leave 0.5 ms on average
+    assert np.abs(errors).max() < 3.0
+
+
 def test_answers_that_are_late_by_chance_and_much_are_not_believed():
     with pytest.raises(ClockError, match=r'answers are late by .* on average'):
         World(0, jitter=40.0).clock()

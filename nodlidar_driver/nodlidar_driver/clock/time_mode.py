@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 _NS_PER_MS = 1e6
-_FEWEST_REPLIES, _MOST_REPLIES = 5, 24  # one comes in each revolution
+# One reply comes in each revolution. The least of n delays is their mean over n, on average.
+_FEWEST_REPLIES, _MANY_REPLIES, _MOST_REPLIES = 5, 24, 60
 _SHARP_MS = 0.15  # mean delay per reply at which further replies add nothing
-_LEAST_SHARP_MS = 0.5  # mean delay per reply above which the clock remains unknown
+_LEAST_SHARP_MS = 0.5  # ... at which many replies are enough; above it, the clock remains unknown
 _MOST_REVOLUTIONS = 1.5  # an answer comes at the end of a revolution, within one
 # A reply that seems earlier than all others by more than this [ms] has a wrong time; one that is
 # later by this many medians waited for the host.
@@ -115,10 +116,13 @@ class Replies:
 
 def enough_replies(replies: Sequence[TimeReply], revolution_ms: float) -> bool:
     """Return whether there are enough replies, judged by the scatter of their delays."""
-    if not _FEWEST_REPLIES <= len(replies) < _MOST_REPLIES:
-        return len(replies) >= _MOST_REPLIES
+    count = len(replies)
+    if not _FEWEST_REPLIES <= count < _MOST_REPLIES:
+        return count >= _MOST_REPLIES
     known = Replies(replies, revolution_ms)
-    return known.scatter_ms() < _SHARP_MS * (len(known.times_ms) - 1)
+    scatter_ms = known.scatter_ms()
+    is_sharp = scatter_ms < _SHARP_MS * (len(known.times_ms) - 1)
+    return is_sharp or (count >= _MANY_REPLIES and scatter_ms <= _LEAST_SHARP_MS * count)
 
 
 def check_answers(replies: Sequence[TimeReply], revolution_ms: float) -> None:
