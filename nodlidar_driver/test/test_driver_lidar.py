@@ -96,7 +96,9 @@ def test_the_diagnosis_reports_identity_rate_losses_and_clock():
     assert 'Device ID' not in diagnosis.next_report(rig.clock()).figures
     for _ in range(100):
         diagnosis.published(lidar.read())
-    diagnosis.next_report(rig.clock())
+    first = diagnosis.next_report(rig.clock()).figures
+    assert 'Computed Latency' in first
+    assert 'Scan rate' not in first  # it counts from here
     for _ in range(20):
         diagnosis.published(lidar.read())
     report = diagnosis.next_report(rig.clock())

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from dataclasses import replace
-import math
 from typing import Any
 
 from nodlidar_common.recent import Recent
@@ -107,12 +106,13 @@ class LidarDiagnosis:
             return Report(figures, tuple(warnings))
         expected = self.expected_rate(link)
         rate = self._rate(state.scans, now_ns, expected)
-        if rate < _RATE_TOLERANCE * expected:
-            warnings.append(f'{rate:.1f} scans/s instead of {expected:.1f}')
+        if rate is not None:
+            figures['Scan rate'] = f'{rate:.2f} Hz'
+            if rate < _RATE_TOLERANCE * expected:
+                warnings.append(f'{rate:.1f} scans/s instead of {expected:.1f}')
         warnings += self.link_warnings(link)
         figures |= self.link_figures(link, scan) | {
             'Computed Latency': f'{(scan.arrival_ns - scan.stamp_ns) * 1e-6:.2f} ms',
-            'Scan rate': f'{rate:.2f} Hz',
             'Clock drift': f'{link.drift_ppm:.1f} ppm',
             'Arrival jitter': f'{link.jitter * 1e3:.2f} ms',
             'Latest arrival': f'{max(lateness, default=0.0) * 1e3:.1f} ms late',
@@ -148,14 +148,14 @@ class LidarDiagnosis:
         usual = max(_SILENCE, _SILENCE_PERIODS / self.expected_rate(state.link))
         return silence if silence > usual else 0.0
 
-    def _rate(self, scans: int, now_ns: int, expected: float) -> float:
-        """Return the recent scans per second; NaN just after connecting."""
+    def _rate(self, scans: int, now_ns: int, expected: float) -> float | None:
+        """Return the recent scans per second; None just after connecting."""
         window = _RATE_SCANS / expected
         if self._recent is None:
             self._recent = Recent(window)
         self._recent.add(now_ns, Counter(scans=scans))
         duration = self._recent.duration
-        return self._recent.counts['scans'] / duration if duration >= window else math.nan
+        return self._recent.counts['scans'] / duration if duration >= window else None
 
 
 def _late_warnings(lateness: tuple[float, ...]) -> list[str]:
