@@ -6,7 +6,9 @@ from pathlib import Path
 import socket
 import threading
 import time
+from types import SimpleNamespace
 
+from nodlidar_bringup.checks import ask as asking
 from nodlidar_bringup.checks.ask import ask
 from nodlidar_bringup.checks.finding import Level
 from nodlidar_bringup.checks.port_facts import port_facts
@@ -112,6 +114,16 @@ def test_a_lidar_that_streams_is_named_soon(device):
         port = Port(device, ports[device])
         assert ask(port) == Answer('lidar', streams=True)
         assert time.monotonic() - begin < 10.0  # usually 0.7 s; each exchange has its deadline
+
+
+def test_a_servo_is_found_by_a_busy_computer(monkeypatch):
+    def after_a_stall():
+        time.sleep(0.1)  # longer than the wait for an answer
+        return time.monotonic()
+
+    monkeypatch.setattr(asking, 'time', SimpleNamespace(monotonic=after_a_stall))
+    with PseudoTerminals({'servo': servo()}) as ports:
+        assert ask(Port('servo', ports['servo'])) == Answer('servo', 'RX-24F', 1_000_000, 1)
 
 
 def test_a_lidar_that_was_left_measuring_answers():

@@ -7,6 +7,7 @@ Packet), at each usual bit rate.
 """
 
 from collections.abc import Callable
+from itertools import product
 import re
 import time
 
@@ -19,7 +20,9 @@ from nodlidar_servo.setup.registers import HEAD, protocol_of, registers_of
 from nodlidar_servo.setup.search import answers, BROADCAST, PING, READ, streams
 
 BIT_RATES = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000)
-_LIDAR_WAIT, _SERVO_WAIT = 0.6, 0.04  # s; a lidar answers once a revolution, to each command
+_LIDAR_WAIT = 0.6  # s; it answers once a revolution, to each command
+# For a servo [s]: longer if none answers at first.
+_SERVO_WAIT, _SERVO_PATIENCE = 0.04, 0.2
 _LIDAR_RATE = 115_200
 _NAMES = {model.number: model.name for model in MODELS.values()}
 
@@ -60,9 +63,10 @@ def _ask_lidar(path: str) -> Answer | None:
 
 def _ask_servo(path: str) -> Answer | None:
     """Return the answer to a ping at the first bit rate at which there is one."""
-    for rate in BIT_RATES:
+    ping = BROADCAST, PING, b''
+    for wait, rate in product((_SERVO_WAIT, _SERVO_PATIENCE), BIT_RATES):
         for packets in (PROTOCOL_2, PROTOCOL_1):
-            if found := _request(path, rate, packets, (BROADCAST, PING, b'')):
+            if found := _request(path, rate, packets, ping, wait):
                 return _registers(path, rate, packets, *found)
     return None
 
@@ -89,11 +93,15 @@ def _model(number: int) -> str:
 
 
 def _request(
-    path: str, rate: int, packets: PacketFormat, request: tuple[int, int, bytes]
+    path: str,
+    rate: int,
+    packets: PacketFormat,
+    request: tuple[int, int, bytes],
+    wait: float = _SERVO_PATIENCE,
 ) -> tuple[int, bytes] | None:
     """Return ID and data of the first sound answer to a request, None if there is none."""
     received = _exchange(
-        path, rate, packets.encode(*request), _SERVO_WAIT, lambda got: answers(packets, got)
+        path, rate, packets.encode(*request), wait, lambda got: answers(packets, got)
     )
     found = answers(packets, received)
     return (found[0].servo_id, found[0].data) if found else None
@@ -112,6 +120,7 @@ def _exchange(
             while not complete(received) and (left := end - time.monotonic()) > 0.0:
                 port.timeout = left
                 received += port.read(max(1, port.in_waiting))
-        return received
+            # What came in time waits here if the computer was busy.
+            return received + port.read(port.in_waiting)
     finally:
         close_port(port)
