@@ -11,7 +11,7 @@ from bench.nod.servo_rig import Faults
 
 @pytest.mark.parametrize('lateness', [0.001, 0.003])
 def test_with_the_emulated_servo_all_cells_are_seen_again_and_again(monkeypatch, lateness):
-    monkeypatch.setattr(feedback_loop, 'DURATION', 60.0)
+    monkeypatch.setattr(feedback_loop, 'DURATION', 40.0)
     rounds = feedback_loop.rounds('feedback', 4001, Faults(lateness), 1)
     assert len(rounds) >= 4
     assert max(rounds) < 14.0
@@ -19,7 +19,7 @@ def test_with_the_emulated_servo_all_cells_are_seen_again_and_again(monkeypatch,
 
 
 def test_the_default_nod_sees_all_cells_soonest_of_its_speed_with_a_servo_by_physics(monkeypatch):
-    monkeypatch.setattr(feedback_loop, 'DURATION', 60.0)
+    monkeypatch.setattr(feedback_loop, 'DURATION', 40.0)
     default, feedback, published = (
         np.median(feedback_loop.rounds(mode, n_s, feedback_loop.SERVOS['RX-24F'], 1))
         for mode, n_s in (

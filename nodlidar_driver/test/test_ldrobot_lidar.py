@@ -214,7 +214,7 @@ def test_a_motor_that_turns_unevenly_costs_no_beam(swing, phase, window):
         return [packet]
 
     rig = Rig(change=changed(swung, lambda _: True), window=window)
-    scans = rig.read(200)
+    scans = rig.read(100)
     duration = (scans[-1].stamp_ns - scans[0].stamp_ns) / 1e9
     assert sum(len(scan.ranges) for scan in scans[:-1]) == pytest.approx(4500 * duration, abs=5)
     assert rig.lidar.lost.total() == 0

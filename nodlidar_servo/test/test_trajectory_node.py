@@ -300,7 +300,7 @@ def test_joint_states_without_a_stamp_are_named_and_nothing_moves(robot):
 def test_single_joint_states_of_another_time_are_left_out_and_counted(robot):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.start_controller()
-    with running('autostart:=true', 'reconnect_delay:=0.1'):
+    with running('autostart:=true', 'joint_timeout:=5.0'):  # no pause of this host matters
         robot.until(robot.is_in_phase, 'not in phase')
         robot.ahead = 20
         robot.statuses.clear()
