@@ -8,7 +8,7 @@ import pytest
 
 from bench.nod.pitch_compensation import ARMS, drive, DRIVES, of_finest_grid, repeats, variation
 
-FRAMES = 300
+FRAMES = 200
 
 
 @pytest.fixture(params=DRIVES, ids=lambda each: each[0])

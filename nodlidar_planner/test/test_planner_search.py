@@ -36,13 +36,14 @@ def completions(task, samples, margin=0.0, start_pitch=None):
 
 
 def test_the_choice_is_the_best_of_all_and_much_quicker_than_going_through_all():
+    band = BAND[::3]
     start = time.thread_time()
-    found, times = soonest(PUBLISHED, BAND, count=5)
+    found, times = soonest(PUBLISHED, band, count=5)
     middle = time.thread_time()
-    expected = completions(PUBLISHED, BAND)
+    expected = completions(PUBLISHED, band)
     ratio = (time.thread_time() - middle) / (middle - start)
     order = np.argsort(expected, kind='stable')[:5]
-    assert np.array_equal(found, BAND[order])
+    assert np.array_equal(found, band[order])
     assert np.array_equal(times, expected[order])
     assert ratio > 3.0
 
