@@ -65,7 +65,7 @@ class _Window:
         """Return the window of samples [ns], [rad] of which nothing is known."""
         first, last = int(time_ns[0]) // KNOT_NS, int(time_ns[-1]) // KNOT_NS
         place = (time_ns - first * KNOT_NS) / KNOT_NS
-        intensity = FIRST_INTENSITY * np.ones(last - first + 1)
+        intensity = FIRST_INTENSITY.repeat(last - first + 1, axis=1)
         return cls(first, time_ns, place, pitch, np.ones(len(time_ns)), intensity)
 
     def take_over(self, last: '_Window') -> None:
@@ -77,7 +77,7 @@ class _Window:
         gone = int(last.time_ns.searchsorted(self.time_ns[0]))
         both = min(len(last.time_ns) - gone, len(self.time_ns))
         same = last.time_ns[gone : gone + both] == self.time_ns[:both]
-        self.weight[:both][same] = last.weight[gone : gone + both][same]
+        np.copyto(self.weight[:both], last.weight[gone : gone + both], where=same)
 
 
 class PitchSmoother:
@@ -134,8 +134,9 @@ class PitchSmoother:
             window.take_over(self._last)
         if self._scans % LEARN_EVERY == 0:
             self._learn_step(window.pitch)
-        splines = self._fit(window)
-        new = self._learn(splines, window, start_ns)
+        noise = self._rounding + self._noise
+        splines = fit(window.place, window.pitch, noise, window.weight, window.intensity)
+        new = self._learn(splines, window, noise, start_ns)
         share = np.exp(self._score - np.logaddexp.reduce(self._score))
         left = window.pitch - share @ splines.pitch
         usual = clipped(left, self._rounding)
@@ -145,8 +146,7 @@ class PitchSmoother:
                 self._learn_noise(splines, window, new, share, usual)
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
         smooth = value(share @ splines.coefficients, place)
-        noise = self._rounding + float(share @ self._noise[:, 0])
-        unfitted = self._unfitted.motion(left, usual, noise)
+        unfitted = self._unfitted.motion(left, usual, float(share @ noise[:, 0]))
         pitch = middle + (smooth + np.interp(place, window.place, unfitted))
         largest = np.maximum.reduce(np.abs(window.pitch[1:] - window.pitch[:-1]), initial=0.0)
         beyond = largest / 2.0 + 2.0 * self._cell
@@ -159,18 +159,14 @@ class PitchSmoother:
             self._cell = min(max(self._step, LEAST_STEP), MOST_STEP)
             self._rounding = self._cell**2 / 12.0
 
-    def _fit(self, window: _Window) -> Splines:
-        variance = self._rounding + self._noise
-        return fit(window.place, window.pitch, variance, window.weight, window.intensity)
-
-    def _learn(self, splines: Splines, window: _Window, start_ns: int) -> slice:
+    def _learn(self, splines: Splines, window: _Window, noise: Array, start_ns: int) -> slice:
         """Score the splines by the samples since the last scan, which are returned."""
-        noise = self._rounding + self._noise
         rest = np.maximum(1.0 - splines.variance * splines.information, LEAST_REST)
         error, variance = (window.pitch - splines.pitch) / rest, splines.variance / rest
         weight = _weight(error[-1], variance[-1] + noise[-1])
-        first, last = window.time_ns.searchsorted((self._start_ns, start_ns))
-        new = slice(max(1, int(first)), min(len(window.time_ns) - 1, int(last)))
+        first = max(1, int(window.time_ns.searchsorted(self._start_ns)))
+        last = min(len(window.time_ns) - 1, int(window.time_ns.searchsorted(start_ns)))
+        new = slice(first, last)
         if new.start < new.stop:
             self._learn_score(error[:, new], variance[:, new])
         self._start_ns = start_ns
@@ -208,7 +204,7 @@ class PitchSmoother:
         memory = NOISE_MEMORY ** (new.stop - new.start)
         square = (window.pitch[new] - splines.pitch[:, new]) ** 2 + splines.variance[:, new]
         square = np.minimum(square, (2.0 * FAR_OFF) ** 2 * noise)
-        beyond = square.mean(axis=1, keepdims=True) - rounding
+        beyond = np.add.reduce(square, axis=1, keepdims=True) / square.shape[1] - rounding
         white = self._white_noise.variance()
         beyond += SHARE_OF_WHITE * (max(0.0, white - rounding) - beyond)
         learned = memory * self._noise + (1.0 - memory) * beyond

@@ -50,8 +50,7 @@ class RecentSamples:
                 first = int(time_ns.searchsorted(kept_ns[-1], side='right'))
             else:
                 self._forget()
-        is_next = np.ones(len(time_ns) - first, np.bool_)
-        is_next[:1] = first > 0
+        is_next = np.arange(first, len(time_ns)) > 0
         self._time_ns = np.concatenate((self._time_ns, time_ns[first:]))[-_KEPT:]
         self._pitch = np.concatenate((self._pitch, pitch[first:]))[-_KEPT:]
         self._is_next = np.concatenate((self._is_next, is_next))[-_KEPT:]

@@ -30,6 +30,7 @@ CACHED = 64  # lengths of windows, which differ by the gaps between samples
 
 # Four basis functions, as polynomials of the share of an interval.
 _BASIS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
+_FOUR = np.arange(4)[:, None]
 
 
 class SplineError(NodlidarError):
@@ -67,13 +68,9 @@ class Splines(NamedTuple):
         """
         spread, information = self.spread[:, samples], self.information[:, samples]
         at_next = np.einsum('mkj,mkj->mk', spread[:, :-1], spread[:, 1:])
-        return np.stack(
-            [
-                np.einsum('mk,mk->m', self.variance[:, samples], information),
-                np.einsum('mk,mk->m', at_next, information[:, :-1]),
-            ],
-            axis=1,
-        )
+        here = np.einsum('mk,mk->m', self.variance[:, samples], information)
+        next_one = np.einsum('mk,mk->m', at_next, information[:, :-1])
+        return np.array([here, next_one]).T
 
 
 def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Array) -> Splines:
@@ -91,15 +88,14 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
         q of each interval, for each spline, shape (m, c - 3).
     """
     intervals, samples = intensity.shape[1], len(place)
-    rows = np.concatenate([_basis(place, intervals), _jerk(intervals)])
+    rows = _rows(place, intervals)
     information = weight / noise
     known = np.concatenate([information, KNOT / intensity], axis=1)
-    weighted = rows.T * known[:, None, :]
-    root = _roots(weighted @ rows + _weak_prior(intervals))
-    wanted = weighted[:, :, :samples] @ pitch
-    coefficients = (root @ (wanted[:, None, :] @ root).transpose(0, 2, 1))[:, :, 0]
-    mean = coefficients @ rows.T
+    root = _roots((rows.T * known[:, None, :]) @ rows + _weak_prior(intervals))
     spread = rows @ root
+    wanted = (information * pitch)[:, None, :] @ spread[:, :samples]
+    coefficients = (wanted @ root.transpose(0, 2, 1))[:, 0]
+    mean = coefficients @ rows.T
     variance = np.square(spread) @ np.ones(intervals + 3)
     power = KNOT * (mean[:, samples:] ** 2 + variance[:, samples:])
     improved = (NU * ROUGHNESS + power) / (NU + 1.0)
@@ -115,24 +111,27 @@ def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Arra
 
 def value(coefficients: Array, place: Array) -> Array:
     """Return a spline [rad] of coefficients (c,) at places in knots from the first one, (n,)."""
-    polynomials = (coefficients[_four(len(coefficients) - 3)] @ _BASIS).T.copy()
+    polynomials = _BASIS.T @ coefficients[_four(len(coefficients) - 3)]
     first = place.astype(np.intp)
     share = place - first
     constant, linear, square, cube = polynomials.take(first, axis=1)
     return np.asarray(((cube * share + square) * share + linear) * share + constant)
 
 
-def _basis(place: Array, intervals: int) -> Array:
-    """Return the basis functions at places, shape (n, intervals + 3)."""
-    away = np.abs(place[:, None] - np.arange(-1, intervals + 2))
-    outer, inner = np.maximum(2.0 - away, 0.0), np.maximum(1.0 - away, 0.0)
-    return np.asarray((outer * outer * outer - 4.0 * (inner * inner * inner)) / 6.0)
+def _rows(place: Array, intervals: int) -> Array:
+    """Return the matrix from coefficients to samples at places, and to the jerk of intervals."""
+    samples = len(place)
+    first = place.astype(np.intp)
+    rows = np.zeros((samples + intervals, intervals + 3))
+    rows[np.arange(samples), first + _FOUR] = _BASIS @ (place - first) ** _FOUR
+    rows[samples:] = _jerk(intervals)
+    return rows
 
 
 @lru_cache(CACHED)
 def _four(intervals: int) -> NDArray[np.intp]:
-    """Return the indices of the coefficients that count in each interval, shape (intervals, 4)."""
-    return np.arange(intervals)[:, None] + np.arange(4)
+    """Return the indices of the coefficients that count in each interval, shape (4, intervals)."""
+    return _FOUR + np.arange(intervals)
 
 
 @lru_cache(CACHED)

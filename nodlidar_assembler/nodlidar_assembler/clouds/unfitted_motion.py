@@ -97,5 +97,6 @@ def evident(left: Array, noise: float) -> Array:
     least, most = np.minimum(before, here), np.maximum(before, here)
     median = np.maximum(least, np.minimum(most, after))
     gain = np.zeros(len(left))
-    gain[1:-1] = 1.0 - EVIDENT * noise / np.maximum(median, EVIDENT * noise)
+    most_of_noise = EVIDENT * noise
+    gain[1:-1] = 1.0 - most_of_noise / np.maximum(median, most_of_noise)
     return gain
