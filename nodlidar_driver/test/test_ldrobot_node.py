@@ -1,10 +1,12 @@
 """The node of an LD19 on real DDS, with an emulated lidar on a real pseudo-terminal."""
 
+import itertools
 import math
 import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from driver_listener import listening
+from nodlidar_common.ldrobot import PACKET
 from nodlidar_common.stamps import time_ns
 from nodlidar_driver.ros.ldrobot_node import LdrobotNode
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
@@ -92,8 +94,10 @@ def test_silence_is_diagnosed_and_the_port_opened_again(lidar, ports):
 
 
 def test_lost_bytes_are_counted(lidar, ports):
-    transmit = lidar.transmit
-    lidar.transmit = lambda now_ns: transmit(now_ns)[:-1]
+    transmit, places = lidar.transmit, itertools.count()
+    lidar.transmit = lambda now_ns: bytes(
+        byte for byte in transmit(now_ns) if next(places) % (4 * PACKET.itemsize)
+    )
     with listening(LdrobotNode, port=ports['lidar']) as listener:
         listener.activate()
         scans = listener.receive(5)
