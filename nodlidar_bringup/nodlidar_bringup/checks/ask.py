@@ -20,7 +20,7 @@ from nodlidar_servo.setup.registers import HEAD, protocol_of, registers_of
 from nodlidar_servo.setup.search import answers, BROADCAST, PING, READ, streams
 
 BIT_RATES = (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000)
-_LIDAR_WAIT = 0.6  # s; it answers once a revolution, to each command
+_LIDAR_WAIT = 2.0  # s; it answers once a revolution, to each command; a busy computer is late
 # For a servo [s]: longer if none answers at first.
 _SERVO_WAIT, _SERVO_PATIENCE = 0.04, 0.2
 _LIDAR_RATE = 115_200
@@ -116,11 +116,11 @@ def _exchange(
         with port_errors():
             port.reset_input_buffer()
             port.write(request)
-            received, end = b'', time.monotonic() + wait
-            while not complete(received) and (left := end - time.monotonic()) > 0.0:
-                port.timeout = left
+            received, end, left = b'', time.monotonic() + wait, wait
+            # Once more at the end: if the computer was busy, what came in time still waits.
+            while left > 0.0 and not complete(received):
+                port.timeout = left = max(0.0, end - time.monotonic())
                 received += port.read(max(1, port.in_waiting))
-            # What came in time waits here if the computer was busy.
-            return received + port.read(port.in_waiting)
+        return received
     finally:
         close_port(port)
