@@ -61,8 +61,7 @@ def _mapped(recording: Recording, late: float) -> tuple[float, int, float | None
     found = estimates(mapper, clouds, log)
     matched = np.array([not each.lost for each in found])
     truth = true_poses(recording, np.array([each.stamp_ns for each in found]))
-    poses = mapper.poses_of(found)
-    delay, error = odometry_delay(clouds, poses, matched, odometry)
-    off = errors(truth, list(poses)).max()
+    delay, error = odometry_delay(clouds, odometry, CONFIG)
+    off = errors(truth, list(mapper.poses_of(found))).max()
     named = delay if is_worth_setting(delay, error) else None
     return float(off), int(np.count_nonzero(~matched[1:])), named

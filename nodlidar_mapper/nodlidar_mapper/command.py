@@ -50,14 +50,13 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     clouds, drops = clouds_in(log, config)
     with progress_bar() as bar:
         found = estimates(mapper, bar.track(clouds, description='mapping'), log, config)
-    poses, path = mapper.poses_of(found), mapper.path_of(found)
+    path = mapper.path_of(found)
     stamps_ns = [each.stamp_ns for each in found]
-    matched = np.array([not each.lost for each in found])
     surface = write_map(arguments.output, mapper.keyframes, mapper.edges, stamps_ns, path, cells)
     seconds = time.perf_counter() - begin
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
     assert log.odometry is not None
-    delay = odometry_delay(clouds, poses, matched, log.odometry)
+    delay = odometry_delay(clouds, log.odometry, config)
     way = float(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1).sum())
     table = Table(show_header=False)
     table.add_column()

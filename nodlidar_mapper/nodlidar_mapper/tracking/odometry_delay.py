@@ -1,78 +1,70 @@
-"""How late odometry is, by the turns of the matched clouds."""
+"""How late odometry is, by how sharp the clouds of turns are."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.ego_motion import Odometry
+from nodlidar_assembler.clouds.ego_motion import (
+    Odometry,
+    OdometryConfig,
+    OdometryError,
+    rotated,
+)
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.geometry.poses import Array
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-INSTANTS = 30  # of each cloud
-OUTLIER = 0.005  # turns that differ by more count less [rad]
-STEP = 0.01  # of the numerical derivative: about a sample of odometry [s]
-LONGEST = 0.5  # s
-LEAST_INFORMATION = 1e-12  # of a robot that never turns
-LEAST_STEPS = 10  # from cloud to cloud
+LONGEST, STEP = 0.5, 0.025  # of the delays that are tried [s]
+# Edge of the cubes [m], oblique: walls along them would lie between two.
+CUBE, OBLIQUE = 0.1, Rotation.from_rotvec([0.3, 0.5, 0.7]).as_matrix()
+PAIRS, LEAST_PAIRS = 40, 10  # of successive clouds
+AROUND = 2  # delays to either side of the lowest one, to which a parabola is fitted
+SAMPLES = 200  # of the pairs, by which the standard error is known
+NOISE = 1e-3  # of an entropy, at least: where the robot stands, none is the lowest
 KNOWN_ERROR = 0.05  # standard error with which the delay is known, at most [s]
 # A delay that is worth a parameter has at least this size [s], and so many standard errors.
 LEAST_DELAY, SURE = 0.03, 2.5
+INVERSE = np.array([-1.0, -1.0, -1.0, 1.0])  # of a quaternion x, y, z, w
 
 
 def odometry_delay(
-    clouds: Sequence[Points], poses: Array, matched: NDArray[np.bool_], odometry: Odometry
+    clouds: Sequence[Points], odometry: Odometry, limits: OdometryConfig
 ) -> tuple[float, float]:
     """Return by how much the stamps of odometry are late, and the standard error [s].
 
-    A cloud that was deskewed by late odometry is bent where the robot began or ceased to turn:
-    each point is off by what odometry lacked at its instant. As outliers count little in a match,
-    the pose fits most of the points. So the heading is that of odometry, plus the median of
-    y(s + delay) - y(s) over the instants s of the points, where y is the heading by odometry. A
-    share by which turns are miscounted is estimated as well. A robot that never turns, or always
-    alike, does not show the delay: the error is then large, and infinite for a few clouds.
+    Two successive clouds show the same walls. Late odometry bends both where the robot begins or
+    ceases to turn, and places them beside each other. So their points are placed anew, each by
+    odometry at its instant and a delay. With the right one, they fill cubes of space most
+    unevenly: their entropy is lowest. No map is needed, in which the robot might be lost.
+
+    The pairs in which the robot turns least steadily are taken; the standard error is that among
+    random samples of them (bootstrap). A robot that never turns, or always alike, shows no delay:
+    the error is then large, and infinite for a few clouds.
 
     Parameters
     ----------
     clouds
-        Deskewed clouds, n of them.
-    poses, matched
-        Poses of the clouds in the map, shape (n, 4, 4); which of them are believed, shape (n,).
+        Deskewed clouds.
     odometry
-        Of the clouds' frame.
+        Of the clouds' frame, by which they were deskewed.
+    limits
+        Of its motion: pairs with a jump nearby do not count.
     """
-    begin_ns = odometry.time_ns[0]
-    known = (odometry.time_ns - begin_ns) / NS_PER_S
-    heading = _heading(Rotation.from_quat(odometry.poses.orientation).as_matrix())
-    stamps = np.array([cloud.stamp_ns - begin_ns for cloud in clouds]) / NS_PER_S
-    instants = np.stack([_some(cloud.time_ns - begin_ns) for cloud in clouds]) / NS_PER_S
-    by_odometry = np.interp(instants, known, heading)
-    beyond_odometry = _heading(poses) - np.interp(stamps, known, heading)
-    steps = matched[1:] & matched[:-1]
-    if np.count_nonzero(steps) < LEAST_STEPS:
+    pairs = [pair for pair in pairwise(clouds) if _is_known(pair, odometry, limits)]
+    pairs = sorted(pairs, key=lambda pair: _unsteadiness(pair, odometry, limits))[-PAIRS:]
+    if len(pairs) < LEAST_PAIRS:
         return 0.0, np.inf
-
-    def unexplained(guess: Array) -> Array:
-        delay, scale = guess
-        lacking = scale * np.interp(instants + delay, known, heading) - by_odometry
-        turn = np.diff(beyond_odometry - np.median(lacking, axis=1))[steps]
-        # Half turns between clouds may have been counted otherwise.
-        return np.asarray(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
-
-    found = least_squares(
-        unexplained,
-        [0.0, 1.0],
-        bounds=([-LONGEST, 0.5], [LONGEST, 2.0]),
-        loss='soft_l1',
-        f_scale=OUTLIER,
-        diff_step=STEP,
-        x_scale=[0.1, 0.1],
-    )
-    information = found.jac.T @ found.jac + LEAST_INFORMATION * np.eye(2)  # weighted by the loss
-    variance = 2.0 * found.cost / max(np.count_nonzero(steps) - 2, 1)
-    return float(found.x[0]), float(np.sqrt(variance * np.linalg.inv(information)[0, 0]))
+    steps = round(LONGEST / STEP)
+    delays = STEP * np.arange(-steps, steps + 1)
+    blur = np.array([_entropies(pair, odometry, limits, delays) for pair in pairs])
+    alike = np.full(len(pairs), 1.0 / len(pairs))
+    rng = np.random.default_rng(0)
+    samples = rng.multinomial(len(pairs), alike, SAMPLES) @ blur
+    samples += rng.normal(0.0, NOISE * np.sqrt(len(pairs)), samples.shape)
+    error = np.std([_lowest(delays, each) for each in samples])
+    return _lowest(delays, blur.sum(axis=0)), float(error)
 
 
 def is_worth_setting(delay: float, error: float) -> bool:
@@ -80,12 +72,59 @@ def is_worth_setting(delay: float, error: float) -> bool:
     return error <= KNOWN_ERROR and abs(delay) >= max(LEAST_DELAY, SURE * error)
 
 
-def _heading(rotations: Array) -> Array:
-    """Return the continuous heading of rotations or poses (n, k, k) [rad], shape (n,)."""
-    return np.unwrap(np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0]))
+def _is_known(pair: tuple[Points, Points], odometry: Odometry, limits: OdometryConfig) -> bool:
+    """Return whether there is odometry for each delay, without a jump."""
+    margin_ns = round(LONGEST * NS_PER_S)
+    ends_ns = np.array([pair[0].time_ns[0] - margin_ns, pair[1].time_ns[-1] + margin_ns])
+    try:
+        odometry.at(ends_ns, limits)
+    except OdometryError:
+        return False
+    return True
 
 
-def _some(times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return evenly chosen instants of a cloud's points, shape (INSTANTS,)."""
-    chosen = np.linspace(0, len(times_ns) - 1, INSTANTS).astype(np.intp)
-    return np.asarray(times_ns[chosen])
+def _unsteadiness(
+    pair: tuple[Points, Points], odometry: Odometry, limits: OdometryConfig
+) -> float:
+    """Return by how much the heading by odometry deviates from a steady turn [rad]."""
+    instants_ns = np.linspace(pair[0].time_ns[0], pair[1].time_ns[-1], 50).astype(np.int64)
+    turned = Rotation.from_quat(odometry.at(instants_ns, limits).orientation).as_matrix()
+    heading = np.unwrap(np.arctan2(turned[:, 1, 0], turned[:, 0, 0]))
+    return float(np.abs(heading - np.linspace(heading[0], heading[-1], 50)).max())
+
+
+def _entropies(
+    pair: tuple[Points, Points], odometry: Odometry, limits: OdometryConfig, delays: Array
+) -> Array:
+    """Return how evenly the points of two clouds fill cubes, by odometry with each delay, (k,)."""
+    times_ns = np.concatenate([cloud.time_ns for cloud in pair])
+    middle = len(pair[0].time_ns)  # whose pose stays: the cubes do not move with the delay
+    points = np.concatenate([_as_measured(cloud, odometry, limits) for cloud in pair])
+
+    def entropy(delay: float) -> float:
+        poses = odometry.at(times_ns + round(delay * NS_PER_S), limits)
+        placed = poses.to_parent(points) - poses.position[middle]
+        turn = Rotation.from_quat(poses.orientation[middle]).as_matrix() @ OBLIQUE
+        keys = np.floor(placed @ turn / CUBE).astype(np.int64) @ np.array([1 << 42, 1 << 21, 1])
+        _, count = np.unique(keys, return_counts=True)
+        return -float(count @ np.log(count)) / len(points)
+
+    return np.array([entropy(delay) for delay in delays])
+
+
+def _as_measured(cloud: Points, odometry: Odometry, limits: OdometryConfig) -> Array:
+    """Return the points of a deskewed cloud, each in its frame at the point's instant, (n, 3)."""
+    of_cloud = odometry.at(np.array([cloud.stamp_ns]), limits)
+    placed = of_cloud.take(np.zeros(len(cloud.time_ns), np.intp)).to_parent(cloud.xyz)
+    poses = odometry.at(cloud.time_ns, limits)
+    return rotated(poses.orientation * INVERSE, placed - poses.position)
+
+
+def _lowest(delays: Array, blur: NDArray[np.float64]) -> float:
+    """Return where the parabola around the lowest value has its minimum."""
+    lowest = int(np.clip(np.argmin(blur), AROUND, len(delays) - 1 - AROUND))
+    near = slice(lowest - AROUND, lowest + AROUND + 1)
+    bend, slope, _ = np.polyfit(delays[near] - delays[lowest], blur[near], 2)
+    if bend <= 0.0:
+        return float(delays[lowest])
+    return float(delays[lowest] + np.clip(-slope / (2.0 * bend), -STEP, STEP))
