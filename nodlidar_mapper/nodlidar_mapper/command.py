@@ -82,6 +82,8 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
 
 def _late(delay: float, error: float, known: float) -> str:
     """Return in words by how much odometry is late, beside what is known already [s]."""
+    if np.isinf(error):
+        return 'unknown: too few clouds without a jump of odometry'
     if error > KNOWN_ERROR:
         return 'unknown: the robot turned too little or too steadily'
     text = f'{1e3 * delay:.0f} ms, +- {1e3 * error:.0f}'

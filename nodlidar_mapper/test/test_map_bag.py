@@ -153,6 +153,12 @@ def test_late_odometry_is_named_until_its_delay_is_given(tmp_path, capsys, faste
     assert 'set odometry_delay' not in told
 
 
+def test_it_is_said_why_the_delay_of_odometry_is_unknown(output, tmp_path, capsys):
+    assert main([str(output.parent / 'bag'), str(tmp_path / 'out')]) == 0
+    printed = ' '.join(re.sub('[│\n]', ' ', capsys.readouterr().out).split())
+    assert 'odometry is late by unknown: too few clouds without a jump of odometry' in printed
+
+
 @pytest.mark.parametrize(
     ('name', 'value'), [('resolution', 0.0), ('freedom', 'flat'), ('extend_map', False)]
 )
