@@ -1,6 +1,12 @@
 """By when a joint of ros2_control has to follow: five of its sweeps, or five seconds and one."""
 
-from nodlidar_servo.trajectory.trajectory_diagnosis import OffNod
+from nodlidar_servo.nod.nod_commands import NodCommands
+from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_servo.trajectory.trajectory_diagnosis import (
+    NodJointState,
+    OffNod,
+    TrajectoryDiagnosis,
+)
 import pytest
 
 S = 10**9
@@ -25,3 +31,17 @@ def test_the_rest_of_a_slow_nod_does_not_count_against_the_fast_one_after_it():
     off.follow_by(True, 9 * S, 0.4)
     assert off.follow_by(True, 9 * S + S // 2, 0.4) is None
     assert off.follow_by(False, 60 * S, 0.4) == 60 * S + round(5.4 * S)
+
+
+def test_a_joint_outside_of_the_mount_and_positions_that_it_cannot_have_are_warned_of():
+    diagnosis = TrajectoryDiagnosis(NodCommands(TrajectoryConfig()))
+    diagnosis.next_report(0)
+    diagnosis.state = NodJointState(impossible=3, pitch=1.234, is_outside=True)
+    report = diagnosis.next_report(S)
+    assert report.warnings[:2] == (
+        '3 joint states with an impossible position',
+        'the joint is at 1.23 rad, outside of the mount',
+    )
+    diagnosis.state = NodJointState(impossible=3, pitch=0.7)
+    report = diagnosis.next_report(4 * S)
+    assert not any('joint is at' in each or 'impossible' in each for each in report.warnings)

@@ -13,8 +13,9 @@ from nodlidar_common.ros.messages import nod_to_message, time_message
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.ros.trajectory_node import sample_of, TrajectoryNode
-from nodlidar_servo.trajectory.joint_sample import JointSample
+from nodlidar_servo.ros.trajectory_node import add_state, TrajectoryNode
+from nodlidar_servo.trajectory.joint_sample import JointSample, JointSamples
+from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.trajectory_controller import TrajectoryController, TrajectoryError
 from nodlidar_sim.ros.joint_controller import trajectory_of
 import pytest
@@ -34,9 +35,10 @@ def test_joint_states_without_a_value_of_the_joint_are_no_measurements():
     def measured(stamp_ns, **values):
         message = JointState(name=['wheel', 'nod_joint'], **values)
         message.header.stamp = time_message(stamp_ns)
-        return sample_of(message, 'nod_joint', before, lambda stamp_ns: stamp_ns > 1)
+        samples = JointSamples(TrajectoryConfig().dynamics)
+        samples.add(10**9, 0.1, 0.0)
+        return add_state(message, 'nod_joint', samples, lambda stamp_ns: stamp_ns > 1)
 
-    before = JointSample(10**9, 0.1, 0.0)
     assert measured(1, position=[1.0, 0.2]) is None
     assert measured(2 * 10**9) is None
     assert measured(2 * 10**9, position=[1.0]) is None
@@ -66,10 +68,12 @@ class Robot:
         self.points, self.refusals = [], []  # of the latest trajectory: time [ns], position
         self.states_stop, self.states_late_ns, self.ends = False, 0, []
         self.unstamped = False
+        self.stray = None  # a joint state after every twentieth, of another publisher
         self.ahead = 0  # every so many joint states, one is stamped an hour ahead
         self.spare = 0  # from the latest arrival of a trajectory to its end [ns]
         self._commands = self.node.create_publisher(NodCommand, 'nod_command', 10)
         self._states = self.node.create_publisher(JointState, 'joint_states', 10)
+        self._strays = self.node.create_publisher(JointState, 'joint_states', 10)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self.node.create_subscription(NodStatus, 'servo/status', self.statuses.append, 10)
         self.node.create_timer(0.1, self._command)
@@ -104,6 +108,10 @@ class Robot:
             other.header.stamp = time_message(now_ns + HOUR_NS)
         if not self.states_stop:
             self._states.publish(other)
+        if self.stray is not None and len(self.pitches) % 20 == 0:
+            other.header.stamp = time_message(now_ns + 1_000_000)
+            other.position = [1.0, self.stray]
+            self._strays.publish(other)
 
     def _take(self, message):
         now_ns, last = time.time_ns(), message.points[-1]
@@ -310,6 +318,24 @@ def test_single_joint_states_of_another_time_are_left_out_and_counted(robot):
         assert all(status.following for status in robot.statuses)
         assert min(robot.pitches) == pytest.approx(-0.3, abs=0.02)
         assert max(robot.pitches) == pytest.approx(0.4, abs=0.02)
+    assert robot.refusals == []
+
+
+@pytest.mark.parametrize('stray', [3.14, 1e300])
+def test_joint_states_that_are_not_of_the_joint_move_nothing_and_are_counted(robot, stray):
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.start_controller()
+    with running('autostart:=true', 'joint_timeout:=5.0'):  # no pause of this host matters
+        robot.until(robot.is_in_phase, 'not in phase')
+        robot.stray = stray
+        robot.pitches.clear()
+        robot.until(lambda: 'with an impossible position' in robot.message, 'not diagnosed')
+        robot.until(lambda: len(robot.pitches) > 200, 'no joint states')
+        robot.nod = None
+        robot.until(robot.rests, 'the joint goes on without commands')
+    assert min(robot.pitches) == pytest.approx(-0.3, abs=0.02)
+    assert max(robot.pitches) == pytest.approx(0.4, abs=0.02)
+    assert not any('internal error' in each for each in robot.reports)
     assert robot.refusals == []
 
 

@@ -85,13 +85,52 @@ def test_a_moving_joint_stops_by_its_acceleration():
 
 @pytest.mark.parametrize(
     ('pitch', 'velocity', 'expected'),
-    [(0.3, 3.0, 0.8), (-0.3, -3.0, -0.8), (0.9, 3.0, 0.9), (0.9, -6.0, -0.8), (0.0, 0.5, 0.3025)],
+    [(0.3, 3.0, 0.8), (-0.3, -3.0, -0.8), (0.9, 3.0, 0.8), (0.9, -6.0, -0.8), (0.0, 0.5, 0.3025)],
 )
 def test_a_joint_stops_within_the_mount_however_old_the_sample(pitch, velocity, expected):
     sample, now_ns = Sample(T0, pitch, velocity), T0 + 600_000_000
     assert stop(sample, now_ns, 50.0, (-0.8, 0.8)).pitch == pytest.approx(expected)
     plan = Planner(DYNAMICS, (-0.8, 0.8)).plan(NOD, sample, now_ns)
     assert plan[0].pitch == pytest.approx(expected)
+
+
+@pytest.mark.parametrize('pitch', [2.0, -3.14, 0.83])
+def test_a_joint_outside_of_the_mount_comes_back_slowly_and_joins_the_nod(pitch):
+    controller, planner = holding(pitch), Planner(DYNAMICS, (-0.8, 0.8))
+    seen = []
+    for step in range(3000):
+        now = T0 + step * 5_000_000
+        seen.append(controller.at(now))
+        if step % 20 == 0:
+            sent(controller, planner.plan(NOD, Sample(now, *seen[-1]), now), now)
+    outside = [each for each in seen if abs(each[0]) > 0.801]
+    assert max(abs(velocity) for _, velocity in outside) <= 1.01
+    assert max(abs(p) for p, _ in outside) <= abs(pitch) + 1e-6
+    assert len(outside) < 1000
+    assert planner.follows(NOD, Sample(now, *seen[-1]))
+
+
+@settings(max_examples=300)
+@given(
+    lie=st.floats(-100.0, 100.0),
+    velocity=st.floats(-7.2, 7.2),
+    after_ms=st.integers(0, 2000),
+    outlasts_ms=st.integers(1, 6000),
+)
+def test_a_joint_never_leaves_the_mount_whatever_is_said_of_it(
+    lie, velocity, after_ms, outlasts_ms
+):
+    """From an instant on, its states are those of another joint, and are believed."""
+    controller, planner = holding(-0.4), Planner(DYNAMICS, (-0.8, 0.8))
+    for step in range(after_ms + outlasts_ms + 1000):
+        now = T0 + step * 1_000_000
+        truth = controller.at(now)
+        assert -0.81 <= truth[0] <= 0.81
+        is_lie = after_ms <= step < after_ms + outlasts_ms
+        if step % 100 == 0:
+            plan = planner.plan(NOD, Sample(now, *((lie, velocity) if is_lie else truth)), now)
+            assert all(-0.8 <= each.pitch <= 0.8 for each in plan)
+            sent(controller, plan, now)
 
 
 @pytest.mark.parametrize('velocity', [0.0, 0.05, -3.0])

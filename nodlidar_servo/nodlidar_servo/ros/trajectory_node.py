@@ -5,7 +5,7 @@ from dataclasses import replace
 import math
 import sys
 import time
-from typing import Any
+from typing import Any, TypeGuard
 
 from nodlidar_common.dynamics import cruising_speed
 from nodlidar_common.errors import DeviceError
@@ -19,10 +19,10 @@ from nodlidar_common.tracking import Drive, NodTracker, Progress
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.ros.trajectory_message import trajectory_message
-from nodlidar_servo.trajectory.joint_sample import joint_sample, JointSample, JointStamps
+from nodlidar_servo.trajectory.joint_sample import JointSample, JointSamples, JointStamps
 from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
-from nodlidar_servo.trajectory.waypoints import held, Planner, stop
+from nodlidar_servo.trajectory.waypoints import held, is_within, Planner, stop
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
@@ -31,13 +31,10 @@ MOST_STATES = 500  # kept between two trajectories; half a second of a controlle
 _PATIENCE = 5.0  # s for the controllers to start, often after this node; then that is an error
 
 
-def sample_of(
-    message: JointState,
-    joint_name: str,
-    before: JointSample | None,
-    believe: Callable[[int], bool],
+def add_state(
+    message: JointState, joint_name: str, samples: JointSamples, believe: Callable[[int], bool]
 ) -> JointSample | None:
-    """Return the measurement of a joint; None if there is none later than the one before.
+    """Add the measurement of a joint to its samples; return it, None if it is not added.
 
     Its stamp [ns] must be believed.
     """
@@ -45,8 +42,7 @@ def sample_of(
     if joint_name not in message.name or not believe(stamp_ns):
         return None
     index = message.name.index(joint_name)
-    pitch, velocity = _value(message.position, index), _value(message.velocity, index)
-    return joint_sample(stamp_ns, pitch, velocity, before)
+    return samples.add(stamp_ns, _value(message.position, index), _value(message.velocity, index))
 
 
 def _value(values: Sequence[float], index: int) -> float:
@@ -78,7 +74,7 @@ class TrajectoryNode(NodNode):
         )
         self.commands = NodCommands(self.config)
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
-        self._sample: JointSample | None = None
+        self._samples = JointSamples(self.config.dynamics)
         self._arrived_ns = 0
         self._stamps = JointStamps(self.config.joint_timeout)
         self._is_moving = False
@@ -90,7 +86,7 @@ class TrajectoryNode(NodNode):
         deadline_ns = steady_ns() + round(_PATIENCE * NS_PER_S)
         self._joint_states.take()  # what came meanwhile is old by now
         self._stamps.restart()
-        self._sample = None
+        self._samples.restart()
         while self.thread.keep_going() and steady_ns() < deadline_ns and self._may_come():
             time.sleep(1.0 / self.config.send_rate)
             self._new_samples()
@@ -101,7 +97,8 @@ class TrajectoryNode(NodNode):
         time.sleep(1.0 / self.config.send_rate)
         samples = self._new_samples()
         self._check()
-        assert self._sample is not None
+        latest = self._samples.latest
+        assert latest is not None
         tracker = self.commands.follow(steady_ns(), self.start_clock_ns())
         if tracker is None:
             self._stop()
@@ -110,8 +107,8 @@ class TrajectoryNode(NodNode):
             return
         for sample in samples:
             tracker.measure_phase(sample)
-        self._send(tracker, self._sample)
-        self._show(len(samples), self._progress(tracker), self._follow_by(tracker, self._sample))
+        self._send(tracker, latest)
+        self._show(len(samples), self._progress(tracker), self._follow_by(tracker, latest))
 
     def disconnect(self) -> None:
         """Stop the joint."""
@@ -134,17 +131,18 @@ class TrajectoryNode(NodNode):
         return tracker.lead(nod), start_ns - self.start_clock_ns() + now_ns - tracker.phase.lead_ns
 
     def _stop(self) -> None:
-        # Without a recent sample the latest plan holds: it ends at rest at a reversal.
-        if self._is_moving and self._sample is not None and self._is_recent(self._sample):
-            limits = self.config.pitch_limits
-            rest = stop(self._sample, self.now_ns(), self.config.acceleration, limits)
+        # Without a recent sample within the mount the latest plan holds: it ends at rest at a
+        # reversal.
+        sample, limits = self._samples.latest, self.config.pitch_limits
+        if self._is_moving and self._is_recent(sample) and is_within(sample, limits):
+            rest = stop(sample, self.now_ns(), self.config.acceleration, limits)
             self._trajectory.publish(trajectory_message(self.config.joint_name, held(rest)))
         self._is_moving = False
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
 
     def _may_come(self) -> bool:
         """Return whether the controller or joint states are missing, and nothing else is wrong."""
-        is_there = self._sample is not None and self._trajectory.get_subscription_count()
+        is_there = self._samples.latest is not None and self._trajectory.get_subscription_count()
         return not is_there and not self._stamps.trouble
 
     def _check(self) -> None:
@@ -154,22 +152,22 @@ class TrajectoryNode(NodNode):
         age, timeout = (steady_ns() - self._arrived_ns) / NS_PER_S, self.config.joint_timeout
         if self._stamps.trouble:
             raise DeviceError(f"joint states of '{self.config.joint_name}' {self._stamps.trouble}")
-        if self._sample is None or age > timeout:
+        if self._samples.latest is None or age > timeout:
             raise DeviceError(f"no joint states of '{self.config.joint_name}' for {timeout:g} s")
 
-    def _is_recent(self, sample: JointSample) -> bool:
-        """Return whether a sample is of the last joint_timeout."""
+    def _is_recent(self, sample: JointSample | None) -> TypeGuard[JointSample]:
+        """Return whether there is a sample of the last joint_timeout."""
         timeout: float = self.config.joint_timeout
-        return abs(self.now_ns() - sample.stamp_ns) <= timeout * NS_PER_S
+        return sample is not None and abs(self.now_ns() - sample.stamp_ns) <= timeout * NS_PER_S
 
     def _new_samples(self) -> list[JointSample]:
         """Return the measurements since the last call; the last one is kept."""
         samples = []
         for message in self._joint_states.take():
-            sample = sample_of(message, self.config.joint_name, self._sample, self._is_of_now)
+            sample = add_state(message, self.config.joint_name, self._samples, self._is_of_now)
             if sample is not None:
                 samples.append(sample)
-                self._sample, self._arrived_ns = sample, steady_ns()
+                self._arrived_ns = steady_ns()
         return samples
 
     def _is_of_now(self, stamp_ns: int) -> bool:
@@ -185,12 +183,14 @@ class TrajectoryNode(NodNode):
 
     def _show(self, samples: int, progress: Progress | None, follow_by_ns: int | None) -> None:
         state = self.diagnosis.state
-        pitch = math.nan if self._sample is None else self._sample.pitch
+        latest, limits = self._samples.latest, self.config.pitch_limits
         self.diagnosis.state = replace(
             state,
             samples=state.samples + samples,
             refused=self._stamps.refused,
-            pitch=pitch,
+            impossible=self._samples.refused,
+            pitch=math.nan if latest is None else latest.pitch,
+            is_outside=latest is not None and not is_within(latest, limits),
             progress=progress,
             follow_by_ns=follow_by_ns,
         )

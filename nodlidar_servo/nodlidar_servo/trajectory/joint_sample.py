@@ -1,12 +1,17 @@
 """Measurements of a joint that ros2_control moves."""
 
 from dataclasses import dataclass
-import math
 
+from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_servo.nod.reach import ReachCheck, ReachError
 
 LEAST_TO_DIFFER = 3
 """So many wrong stamps in a row show that it is the clock that is wrong."""
+
+_FARTHEST = 100.0  # rad; no joint that nods is farther
+_SLACK = 0.05  # rad; of positions whose stamps jitter by milliseconds
+_LEAST_STRENGTH = 50.0  # rad/s^2, that any joint may have
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,20 +23,56 @@ class JointSample:
     velocity: float
 
 
-def joint_sample(
-    stamp_ns: int, pitch: float, velocity: float, before: JointSample | None
-) -> JointSample | None:
-    """Return a measurement; None if it has no pitch, or is not later than the one before.
+class JointSamples:
+    """Measurements of a joint, each later than the one before.
 
-    A velocity that is missing, NaN, is that since the measurement before, or 0 without one.
+    What a joint cannot have is refused, as a stray message of another publisher: a position that
+    it cannot have reached, until it has lasted (0.2 s, if it is 3 rad away); or none.
+
+    Parameters
+    ----------
+    dynamics
+        What the joint can do.
+
+    Attributes
+    ----------
+    latest
+        The latest measurement; None without one.
+    refused
+        How many were refused for their positions.
     """
-    if not math.isfinite(pitch) or (before is not None and stamp_ns <= before.stamp_ns):
-        return None
-    if not math.isfinite(velocity):  # not every hardware measures it
-        velocity = 0.0
-        if before is not None:
-            velocity = (pitch - before.pitch) / (stamp_ns - before.stamp_ns) * NS_PER_S
-    return JointSample(stamp_ns, pitch, velocity)
+
+    def __init__(self, dynamics: Dynamics) -> None:
+        # The joint may be stronger, or be turned by hand: a low acceleration is no bound.
+        strongest = max(dynamics.acceleration, _LEAST_STRENGTH)
+        self._reach = ReachCheck(strongest, dynamics.max_speed, _SLACK)
+        self.latest: JointSample | None = None
+        self.refused = 0
+
+    def restart(self) -> None:
+        """Forget the latest measurement: the joint may be anywhere by now."""
+        self._reach.restart()
+        self.latest = None
+
+    def add(self, stamp_ns: int, pitch: float, velocity: float) -> JointSample | None:
+        """Add and return a measurement; None if it is refused, or not later than the one before.
+
+        A velocity that is missing, NaN, or that no joint has, is that since the measurement
+        before, or 0 without one.
+        """
+        if self.latest is not None and stamp_ns <= self.latest.stamp_ns:
+            return None
+        try:
+            if not abs(pitch) <= _FARTHEST:
+                raise ReachError(f'no position up to {_FARTHEST} rad: {pitch}')
+            self._reach.accept(stamp_ns, pitch)
+        except ReachError:
+            self.refused += 1
+            return None
+        if not abs(velocity) <= self._reach.fastest:  # not every hardware measures it
+            velocity = self._reach.velocity
+        self.latest = JointSample(stamp_ns, pitch, velocity)
+        return self.latest
 
 
 class JointStamps:

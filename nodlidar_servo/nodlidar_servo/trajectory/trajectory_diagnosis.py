@@ -13,6 +13,7 @@ from nodlidar_servo.nod.nod_commands import NodCommands
 
 _WINDOW, _SHORTEST = 1.5, 1.0  # s, that rates are taken over, and at least
 _STATES, _REFUSED = 'joint states', 'joint states with a wrong stamp'
+_IMPOSSIBLE = 'joint states with an impossible position'
 _LONGEST_WAY = 5.0  # s to the nod, and more if a sweep is longer
 
 
@@ -22,7 +23,9 @@ class NodJointState:
 
     samples: int = 0  # so far
     refused: int = 0  # for their stamps, so far
+    impossible: int = 0  # for their positions, so far
     pitch: float = math.nan  # rad
+    is_outside: bool = False  # of the limits of the mount
     progress: Progress | None = None
     follow_by_ns: int | None = None  # steady time by when the joint has to be on the nod
 
@@ -76,15 +79,18 @@ class TrajectoryDiagnosis:
     def next_report(self, now_ns: int) -> Report:
         """Return the state at a time [ns] of the steady clock."""
         state = self.state
-        self._recent.add(now_ns, Counter({_STATES: state.samples, _REFUSED: state.refused}))
+        refusals = {_REFUSED: state.refused, _IMPOSSIBLE: state.impossible}
+        self._recent.add(now_ns, Counter({_STATES: state.samples, **refusals}))
         duration = self._recent.duration
         rate = self._recent.counts[_STATES] / duration if duration >= _SHORTEST else 0.0
         figures = {'joint states per second': f'{rate:.1f}', 'pitch [rad]': f'{state.pitch:.4f}'}
         figures |= self._commands.figures(now_ns) | phase_figures(state.progress)
-        figures[_REFUSED] = str(state.refused)
+        figures |= {what: str(count) for what, count in refusals.items()}
         warnings = self._commands.new_refusals()
-        if refused := self._recent.counts[_REFUSED]:
-            warnings.append(f'{refused} {_REFUSED}')
+        counts = self._recent.counts
+        warnings += [f'{counts[what]} {what}' for what in refusals if counts[what]]
+        if state.is_outside:
+            warnings.append(f'the joint is at {state.pitch:.2f} rad, outside of the mount')
         if not self._commands.are_current(now_ns):
             warnings.append('no nod command to follow: the joint is stopped')
         return Report(figures, tuple(warnings), self._errors(now_ns))

@@ -23,6 +23,7 @@ HORIZON = 1.0
 HELD = 0.5
 """A stop lasts this time [s]: a controller refuses what ends before it arrives."""
 
+_RETURN = 1.0  # rad/s, the highest speed of a joint that comes back from outside of the mount
 _STEADY = 0.02  # rad, the least distance from the plan of a joint that does not follow it
 _SMOOTH = 0.25  # of the speed of the nod, by which tuning changes the velocity, at reversals
 _RETIMED = 0.05  # of a sweep, by which tuning moves the reversal that an approach leads to
@@ -80,14 +81,20 @@ def stop(
     acceleration
         Of the braking [rad/s^2].
     limits
-        Lowest and highest pitch of the mount [rad], which the joint stops within, or where it was
-        measured outside of them: the way since the sample is only extrapolated.
+        Lowest and highest pitch of the mount [rad], which the joint stops within. From outside of
+        them it comes back slowly.
     """
     braking = abs(sample.velocity) / acceleration
     coasted = sample.velocity * (now_ns - sample.stamp_ns) / NS_PER_S
-    pitch = sample.pitch + coasted + sample.velocity * braking / 2.0
-    pitch = min(max(pitch, min(limits[0], sample.pitch)), max(limits[1], sample.pitch))
-    return Waypoint(now_ns + max(round(braking * NS_PER_S), 1), pitch, 0.0)
+    pitch = _within(sample.pitch + coasted + sample.velocity * braking / 2.0, limits)
+    outside = abs(sample.pitch - _within(sample.pitch, limits))
+    duration = max(braking, _cubic_duration(outside, _RETURN, acceleration))
+    return Waypoint(now_ns + max(round(duration * NS_PER_S), 1), pitch, 0.0)
+
+
+def is_within(sample: Measured, limits: tuple[float, float]) -> bool:
+    """Return whether a joint was measured within the limits of the mount [rad], or nearly so."""
+    return limits[0] - _STEADY <= sample.pitch <= limits[1] + _STEADY
 
 
 def held(rest: Waypoint) -> list[Waypoint]:
@@ -99,7 +106,8 @@ class Planner:
     """Plans the way of a joint to the nod, and the nod.
 
     A joint that is not on the nod stops, goes to the limit of the first reversal that it reaches
-    in time, and begins there.
+    in time, and begins there. One that is measured outside of the mount is first at rest there: a
+    plan that runs is not changed before it ends at rest.
 
     Parameters
     ----------
@@ -132,6 +140,8 @@ class Planner:
             The nod that replaces it, earlier by the lead too, and its start [ns]; None for none.
         """
         before: list[Waypoint] = []
+        if not is_within(sample, self._limits) and self._plan and now_ns < self._plan[-1].time_ns:
+            return self._plan
         if self._plan and now_ns < self._joins_ns and self._leads_to(nod):
             before, first = self._plan[:1], round(nod.sweep_at(self._joins_ns))
         elif self._continues(nod, now_ns) and self.follows(nod, sample):
@@ -184,7 +194,7 @@ class Planner:
     def _shortest(self, way: float, nod: Nod) -> float:
         """Return the time [s] of a cubic from rest to rest within the limits of the joint."""
         fastest = min(CATCH_UP * nod.speed, self._dynamics.max_speed)
-        return max(1.5 * way / fastest, math.sqrt(6.0 * way / self._dynamics.acceleration))
+        return _cubic_duration(way, fastest, self._dynamics.acceleration)
 
     def _legs(
         self, nod: Nod, first: int, now_ns: int, after: tuple[Nod, int] | None
@@ -207,6 +217,15 @@ class Planner:
         # The nod after may begin before the last braking, if that is short.
         later = [one for one, two in pairwise(all_points) if one.time_ns < two.time_ns]
         return [*later, all_points[-1]]
+
+
+def _within(pitch: float, limits: tuple[float, float]) -> float:
+    return min(max(pitch, limits[0]), limits[1])
+
+
+def _cubic_duration(way: float, fastest: float, acceleration: float) -> float:
+    """Return the shortest time [s] of a cubic from rest to rest."""
+    return max(1.5 * way / fastest, math.sqrt(6.0 * way / acceleration))
 
 
 def _at(waypoints: Sequence[Waypoint], time_ns: int) -> tuple[float, float]:
