@@ -247,16 +247,23 @@ def test_of_two_publishers_with_different_clocks_one_is_heard(bench):
 
 
 @pytest.mark.parametrize('ahead', [0, 1, 700, 5_000])
-def test_two_publishers_of_a_transform_on_the_way_are_told_until_one_ends(bench, ahead):
+def test_two_publishers_of_a_transform_on_the_way_are_told_until_one_ends(
+    bench, monkeypatch, ahead
+):
     """Their numbers may be equal, as of two programs that start at the same time."""
+
+    def hear(ms, number):
+        monkeypatch.setattr(bench.tf, '_node', NodeAt(START + ms * MS))
+        bench.hear(ms, parent='odom', child='base', number=number)
+
     bench.mount()
     numbers = count(1)
     for ms, number in zip(range(0, 1_000, 20), numbers, strict=False):
-        bench.hear(ms, parent='odom', child='base', number=number + ahead)
-        bench.hear(ms + 7, parent='odom', child='base', number=number)
+        hear(ms, number + ahead)
+        hear(ms + 7, number)
     assert bench.tf.shared == {"the transform to 'base'": 2}
     for ms, number in zip(range(1_000, 4_000, 20), numbers, strict=False):
-        bench.hear(ms, number=number + ahead)
+        hear(ms, number + ahead)
     assert bench.tf.shared == {}
 
 

@@ -10,6 +10,7 @@ from nodlidar_assembler.ros.host_clock import HostClock, SETTLING_NS
 from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from sensor_msgs.msg import JointState, LaserScan
 
@@ -86,7 +87,7 @@ class AssemblyFilter(SimpleFilter):
             return
         if self.assembler.joint.has_joint(message):
             publishers = self._states.publishers
-            publishers.note(self._states.publisher)
+            publishers.note(self._states.publisher, steady_ns())
             if publishers.active > 1:  # nothing says whose positions are right
                 self.assembler.drops[SEVERAL] += 1
                 return

@@ -164,9 +164,10 @@ class TfOdometry:
         """Add the transforms of a message."""
         with self._survival.surviving():
             number = info.get('publication_sequence_number')
-            for frame in {transform.child_frame_id for transform in data.transforms}:
-                self._publishers[frame].note(self._publishers[frame].add(number))
             now_ns = self._node.get_clock().now().nanoseconds
+            for frame in {transform.child_frame_id for transform in data.transforms}:
+                publishers = self._publishers[frame]
+                publishers.note(publishers.add(number), now_ns)
             self._arrived_ns = info.get('received_timestamp') or now_ns
             self._add_in_order(self._well_formed(data, self._fixed), now_ns)
 
