@@ -295,6 +295,18 @@ def test_scans_of_a_recording_that_is_played_in_a_loop_have_not_moved_alone(join
     assert assembler.watch.restamped == pytest.approx(restamped, abs=1e-6)
 
 
+def test_a_single_position_that_is_not_of_the_motion_of_the_joint_is_counted():
+    drops = Counter()
+    joints, found = JointInput(AssemblerConfig(joint_name='nod'), drops), []
+    for k in range(100):
+        pitch = 0.3 if k == 50 else 0.01 * k
+        state = joint_state(position=[9.0, pitch])
+        state.header.stamp = time_message(START_NS + k * 10**7)
+        found += [position for _, position in joints.samples(state)]
+    assert found == [0.01 * k for k in range(100) if k != 50]
+    assert drops == {JointInput.STRAY: 1}
+
+
 def test_a_joint_is_at_one_position_at_a_time():
     drops = Counter()
     joints = JointInput(AssemblerConfig(joint_name='nod'), drops)

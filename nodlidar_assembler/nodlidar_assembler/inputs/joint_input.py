@@ -7,6 +7,7 @@ from typing import Any
 from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
 from nodlidar_assembler.clouds.pitch import LARGEST
 from nodlidar_assembler.inputs.joint_scatter import JointScatter
+from nodlidar_assembler.inputs.joint_strays import JointStrays
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import LATEST_NS, time_ns
@@ -54,7 +55,7 @@ class JointInput:
     config
         Name of the joint, zero and direction of its positions, delay of its stamps.
     drops
-        Counter of malformed, unstamped, misordered and contradictory joint states.
+        Counter of malformed, unstamped, misordered, stray and contradictory joint states.
 
     Attributes
     ----------
@@ -68,6 +69,7 @@ class JointInput:
     UNSTAMPED = 'joint state without a stamp'
     OUT_OF_ORDER = 'joint state whose stamp does not fit its neighbours'
     TWICE = 'joint state that has the joint twice'
+    STRAY = 'joint state at a position from which the joint cannot have come back'
     SAME_STAMP = 'joint state with the stamp of the one before at another position'
 
     def __init__(self, config: JointInputConfig, drops: Counter[str]) -> None:
@@ -79,6 +81,7 @@ class JointInput:
         self._order: TimeOrder[tuple[int, float]] = TimeOrder(
             lambda: drops.update([self.OUT_OF_ORDER]), round(config.max_joint_gap * NS_PER_S)
         )
+        self._strays = JointStrays(lambda: drops.update([self.STRAY]))
         self._last: tuple[int, float] | None = None
         self._heard = False
         self._others: set[str] = set()
@@ -96,6 +99,7 @@ class JointInput:
     def restart(self) -> None:
         """Restart after the clock was set: the next sample may be of any time."""
         self._order.restart()
+        self._strays.restart()
 
     def has_joint(self, message: Any) -> bool:
         """Return whether a message contains the nod joint."""
@@ -126,7 +130,8 @@ class JointInput:
             self._drops[self.SAME_STAMP] += 1
             return []
         self._last = sample
-        confirmed = self._order.add(measured_ns, sample)
+        in_order = self._order.add(measured_ns, sample)
+        confirmed = [one for each in in_order for one in self._strays.add(each)]
         for each in confirmed:
             self.scatter.add(each)
         return confirmed
