@@ -28,13 +28,33 @@ def room(azimuth):
     return 3.0 + 2.0 * np.sin(azimuth) + np.cos(3.0 * azimuth)
 
 
+class StallingPort(VirtualPort):
+    """A tty, of at most 4095 bytes per read, whose reader stands still from a time on [s, s]."""
+
+    def __init__(self, device, clock, after, duration):
+        super().__init__(device, clock, 1.0)
+        self._from_ns, self._duration_ns = clock() + round(after * 1e9), round(duration * 1e9)
+
+    @property
+    def in_waiting(self):
+        return min(super().in_waiting, 4095)
+
+    def read(self, size=1):
+        data = super().read(size)
+        if self._clock() >= self._from_ns:
+            self._from_ns, stalled_ns = math.inf, self._clock() + self._duration_ns
+            self._clock.advance_to(stalled_ns)
+        return data
+
+
 class Rig:
     """An emulated lidar on a virtual port, and when and where each beam was measured.
 
-    `change` may replace the bytes that reach the host at a time [ns].
+    `change` may replace the bytes that reach the host at a time [ns]; `stall` is when its reader
+    stands still, and for how long [s].
     """
 
-    def __init__(self, seed=0, ppm=0.0, change=None, window=ALL_AROUND, ranges=room):
+    def __init__(self, seed=0, ppm=0.0, change=None, window=ALL_AROUND, ranges=room, stall=None):
         self._beams, self._ranges = [], ranges
         self.clock = VirtualClock(START_NS)
         self.emulator = StreamingLidar(
@@ -46,7 +66,10 @@ class Rig:
         if change is not None:
             transmit = self.emulator.transmit
             self.emulator.transmit = lambda now_ns: change(transmit(now_ns), now_ns)
-        self.port = VirtualPort(self.emulator, self.clock, 1.0)
+        if stall is None:
+            self.port = VirtualPort(self.emulator, self.clock, 1.0)
+        else:
+            self.port = StallingPort(self.emulator, self.clock, *stall)
         self.lidar = LdrobotLidar(self.port, window, 16, self.clock, 1.0)
 
     def _measure(self, times_ns, azimuths):
@@ -116,6 +139,32 @@ def test_late_bytes_are_dated_by_the_lidar_s_clock(seed):
     worst = [np.abs(rig.errors(scan)[0]).max() for scan in rig.read(400)[100:]]
     assert max(worst) < 2.0
     assert np.sqrt(np.mean(np.square(worst))) < 1.0
+
+
+@pytest.mark.parametrize(
+    'stall', [(0.05, 3.5), (0.3, 0.5), (0.3, 0.9), (0.3, 2.0), (0.8, 0.9), (0.95, 0.2), (3.0, 3.0)]
+)
+def test_scans_of_a_host_that_stands_still_while_it_connects_have_the_right_time(stall):
+    rig = Rig(stall=stall)
+    for scan in rig.read(60):
+        off_ms, off, _ = rig.errors(scan)
+        assert np.abs(off_ms).max() < 0.25
+        assert np.sqrt(np.mean(off**2)) < math.radians(0.4)
+
+
+@pytest.mark.parametrize(('worst_ms', 'most_revolutions'), [(8.0, 15), (19.0, 20), (60.0, 50)])
+@pytest.mark.parametrize('seed', range(3))
+def test_a_noisy_line_settles(seed, worst_ms, most_revolutions):
+    rig = Rig(seed, change=late(worst_ms, seed))
+    rig.lidar.connect()
+    assert (rig.clock() - START_NS) / MS < 100.0 * most_revolutions
+
+
+def test_a_line_that_is_too_late_to_date_scans_is_told():
+    rig = Rig(change=late(400.0))
+    with pytest.raises(DeviceError, match=r'late by \d+ ms at random: too much to date them'):
+        rig.lidar.connect()
+    assert (rig.clock() - START_NS) / MS == pytest.approx(10_000.0, abs=1_000.0)
 
 
 def test_a_window_ahead_is_cut_out():

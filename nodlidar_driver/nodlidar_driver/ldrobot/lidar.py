@@ -20,6 +20,8 @@ _SIZE = PACKET.itemsize
 _MS = NS_PER_S // 1000
 _LINE_MS = _SIZE * 10 / BIT_RATE * 1e3  # a packet on the line, with start and stop bits
 _SETTLING = 10  # revolutions, from which the least delay of their arrivals is known
+_WAITED_MS = 20.0  # a revolution that is later than another one by more is none of these
+_MOST_SETTLING = 100  # revolutions, after which the line is too late to date any
 _MOST_USELESS = 4096  # bytes between two packets: the sender is another device
 _MOST_UNEVEN = 3.0  # degrees that a beam may be off; the motor changes its speed
 
@@ -179,8 +181,15 @@ class LdrobotLidar:
             self.arrivals.add(np.array([self._newest_ms]), arrived_ms)
             return True
         self._first.append((self._newest_ms, arrived_ms))
-        if len(self._first) == _SETTLING:
-            self.arrivals.begin(*np.array(self._first).T)
+        taken, arrived = np.array(self._first).T
+        late = arrived - taken - (arrived - taken).min()
+        timely = late <= _WAITED_MS
+        if timely.sum() == _SETTLING:
+            self.arrivals.begin(taken[timely], arrived[timely])
+        elif len(late) == _MOST_SETTLING:
+            raise DeviceError(
+                f'scans are late by {np.median(late):.0f} ms at random: too much to date them'
+            )
         return False
 
     def _count(self, revolution: Revolution) -> bool:
