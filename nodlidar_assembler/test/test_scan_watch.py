@@ -134,7 +134,10 @@ def late(count, moved_ns, moved_lidar_ns=0, seed=3):
     return [t + (moved_ns if k >= 60 else 0) for k, t in enumerate(begins)], arrivals
 
 
-@pytest.mark.parametrize('moved_ms', [-70, -30, 30, 70])
+WHOLE_AND_OTHER = [-500, -450, -300, -70, -30, -20, -8, 8, 20, 30, 70, 300, 450, 500]
+
+
+@pytest.mark.parametrize('moved_ms', WHOLE_AND_OTHER)
 def test_stamps_that_move_while_scans_come_as_before_are_told_until_they_are_as_before(moved_ms):
     watch = ScanWatch()
     for stamp_ns, arrived_ns in zip(*late(100, moved_ms * MS), strict=True):
@@ -142,7 +145,57 @@ def test_stamps_that_move_while_scans_come_as_before_are_told_until_they_are_as_
     assert watch.restamped == pytest.approx(moved_ms / 1e3, abs=4e-3)
     for stamp_ns, arrived_ns in list(zip(*late(200, 0), strict=True))[100:]:
         watch.refuse(stamp_ns, T, arrived_ns)
-    assert watch.restamped == pytest.approx(0.0, abs=4e-3)
+    assert watch.restamped == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize('moved_ms', WHOLE_AND_OTHER)
+def test_stamps_that_are_right_again_after_a_silence_are_no_longer_told(moved_ms):
+    watch = ScanWatch()
+    moved, right = late(100, moved_ms * MS), late(200, 0, 33 * MS)
+    for stamp_ns, arrived_ns in zip(*moved, strict=True):
+        watch.refuse(stamp_ns, T, arrived_ns)
+    assert watch.restamped == pytest.approx(moved_ms / 1e3, abs=4e-3)
+    for stamp_ns, arrived_ns in list(zip(*right, strict=True))[120:]:
+        watch.refuse(stamp_ns, T, arrived_ns)
+    assert watch.restamped == 0.0
+
+
+@pytest.mark.parametrize('moved_ms', WHOLE_AND_OTHER)
+def test_stamps_that_are_trusted_are_not_told_until_they_move_again(moved_ms):
+    watch = ScanWatch()
+    for stamp_ns, arrived_ns in zip(*late(100, moved_ms * MS), strict=True):
+        watch.refuse(stamp_ns, T, arrived_ns)
+    watch.trust_stamps()
+    for stamp_ns, arrived_ns in list(zip(*late(140, moved_ms * MS), strict=True))[100:]:
+        watch.refuse(stamp_ns, T, arrived_ns)
+        assert watch.restamped == 0.0
+    for stamp_ns, arrived_ns in list(zip(*late(200, 0), strict=True))[140:]:
+        watch.refuse(stamp_ns, T, arrived_ns)
+    assert watch.restamped == pytest.approx(-moved_ms / 1e3, abs=4e-3)
+
+
+@pytest.mark.parametrize('late_ms', [50, 100, 300])
+@pytest.mark.parametrize('seed', range(10))
+def test_a_line_that_is_late_for_a_while_moves_no_stamps(late_ms, seed):
+    """Of a motor whose speed wanders, so that new lines begin meanwhile and after."""
+    rng, watch = np.random.default_rng(seed), ScanWatch()
+    speed, stamp_ns = 0.0, BEGIN_NS
+    for k in range(400):
+        speed = 0.7 * speed + rng.normal(0.0, 0.5 * MS)
+        stamp_ns += 100 * MS + round(speed)
+        arrived_ns = stamp_ns + (70 + late_ms * (120 <= k < 160)) * MS
+        watch.refuse(stamp_ns, 0.1 + speed / S, arrived_ns)
+        assert watch.restamped == 0.0
+
+
+@pytest.mark.parametrize('lost', range(5))
+def test_a_queue_that_is_emptied_moves_no_stamps(lost):
+    """Scans are 300 ms late for 4 s; then some are lost, and the others are in time."""
+    watch = ScanWatch()
+    for k, stamp_ns in enumerate(stamps(300)):
+        if not 100 <= k < 100 + lost:
+            watch.refuse(stamp_ns, T, stamp_ns + (370 if 60 <= k < 100 else 70) * MS)
+        assert watch.restamped == 0.0
 
 
 def test_when_joint_states_went_back_as_well_stamps_have_not_moved_alone():

@@ -3,51 +3,85 @@
 from collections import deque
 import math
 
+from nodlidar_assembler.inputs.revolutions import GATE_NS
+
+_REMEMBERED = 300  # scans: half a minute at 10 Hz
+_FEWEST = 10  # scans without a jump, of which one is not late
+_MOST_NOISE_NS = 20_000_000  # that the least late of them may still be late
+
 
 class Restamping:
-    """The time from stamp to arrival of scans, before and after their stamps left the line.
+    """The time from stamp to arrival of scans, before and after their stamps jumped.
 
-    A lidar that began anew sends its scans at other instants as well, so that they are as late as
-    before. If a driver stamps in another way, scans come as before, and are later or less late by
-    what the stamps moved. Of the two, that which fits the arrivals better counts. The least late
-    of several scans counts: a host may delay scans, but it never brings them early.
+    A lidar that began anew sends its scans as late as before. If a driver stamps in another way,
+    scans come as before, and are later or less late by what the stamps jumped. The least late of
+    several scans counts: a host may delay scans, but it never brings them early. Scans that become
+    late while their stamps go on say nothing of the stamps.
 
-    Parameters
+    Attributes
     ----------
-    remembered
-        Scans on the line that are kept.
+    moved_ns
+        By how much stamps are later than at first [ns]. It ends when scans are again as late as
+        then after another jump or a restart.
     """
 
-    def __init__(self, remembered: int) -> None:
-        self._late_ns: deque[int] = deque(maxlen=remembered)
-        self._strays_late_ns: list[int] = []
+    def __init__(self) -> None:
+        self.moved_ns = 0.0
+        self._late_at_first_ns = 0  # at least, before the stamps moved
+        self.restart()
 
     def restart(self) -> None:
-        """Forget all scans."""
-        self._late_ns.clear()
-        self._strays_late_ns.clear()
+        """Forget all scans: the next ones may be of any time."""
+        self._last_ns: int | None = None
+        self._late_ns: deque[int] = deque(maxlen=_REMEMBERED)  # before the last jump
+        self._since_ns: list[int] = []  # of the first scans after it
+        self._jump_ns = 0.0
 
-    def add(self, late_ns: int, is_on_line: bool) -> None:
-        """Add a scan: the time from its stamp to its arrival [ns], and whether it is a stray."""
-        if is_on_line:
-            self._strays_late_ns.clear()
-            self._late_ns.append(late_ns)
-        else:
-            self._strays_late_ns.append(late_ns)
+    def shift(self, step_ns: int) -> None:
+        """Continue as before after the clock was set by a step [ns]."""
+        if self._last_ns is not None:
+            self._last_ns += step_ns
 
-    def moved_ns(self, off_ns: float, period_ns: float) -> float:
-        """Return by how much stamps became later [ns] with the last strays; 0 for a lidar anew.
+    def add(self, stamp_ns: int, arrived_ns: int, usual_ns: float) -> None:
+        """Add a scan.
 
         Parameters
         ----------
-        off_ns
-            How much later the last stray is than the nearest revolution of before [ns].
-        period_ns
-            Time of a revolution [ns].
+        stamp_ns, arrived_ns
+            Its stamp, and when it arrived [ns].
+        usual_ns
+            Time from scan to scan [ns].
         """
-        before_ns = min(self._late_ns, default=None)
-        moved_ns = 0.0 if before_ns is None else float(before_ns - min(self._strays_late_ns))
-        self._late_ns = deque(self._strays_late_ns, self._late_ns.maxlen)
-        self._strays_late_ns.clear()
-        off_line_ns = abs(math.remainder(moved_ns - off_ns, period_ns))
-        return moved_ns if off_line_ns < abs(moved_ns) else 0.0
+        late_ns = arrived_ns - stamp_ns
+        jump_ns = 0.0 if self._last_ns is None else stamp_ns - self._last_ns - usual_ns
+        self._last_ns = stamp_ns
+        settled = len(self._since_ns) == _FEWEST
+        if abs(jump_ns) > GATE_NS and not self._is_gap(jump_ns, late_ns, usual_ns):
+            self._jump_ns = jump_ns + (0.0 if settled else self._jump_ns)
+            self._since_ns, settled = [], False
+        if settled:
+            self._late_ns.append(late_ns)
+            return
+        self._since_ns.append(late_ns)
+        if len(self._since_ns) == _FEWEST:
+            self._settle(min(self._since_ns))
+
+    def _is_gap(self, jump_ns: float, late_ns: int, usual_ns: float) -> bool:
+        """Return whether a jump is of missing scans: the next one is not early for its stamp."""
+        is_whole = jump_ns > 0.0 and abs(math.remainder(jump_ns, usual_ns)) <= GATE_NS
+        least_ns = min((*self._late_ns, *self._since_ns), default=late_ns)
+        return is_whole and late_ns > least_ns - usual_ns / 2.0
+
+    def _settle(self, late_ns: int) -> None:
+        """Judge the last jump by the least lateness of the scans since [ns]."""
+        before_ns = min(self._late_ns, default=late_ns)
+        noise_ns = min(abs(self._jump_ns) / 2.0, _MOST_NOISE_NS)
+        if abs(self._jump_ns) > GATE_NS and abs(before_ns - late_ns - self._jump_ns) < noise_ns:
+            if not self.moved_ns:
+                self._late_at_first_ns = before_ns
+            self.moved_ns += self._jump_ns
+            self._late_ns.clear()
+        later_ns = self._late_at_first_ns - late_ns
+        if abs(later_ns) < abs(later_ns - self.moved_ns):
+            self.moved_ns = 0.0
+        self._late_ns.extend(self._since_ns)

@@ -32,30 +32,41 @@ class ScanWatch:
     ----------
     missing
         Revolutions without a scan that the lidar would usually send.
-    restamped
-        By how much stamps became later [s] while scans came as before: those before or those
-        since are wrong. 0 if they did not.
     """
 
     WRONG_TIME = f'stamp more than {GATE_NS / 1e6:g} ms off the revolutions of the lidar'
     WRONG_RATE = 'time_increment of another rate than before'
 
     def __init__(self) -> None:
-        self.missing, self.restamped = 0, 0.0
-        self._restamping = Restamping(_REMEMBERED)
+        self.missing = 0
+        self._restamping = Restamping()
         self._restart(0.0)
 
     def _restart(self, nominal: float) -> None:
         self._line, self._nominal = Revolutions(), nominal
+        self._restamping.restart()
         # Line, last stamp and missing revolutions before the stamps jumped, for one scan.
         self._before_jump: tuple[Revolutions, int | None, int] | None = None
         self._accepted = self._others = 0
         self._last_ns: int | None = None
         self._revolutions: deque[int] = deque(maxlen=_REMEMBERED)
 
+    @property
+    def restamped(self) -> float:
+        """By how much stamps became later [s] while scans came as before; 0 if they did not.
+
+        Those before or those since are wrong.
+        """
+        return self._restamping.moved_ns / NS_PER_S
+
+    def trust_stamps(self) -> None:
+        """Take stamps for right as they are now."""
+        self._restamping.moved_ns = 0.0
+
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock was set by a step [ns]."""
         self._line.shift(step_ns)
+        self._restamping.shift(step_ns)
         if self._last_ns is not None:
             self._last_ns += step_ns
 
@@ -98,20 +109,18 @@ class ScanWatch:
         self._forget_stray(stamp_ns, nominal)
         silence_ns = 0 if self._last_ns is None else stamp_ns - self._last_ns
         if not -_OTHER_TIME_NS <= silence_ns <= _SILENCE_NS:
+            self._restamping.restart()
             self._before_jump = copy(self._line), self._last_ns, self.missing
             if not self._line.has(stamp_ns, nominal):
                 self.missing += max(round(silence_ns / NS_PER_S / self._line.period) - 1, 0)
                 self._line = Revolutions()
-                self._restamping.restart()
-        off_ns, period_ns = self._line.off_ns(stamp_ns), self._line.period * NS_PER_S
+        usual_ns = min(self._revolutions, default=1) * self._line.period * NS_PER_S
+        self._restamping.add(stamp_ns, arrived_ns, usual_ns)
         is_known = self._line.scatter <= _MOST_SCATTER
         before, restarts = self._line.count, self._line.restarts
         is_on_line = self._line.add(stamp_ns, nominal)
         begins = self._line.restarts > restarts
-        self._restamping.add(arrived_ns - stamp_ns, is_on_line and not begins)
-        if begins and is_known:
-            self.restamped += self._restamping.moved_ns(off_ns, period_ns) / NS_PER_S
-        elif is_on_line and not begins:
+        if is_on_line and not begins:
             self._note_missing(self._line.count - before)
         elif not is_on_line and is_known and not self._follows(stamp_ns, nominal):
             return self.WRONG_TIME

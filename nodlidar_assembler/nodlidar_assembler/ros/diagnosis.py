@@ -171,7 +171,8 @@ class Diagnosis:
             self._restamped = watch.restamped
             self.agreement.restart()
         elif self.agreement.excludes(self._restamped):
-            watch.restamped = self._restamped = 0.0
+            watch.trust_stamps()
+            self._restamped = 0.0
         if abs(self._restamped) * NS_PER_S <= GATE_NS:
             return ''
         way = 'later' if self._restamped > 0.0 else 'earlier'
