@@ -50,6 +50,13 @@ def test_messages_that_are_late_at_random_do_not_drift(seed):
     assert not any(moved_in(100.0, seed=seed))
 
 
+@pytest.mark.parametrize('ahead', [0.05, 0.4, 5.0])
+def test_single_stamps_ahead_of_time_do_not_drift(ahead):
+    """From the 40th second on, one scan in 25, or two joint states in 100."""
+    assert not any(moved_in(100.0, scans=lambda t: ahead * (t > 40.0 and t % 2.5 < 0.05)))
+    assert not any(moved_in(100.0, joints=lambda t: ahead * (t > 40.0 and t % 1.0 < 0.015)))
+
+
 def test_stamps_of_another_machine_whose_clock_runs_differently_do_not_drift_apart():
     slow = {'scans': lambda t: 2e-4 * t, 'joints': lambda t: 2e-4 * t}
     assert not any(moved_in(100.0, **slow))

@@ -2,7 +2,8 @@
 
 from nodlidar_common.nod import NS_PER_S
 
-WINDOW_NS = 10 * NS_PER_S  # in which the message counts that was fastest on its way
+WINDOW_NS = 10 * NS_PER_S  # in which the message counts that was nearly the fastest on its way
+AHEAD = 0.05  # share of messages that seem faster, as their stamps may be ahead of time
 CONFIRMED = 2  # windows in a row, since one may have no fast message
 MOST_NS = 5_000_000  # that stamps may move; jumps of scans by as much are noticed elsewhere
 
@@ -13,9 +14,10 @@ class StampDrift:
     """Compares the times from stamp to arrival of other inputs with those of scans.
 
     They stay as they are at their least, window by window: a host may delay messages, but it never
-    brings them early. If one changes against another, stamps drift, or the clocks of the machines
-    that stamp. If all change, a recording is played at another speed, and all begin anew. So does
-    an input that was silent for a window, as it may be of another publisher.
+    brings them early. The very least are left out, as single stamps may be ahead of time. If one
+    input changes against another, stamps drift, or the clocks of the machines that stamp. If all
+    change, a recording is played at another speed, and all begin anew. So does an input that was
+    silent for a window, as it may be of another publisher.
     """
 
     def __init__(self) -> None:
@@ -24,8 +26,8 @@ class StampDrift:
     def restart(self) -> None:
         """Forget all, as after the clock was set."""
         self._end_ns: int | None = None
-        self._least_ns: dict[str, int] = {}
-        self._last_ns: dict[str, int] = {}  # the least of the window before
+        self._late_ns: dict[str, list[int]] = {}
+        self._last_ns: dict[str, int] = {}  # nearly the least of the window before
         self._first_ns: dict[str, int] = {}  # of the others, less that of scans
         self._moved_ns: dict[str, list[int]] = {}  # in the last windows
 
@@ -46,7 +48,7 @@ class StampDrift:
         if now_ns >= self._end_ns:
             self._end_window()
             self._end_ns = now_ns + WINDOW_NS
-        self._least_ns[name] = min(late_ns, self._least_ns.get(name, late_ns))
+        self._late_ns.setdefault(name, []).append(late_ns)
 
     def forget(self, name: str) -> None:
         """Begin anew with an input whose stamps proved right as they are now."""
@@ -54,7 +56,10 @@ class StampDrift:
         self._moved_ns.pop(name, None)
 
     def _end_window(self) -> None:
-        last_ns, self._last_ns, self._least_ns = self._last_ns, self._least_ns, {}
+        last_ns, late_ns, self._late_ns = self._last_ns, self._late_ns, {}
+        self._last_ns = {
+            name: sorted(each_ns)[int(AHEAD * len(each_ns))] for name, each_ns in late_ns.items()
+        }
         both = last_ns.keys() & self._last_ns.keys()
         if both and all(abs(self._last_ns[name] - last_ns[name]) > MOST_NS for name in both):
             self._first_ns.clear()
