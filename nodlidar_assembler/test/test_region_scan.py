@@ -251,6 +251,19 @@ def test_it_ends_at_its_time_limit_with_what_was_seen():
     assert len(scan.points.data) > 0
 
 
+@pytest.mark.parametrize('cancelled', [False, True])
+def test_its_duration_is_until_its_end_also_where_no_more_scans_came(cancelled):
+    scan = RegionScan(plan_of(replace(Region(), time_limit=5.0)), BEGIN_NS, BEGIN_NS)
+    ranges = np.full(URG.beams, 2.0, dtype=np.float32)
+    scan.add(assembled_of(Scan(BEGIN_NS, URG, ranges), BEAMS, np.zeros(URG.beams)))
+    assert scan.duration < 0.1
+    if cancelled:
+        scan.end('cancelled', BEGIN_NS + 4 * S)
+    for now in (5, 6):
+        scan.check(BEGIN_NS + now * S)
+    assert scan.duration == (4.0 if cancelled else 6.0)
+
+
 @pytest.mark.parametrize(('back', 'ends'), [(1, False), (2, True), (1_000_000, True)])
 def test_it_ends_when_time_goes_back_to_before_its_start(back, ends):
     """As in a simulation that is reset: its scans and the begin of its nod are far ahead then."""
@@ -258,6 +271,7 @@ def test_it_ends_when_time_goes_back_to_before_its_start(back, ends):
     scan.check(BEGIN_NS - back * S)
     assert scan.is_over == ends
     assert scan.message == ('the clock was set' if ends else '')
+    assert scan.duration == 0.0
     assert not scan.success
 
 
@@ -287,7 +301,7 @@ def test_points_that_the_cloud_lacks_are_named():
             Scan(BEGIN_NS + k * PERIOD_NS, URG, ranges), BEAMS, np.zeros(URG.beams)
         )
         scan.add(replace(made, jumped=k == 4))
-    scan.end('cancelled')
+    scan.end('cancelled', BEGIN_NS + S)
     last_beam = 3 * 0.1 + 681 * 0.1 / 1024
     assert scan.message == f'cancelled; the cloud lacks the points of the first {last_beam:.1f} s'
     assert scan.points.time_ns[0] >= BEGIN_NS + 4 * PERIOD_NS

@@ -76,7 +76,7 @@ class RegionScan:
 
     @property
     def duration(self) -> float:
-        """Time from the start to the last beam, in the region or not [s]."""
+        """Time from the start to the end, or to the last beam, in the region or not [s]."""
         return (self._last_ns - self._start_ns) / NS_PER_S
 
     @property
@@ -109,7 +109,7 @@ class RegionScan:
             inside = self._inside(assembled)
             self._memory.add(assembled.points[inside], assembled.in_odometry, assembled.jumped)
         if self.success:
-            self.end(f'all of it was seen, in {self.duration:.1f} s')
+            self.end(f'all of it was seen, in {self.duration:.1f} s', self._last_ns)
 
     def _inside(self, assembled: Assembled) -> NDArray[np.intp]:
         """Return the indices of the points in the region since the start."""
@@ -123,16 +123,17 @@ class RegionScan:
     def check(self, now_ns: int) -> None:
         """End it if its time is over at an instant [ns], or if that is before its start."""
         if self._start_ns - now_ns > TIME_JUMP_NS:
-            self.end('the clock was set')
+            self.end('the clock was set', now_ns)
         if self._elapsed(now_ns) > self.time_limit:
             seen = f'{self._coverage.seen:.1%} was seen'
-            self.end(f'{seen} when the time limit of {self.time_limit:.1f} s was over')
+            self.end(f'{seen} when the time limit of {self.time_limit:.1f} s was over', now_ns)
 
-    def end(self, message: str) -> None:
-        """End it for a reason, unless it is over."""
+    def end(self, message: str, now_ns: int) -> None:
+        """End it for a reason at an instant [ns], unless it is over."""
         if self.is_over:
             return
         self.is_over, self.message = True, message
+        self._last_ns = max(self._last_ns, now_ns)
         lost = (self._memory.forgotten_ns - self._start_ns) / NS_PER_S
         if lost >= 0.0:
             self.message += f'; the cloud lacks the points of the first {lost:.1f} s'

@@ -107,8 +107,8 @@ class RegionAction:
 
     def end(self, message: str) -> None:
         """End the goal for a reason, if there is one."""
-        if self._scan is not None:
-            self._scan.end(message)
+        if self._scan is not None and self._nod is not None:
+            self._scan.end(message, self._nod.now_ns())
             self._check()
 
     def _check(self) -> None:
@@ -180,7 +180,7 @@ class RegionAction:
         now_ns = self._nod.now_ns()
         scan.check(now_ns)
         if not self._nod.controller.taken_over:
-            scan.end('another lidar than at the start sends scans')
+            scan.end('another lidar than at the start sends scans', now_ns)
         self._check()
         progress = scan.progress(now_ns)
         goal.publish_feedback(
