@@ -134,7 +134,7 @@ def late(count, moved_ns, moved_lidar_ns=0, seed=3):
     return [t + (moved_ns if k >= 60 else 0) for k, t in enumerate(begins)], arrivals
 
 
-WHOLE_AND_OTHER = [-500, -450, -300, -70, -30, -20, -8, 8, 20, 30, 70, 300, 450, 500]
+WHOLE_AND_OTHER = [-800, -450, -300, -70, -30, -20, -8, 8, 20, 30, 70, 300, 450, 800]
 
 
 @pytest.mark.parametrize('moved_ms', WHOLE_AND_OTHER)
@@ -158,6 +158,15 @@ def test_stamps_that_are_right_again_after_a_silence_are_no_longer_told(moved_ms
     for stamp_ns, arrived_ns in list(zip(*right, strict=True))[120:]:
         watch.refuse(stamp_ns, T, arrived_ns)
     assert watch.restamped == 0.0
+
+
+@pytest.mark.parametrize('moved_ms', WHOLE_AND_OTHER)
+def test_stamps_that_move_are_told_where_every_seventh_scan_is_lost(moved_ms):
+    watch = ScanWatch()
+    for k, (stamp_ns, arrived_ns) in enumerate(zip(*late(100, moved_ms * MS), strict=True)):
+        if k % 7:
+            watch.refuse(stamp_ns, T, arrived_ns)
+    assert watch.restamped == pytest.approx(moved_ms / 1e3, abs=4e-3)
 
 
 @pytest.mark.parametrize('moved_ms', WHOLE_AND_OTHER)

@@ -4,6 +4,13 @@ from collections import deque
 import math
 
 from nodlidar_assembler.inputs.revolutions import GATE_NS
+from nodlidar_common.nod import NS_PER_S
+
+SILENCE_NS = NS_PER_S
+"""After a silence of this length [ns] the lidar may have restarted."""
+
+OTHER_TIME_NS = 10 * NS_PER_S
+"""A stamp that goes back by more [ns] is of another time: no joint sample is kept this long."""
 
 _REMEMBERED = 300  # scans: half a minute at 10 Hz
 _FEWEST = 10  # scans without a jump, of which one is not late
@@ -50,10 +57,14 @@ class Restamping:
         stamp_ns, arrived_ns
             Its stamp, and when it arrived [ns].
         usual_ns
-            Time from scan to scan [ns].
+            Time from scan to scan [ns], positive.
         """
         late_ns = arrived_ns - stamp_ns
-        jump_ns = 0.0 if self._last_ns is None else stamp_ns - self._last_ns - usual_ns
+        step_ns = usual_ns if self._last_ns is None else stamp_ns - self._last_ns
+        if not -OTHER_TIME_NS <= step_ns <= SILENCE_NS:
+            self.restart()
+            step_ns = usual_ns
+        jump_ns = step_ns - usual_ns
         self._last_ns = stamp_ns
         settled = len(self._since_ns) == _FEWEST
         if abs(jump_ns) > GATE_NS and not self._is_gap(jump_ns, late_ns, usual_ns):

@@ -4,7 +4,7 @@ from collections import deque
 from copy import copy
 import math
 
-from nodlidar_assembler.inputs.restamping import Restamping
+from nodlidar_assembler.inputs.restamping import OTHER_TIME_NS, Restamping, SILENCE_NS
 from nodlidar_assembler.inputs.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
 from nodlidar_common.nod import NS_PER_S
 
@@ -12,10 +12,6 @@ from nodlidar_common.nod import NS_PER_S
 _MOST_SCATTER = 1e-3
 # By how much [ns] a motor with a wandering speed is off its own last revolution.
 _WANDER_NS = 2_000_000
-# After a silence of this length [ns] the lidar may have restarted.
-_SILENCE_NS = NS_PER_S
-# A stamp that goes back by more [ns] is of another time: no joint sample is kept this long.
-_OTHER_TIME_NS = 10 * NS_PER_S
 # Scans of another rate in a row until it is accepted; no more than were accepted before.
 _FEWEST_TO_CHANGE, _MOST_TO_CHANGE = 5, FEWEST
 _REMEMBERED = 20  # scans; the fewest revolutions between two of them are the usual ones
@@ -108,14 +104,13 @@ class ScanWatch:
     def _compare(self, stamp_ns: int, nominal: float, arrived_ns: int) -> str:
         self._forget_stray(stamp_ns, nominal)
         silence_ns = 0 if self._last_ns is None else stamp_ns - self._last_ns
-        if not -_OTHER_TIME_NS <= silence_ns <= _SILENCE_NS:
-            self._restamping.restart()
+        if not -OTHER_TIME_NS <= silence_ns <= SILENCE_NS:
             self._before_jump = copy(self._line), self._last_ns, self.missing
             if not self._line.has(stamp_ns, nominal):
                 self.missing += max(round(silence_ns / NS_PER_S / self._line.period) - 1, 0)
                 self._line = Revolutions()
-        usual_ns = min(self._revolutions, default=1) * self._line.period * NS_PER_S
-        self._restamping.add(stamp_ns, arrived_ns, usual_ns)
+        usual = min(self._revolutions, default=1) * (self._line.period or nominal)
+        self._restamping.add(stamp_ns, arrived_ns, usual * NS_PER_S)
         is_known = self._line.scatter <= _MOST_SCATTER
         before, restarts = self._line.count, self._line.restarts
         is_on_line = self._line.add(stamp_ns, nominal)
