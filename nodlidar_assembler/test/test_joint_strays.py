@@ -52,7 +52,7 @@ def nod(rate, speed, span, phase, shape, rest, seed, jitter=0.0, noise=0.0):
     return [*zip((T0 + np.sort(stamps) * S).astype(int).tolist(), positions.tolist(), strict=True)]
 
 
-@settings(max_examples=400)
+@settings(max_examples=150)
 @given(jitter=st.floats(0.0, 0.5), noise=st.sampled_from([0.0, 1e-3, 4e-3]), **NODS)
 def test_no_sample_of_a_nod_is_refused(rate, speed, span, jitter, noise, **about):
     assume(speed / span <= rate / 4.0)  # four samples from limit to limit, or more
@@ -63,7 +63,7 @@ def test_no_sample_of_a_nod_is_refused(rate, speed, span, jitter, noise, **about
     assert len(passed) >= len(samples) - 1
 
 
-@settings(max_examples=400)
+@settings(max_examples=150)
 @given(
     every=st.integers(3, 40),
     off=st.floats(0.0, 3.0),
@@ -75,8 +75,9 @@ def test_no_sample_of_a_nod_is_refused(rate, speed, span, jitter, noise, **about
 def test_each_stray_beyond_the_gate_is_refused_and_nothing_else(
     every, off, up, when, jitter, rate, speed, span, shape, **about
 ):
+    """But where a joint begins to move: nothing says then how fast it is."""
     assume(speed / span <= rate / 4.0)
-    samples = nod(rate, speed, span, shape=shape, jitter=jitter, **about)
+    samples = nod(rate, speed, span, shape=shape, jitter=jitter, **about | {'rest': 0.0})
     fastest = speed * (math.pi / 2.0 if shape == 'sine' else 1.0)
     # Between two samples jitter adds 0.6 of the time, and the joint moves meanwhile.
     longest = 1.6 / rate

@@ -131,9 +131,8 @@ def test_dropped_scans_are_named(recording, tmp_path, capsys):
     assert 'dropped: joint samples more than 0.1 s apart' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('faster', [1.0, 2.0])
-def test_late_odometry_is_named_until_its_delay_is_given(tmp_path, capsys, faster):
-    rates = faster * np.array([0.0, 0.8, 0.0, 0.8, 0.0, -1.0, 0.0, -0.8] * 2)
+def test_late_odometry_is_named_until_its_delay_is_given(tmp_path, capsys):
+    rates = np.array([0.0, 1.6, 0.0, 0.8, 0.0, -2.0, 0.0, -1.6] * 2)
     legs = tuple(Leg(1.5, (0.0, rate)) for rate in rates.tolist())
     turning = simulate(
         replace(load_scene('room'), base_legs=legs), NOD, 24.0, 1, start_ns=START_NS

@@ -110,7 +110,7 @@ def test_a_joint_outside_of_the_mount_comes_back_slowly_and_joins_the_nod(pitch)
     assert planner.follows(NOD, Sample(now, *seen[-1]))
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(
     lie=st.floats(-100.0, 100.0),
     velocity=st.floats(-7.2, 7.2),
@@ -122,7 +122,7 @@ def test_a_joint_never_leaves_the_mount_whatever_is_said_of_it(
 ):
     """From an instant on, its states are those of another joint, and are believed."""
     controller, planner = holding(-0.4), Planner(DYNAMICS, (-0.8, 0.8))
-    for step in range(after_ms + outlasts_ms + 1000):
+    for step in range(0, after_ms + outlasts_ms + 1000, 5):
         now = T0 + step * 1_000_000
         truth = controller.at(now)
         assert -0.81 <= truth[0] <= 0.81
