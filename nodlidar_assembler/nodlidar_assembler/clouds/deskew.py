@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.ego_motion import Poses, rotated
+from nodlidar_assembler.clouds.ego_motion import Poses, rotated, rotated_back
 from nodlidar_assembler.clouds.points import xyz_in
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
@@ -40,7 +40,5 @@ def as_of(xyz: NDArray[np.float64], poses: Poses, k: int = -1) -> NDArray[np.flo
     A point p, seen from the pose (R, t) in the frame of odometry, is at R_0^T (R p + t - t_0) in
     the base frame of the pose (R_0, t_0).
     """
-    position, orientation = poses.position[k], poses.orientation[k]
-    moved = rotated(poses.orientation, xyz) + (poses.position - position)
-    back = np.broadcast_to(orientation * (-1.0, -1.0, -1.0, 1.0), poses.orientation.shape)
-    return rotated(back, moved)
+    moved = rotated(poses.orientation, xyz) + (poses.position - poses.position[k])
+    return rotated_back(poses.orientation[k, None], moved)

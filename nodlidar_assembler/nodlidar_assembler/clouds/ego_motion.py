@@ -209,6 +209,11 @@ def rotated(orientation: Array, vectors: Array) -> Array:
     return result.T
 
 
+def rotated_back(orientation: Array, vectors: Array) -> Array:
+    """Return vectors (n, 3) turned back by unit quaternions (n, 4), or by a single one (1, 4)."""
+    return rotated(orientation * (-1.0, -1.0, -1.0, 1.0), vectors)
+
+
 def _cross(a: Array, b: Array) -> Array:
     """Return the cross products of vectors (3, n); np.cross is several times slower."""
     (ax, ay, az), (bx, by, bz) = a, b

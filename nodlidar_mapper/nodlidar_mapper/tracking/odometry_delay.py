@@ -8,7 +8,7 @@ from nodlidar_assembler.clouds.ego_motion import (
     Odometry,
     OdometryConfig,
     OdometryError,
-    rotated,
+    rotated_back,
 )
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.geometry.poses import Array
@@ -26,7 +26,6 @@ NOISE = 1e-3  # of an entropy, at least: where the robot stands, none is the low
 KNOWN_ERROR = 0.05  # standard error with which the delay is known, at most [s]
 # A delay that is worth a parameter has at least this size [s], and so many standard errors.
 LEAST_DELAY, SURE = 0.03, 2.5
-INVERSE = np.array([-1.0, -1.0, -1.0, 1.0])  # of a quaternion x, y, z, w
 
 
 def odometry_delay(
@@ -114,10 +113,9 @@ def _entropies(
 
 def _as_measured(cloud: Points, odometry: Odometry, limits: OdometryConfig) -> Array:
     """Return the points of a deskewed cloud, each in its frame at the point's instant, (n, 3)."""
-    of_cloud = odometry.at(np.array([cloud.stamp_ns]), limits)
-    placed = of_cloud.take(np.zeros(len(cloud.time_ns), np.intp)).to_parent(cloud.xyz)
+    placed = odometry.at(np.array([cloud.stamp_ns]), limits).to_parent(cloud.xyz)
     poses = odometry.at(cloud.time_ns, limits)
-    return rotated(poses.orientation * INVERSE, placed - poses.position)
+    return rotated_back(poses.orientation, placed - poses.position)
 
 
 def _lowest(delays: Array, blur: NDArray[np.float64]) -> float:
