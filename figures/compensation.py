@@ -21,7 +21,7 @@ def draw(folder: Path, console: Console) -> Table:
         row: Row = {'scene': name}
         for limits in ARMS:
             with console.status(f'Fig. 11: {name}, {limits}'):
-                points = drive(load_scene(name, ideal=True), start, end, limits).points
+                points = drive(load_scene(name), start, end, limits).points
             counts, _ = np.histogram(points[:, 2], bins=BINS)
             shown.stairs(counts / 1e3, BINS, orientation='horizontal', label=limits, linewidth=2)
             row[limits] = variation(points)

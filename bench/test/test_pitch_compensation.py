@@ -18,7 +18,7 @@ def arms(request):
 
 @cache
 def arms_of(name, start, end):
-    return [drive(load_scene(name, ideal=True), start, end, arm, FRAMES) for arm in ARMS]
+    return [drive(load_scene(name), start, end, arm, frames=FRAMES) for arm in ARMS]
 
 
 def test_compensated_limits_put_more_points_into_the_band_than_the_default_ones(arms):
