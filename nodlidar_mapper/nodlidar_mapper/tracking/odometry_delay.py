@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+import math
 
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import (
@@ -20,6 +21,7 @@ LONGEST, STEP = 0.5, 0.025  # of the delays that are tried [s]
 # Edge of the cubes [m], oblique: walls along them would lie between two.
 CUBE, OBLIQUE = 0.1, Rotation.from_rotvec([0.3, 0.5, 0.7]).as_matrix()
 PAIRS, LEAST_PAIRS = 40, 10  # of successive clouds
+POINTS = 4000  # of a pair, about: more do not make the delay more certain
 AROUND = 2  # delays to either side of the lowest one, to which a parabola is fitted
 SAMPLES = 200  # of the pairs, by which the standard error is known
 NOISE = 1e-3  # of an entropy, at least: where the robot stands, none is the lowest
@@ -97,8 +99,10 @@ def _entropies(
 ) -> Array:
     """Return how evenly the points of two clouds fill cubes, by odometry with each delay, (k,)."""
     times_ns = np.concatenate([cloud.time_ns for cloud in pair])
-    middle = len(pair[0].time_ns)  # whose pose stays: the cubes do not move with the delay
     points = np.concatenate([_as_measured(cloud, odometry, limits) for cloud in pair])
+    thinned = slice(None, None, math.ceil(len(points) / POINTS))
+    times_ns, points = times_ns[thinned], points[thinned]
+    middle = len(points) // 2  # whose pose stays: the cubes do not move with the delay
 
     def entropy(delay: float) -> float:
         poses = odometry.at(times_ns + round(delay * NS_PER_S), limits)
