@@ -4,6 +4,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_planner.choice import choice, timing_error
 from nodlidar_planner.choice.choice import plans, quick_choice
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate
@@ -131,6 +132,28 @@ def test_without_error_the_quick_choice_is_the_exact_one():
 def test_an_error_wider_than_the_rows_still_ends_in_a_choice():
     task = Task(0.02, 2.0)
     assert quick_choice(task, samples_in_band(task)[::40], timing_error=0.05) in BAND
+
+
+def test_a_choice_searches_no_margin_and_simulates_no_run_twice(monkeypatch):
+    timing_error.completion_run.cache_clear()
+    searched, simulated = [], []
+    soonest, reversal_instants = choice.soonest, timing_error.reversal_instants
+
+    def search(task, samples, margin, *rest):
+        searched.append(margin)
+        return soonest(task, samples, margin, *rest)
+
+    def simulate(*run):
+        simulated.append(run)
+        return reversal_instants(*run)
+
+    monkeypatch.setattr(choice, 'soonest', search)
+    monkeypatch.setattr(timing_error, 'reversal_instants', simulate)
+    monkeypatch.setattr(choice, 'evaluate', lambda _, n_s, *__: n_s)
+    task = Task(0.1, 2.0, azimuth=0.05)
+    plans(task, np.arange(4001, 4021, 2), Objective(), timing_error=0.02)
+    assert len(set(searched)) == len(searched) > len(choice.MARGINS)
+    assert len(set(simulated)) == len(simulated) >= max(choice.CHOOSING_RUNS)
 
 
 def test_what_never_completes_is_refused_by_name():

@@ -2,6 +2,7 @@
 
 import math
 
+from nodlidar_planner.choice import timing_error
 from nodlidar_planner.choice.timing_error import completion_run, reversal_instants
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.pattern.pattern import Pattern
@@ -48,6 +49,19 @@ LOW_LAST_ROW = Task(pitch_max=0.5875)  # of 0.02 cells
 def test_a_run_whose_rows_are_lower_than_a_sample_is_its_samples_enumerated(task, n_s):
     expected = enumerated_run(task, n_s, 0.003, 300.0, seed=3)
     assert completion_run(task, n_s, 0.5, 0.003, seed=3) == expected
+
+
+def test_a_run_goes_on_only_where_cells_are_left(monkeypatch):
+    completion_run.cache_clear()
+    passes, rows_passed = [], timing_error.rows_passed
+
+    def counted(task, reversals, entry, last):
+        passes.append(entry.size)
+        return rows_passed(task, reversals, entry, last)
+
+    monkeypatch.setattr(timing_error, 'rows_passed', counted)
+    completion_run(LOW_LAST_ROW, 4001, 0.5, 0.003, seed=3)
+    assert passes[-1] <= passes[0] / 20
 
 
 def test_a_run_without_error_never_completes_if_it_has_fewer_samples_than_rows():

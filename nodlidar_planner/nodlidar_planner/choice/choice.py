@@ -1,5 +1,7 @@
 """The choice of the nod: the N_s of a band of speeds that is best for an objective."""
 
+from collections.abc import Callable
+from functools import cache
 import math
 
 from nodlidar_common.errors import ParameterError
@@ -46,7 +48,7 @@ def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> in
         If no N_s ever completes.
     """
     margin = QUICK_MARGIN * timing_error / task.beam_period
-    return int(_soonest(task, samples, margin, None, 1, iter)[0])
+    return int(_soonest(task, samples, None, 1, iter)(margin)[0])
 
 
 def plans(
@@ -92,7 +94,7 @@ def plans(
         chosen = _robust(task, samples, start_pitch, timing_error, progress)
     else:
         if objective.only_completion:
-            samples = _soonest(task, samples, 0.0, start_pitch, count, progress)
+            samples = _soonest(task, samples, start_pitch, count, progress)(0.0)
         chosen = _ranked(task, samples, objective, start_pitch, progress)
     return [
         evaluate(task, n_s, start_pitch, timing_error, objective.hole_after, fewest)
@@ -101,25 +103,27 @@ def plans(
 
 
 def _soonest(
-    task: Task,
-    samples: Integers,
-    margin: float,
-    start_pitch: float | None,
-    count: int,
-    progress: Progress,
-) -> Integers:
-    """Return the N_s that complete soonest, with the largest margin [samples] that any permits."""
+    task: Task, samples: Integers, start_pitch: float | None, count: int, progress: Progress
+) -> Callable[[float], Integers]:
+    """Return the function that finds the N_s that complete soonest with a margin [samples].
+
+    If none completes, the margin is halved until one does. Margins that meet are searched once.
+    """
     _check_columns(task)
     # Random beams complete in about this time; a margin that needs longer does not help.
     at_random = task.rows * math.log(task.cells + 1) / task.scan_rate
-    while True:
+
+    @cache
+    def found(margin: float) -> Integers:
         limit = at_random if margin > 0.0 else math.inf
-        found, _ = soonest(task, samples, margin, count, start_pitch, limit, progress)
-        if len(found):
-            return found
+        best, _ = soonest(task, samples, margin, count, start_pitch, limit, progress)
+        if len(best):
+            return best
         if margin == 0.0:
             raise _no_rows(task)
-        margin = margin / 2.0 if margin > 1.0 else 0.0
+        return found(margin / 2.0 if margin > 1.0 else 0.0)
+
+    return found
 
 
 def _check_columns(task: Task) -> None:
@@ -147,10 +151,8 @@ def _robust(
 ) -> list[int]:
     """Return a shortlist, ordered by mean plus 90th percentile under the timing error."""
     error = timing_error / task.beam_period
-    shortlists = [
-        _soonest(task, samples, share * error, start_pitch, SHORTLIST, progress)[:SHORTLIST]
-        for share in MARGINS
-    ]
+    found = _soonest(task, samples, start_pitch, SHORTLIST, progress)
+    shortlists = [found(share * error)[:SHORTLIST] for share in MARGINS]
     shortlist: list[int] = np.unique(np.concatenate(shortlists)).tolist()
     compared = len(shortlist)
     for runs in CHOOSING_RUNS:
