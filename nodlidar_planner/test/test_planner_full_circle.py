@@ -1,9 +1,9 @@
-"""A full circle is seldom a whole number of cells: what is left over must not be refused."""
+"""A region is seldom a whole number of cells: what is left over must not be refused."""
 
 import json
 import math
 
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from nodlidar_planner.choice.choice import quick_choice
 from nodlidar_planner.coverage.coverage import Coverage
@@ -38,6 +38,15 @@ def test_columns_are_cells_wide_but_the_last_is_less_than_a_step_wider(steps, si
     assert -1e-6 < last < task.cell + math.tau / steps + 1e-6
     if task.cell >= math.tau / steps:
         assert set(task.column_of_step().tolist()) == set(range(task.columns))
+
+
+@example(1.101, 0.0, 0.05)
+@given(st.floats(0.01, 3.1), st.floats(-3.0, 3.0), st.floats(0.01, 1.5))
+def test_every_column_of_a_region_in_view_has_a_beam(azimuth, centre, size):
+    whole_turn = {'window_min': -math.pi, 'window_max': math.pi}
+    task = Task(size, 1.0, azimuth=azimuth, centre=centre, **whole_turn)
+    columns = set(task.column_of_step().tolist()) - {-1}
+    assert columns == set(range(task.columns))
 
 
 @given(st.floats(1e-3, 2.0), st.floats(0.1, 1.5))

@@ -115,13 +115,15 @@ class Task:
     def columns(self) -> int:
         """Number of columns; the last may be narrower than a cell.
 
-        On a full circle it may be less than a step wider: a remainder without a step joins it.
+        It may be less than a step wider: a remainder without a step joins it.
         """
-        if not self.full_circle:
-            return _cells_in(2.0 * self.azimuth, self.cell)
-        columns, step = _cells_in(math.tau, self.cell), math.tau / self.steps_per_revolution
-        last_step = math.floor((math.tau - step) / self.cell + ON_THE_LINE)
-        return columns - 1 if last_step == columns - 2 and self.cell >= step else columns
+        width = math.tau if self.full_circle else 2.0 * self.azimuth
+        columns, step = _cells_in(width, self.cell), math.tau / self.steps_per_revolution
+        end = self.centre + self.azimuth - self.azimuth_of_step_0 + 1e-9
+        beyond_last = step if self.full_circle else end % step
+        last_step = math.floor((width - beyond_last) / self.cell + ON_THE_LINE)
+        left_over = 0 <= last_step == columns - 2 and self.cell >= step
+        return columns - 1 if left_over else columns
 
     @property
     def rows(self) -> int:
