@@ -98,6 +98,29 @@ def test_the_choice_goes_for_what_is_left():
         assert not feedback.unseen.any()
 
 
+def test_cells_at_a_limit_are_hit_by_a_servo_that_passes_the_limit():
+    """At the ends of each sweep it is beyond the limits: the beams there hit nothing."""
+
+    def way(since, duration):
+        return 0.5 + 1.15 * (since / duration - 0.5)
+
+    for column in range(10, 120, 12):
+        feedback = Feedback(TASK, 4001, 0.0)
+        since = np.arange(4001.0)
+        feedback.lateness.add(since, np.full(4001, 4001.0), way(since, 4001.0))
+        feedback.unseen[:] = False
+        feedback.unseen[column, 0] = True
+        reversal, going_up = -0.5, True
+        for _ in range(8):
+            duration = feedback.next_duration(reversal, going_up)
+            n = np.arange(math.ceil(reversal), math.ceil(reversal + duration))
+            part = way(n - reversal, duration)
+            height = part if going_up else 1.0 - part
+            feedback.saw_beams(TASK.step_azimuth()[n % 1024], TASK.pitch_min + TASK.span * height)
+            reversal, going_up = reversal + duration, not going_up
+        assert not feedback.unseen.any()
+
+
 @pytest.mark.parametrize('n_s', [2500, 4001])
 def test_under_error_feedback_completes_much_sooner_than_the_planned_nod(n_s):
     error, seeds = 0.003, range(8)

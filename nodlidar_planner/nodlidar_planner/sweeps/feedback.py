@@ -102,7 +102,7 @@ class Feedback:
         task = self._task
         column = self._column_of_step[task.step_at(azimuth)]
         height = (pitch - task.pitch_min) / task.span
-        inside = (column >= 0) & (height >= -ON_THE_LINE) & (height <= 1.0 + ON_THE_LINE)
+        inside = (column >= 0) & _between_limits(height)
         self.unseen[column[inside], task.row_of_height(height[inside], 1)] = False
 
     def next_duration(
@@ -146,8 +146,9 @@ class Feedback:
         progress = self.lateness.progress(since, durations[:, None])
         height = progress if going_up else 1.0 - progress
         index = (height * (self._task.span / self._task.cell * self._fine)).astype(np.int64)
-        hit = worth[column, np.minimum(index, worth.shape[1] - 1)]
-        return np.asarray(np.where(since < durations[:, None], hit, 0.0).sum(axis=1))
+        hit = worth[column, np.clip(index, 0, worth.shape[1] - 1)]
+        hits = (since < durations[:, None]) & _between_limits(height)
+        return np.asarray(np.where(hits, hit, 0.0).sum(axis=1))
 
     def _worth(self, unseen: Floats) -> Floats:
         """Return the worth of a beam at each height of each column, shape (columns, heights).
@@ -170,6 +171,8 @@ class Feedback:
         """Return the columns and rows that a sweep should hit."""
         since, column = self._passes(reversal, duration)
         progress = self.lateness.progress(since, duration)
+        hits = _between_limits(progress)
+        column, progress = column[hits], progress[hits]
         return column, self._task.row_of_height(progress if going_up else 1.0 - progress, 1)
 
     def _passes(self, reversal: float, duration: float) -> tuple[Floats, Integers]:
@@ -180,6 +183,11 @@ class Feedback:
         since = np.arange(first, last + 1)[:, None] * revolution + self._middle - reversal
         during = (since >= 0.0) & (since < duration)
         return since[during], np.broadcast_to(self._columns, since.shape)[during]
+
+
+def _between_limits(height: Floats) -> NDArray[np.bool_]:
+    """Return which heights [spans] are between the limits: beams beyond them hit no cell."""
+    return (height >= -ON_THE_LINE) & (height <= 1.0 + ON_THE_LINE)
 
 
 def _best_apart(value: Floats) -> list[int]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 # Parts of half a sweep, and beams that the mean of each part extends over.
-PARTS, MEMORY = 16, 2000
+PARTS, MEMORY = 24, 2000
 # A servo that is late or early by more than this part of a sweep is not on the nod.
 LOCKED = 0.2
 
@@ -60,11 +60,14 @@ class Lateness:
         self._variance += (spread - count * self._variance) / self._weight
 
     def progress(self, since: Floats, duration: Floats | float) -> Floats:
-        """Return the part of the way that the servo has covered; parameters as of `add`."""
+        """Return the part of the way that the servo has covered; parameters as of `add`.
+
+        Below 0 and above 1 it is beyond a limit, as after a late reversal.
+        """
         early = np.interp(since, self._grid, self._late[0])
         late = np.interp(duration - since, self._grid, self._late[1])
         lateness = np.where(since < duration / 2.0, early, late)
-        return np.asarray(np.clip((since - lateness) / duration, 0.0, 1.0))
+        return np.asarray((since - lateness) / duration)
 
     @property
     def spread(self) -> float:
