@@ -13,7 +13,7 @@ from nodlidar_common.guard import Guard
 from nodlidar_common.host_time import even_ns
 from nodlidar_common.ldrobot import LD19
 from nodlidar_common.serial_port import close_port, open_port, OpenPort
-from nodlidar_driver.base.reader import READ_TIMEOUT, SilenceError
+from nodlidar_driver.base.reader import READ_TIMEOUT, Reader, SilenceError
 from nodlidar_driver.config import DriverConfig, LdrobotConfig
 from nodlidar_driver.ldrobot.lidar import LdrobotLidar
 from nodlidar_driver.probing import Identity, NoLidarError, Probe, probe_ldrobot, probe_scip
@@ -21,6 +21,7 @@ from nodlidar_driver.scan_picture import picture
 from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
+from nodlidar_driver.scip.scip_port import ScipPort
 import numpy as np
 
 _HOKUYO = 'Hokuyo'
@@ -69,8 +70,9 @@ def _opened(options: argparse.Namespace) -> Iterator[OpenPort]:
 def _probed(port: OpenPort, options: argparse.Namespace) -> Probe:
     if options.lidar == LD19:
         config = LdrobotConfig()
+        reader = Reader(port, even_ns, config.timeout)
         window = config.angle_min, config.angle_max
-        lidar = LdrobotLidar(port, window, config.least_confidence, even_ns, config.timeout)
+        lidar = LdrobotLidar(reader, window, config.least_confidence)
         with _no_lidar(SilenceError, 'no LD06 or LD19 sends'):
             lidar.connect()
         return probe_ldrobot(lidar, options.seconds)
@@ -83,7 +85,7 @@ def _probed(port: OpenPort, options: argparse.Namespace) -> Probe:
 def _streaming(port: OpenPort, account: ScanAccount) -> Iterator[Lidar]:
     """Yield a Hokuyo that streams; its laser is off afterwards, whatever happens."""
     config = DriverConfig()
-    lidar = Lidar(port, config.window, even_ns, config.timeout, account)
+    lidar = Lidar(ScipPort(port, even_ns, config.timeout), config.window, account)
     with _no_lidar(DeviceError, 'no lidar of SCIP 2.0 answers (LD06, LD19: --lidar LD19)'):
         lidar.client.start_session()
     with _switched_off(lidar, Guard(port.fileno(), STOP)):

@@ -4,6 +4,7 @@ from nodlidar_driver.scip.identity import Capabilities
 from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan import scan_window
 from nodlidar_driver.scip.scan_account import ScanAccount
+from nodlidar_driver.scip.scip_port import ScipPort
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np
@@ -63,7 +64,7 @@ class Rig:
 
     def lidar(self, window=FULL):
         """Return a lidar that streams."""
-        lidar = Lidar(self.port, lambda _: window, self.clock, 1.0, self.account)
+        lidar = Lidar(ScipPort(self.port, self.clock, 1.0), lambda _: window, self.account)
         lidar.connect()
         return lidar
 

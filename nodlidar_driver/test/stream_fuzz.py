@@ -8,6 +8,7 @@ from nodlidar_common.errors import DeviceError
 from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan import ScanWindow
 from nodlidar_driver.scip.scan_account import ScanAccount
+from nodlidar_driver.scip.scip_port import ScipPort
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 import numpy as np
@@ -30,7 +31,7 @@ def recorded_session():
         return data
 
     port.read = read_and_record
-    lidar = Lidar(port, lambda _: WINDOW, clock, 1.0, ScanAccount())
+    lidar = Lidar(ScipPort(port, clock, 1.0), lambda _: WINDOW, ScanAccount())
     lidar.connect()
     for _ in range(SCANS):
         lidar.read()
@@ -142,7 +143,7 @@ class DamagedLidar:
 def use(port):
     """Use a lidar until it fails in a way that the node knows; return its account."""
     account = ScanAccount()
-    lidar = Lidar(port, lambda _: WINDOW, port.clock, 1.0, account)
+    lidar = Lidar(ScipPort(port, port.clock, 1.0), lambda _: WINDOW, account)
     with suppress(DeviceError):
         lidar.connect()
         while True:

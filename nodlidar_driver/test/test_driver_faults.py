@@ -5,6 +5,7 @@ from contextlib import suppress
 from lidar_rig import FULL, Rig, START_NS
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.scip.lidar import Lidar
+from nodlidar_driver.scip.scip_port import ScipPort
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.ports.virtual_port import VirtualPort
 import numpy as np
@@ -24,14 +25,8 @@ class FaultyRig(Rig):
         """Read for a time [s], connecting anew as the node does."""
         end_ns = self.clock() + round(seconds * 1e9)
         while self.clock() < end_ns:
-            lidar = Lidar(
-                self.port,
-                lambda _: FULL,
-                self.clock,
-                1.0,
-                self.account,
-                lambda: self.clock() < end_ns,
-            )
+            port = ScipPort(self.port, self.clock, 1.0, lambda: self.clock() < end_ns)
+            lidar = Lidar(port, lambda _: FULL, self.account)
             with suppress(DeviceError):
                 lidar.connect()
                 while True:
@@ -113,7 +108,7 @@ def test_a_wrong_time_with_a_right_sum_is_dropped_and_counted(wrong):
 @pytest.mark.parametrize('tenths', range(10))
 def test_scans_before_a_stop_that_is_not_confirmed_are_counted(tenths):
     rig = FaultyRig()
-    lidar = Lidar(rig.port, lambda _: FULL, rig.clock, 1.0, rig.account)
+    lidar = Lidar(ScipPort(rig.port, rig.clock, 1.0), lambda _: FULL, rig.account)
     lidar.connect()
     for _ in range(10):
         lidar.read()

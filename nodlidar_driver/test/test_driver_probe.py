@@ -8,6 +8,7 @@ import time
 from hypothesis import given
 from hypothesis import strategies as st
 from lidar_rig import Rig
+from nodlidar_driver.base.reader import Reader
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.ldrobot.lidar import LdrobotLidar
 from nodlidar_driver.probe import main
@@ -15,6 +16,7 @@ from nodlidar_driver.probe_command import lines
 from nodlidar_driver.probing import probe_ldrobot, probe_scip, residual
 from nodlidar_driver.scan_picture import picture
 from nodlidar_driver.scip.lidar import Lidar
+from nodlidar_driver.scip.scip_port import ScipPort
 from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
@@ -27,7 +29,7 @@ import pytest
 
 def probed(seconds, **options):
     rig = Rig(**options)
-    lidar = Lidar(rig.port, DriverConfig().window, rig.clock, 1.0, rig.account)
+    lidar = Lidar(ScipPort(rig.port, rig.clock, 1.0), DriverConfig().window, rig.account)
     lidar.connect()
     return probe_scip(lidar, rig.account, seconds)
 
@@ -59,7 +61,7 @@ def test_rate_drift_and_beams_are_those_of_the_lidar(name, rate):
 def test_an_ld19_is_probed():
     ppm, clock = 80.0, VirtualClock(time.time_ns())
     emulator = StreamingLidar(ahead, start_ns=clock(), clock_rate=1.0 + ppm * 1e-6)
-    lidar = LdrobotLidar(VirtualPort(emulator, clock, 1.0), (-1.0, 1.5), 16, clock, 1.0)
+    lidar = LdrobotLidar(Reader(VirtualPort(emulator, clock), clock, 1.0), (-1.0, 1.5), 16)
     lidar.connect()
     found = probe_ldrobot(lidar, 20.0)
     assert found.rate == pytest.approx(found.nominal_rate, rel=5e-3)

@@ -11,6 +11,7 @@ from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan import ScanWindow
 from nodlidar_driver.scip.scip_answer import STOP
 from nodlidar_driver.scip.scip_client import ScipClient
+from nodlidar_driver.scip.scip_port import ScipPort
 from nodlidar_sim.devices.faults import FaultyDevice
 from nodlidar_sim.ports.virtual_port import VirtualPort
 import numpy as np
@@ -56,7 +57,7 @@ class Client(ScipClient):
 
     def __init__(self, port, clock):
         self.drops = Counter()
-        super().__init__(port, clock, 1.0, drop=lambda reason: self.drops.update([reason]))
+        super().__init__(ScipPort(port, clock, 1.0), lambda reason: self.drops.update([reason]))
 
 
 def streaming(data):
@@ -76,7 +77,7 @@ def test_the_worked_example():
 
 def test_the_commands_that_are_sent():
     port = ScriptedPort(b'BM\n02R\n\nMD0044072502300\n00P\n\n')
-    ScipClient(port, lambda: 0, 1.0).start_scanning(ScanWindow(44, 725, 2, 3))
+    ScipClient(ScipPort(port, lambda: 0, 1.0)).start_scanning(ScanWindow(44, 725, 2, 3))
     assert port.sent == b'BM\nMD0044072502300\n'
 
 
@@ -130,7 +131,7 @@ def test_a_hardware_fault_in_mid_stream():
     ],
 )
 def test_refusals_say_what_they_mean(answer, words):
-    client = ScipClient(ScriptedPort(answer), lambda: 0, 1.0)
+    client = ScipClient(ScipPort(ScriptedPort(answer), lambda: 0, 1.0))
     with pytest.raises(DeviceError, match=words):
         client.start_scanning(WINDOW)
 
@@ -164,7 +165,7 @@ def test_a_session_starts_from_any_state(options, commands):
     rig = Rig(**options)
     for command in commands:
         rig.send(command)
-    client = ScipClient(rig.port, rig.clock, 1.0)
+    client = ScipClient(ScipPort(rig.port, rig.clock, 1.0))
     client.start_session()
     assert not rig.emulator.sensor.laser
     assert client.version().serial_number == 'H0000001'
@@ -178,12 +179,12 @@ def test_a_lidar_in_firmware_update_mode_is_told_as_such():
     rig = Rig()
     rig.emulator.sensor.firmware_update = True
     with pytest.raises(DeviceError, match=r"'QT' with status 0I: .* firmware update mode"):
-        ScipClient(rig.port, rig.clock, 1.0).start_session()
+        ScipClient(ScipPort(rig.port, rig.clock, 1.0)).start_session()
 
 
 def test_a_lidar_that_stays_in_scip_1_1_is_told_as_such():
     port = ScriptedPort(b'')
-    client = ScipClient(port, lambda: 0, 1.0)
+    client = ScipClient(ScipPort(port, lambda: 0, 1.0))
     port.write = lambda command: port.data.extend(command + b'E\n\n' if command.strip() else b'')
     with pytest.raises(DeviceError, match='does not answer as a SCIP'):
         client.start_session()
@@ -192,14 +193,14 @@ def test_a_lidar_that_stays_in_scip_1_1_is_told_as_such():
 def test_half_a_command_of_another_program_does_no_harm():
     rig = Rig()
     rig.port.write(b'MD0044')
-    client = ScipClient(rig.port, rig.clock, 1.0)
+    client = ScipClient(ScipPort(rig.port, rig.clock, 1.0))
     client.start_session()
     assert client.version().protocol == 'SCIP 2.0'
 
 
 def test_time_mode_tells_the_timer():
     rig = Rig(timer=1000.0)
-    client = ScipClient(rig.port, rig.clock, 1.0)
+    client = ScipClient(ScipPort(rig.port, rig.clock, 1.0))
     client.start_session()
     replies = client.time_replies(lambda replies: len(replies) >= 5)
     for reply in replies:
@@ -212,14 +213,14 @@ def test_time_mode_tells_the_timer():
 @pytest.mark.parametrize('answer', [b'', b'\n', b'\n00\n', b'\n0000\n', b'\n0000@\n0000@\n'])
 def test_an_answer_of_time_mode_without_a_time_is_an_error(answer):
     port = ScriptedPort(b'TM0\n00P\n\nTM1\n00P' + answer + b'\n\n')
-    client = ScipClient(port, lambda: 0, 1.0)
+    client = ScipClient(ScipPort(port, lambda: 0, 1.0))
     with pytest.raises(DeviceError):
         client.time_replies(lambda replies: len(replies) >= 2)
 
 
 def test_a_lidar_that_refuses_time_mode_gives_no_replies():
     rig = Rig()
-    client = ScipClient(rig.port, rig.clock, 1.0)
+    client = ScipClient(ScipPort(rig.port, rig.clock, 1.0))
     client.start_session()
     rig.emulator.sensor.refuse_next(b'0E')
     assert client.time_replies(lambda replies: len(replies) >= 5) == []
@@ -270,7 +271,8 @@ def test_connecting_ends_soon_when_told_and_leaves_the_laser_off(tenths, silent)
         faults.mute = silent and rig.clock() + 200_000_000 >= end_ns
         return rig.clock() < end_ns
 
-    lidar = Lidar(port, lambda _: FULL, rig.clock, 5.0, rig.account, keep_going)
+    scip = ScipPort(port, rig.clock, 5.0, keep_going)
+    lidar = Lidar(scip, lambda _: FULL, rig.account)
     with pytest.raises(StoppedError):
         start_and_read(lidar)
     faults.mute = False
@@ -288,7 +290,7 @@ def start_and_read(lidar):
 def test_a_lidar_that_refuses_to_stream_can_be_stopped():
     rig = Rig()
     before(rig.emulator, b'MD0044072501000', lambda: rig.emulator.sensor.refuse_next(b'0A'))
-    lidar = Lidar(rig.port, lambda _: FULL, rig.clock, 1.0, rig.account)
+    lidar = Lidar(ScipPort(rig.port, rig.clock, 1.0), lambda _: FULL, rig.account)
     with pytest.raises(DeviceError, match='status 0A'):
         lidar.connect()
     assert rig.emulator.sensor.laser
@@ -298,7 +300,7 @@ def test_a_lidar_that_refuses_to_stream_can_be_stopped():
 
 def test_a_stop_that_is_not_confirmed_is_an_error():
     port = ScriptedPort(SCAN)
-    client = ScipClient(port, lambda: 0, 1.0)
+    client = ScipClient(ScipPort(port, lambda: 0, 1.0))
     with pytest.raises(DeviceError, match='did not confirm'):
         client.stop()
     assert port.sent == b'\nQT\n' * 10
@@ -330,7 +332,7 @@ def test_a_slow_line_confirms_a_stop(delay_ms):
     rig = Rig()
     faults = FaultyDevice(rig.emulator)
     port = VirtualPort(faults, rig.clock)
-    lidar = Lidar(port, lambda _: FULL, rig.clock, 1.0, rig.account)
+    lidar = Lidar(ScipPort(port, rig.clock, 1.0), lambda _: FULL, rig.account)
     lidar.connect()
     lidar.read()
     faults.delay_ns = delay_ms * 1_000_000
@@ -364,7 +366,7 @@ def test_a_port_that_is_gone_before_the_first_command():
     rig = Rig()
     rig.port.unplug()
     with pytest.raises(PortError, match='went away'):
-        ScipClient(rig.port, rig.clock, 1.0)
+        ScipPort(rig.port, rig.clock, 1.0)
 
 
 def test_serial_exceptions_are_port_errors():
@@ -375,7 +377,7 @@ def test_serial_exceptions_are_port_errors():
         def write(self, data):
             raise OSError(5, 'gone')
 
-    client = ScipClient(Broken(b''), lambda: 0, 1.0)
+    client = ScipClient(ScipPort(Broken(b''), lambda: 0, 1.0))
     with pytest.raises(PortError):
         client.start_session()
 
@@ -402,6 +404,6 @@ def test_noise_before_the_start_does_no_harm(noise):
             return self.port.write(data)
 
     rig = Rig()
-    client = ScipClient(Noisy(rig.port), rig.clock, 1.0)
+    client = ScipClient(ScipPort(Noisy(rig.port), rig.clock, 1.0))
     client.start_session()
     assert client.version().protocol == 'SCIP 2.0'

@@ -4,6 +4,7 @@ import math
 
 from nodlidar_common.errors import DeviceError, PortError, StoppedError
 from nodlidar_common.ldrobot import checksums, PACKET
+from nodlidar_driver.base.reader import Reader
 from nodlidar_driver.ldrobot.lidar import (
     BEAMS,
     LdrobotLidar,
@@ -70,7 +71,7 @@ class Rig:
             self.port = VirtualPort(self.emulator, self.clock, 1.0)
         else:
             self.port = StallingPort(self.emulator, self.clock, *stall)
-        self.lidar = LdrobotLidar(self.port, window, 16, self.clock, 1.0)
+        self.lidar = LdrobotLidar(Reader(self.port, self.clock, 1.0), window, 16)
 
     def _measure(self, times_ns, azimuths):
         self._beams.append((times_ns, azimuths))
@@ -411,7 +412,7 @@ def test_another_lidar_is_none():
     port = VirtualPort(urg, clock, 1.0)
     port.write(b'BM\nMD0044072501000\n')
     port.read(10)
-    lidar = LdrobotLidar(port, ALL_AROUND, 16, clock, 1.0)
+    lidar = LdrobotLidar(Reader(port, clock, 1.0), ALL_AROUND, 16)
     with pytest.raises(DeviceError, match='that are no packets of an LD06 or LD19'):
         lidar.connect()
 
@@ -431,6 +432,7 @@ def test_an_unplugged_lidar_is_an_error_of_the_port():
 
 def test_a_stop_ends_the_wait():
     rig = Rig()
-    lidar = LdrobotLidar(rig.port, ALL_AROUND, 16, rig.clock, 1.0, keep_going=lambda: False)
+    reader = Reader(rig.port, rig.clock, 1.0, lambda: False)
+    lidar = LdrobotLidar(reader, ALL_AROUND, 16)
     with pytest.raises(StoppedError):
         lidar.connect()

@@ -1,6 +1,7 @@
 """Reads a port, and notices soon if it has to stop or if the lidar is silent."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 import math
 
 from nodlidar_common.errors import DeviceError, StoppedError
@@ -17,40 +18,33 @@ class SilenceError(DeviceError):
     """A lidar that sends nothing."""
 
 
+@dataclass(slots=True)
 class Reader:
     """Reads a port; every failure of the port is a PortError.
 
-    Parameters
+    Attributes
     ----------
     port
-        An open port.
+        An open serial port, as pyserial's.
     clock
-        Returns the host time [ns].
+        Returns the host time [ns], by a clock that runs evenly.
     timeout
         How long the lidar may be silent [s].
     keep_going
-        Called before every read: False ends the wait with a StoppedError.
-
-    Attributes
-    ----------
+        Called before every read in :meth:`wait`: False ends the wait with a StoppedError.
     arrival_ns
         Host time [ns] at which the last bytes were read.
     """
 
-    def __init__(
-        self,
-        port: SerialPort,
-        clock: Callable[[], int],
-        timeout: float,
-        keep_going: Callable[[], bool],
-    ) -> None:
-        self.arrival_ns = 0
-        self._port = port
-        self._clock = clock
-        self._timeout = timeout
-        self._keep_going = keep_going
+    port: SerialPort
+    clock: Callable[[], int]
+    timeout: float
+    keep_going: Callable[[], bool] = lambda: True
+    arrival_ns: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
         with port_errors():
-            port.timeout = READ_TIMEOUT
+            self.port.timeout = READ_TIMEOUT
 
     def wait(self, wanted: int, timeout: float = math.inf) -> bytes:
         """Return the next bytes, at least one, by short reads, so that a stop is noticed soon.
@@ -71,9 +65,9 @@ class Reader:
         StoppedError
             If `keep_going` returns False.
         """
-        timeout = min(timeout, self._timeout)
+        timeout = min(timeout, self.timeout)
         for _ in range(math.ceil(timeout / READ_TIMEOUT)):
-            if not self._keep_going():
+            if not self.keep_going():
                 raise StoppedError('stopped waiting for the lidar')
             if data := self.read(wanted):
                 return data
@@ -82,12 +76,12 @@ class Reader:
     def rest(self) -> bytes:
         """Return what has come meanwhile, without waiting."""
         with port_errors():
-            waiting = self._port.in_waiting
+            waiting = self.port.in_waiting
         return self.read(waiting) if waiting else b''
 
     def read(self, wanted: int = 1) -> bytes:
         """Return the next bytes, as soon as there are `wanted` ones or after READ_TIMEOUT."""
         with port_errors():
-            data = self._port.read(max(wanted, self._port.in_waiting, 1))
-        self.arrival_ns = self._clock()
+            data = self.port.read(max(wanted, self.port.in_waiting, 1))
+        self.arrival_ns = self.clock()
         return data

@@ -1,14 +1,13 @@
 """One LD06 or LD19 on its port: from bytes to scans with ranges and host time."""
 
 from collections import Counter, deque
-from collections.abc import Callable
 from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.ldrobot import BIT_RATE, PACKET, RANGE_MM
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.serial_port import port_errors, SerialPort
+from nodlidar_common.serial_port import port_errors
 from nodlidar_driver.base.reader import Reader
 from nodlidar_driver.clock.arrivals import Arrivals
 from nodlidar_driver.ldrobot.packets import take_packets
@@ -73,18 +72,12 @@ class LdrobotLidar:
 
     Parameters
     ----------
-    port
-        An open serial port, as pyserial's.
+    reader
+        Reads the port.
     window
         Least and greatest azimuth of a scan [rad].
     least_confidence
         Returns with less are not trusted.
-    clock
-        Returns the host time [ns] by a clock that runs evenly.
-    timeout
-        How long the lidar may be silent [s].
-    keep_going
-        Returns False to end any wait for the lidar with a StoppedError.
 
     Attributes
     ----------
@@ -99,21 +92,12 @@ class LdrobotLidar:
         If the port fails.
     """
 
-    def __init__(
-        self,
-        port: SerialPort,
-        window: tuple[float, float],
-        least_confidence: int,
-        clock: Callable[[], int],
-        timeout: float,
-        keep_going: Callable[[], bool] = lambda: True,
-    ) -> None:
+    def __init__(self, reader: Reader, window: tuple[float, float], least_confidence: int) -> None:
         self.lost: Counter[str] = Counter()
-        self._window, self._least_confidence = window, least_confidence
+        self._reader, self._window, self._least_confidence = reader, window, least_confidence
         with port_errors():
-            port.reset_input_buffer()  # it says nothing of the time of its arrival
-        self._reader = Reader(port, clock, timeout, keep_going)
-        self._origin_ns = clock()
+            reader.port.reset_input_buffer()  # it says nothing of the time of its arrival
+        self._origin_ns = reader.clock()
         self._buffer = bytearray()
         self._useless, self._has_begun = 0, False
         self._revolutions = Revolutions()

@@ -9,7 +9,7 @@ from nodlidar_common.ldrobot import RANGE_MM
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_driver.base.reader import READ_TIMEOUT
+from nodlidar_driver.base.reader import READ_TIMEOUT, Reader
 from nodlidar_driver.config import LdrobotConfig
 from nodlidar_driver.ldrobot.diagnosis import LdrobotDiagnosis
 from nodlidar_driver.ldrobot.lidar import LdrobotLidar, LdrobotScan
@@ -30,14 +30,10 @@ class LdrobotNode(LidarNode):
     def connect(self) -> None:
         """Open the port, and wait for a scan."""
         config = self.config
-        self._lidar = lidar = LdrobotLidar(
-            self.thread.open_port(READ_TIMEOUT),
-            (config.angle_min, config.angle_max),
-            config.least_confidence,
-            even_ns,
-            config.timeout,
-            self.thread.keep_going,
-        )
+        port = self.thread.open_port(READ_TIMEOUT)
+        reader = Reader(port, even_ns, config.timeout, self.thread.keep_going)
+        window = config.angle_min, config.angle_max
+        self._lidar = lidar = LdrobotLidar(reader, window, config.least_confidence)
         lidar.connect()
         self.diagnosis.connected(lidar, steady_ns())
 

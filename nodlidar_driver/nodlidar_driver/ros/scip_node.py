@@ -13,6 +13,7 @@ from nodlidar_driver.scip.diagnosis import ScipDiagnosis
 from nodlidar_driver.scip.lidar import Lidar, Scan
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
+from nodlidar_driver.scip.scip_port import ScipPort
 from sensor_msgs.msg import LaserScan
 
 
@@ -30,14 +31,9 @@ class DriverNode(LidarNode):
     def connect(self) -> None:
         """Open the port and start the stream."""
         config = self.config
-        self._lidar = lidar = Lidar(
-            self.thread.open_port(READ_TIMEOUT, STOP),
-            config.window,
-            even_ns,
-            config.timeout,
-            self._account,
-            self.thread.keep_going,
-        )
+        port = self.thread.open_port(READ_TIMEOUT, STOP)
+        scip = ScipPort(port, even_ns, config.timeout, self.thread.keep_going)
+        self._lidar = lidar = Lidar(scip, config.window, self._account)
         lidar.connect()
         self._message = scan_template(lidar.window, config.frame_id, lidar.capabilities)
         self.diagnosis.connected(lidar, steady_ns())

@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from nodlidar_common.errors import PortError
-from nodlidar_common.serial_port import SerialPort
 from nodlidar_driver.clock.device_clock import DeviceClock, ScanTime
 from nodlidar_driver.clock.time_mode import enough_replies
 from nodlidar_driver.scip.identity import Capabilities
 from nodlidar_driver.scip.scan import ranges, ScanWindow
 from nodlidar_driver.scip.scan_account import ScanAccount, SETTLING, TIMESTAMP
 from nodlidar_driver.scip.scip_client import RawScan, ScipClient
+from nodlidar_driver.scip.scip_port import ScipPort
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,18 +48,11 @@ class Lidar:
     Parameters
     ----------
     port
-        An open serial port, as pyserial's.
+        The port; its ``keep_going`` ends any wait but that in :meth:`disconnect`.
     choose
         Returns the requested beams of a lidar with given capabilities.
-    clock
-        Returns the host time [ns] by a clock that runs evenly.
-    timeout
-        How long the lidar may be silent [s].
     account
         Counts the scans.
-    keep_going
-        Returns False to end any wait for the lidar with a StoppedError, except in
-        :meth:`disconnect`.
 
     Attributes
     ----------
@@ -71,25 +64,17 @@ class Lidar:
         The session.
     device_clock
         Maps the lidar's clock to host time; set by :meth:`connect`.
-
-    Raises
-    ------
-    PortError
-        If the port fails.
     """
 
     def __init__(
         self,
-        port: SerialPort,
+        port: ScipPort,
         choose: Callable[[Capabilities], ScanWindow],
-        clock: Callable[[], int],
-        timeout: float,
         account: ScanAccount,
-        keep_going: Callable[[], bool] = lambda: True,
     ) -> None:
-        self._choose, self._clock, self._account = choose, clock, account
+        self._clock, self._choose, self._account = port.clock, choose, account
         self._last: ScanTime | None = None
-        self.client = ScipClient(port, clock, timeout, keep_going, account.drop)
+        self.client = ScipClient(port, account.drop)
 
     def connect(self) -> None:
         """Start the stream; if that fails, the laser may be on until :meth:`disconnect`.

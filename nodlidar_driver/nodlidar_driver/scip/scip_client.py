@@ -8,7 +8,6 @@ from nodlidar_common import scip
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard_process import ATTEMPTS as STOP_ATTEMPTS
 from nodlidar_common.scip import ScipError
-from nodlidar_common.serial_port import SerialPort
 from nodlidar_driver.base.reader import READ_TIMEOUT
 from nodlidar_driver.clock.time_mode import TimeReply
 from nodlidar_driver.scip import identity
@@ -57,34 +56,18 @@ class RawScan:
 
 
 class ScipClient:
-    """Speaks SCIP 2.0 over an open serial port; without a thread of its own.
+    """Speaks SCIP 2.0 over a port; without a thread of its own.
 
     Parameters
     ----------
     port
-        An open port with pyserial's ``timeout``, ``in_waiting``, ``read`` and ``write``.
-    clock
-        Returns the host time [ns].
-    timeout
-        How long the lidar may be silent [s].
-    keep_going
-        Returns False to end any wait for the lidar with a StoppedError, except for the answer to
-        QT.
+        The port; its ``keep_going`` ends any wait but that for the answer to QT in :meth:`stop`.
     drop
         Called with the reason for each part of the stream that is not a good scan.
     """
 
-    def __init__(
-        self,
-        port: SerialPort,
-        clock: Callable[[], int],
-        timeout: float,
-        keep_going: Callable[[], bool] = lambda: True,
-        drop: Callable[[str], None] = lambda reason: None,
-    ) -> None:
-        self._drop = drop
-        self._clock = clock
-        self._port = ScipPort(port, clock, timeout, keep_going)
+    def __init__(self, port: ScipPort, drop: Callable[[str], None] = lambda reason: None) -> None:
+        self._port, self._drop = port, drop
         self._window: ScanWindow | None = None
 
     def start_session(self) -> None:
@@ -134,7 +117,7 @@ class ScipClient:
             return []
         replies: list[TimeReply] = []
         while not enough(replies):
-            asked_ns = self._clock()
+            asked_ns = self._port.clock()
             device_ms = timer(b'\n'.join(self._command('TM1')))
             replies.append(TimeReply(device_ms, asked_ns, self._port.arrival_ns))
         self._command('TM2', status_of.TIME_MODE_WAS_OFF)
@@ -180,8 +163,8 @@ class ScipClient:
         received = b''
         for _ in range(STOP_ATTEMPTS):
             self._port.write(STOP.request)
-            deadline_ns = self._clock() + round(READ_TIMEOUT * 1e9)
-            while (data := self._port.read()) and self._clock() < deadline_ns:
+            deadline_ns = self._port.clock() + round(READ_TIMEOUT * 1e9)
+            while (data := self._port.read()) and self._port.clock() < deadline_ns:
                 received = (received + data)[-_LONGEST_ANSWER:]
                 if re.search(STOP.confirmation, received):
                     return

@@ -1,29 +1,22 @@
 """A serial port for SCIP: sends commands, receives messages up to their empty line."""
 
-from collections.abc import Callable
+from dataclasses import dataclass, field
 import math
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.serial_port import port_errors, SerialPort
+from nodlidar_common.serial_port import port_errors
 from nodlidar_driver.base.reader import Reader
 
 _END = b'\n\n'
 _MOST_USELESS = 65_536  # bytes in a row that are not SCIP: the sender is not a lidar
 
 
+@dataclass(slots=True)
 class ScipPort(Reader):
-    """Sends commands and receives messages; parameters and errors as of :class:`.Reader`."""
+    """Sends commands and receives messages."""
 
-    def __init__(
-        self,
-        port: SerialPort,
-        clock: Callable[[], int],
-        timeout: float,
-        keep_going: Callable[[], bool],
-    ) -> None:
-        super().__init__(port, clock, timeout, keep_going)
-        self._buffer = bytearray()
-        self._useless = 0
+    _buffer: bytearray = field(default_factory=bytearray, init=False)
+    _useless: int = field(default=0, init=False)
 
     def send(self, command: str) -> None:
         """Send a command and its line feed."""
@@ -32,7 +25,7 @@ class ScipPort(Reader):
     def write(self, data: bytes) -> None:
         """Send bytes."""
         with port_errors():
-            self._port.write(data)
+            self.port.write(data)
 
     def receive(self, expected: int = 1, timeout: float = math.inf) -> bytes:
         """Wait for the next message and return it without its empty line.
@@ -73,7 +66,7 @@ class ScipPort(Reader):
         self._buffer.clear()
         with port_errors():
             for _ in range(4):
-                self._port.read(self._port.in_waiting)
+                self.port.read(self.port.in_waiting)
 
     def _fill(self, wanted: int, timeout: float) -> None:
         if self._useless > _MOST_USELESS:
