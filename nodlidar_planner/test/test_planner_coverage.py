@@ -63,16 +63,16 @@ def cases(draw):
     return task, Pattern(n_l, n_s, draw(st.integers(0, 8 * n_s - 1)) / 4)
 
 
-@settings(max_examples=1500)
+@settings(max_examples=600)
 @given(cases())
 def test_small_cases_equal_enumeration(case):
     check_equal(*case)
 
 
-@pytest.mark.parametrize('n_l', [1, 3, 8])
+@pytest.mark.parametrize('n_l', [1, 8])
 def test_all_phases_and_sweeps_of_a_lidar_equal_enumeration(n_l):
     task = task_with_cell(0.35, full_circle=True, steps_per_revolution=n_l)
-    for n_s in range(1, 25):
+    for n_s in range(1, 17):
         for quarter in range(8 * n_s):
             check_equal(task, Pattern(n_l, n_s, quarter / 4))
 

@@ -48,8 +48,7 @@ def test_the_choice_is_the_best_of_all_and_much_quicker_than_going_through_all()
     assert ratio > 3.0
 
 
-@pytest.mark.parametrize('margin', [0.0, 6.0])
-@pytest.mark.parametrize('start_pitch', [None, 0.2])
+@pytest.mark.parametrize(('start_pitch', 'margin'), [(None, 0.0), (0.2, 6.0)])
 @pytest.mark.parametrize(
     'task',
     [
