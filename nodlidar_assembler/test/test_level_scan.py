@@ -138,10 +138,10 @@ def around_a_box(pitch_at, seen=lambda number: True, blind_after=100):
 
     One for each sweep, and one for each scan.
     """
-    config = AssemblerConfig(veil_angle=0.0)
+    config = AssemblerConfig(veil_angle=0.0, level_scan_beams=61)
     pipeline = Pipeline(config)
     scanners = [LevelScanner(replace(config, level_scan=mode)) for mode in ('sweep', 'scan')]
-    beams, period_ns = 1500, 100_000_000  # several for each azimuth of a level scan
+    beams, period_ns = 200, 100_000_000  # several for each azimuth of a level scan
     geometry = ScanGeometry(beams, 0.0, math.tau / beams, 0.1 / beams, 0.02, 12.0)
     sample_ns = START_NS + np.arange(-20, 1020) * 10_000_000
     samples = pitch_at((sample_ns - START_NS) / 1e9)
