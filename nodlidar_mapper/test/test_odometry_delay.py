@@ -11,7 +11,7 @@ import pytest
 
 S = 10**9
 START_NS = 1_700_000_000 * S
-SWEEP, BEAMS, SECONDS = 0.7, 4000, 60.0
+SWEEP, BEAMS, SECONDS = 0.7, 1500, 60.0
 LENGTH, WIDTH, HEIGHT = 7.0, 5.0, 2.0  # of the room [m], in the middle of which the robot turns
 SECOND = np.arange(0.0, SECONDS, 0.02)  # of odometry
 STOP_AND_GO = np.where(SECOND % 8.0 < 3.0, np.sin(SECOND // 8.0), 0.0)  # turn rate [rad/s]
@@ -71,10 +71,7 @@ def estimated(rate, delay, miscounted=1.0, drift=0.0, missing=slice(0), jump=0.0
     return odometry_delay([clouds[k] for k in kept], odometry, OdometryConfig())
 
 
-@pytest.mark.parametrize(
-    ('rate', 'delay'),
-    [(STOP_AND_GO, 0.0), (STOP_AND_GO, 0.25), (FAST, -0.08), (FAST, 0.0), (FAST, 0.1)],
-)
+@pytest.mark.parametrize(('rate', 'delay'), [(STOP_AND_GO, 0.25), (FAST, -0.08), (FAST, 0.0)])
 def test_it_is_found_however_fast_the_robot_turns(rate, delay):
     found, error = estimated(rate, delay)
     assert error < 0.01

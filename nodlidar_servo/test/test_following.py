@@ -77,7 +77,7 @@ def mend(bench):
 
 
 @pytest.mark.parametrize('nod', [NOD, SMALL, FAST])
-@pytest.mark.parametrize('after', [0.0, 0.1, 0.2, 0.3])
+@pytest.mark.parametrize('after', [0.0, 0.3])
 @pytest.mark.parametrize('fault', [block, freeze])
 def test_a_servo_that_stands_still_is_named_within_a_second_and_loses_its_torque(
     fault, after, nod
@@ -99,7 +99,7 @@ def test_a_servo_that_stands_still_is_named_within_a_second_and_loses_its_torque
 
 
 @pytest.mark.parametrize('nod', [NOD, FAST, SLOW])
-@pytest.mark.parametrize('after', np.linspace(0.0, 0.8, 9))
+@pytest.mark.parametrize('after', np.linspace(0.0, 0.8, 5))
 def test_no_position_of_an_encoder_that_stands_still_is_published(nod, after):
     bench = FaultyBench(nod)
     bench.run_for(after * 2.0 * nod.sweep_duration)

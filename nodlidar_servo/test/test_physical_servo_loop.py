@@ -26,7 +26,6 @@ def lateness(bench):
     ('name', 'latency_timer', 'model'),
     [
         ('rx24f', 0.016, 'RX-24F'),
-        ('rx24f', 0.001, 'RX-24F'),
         ('mx28', 0.016, 'RX-24F'),
         ('xl430', 0.001, 'XL430-W250'),
     ],

@@ -47,7 +47,7 @@ def test_it_is_the_mean_square_of_the_errors_of_many_odometers(effects):
 @pytest.mark.parametrize('effects', ERRORS)
 def test_a_velocity_is_as_uncertain_as_those_of_many_odometers(effects):
     route = Plan((0.4, 0.8)).route((0.0, 0.0, 0.0), START_NS)
-    steps = [Odometer(route, effects, START_NS, seed).poses(TIMES_NS[:1]) for seed in range(3000)]
+    steps = [Odometer(route, effects, START_NS, seed).poses(TIMES_NS[:1]) for seed in range(1500)]
     errors = motion_of(np.concatenate(steps)) / PERIOD - np.array([0.4, 0.0, 0.8])
     expected = errors.T @ errors / len(errors)
     found = OdometryUncertainty(effects).of_velocity(np.array([0.4, 0.0, 0.8]))
