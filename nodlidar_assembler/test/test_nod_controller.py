@@ -191,6 +191,20 @@ def test_a_plan_before_the_first_scan_is_that_of_the_first_scan():
     assert run(controller, 1)[0][0].samples_per_sweep == 6003
 
 
+def test_another_lidar_has_its_own_rate_from_the_first_scan_on():
+    """The nod was four times as fast until the revolutions of the new one were known."""
+    ust = ScanGeometry(1081, -135 * math.tau / 360, math.tau / 1440, 0.025 / 1440, 0.06, 10.0)
+    controller, begin_ns = NodController(AssemblerConfig()), BEGIN_NS
+    for geometry, period_ns in ((ust, 25_000_000), (URG, 100_000_000)):
+        for _ in range(30):
+            begin_ns += period_ns
+            controller.add_scan(geometry, begin_ns)
+            nod, _ = controller.command
+            assert nod.speed == pytest.approx(controller.view.config.task.span / 0.737, rel=1e-3)
+            steps = nod.samples_per_sweep / nod.sweep_duration * period_ns * 1e-9
+            assert steps == pytest.approx(controller.view.config.steps_per_revolution, rel=1e-3)
+
+
 def test_a_plan_is_for_the_lidar_that_was_seen():
     other = replace(URG, beams=360, angle_min=-math.pi, angle_increment=math.tau / 360)
     controller = NodController(AssemblerConfig(samples_per_sweep=4001))

@@ -3,7 +3,7 @@
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.clouds.geometry import Beams, ScanGeometry
+from nodlidar_assembler.clouds.geometry import Beams, revolution_time, ScanGeometry
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_clock import NodClock, NodShape
@@ -80,6 +80,7 @@ class NodController:
         taken = self._takeover is not None
         if looked and (taken or self.view.config.steps_per_revolution != self._clock.steps):
             self._clock.steps = self.view.config.steps_per_revolution
+            lidar.restart(stamp_ns, revolution_time(geometry))
             shape = replace(self.shape, samples_per_sweep=self.view.config.samples_per_sweep)
             self._restart(self.planned if taken else shape, lidar.begin_ns)
         elif self._sweeps is not None and (looked or lidar.restarts > restarts):

@@ -116,9 +116,13 @@ class Revolutions:
         self._strays += 1
         if self._strays < _STRAYS_TO_RESTART:
             return False
+        self.restart(stamp_ns, nominal)
+        return True
+
+    def restart(self, stamp_ns: int, nominal: float) -> None:
+        """Begin a new line with the stamp of a scan, as of another lidar; see `add`."""
         self.restarts += 1
         self._begin(stamp_ns, nominal)
-        return True
 
     def _begin(self, stamp_ns: int, nominal: float) -> None:
         self._strays, self.scatter = 0, math.inf
