@@ -28,6 +28,17 @@ def fitted(stamps):
     return lidar, np.array(counts), np.array(begins), np.array(periods)
 
 
+@pytest.mark.parametrize('rate', [5.0, 10.0, 40.0])
+@pytest.mark.parametrize('off', [-0.03, 0.03])
+def test_a_lidar_is_known_whose_period_is_not_the_stated_one(rate, off):
+    lidar, period = Revolutions(), (1.0 + off) / rate
+    for turn, late in enumerate(jitter(100, seed=1)):
+        lidar.add(BEGIN_NS + round(turn * period * 1e9) + int(late), 1.0 / rate)
+    assert lidar.restarts == 0
+    assert lidar.count == 99
+    assert lidar.period == pytest.approx(period, rel=1e-3)
+
+
 @settings(max_examples=15)
 @given(rate=st.floats(-5e-4, 5e-4), seed=st.integers(0, 1000), missing=st.floats(0.0, 0.5))
 def test_every_revolution_is_counted_and_known_better_than_its_stamp(rate, seed, missing):

@@ -15,7 +15,10 @@ FEWEST = 20
 _FIT_EVERY = 5  # scans, from FEWEST on: the line hardly changes with each
 
 GATE_NS = 5_000_000
-"""A stamp farther off the line is a stray, or the lidar restarted."""
+"""A stamp farther off a known line is a stray, or the lidar restarted."""
+
+_OFF_RATE = 0.03
+"""Share by which the period may be off that which scans state, until enough stamps show it."""
 
 SAME_RATE = 0.1
 """Share by which the nominal period of revolutions may differ from scan to scan."""
@@ -53,7 +56,7 @@ class Revolutions:
         self._stamps: NDArray[np.int64] = _NO_STAMPS
         self._strays = self._unfitted = 0
         self._begin_ns = 0
-        self._nominal_ns = self._period_ns = 0.0
+        self._nominal_ns = self._period_ns = self._doubt_ns = 0.0
 
     @property
     def period(self) -> float:
@@ -104,7 +107,8 @@ class Revolutions:
         """Return whether the stamp of a scan is on the line, after all before; see `add`."""
         revolutions = round((stamp_ns - self._begin_ns) / self._period_ns)
         same_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) <= SAME_RATE
-        return revolutions >= 1 and abs(self.off_ns(stamp_ns)) <= GATE_NS and same_rate
+        gate_ns = GATE_NS + self._doubt_ns
+        return revolutions >= 1 and abs(self.off_ns(stamp_ns)) <= gate_ns and same_rate
 
     def off_ns(self, stamp_ns: int) -> float:
         """Return by how much a stamp is later than the nearest revolution [ns]; 0 before any."""
@@ -130,6 +134,7 @@ class Revolutions:
         self._remember(stamp_ns)
         self._begin_ns = stamp_ns
         self._nominal_ns = self._period_ns = nominal * NS_PER_S
+        self._doubt_ns = _OFF_RATE * self._nominal_ns
 
     def _remember(self, stamp_ns: int) -> None:
         new = np.array([[self.count, stamp_ns]], dtype=np.int64)
@@ -145,6 +150,9 @@ class Revolutions:
         spread = float(centred @ centred) + _NOMINAL_WEIGHT
         excess = float(centred @ (offsets - mean)) / spread
         self._period_ns = self._nominal_ns + excess
+        # Of the next stamp: so far the nominal period is believed, by its weight.
+        believed = _NOMINAL_WEIGHT / spread
+        self._doubt_ns = _OFF_RATE * self._nominal_ns * believed * (1.0 - middle)
         self._begin_ns = int(self._stamps[-1, 1]) + round(mean - excess * middle)
         if len(revolutions) >= FEWEST:
             off = offsets - mean - excess * centred
