@@ -1,13 +1,7 @@
 """Transforms between frames over time, received and sent: what nodlidar calls of Jazzy's API."""
 
 from tf2_ros.buffer import Buffer
-from tf2_ros.exceptions import (
-    ConnectivityException,
-    ExtrapolationException,
-    InvalidArgumentException,
-    LookupException,
-    TransformException,
-)
+from tf2_ros.exceptions import TransformException
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 from tf2_ros.transform_broadcaster import TransformBroadcaster
 from tf2_ros.transform_listener import TransformListener
@@ -15,10 +9,6 @@ from underlay_refusal import refuse
 
 __all__ = [
     'Buffer',
-    'ConnectivityException',
-    'ExtrapolationException',
-    'InvalidArgumentException',
-    'LookupException',
     'StaticTransformBroadcaster',
     'TransformBroadcaster',
     'TransformException',

@@ -5,10 +5,8 @@ import math
 from tf2_ros._links import Link, LinkHistory, StaticLink
 from tf2_ros._rigid import compose, IDENTITY, inverse, normalized, Rigid
 from tf2_ros.exceptions import (
-    ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
-    LookupException,
     TransformException,
 )
 
@@ -81,16 +79,10 @@ class FrameTree:
         return min((t for t in times if t), default=0)
 
     def check_name(self, name: str, role: str) -> None:
-        """Check a frame's name; raises InvalidArgumentException or LookupException."""
-        argument = f'"{name}" passed to lookupTransform argument {role}'
-        if not name:
-            raise InvalidArgumentException(f'Invalid argument {argument} is empty')
-        if name.startswith('/'):
-            raise InvalidArgumentException(
-                f"Invalid argument {argument} - in tf2 frame_ids cannot start with a '/'"
-            )
+        """Check a frame's name; raises TransformException."""
         if name not in self._frames:
-            raise LookupException(f'{argument} does not exist. ')
+            argument = f'"{name}" passed to lookupTransform argument {role}'
+            raise TransformException(f'{argument} does not exist. ')
 
     def _climb_both(self, target: str, source: str, time_ns: int) -> tuple[Rigid, Rigid]:
         """Return the poses of source and target in the nearest frame above both."""
@@ -137,7 +129,7 @@ def _below(chain: dict[str, int], top: str) -> list[str]:
 def _check_new(name: str, chain: dict) -> None:
     if name in chain:
         loop = ' -> '.join([*chain, name])
-        raise LookupException(f'The tf tree is invalid because it contains a loop: {loop}')
+        raise TransformException(f'The tf tree is invalid because it contains a loop: {loop}')
 
 
 def _check_link(frame: str, parent: str, pose: Rigid) -> None:
@@ -154,7 +146,7 @@ def _check_link(frame: str, parent: str, pose: Rigid) -> None:
 
 
 def _unconnected(target: str, source: str) -> TransformException:
-    return ConnectivityException(
+    return TransformException(
         f"Could not find a connection between '{target}' and '{source}' because they are not "
         'part of the same tree.Tf has two or more unconnected trees.'
     )

@@ -2,15 +2,7 @@
 
 
 class TransformException(Exception):  # noqa: N818
-    """Base of the others."""
-
-
-class ConnectivityException(TransformException):
-    """The frames are not in one tree."""
-
-
-class LookupException(TransformException):
-    """A frame does not exist, or the frames form a loop."""
+    """A frame does not exist, or the frames form a loop or are not in one tree."""
 
 
 class ExtrapolationException(TransformException):
@@ -18,4 +10,4 @@ class ExtrapolationException(TransformException):
 
 
 class InvalidArgumentException(TransformException):
-    """A frame's name is empty or starts with a slash."""
+    """A transform to be set is not between two frames, or has no pose."""
