@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
-import sys
 import time
 
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
@@ -18,10 +16,8 @@ from nodlidar_sim.devices.rx_table import TORQUE_ENABLE
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.urg_requests import Stream
 from nodlidar_sim.devices.urg_scan import Revolution
-from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.effects import imperfect
 from nodlidar_sim.world.ideal_servo import IdealServo
-from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.world import World
 import numpy as np
 import psutil
@@ -30,9 +26,8 @@ import yaml
 from bench.faults.fault_recorder import RecorderProcess
 from bench.faults.fault_truth import FaultyServo, Truth
 from bench.shared.node_processes import node_processes
+from bench.shared.noisy_room import noisy_room, switching_soon, terminals
 
-RANGE_NOISE = 0.002  # [m]; makes every scan different, also where nothing moves
-_SWITCH_INTERVAL = 2e-4  # of Python's threads [s]: no device waits for the other
 # Every valid beam is a point, so that a cloud's true points are known.
 ASSEMBLER_PARAMETERS = {'/**': {'ros__parameters': {'veil_angle': 0.0}}}
 START_TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # [s]
@@ -94,8 +89,7 @@ class Rig:
         self._unheard: Stream | None = None
         self._rng = np.random.default_rng(seed)
         start_ns = time.time_ns()
-        room = load_scene('room', ideal=True)
-        self._scene = replace(room, effects=replace(room.effects, range_noise=RANGE_NOISE))
+        self._scene = noisy_room()
         self.motion = FaultyServo(IdealServo(), seed)
         self.truth = Truth(self.motion.shaft)
         self._world = World(self._scene, self.motion.shaft, start_ns=start_ns)
@@ -104,18 +98,13 @@ class Rig:
             'servo': self._wire(self.servo, self._look_at_servo),
             'lidar': self._new_lidar(start_ns),
         }
-        # A thread for each: a servo answers in time also while a scan is being simulated.
-        self.ports = {
-            name: PseudoTerminals({name: wire}, {name: folder / name})
-            for name, wire in self.wires.items()
-        }
+        self.ports = terminals(self.wires, folder)
         self._nodes: dict[str, psutil.Process] = {}
         self._stack = ExitStack()
 
     def __enter__(self) -> Rig:
         keep_apart()
-        self._stack.callback(sys.setswitchinterval, sys.getswitchinterval())
-        sys.setswitchinterval(_SWITCH_INTERVAL)
+        self._stack.enter_context(switching_soon())
         for port in self.ports.values():
             self._stack.enter_context(port)
         self.recorder = RecorderProcess(self.folder / 'bag')

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import signal
@@ -15,22 +15,18 @@ from typing import Any, Protocol, TypeVar
 
 from ament_index_python.packages import get_package_prefix
 from nodlidar_common.errors import NodlidarError
-from nodlidar_sim.devices.device import Device
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.urg import UrgEmulator
-from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.effects import imperfect
 from nodlidar_sim.world.ideal_servo import IdealServo
-from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.world import World
 
 from bench.faults.fault_truth import Truth
 from bench.network.network_judgement import are_decided
 from bench.network.network_listener import Arrival, arrivals
+from bench.shared.noisy_room import noisy_room, switching_soon, terminals
 
-RANGE_NOISE = 0.002  # [m]; makes every scan different
 TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # s
-_SWITCH_INTERVAL = 2e-4  # of Python's threads [s]: no device waits for the other
 HERE = ['scan=sensor_msgs/msg/LaserScan', 'joint_states=sensor_msgs/msg/JointState']
 THERE = ['points=sensor_msgs/msg/PointCloud2', '/diagnostics=diagnostic_msgs/msg/DiagnosticArray']
 
@@ -79,26 +75,20 @@ class NetworkRig:
     ) -> None:
         self.folder, self._robot, self._far = folder, robot, far
         self._parameters = ['veil_angle:=0.0', *parameters]
-        room = load_scene('room', ideal=True)
-        effects = replace(room.effects, range_noise=RANGE_NOISE)
-        motion, start_ns = IdealServo(), time.time_ns()
+        room, motion, start_ns = noisy_room(), IdealServo(), time.time_ns()
         self.truth = Truth(motion)
         world = World(room, motion, start_ns=start_ns)
-        lidar = UrgEmulator(imperfect(world.ranges, effects, 1), start_ns=start_ns)
+        lidar = UrgEmulator(imperfect(world.ranges, room.effects, 1), start_ns=start_ns)
         lidar.on_scan = lambda turn: self.truth.add_scan(turn, True)
-        devices: dict[str, Device] = {'lidar': lidar, 'servo': RxServoEmulator(motion, baud=1)}
-        # A thread for each: a servo answers in time also while a scan is being simulated.
-        self._ports = [
-            PseudoTerminals({name: each}, {name: folder / name}) for name, each in devices.items()
-        ]
+        servo = RxServoEmulator(motion, baud=1)
+        self._ports = terminals({'lidar': lidar, 'servo': servo}, folder)
 
     @contextmanager
     def running(self) -> Iterator[NetworkRig]:
         """Run everything until the context ends."""
         with ExitStack() as stack:
-            stack.callback(sys.setswitchinterval, sys.getswitchinterval())
-            sys.setswitchinterval(_SWITCH_INTERVAL)
-            for port in self._ports:
+            stack.enter_context(switching_soon())
+            for port in self._ports.values():
                 stack.enter_context(port)
             stack.enter_context(listening(self._robot, self.folder / 'here', HERE))
             stack.enter_context(listening(self._far, self.folder / 'there', THERE))
