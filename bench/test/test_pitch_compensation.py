@@ -1,7 +1,5 @@
 """What limits that follow the range are good for, against two nods with fixed limits."""
 
-from functools import cache
-
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
@@ -11,13 +9,9 @@ from bench.nod.pitch_compensation import ARMS, drive, DRIVES, of_finest_grid, re
 FRAMES = 200
 
 
-@pytest.fixture(params=DRIVES, ids=lambda each: each[0])
-def arms(request):
-    return arms_of(*request.param)
-
-
-@cache
-def arms_of(name, start, end):
+@pytest.fixture(scope='module')
+def arms():
+    name, start, end = DRIVES[0]
     return [drive(load_scene(name), start, end, arm, frames=FRAMES) for arm in ARMS]
 
 

@@ -2,11 +2,10 @@
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import PROFILES
-import pytest
 import yaml
 
 from bench.cost.profiles import computation_times, mean_rms
-from bench.shared.reference import FEEDBACK_RATE, joints_at, real_room, SAMPLES_PER_SWEEP
+from bench.shared.reference import FEEDBACK_RATE, joints_at, real_room
 from bench.shared.report import RESULTS
 
 PROFILE_FILES = RESULTS.parent.parent / 'nodlidar_bringup' / 'config' / 'profiles'
@@ -19,8 +18,9 @@ def test_rates_are_those_that_are_launched():
         assert given['/**']['ros__parameters']['feedback_rate'] == rate
 
 
-@pytest.mark.parametrize('samples', [SAMPLES_PER_SWEEP, AssemblerConfig.samples_per_sweep])
-def test_balanced_errs_a_tenth_less_than_fast_with_real_devices(samples):
+def test_balanced_errs_a_tenth_less_than_fast_with_real_devices():
+    """Also with the default nod, which is slow; with a faster one, by nearly a half."""
+    samples = AssemblerConfig().samples_per_sweep
     fast, balanced = (mean_rms(name, samples, range(2)) for name in ('fast', 'balanced'))
     assert balanced <= 0.9 * fast
 
