@@ -178,26 +178,22 @@ class ScanAssembler:
 
     def _odometry_around(self, waiting: _Bracketed, overdue: bool) -> Odometry | str | None:
         """Return the odometry from a scan on, the reason why there is none, or None to wait."""
-        begin_ns, end_ns = waiting[0].stamp_ns, waiting[0].end_ns
+        scan, newest_ns = waiting[0], self._odometry.newest_ns
+        if not overdue and (newest_ns is None or newest_ns < scan.end_ns):
+            return None
+        return self._odometry_over(scan.stamp_ns, scan.end_ns)
+
+    def _odometry_over(self, begin_ns: int, end_ns: int) -> Odometry | str:
+        """Return all odometry from an instant to beyond another one [ns], or why there is none."""
         oldest_ns, newest_ns = self._odometry.oldest_ns, self._odometry.newest_ns
         if oldest_ns is None or newest_ns is None or newest_ns < end_ns:
-            return NO_ODOMETRY_AFTER if overdue else None
+            return NO_ODOMETRY_AFTER
         if oldest_ns > begin_ns:
             return NO_ODOMETRY_BEFORE
         try:
             return self._odometry.around(begin_ns, newest_ns)
         except OdometryError as error:
             return error.reason
-
-    def _odometry_since(self, begin_ns: int) -> Odometry | None:
-        """Return the odometry from an instant [ns] on that has arrived; None without any."""
-        oldest_ns, newest_ns = self._odometry.oldest_ns, self._odometry.newest_ns
-        if oldest_ns is None or newest_ns is None or not oldest_ns <= begin_ns <= newest_ns:
-            return None
-        try:
-            return self._odometry.around(begin_ns, newest_ns)
-        except OdometryError:
-            return None
 
     def _assemble(
         self,
@@ -218,7 +214,8 @@ class ScanAssembler:
             self._deviations[ONE_INSTANT] += 1
         if odometry is not None:
             self._compensated_until_ns = end_ns
-        known = odometry or self._odometry_since(scan.stamp_ns)
+        found = odometry or self._odometry_over(begin_ns, begin_ns)
+        known = None if isinstance(found, str) else found
         return Outcome(scan, assembled, uncompensated=uncompensated, odometry=known)
 
     def _jumped(self, begin_ns: int) -> bool:

@@ -103,26 +103,23 @@ class PitchLimits:
     """Limits that follow the median range; see the module.
 
     Before the first range they are the widest. Without points they stay.
+
+    Attributes
+    ----------
+    range
+        Median range at the last call of limits [m]; None before the first scan with a vote.
+    followed
+        Range that the limits follow [m]: `range`, but for the hysteresis.
     """
 
     def __init__(self, config: PitchLimitsConfig) -> None:
         self.config = config
         self._votes: deque[tuple[int, float]] = deque()
         self._moved = 0.0
-        self._range: float | None = None
-        self._followed: float | None = None
+        self.range: float | None = None
+        self.followed: float | None = None
         self._limits = config.pitch_min, config.pitch_max
         self._time_ns: int | None = None
-
-    @property
-    def range(self) -> float | None:
-        """Median range at the last call of limits [m]; None before the first scan with a vote."""
-        return self._range
-
-    @property
-    def followed(self) -> float | None:
-        """Range that the limits follow [m]: `range`, but for the hysteresis."""
-        return self._followed
 
     def update(self, time_ns: int, ranges: Floats) -> None:
         """Add a scan.
@@ -173,9 +170,9 @@ class PitchLimits:
             raise ParameterError('time_ns', f'at least {last_ns} ns', time_ns)
         self._time_ns = time_ns
         self._follow_median(time_ns)
-        if self._followed is not None:
+        if self.followed is not None:
             step = self.config.limits_rate * (time_ns - last_ns) / NS_PER_S
-            low, high = limits_at(self.config, self._followed)
+            low, high = limits_at(self.config, self.followed)
             # Both limits at one rate: the span is never below that of start and target.
             self._limits = (
                 _toward(self._limits[0], low, step),
@@ -191,10 +188,10 @@ class PitchLimits:
         if not self._votes:
             return
         median = float(np.median([vote for _, vote in self._votes]))
-        self._range = max(median - self._moved, 0.0)
-        known = self._followed
-        if known is None or abs(self._range - known) > HYSTERESIS * known:
-            self._followed = self._range
+        self.range = max(median - self._moved, 0.0)
+        known = self.followed
+        if known is None or abs(self.range - known) > HYSTERESIS * known:
+            self.followed = self.range
 
 
 def _toward(value: float, target: float, step: float) -> float:

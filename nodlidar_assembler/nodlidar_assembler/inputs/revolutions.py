@@ -42,6 +42,8 @@ class Revolutions:
     ----------
     count
         The revolution of the newest stamp, counted from 0 at the first one.
+    begin_ns
+        Instant of its first beam, by the line [ns].
     restarts
         Number of new lines. The count is then unrelated to that on the line before: the lidar
         restarted with another phase.
@@ -55,7 +57,7 @@ class Revolutions:
         self.scatter = math.inf
         self._stamps: NDArray[np.int64] = _NO_STAMPS
         self._strays = self._unfitted = 0
-        self._begin_ns = 0
+        self.begin_ns = 0
         self._nominal_ns = self._period_ns = self._doubt_ns = 0.0
 
     @property
@@ -63,15 +65,10 @@ class Revolutions:
         """Time of one revolution [s] in host time."""
         return self._period_ns / NS_PER_S
 
-    @property
-    def begin_ns(self) -> int:
-        """Instant [ns] of the newest revolution's first beam, by the line."""
-        return self._begin_ns
-
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock was set by a step [ns]."""
         self._stamps[:, 1] += step_ns
-        self._begin_ns += step_ns
+        self.begin_ns += step_ns
 
     def add(self, stamp_ns: int, nominal: float) -> bool:
         """Add the stamp of a scan.
@@ -94,10 +91,10 @@ class Revolutions:
         if not self.has(stamp_ns, nominal):
             return self._stray(stamp_ns, nominal)
         self._strays = 0
-        revolutions = round((stamp_ns - self._begin_ns) / self._period_ns)
+        revolutions = round((stamp_ns - self.begin_ns) / self._period_ns)
         self.count += revolutions
         self._remember(stamp_ns)
-        self._begin_ns += round(revolutions * self._period_ns)
+        self.begin_ns += round(revolutions * self._period_ns)
         self._unfitted += 1
         if len(self._stamps) <= FEWEST or self._unfitted >= _FIT_EVERY:
             self._fit()
@@ -105,7 +102,7 @@ class Revolutions:
 
     def has(self, stamp_ns: int, nominal: float) -> bool:
         """Return whether the stamp of a scan is on the line, after all before; see `add`."""
-        revolutions = round((stamp_ns - self._begin_ns) / self._period_ns)
+        revolutions = round((stamp_ns - self.begin_ns) / self._period_ns)
         same_rate = abs(nominal * NS_PER_S / self._nominal_ns - 1.0) <= SAME_RATE
         gate_ns = GATE_NS + self._doubt_ns
         return revolutions >= 1 and abs(self.off_ns(stamp_ns)) <= gate_ns and same_rate
@@ -114,7 +111,7 @@ class Revolutions:
         """Return by how much a stamp is later than the nearest revolution [ns]; 0 before any."""
         if not self._period_ns:
             return 0.0
-        return math.remainder(stamp_ns - self._begin_ns, self._period_ns)
+        return math.remainder(stamp_ns - self.begin_ns, self._period_ns)
 
     def _stray(self, stamp_ns: int, nominal: float) -> bool:
         self._strays += 1
@@ -132,7 +129,7 @@ class Revolutions:
         self._strays, self.scatter = 0, math.inf
         self._stamps = _NO_STAMPS
         self._remember(stamp_ns)
-        self._begin_ns = stamp_ns
+        self.begin_ns = stamp_ns
         self._nominal_ns = self._period_ns = nominal * NS_PER_S
         self._doubt_ns = _OFF_RATE * self._nominal_ns
 
@@ -153,7 +150,7 @@ class Revolutions:
         # Of the next stamp: so far the nominal period is believed, by its weight.
         believed = _NOMINAL_WEIGHT / spread
         self._doubt_ns = _OFF_RATE * self._nominal_ns * believed * (1.0 - middle)
-        self._begin_ns = int(self._stamps[-1, 1]) + round(mean - excess * middle)
+        self.begin_ns = int(self._stamps[-1, 1]) + round(mean - excess * middle)
         if len(revolutions) >= FEWEST:
             off = offsets - mean - excess * centred
             self.scatter = math.sqrt(float(off @ off) / len(off)) / NS_PER_S
