@@ -116,6 +116,13 @@ def test_the_delay_of_its_stamps_is_taken_out(bag):
     np.testing.assert_allclose(odometry.poses.position[:, 0], [0.5, 1.0])
 
 
+def test_stamps_that_jitter_are_evened_by_their_period(bag):
+    stamps = [0.0, 0.13, 0.19, 0.34, 0.4]
+    moving = [[(t, 'odom', 'pivot', (k, 0.0, 0.0), UNTURNED)] for k, t in enumerate(stamps)]
+    odometry = read_odometry(bag(moving, []), replace(OF_PIVOT, odometry_period=0.1))
+    assert list(odometry.time_ns - START * S) == [S // 10 * k for k in range(len(stamps))]
+
+
 @pytest.mark.parametrize('moving', [[], [[(0, 'world', 'base_link', (0.0, 0.0, 0.0), UNTURNED)]]])
 def test_a_bag_without_odometry_is_refused(bag, moving):
     with pytest.raises(BagError, match=r"no transform from 'odom' to '(base_link|world)'"):

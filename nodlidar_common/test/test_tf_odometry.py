@@ -25,13 +25,20 @@ START = 1_700_000_000_000 * MS
 class Bench:
     """A listener that gets messages by hand, and its samples."""
 
-    def __init__(self, node):
+    def __init__(self, node, period=0.0):
         self.poses, self.samples, self.backs, self.drops = [], 0, 0, []
         self.orientations = []
         self._numbers = count(1)
         survival = Survival(pytest.fail)
         self.tf = TfOdometry(
-            node, 'odom', 'pivot', self._sampled, self._went_back, survival, self.drops.append
+            node,
+            'odom',
+            'pivot',
+            self._sampled,
+            self._went_back,
+            survival,
+            self.drops.append,
+            period,
         )
 
     def _sampled(self, stamp_ns, position, orientation):
@@ -103,6 +110,21 @@ def test_each_sample_is_noted_at_its_own_time_with_the_fixed_mount(bench):
     assert bench.noted() == [(0, 0.0), (20, 0.1), (500, 0.2)]
     assert bench.samples == 3
     assert bench.poses[0] == (START, (0.0, 0.0, 1.0))
+
+
+def test_stamps_that_jitter_are_evened_in_the_buffer_too(node):
+    bench = Bench(node, period=0.1)
+    bench.mount()
+    for x, ms in enumerate((0, 130, 190, 340, 400)):
+        bench.hear(ms, x)
+        bench.hear(ms, parent='base', child='arm')
+    assert bench.noted() == [(100 * x, x) for x in range(5)]
+    at = Time(nanoseconds=START + 130 * MS)
+    assert bench.tf.buffer.lookup_transform('odom', 'base', at).transform.translation.x == (
+        pytest.approx(1.3)
+    )
+    assert bench.tf.buffer.can_transform('base', 'arm', at)
+    bench.tf.unregister()
 
 
 def test_before_the_mount_is_known_there_is_no_odometry_and_no_sample(node):

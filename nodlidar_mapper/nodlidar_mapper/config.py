@@ -34,6 +34,13 @@ class NodeConfig:
         minimum=-1.0,
         maximum=1.0,
     )
+    odometry_period: float = parameter(
+        0.0,
+        'Period of odometry whose stamps jitter; set it in the assembler, too',
+        unit='s',
+        minimum=0.0,
+        maximum=1.0,
+    )
     transform_tolerance: float = parameter(
         0.2,
         'The transform from map_frame to odom_frame is stamped so far ahead, so that it is never '

@@ -13,9 +13,11 @@ from nodlidar_assembler.bags.transforms import (
     fixed_transforms,
     numbers,
 )
-from nodlidar_assembler.waiting import WaitingConfig
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import TF
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
+from nodlidar_common.steady_stamps import SteadyStamps
 from nodlidar_common.time_order import UNSTAMPED
 from nodlidar_common.transforms import is_pose, MALFORMED, unit_quaternion
 import numpy as np
@@ -40,6 +42,8 @@ class BagTf:
     moving
         All others. They are searched until odometry is found: transforms that never change are
         also fixed, as in bags of ROS 1, which has no topic for fixed ones.
+    period
+        Of odometry whose stamps jitter [s]; 0 takes the stamps as they are.
 
     Attributes
     ----------
@@ -58,12 +62,14 @@ class BagTf:
         frame: str,
         static: Iterable[Any],
         moving: Iterable[Any] = (),
+        period: float = 0.0,
     ) -> None:
         fixed = fixed_transforms(static)
         carrier, _ = carried(frame, fixed)
         fixed |= _never_moving(moving, odom_frame, carrier)
         self.carrier, self.mount = carried(frame, fixed)
         self._wanted = odom_frame, self.carrier
+        self._steady = SteadyStamps(round(period * NS_PER_S))
         self._seen: set[Ends] = set()
 
     @property
@@ -84,18 +90,19 @@ class BagTf:
             stamp_ns = time_ns(entry.header.stamp)
             if is_pose(entry) and stamp_ns:
                 p = entry.transform.translation
-                yield stamp_ns, (p.x, p.y, p.z), unit_quaternion(entry.transform.rotation)
+                instant_ns = self._steady.of(stamp_ns)
+                yield instant_ns, (p.x, p.y, p.z), unit_quaternion(entry.transform.rotation)
             else:
                 drops[MALFORMED if stamp_ns else UNSTAMPED] += 1
 
 
-def tf_in(source: BagSource, topic: str, config: WaitingConfig) -> BagTf:
+def tf_in(source: BagSource, topic: str, config: AssemblerConfig) -> BagTf:
     """Return the odometry of frame_id in a bag, by the topic of the moving transforms."""
     static, moving = (
         (recorded.message for recorded in source.messages({name: TF}))
         for name in (topic + STATIC, topic)
     )
-    tf = BagTf(config.odom_frame, config.frame_id, static, moving)
+    tf = BagTf(config.odom_frame, config.frame_id, static, moving, config.odometry_period)
     del source.unreadable[topic]  # they are counted when they are read again
     return tf
 

@@ -61,6 +61,14 @@ class OdometryConfig:
         minimum=-1.0,
         maximum=1.0,
     )
+    odometry_period: float = parameter(
+        0.0,
+        'Period of odometry whose stamps jitter, as of arrival: instants are taken to be so far '
+        'apart; 0 takes the stamps as they are. /diagnostics and map_bag name it if it is needed',
+        unit='s',
+        minimum=0.0,
+        maximum=1.0,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -58,6 +58,7 @@ def record(
             lambda *pose: poses.append(pose),
             poses.clear,
             Survival(node.get_logger().error),
+            period=config.odometry_period,
         )
 
         def add_scan(message: LaserScan) -> None:

@@ -140,6 +140,7 @@ class Assembler(Node):
             self.assembly.odometry_went_back,
             self.survival,
             lambda reason: self.assembly.assembler.drops.update([reason]),
+            self.config.odometry_period,
         )
 
     def _take_odometry(self) -> None:

@@ -5,9 +5,11 @@ from collections.abc import Callable, Collection, Sequence
 from itertools import islice
 
 from geometry_msgs.msg import TransformStamped
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.publishers import Publishers
 from nodlidar_common.ros.polled import taken, WhenWanted
 from nodlidar_common.stamps import time_ns
+from nodlidar_common.steady_stamps import SteadyStamps
 from nodlidar_common.survival import Survival
 from nodlidar_common.time_order import (
     TIME_JUMP_NS,
@@ -61,6 +63,9 @@ class TfOdometry:
         Catches errors of the callbacks.
     on_drop
         Called with the reason for each transform that is dropped, and for each loop.
+    period
+        Of transforms between the two frames whose stamps jitter [s]: they get steady ones, also in
+        the buffer; 0 takes the stamps as they are.
 
     Attributes
     ----------
@@ -86,6 +91,7 @@ class TfOdometry:
         on_time_back: Callable[[], None],
         survival: Survival,
         on_drop: Callable[[str], None] = lambda reason: None,
+        period: float = 0.0,
     ) -> None:
         self._node, self._survival, self._on_drop = node, survival, on_drop
         self.newest_ns: int | None = None
@@ -100,6 +106,8 @@ class TfOdometry:
                 lambda: self._on_drop(TRANSFORM_OUT_OF_ORDER), longest_fall_ns=TIME_JUMP_NS
             )
         )
+        period_ns = round(period * NS_PER_S)
+        self._steady = defaultdict[str, SteadyStamps](lambda: SteadyStamps(period_ns))
         self._publishers: defaultdict[str, Publishers] = defaultdict(Publishers)
         self._on_sample, self._on_time_back = on_sample, on_time_back
         self.buffer = Buffer()
@@ -142,6 +150,7 @@ class TfOdometry:
             self._parents.pop(child, None)
             order.restart()
         self._orders.clear()
+        self._steady.clear()
 
     def unregister(self) -> None:
         """Stop listening."""
@@ -226,6 +235,9 @@ class TfOdometry:
             self._on_drop(self.LOOP)
             self._forget()
             return
+        if self._is_between(transform.child_frame_id):
+            steady_ns = self._steady[transform.child_frame_id].of(time_ns(transform.header.stamp))
+            transform.header.stamp = Time(nanoseconds=steady_ns).to_msg()
         self.buffer.set_transform(transform, _AUTHORITY)
         self._sample()
 

@@ -116,6 +116,7 @@ class CloudInput:
             self._time_went_back,
             survival,
             lambda reason: self.drops.update([reason]),
+            config.odometry_period,
         )
         topics = config.cloud_topics
         if len({*map(node.resolve_topic_name, topics)}) < len(topics):  # 'points' is '/points'
