@@ -1,4 +1,4 @@
-"""Odometry that leaps or scatters, as no robot moves."""
+"""Odometry that leaps or scatters, as no robot moves, or whose stamps jitter."""
 
 import math
 import re
@@ -14,11 +14,16 @@ START_NS = 1_700_000_000_000_000_000
 
 def warning_of(pose, rate=50.0, duration=12.0):
     """Return the warning about odometry, x [m], y [m] and yaw [rad] at times [s]."""
+    times = np.arange(round(duration * rate)) / rate
+    return warning_about([pose(t, k) for k, t in enumerate(times.tolist())], times)
+
+
+def warning_about(poses, stamps):
+    """Return the warning about poses with stamps [s]."""
     scatter = OdometryScatter()
-    for k in range(round(duration * rate)):
-        x, y, yaw = pose(k / rate, k)
+    for (x, y, yaw), stamp in zip(poses, stamps, strict=True):
         turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
-        scatter.add(START_NS + round(k / rate * 1e9), (x, y, 0.0), turn)
+        scatter.add(START_NS + round(stamp * 1e9), (x, y, 0.0), turn)
     return scatter.warning
 
 
@@ -106,3 +111,26 @@ def test_odometry_that_recovers_is_no_longer_named():
 
     assert warning_of(flapping, duration=5.0)
     assert warning_of(flapping, duration=17.0) == ''
+
+
+@pytest.mark.parametrize('rate', [20.0, 50.0, 200.0])
+def test_stamps_that_jitter_are_named_with_their_size_and_the_period(rate):
+    times, rng = np.arange(12.0 * rate) / rate, np.random.default_rng(3)
+    stamps = np.sort(times + rng.exponential(0.02, len(times)))
+    found = warning_about([driven(t, 0.6, 0.8) for t in times], stamps)
+    jitter = float(re.search(r'stamps of odometry jitter by (\d+) ms', found)[1])
+    assert jitter == pytest.approx(1e3 * np.std(stamps - times), rel=0.2)
+    assert float(re.search(r'odometry_period to ([\d.]+)', found)[1]) * rate == pytest.approx(
+        1.0, abs=0.02
+    )
+
+
+def test_uneven_samples_with_the_stamps_of_their_measurement_are_not_named():
+    times = np.sort(np.random.default_rng(3).uniform(0.0, 12.0, 600))
+    assert warning_about([driven(t, 0.6, 0.8) for t in times], times) == ''
+
+
+def test_lost_samples_are_not_named():
+    kept = np.random.default_rng(3).random(600) > 0.1
+    times = np.flatnonzero(kept) / 50.0
+    assert warning_about([driven(t, 0.6, 0.8) for t in times], times) == ''

@@ -10,6 +10,7 @@ from typing import TypeVar
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import clouds_in
+from nodlidar_assembler.inputs.stamp_jitter import StampJitter
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
@@ -57,6 +58,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
     assert log.odometry is not None
     delay = odometry_delay(clouds, log.odometry, config)
+    jitter = StampJitter.worst(log.odometry)
     way = float(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1).sum())
     table = Table(show_header=False)
     table.add_column()
@@ -67,6 +69,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
         **{f'dropped: {reason}': count for reason, count in drops.items()},
         'clouds that do not fit the map': sum(each.lost not in ('', NO_MAP) for each in found),
         'odometry is late by': _late(*delay, config.odometry_delay),
+        **({} if jitter is None else {'its stamps jitter by': jitter}),
         'way': f'{way:.1f} m',
         'keyframes': len(mapper.keyframes),
         'loops closed': mapper.loops,

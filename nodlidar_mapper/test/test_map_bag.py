@@ -152,6 +152,19 @@ def test_late_odometry_is_named_until_its_delay_is_given(tmp_path, capsys):
     assert 'set odometry_delay' not in told
 
 
+def test_stamps_of_odometry_that_jitter_are_named(tmp_path, capsys):
+    scene = replace(load_scene('wall', ideal=True), base_legs=(Leg(3.0, (0.0, 0.8)),))
+    steady = simulate(scene, NOD, 2.0, 1, start_ns=START_NS)
+    late_ns = np.random.default_rng(1).exponential(20e6, len(steady.odometry_stamp_ns))
+    stamps_ns = np.sort(steady.odometry_stamp_ns + late_ns.astype(np.int64))
+    stamps_ns[[0, -1]] = steady.odometry_stamp_ns[[0, -1]]
+    write_bag(replace(steady, odometry_stamp_ns=stamps_ns), tmp_path / 'bag')
+    assert main([str(tmp_path / name) for name in ('bag', 'out')]) == 0
+    told = re.sub(r'[\s│]+', ' ', capsys.readouterr().out)
+    assert 'its stamps jitter by' in told
+    assert 'set odometry_period to 0.0200 in assembler and mapper' in told
+
+
 def test_it_is_said_why_the_delay_of_odometry_is_unknown(output, tmp_path, capsys):
     assert main([str(output.parent / 'bag'), str(tmp_path / 'out')]) == 0
     printed = ' '.join(re.sub('[│\n]', ' ', capsys.readouterr().out).split())

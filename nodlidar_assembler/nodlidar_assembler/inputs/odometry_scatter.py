@@ -3,17 +3,21 @@
 from collections import deque
 from collections.abc import Sequence
 
-from nodlidar_assembler.clouds.ego_motion import rotated
 from nodlidar_assembler.inputs.held_odometry import DISTANCE, LEAST_ERROR
+from nodlidar_assembler.inputs.stamp_jitter import (
+    ends_of,
+    FEWEST_SAMPLES,
+    offsets,
+    StampJitter,
+    WINDOW_NS,
+)
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-WINDOW_NS = 10 * NS_PER_S  # over which it is judged
-MOST_SAMPLES = 2000  # of them
-FEWEST_SAMPLES = 20
+MOST_SAMPLES = 2000  # of WINDOW_NS
 LEAPS = 3  # one or two may be corrections
 GRAVITY = 9.8  # m/s^2, which a robot on wheels or feet accelerates by at most: it would slip
 LEVER = 0.2  # m from its middle, where they are: a turn accelerates by no more there
@@ -60,7 +64,11 @@ class OdometryScatter:
         if len(self._samples) < FEWEST_SAMPLES:
             return ''
         times_ns, positions, orientations = map(np.array, zip(*self._samples, strict=True))
-        off, off_turn, half_square = _offsets(times_ns, positions, _ends(orientations))
+        ends = ends_of(orientations)
+        jitter = StampJitter.of(times_ns, positions, ends)
+        if jitter is not None:
+            return f'stamps of odometry jitter by {jitter}'
+        off, off_turn, half_square = offsets(times_ns, positions, ends)
         back = _back(off, off_turn)
         # A single leap hardly changes the median; of a vibration, the mean shows its size.
         variance = min(float(np.median(back)) / _MEDIAN, float(back.mean()))
@@ -82,35 +90,6 @@ class OdometryScatter:
             f'odometry leaps: {len(leaps)} times in {WINDOW_NS / NS_PER_S:g} s, points '
             f'{DISTANCE:g} m away by {np.median(leaps) * 1e3:.0f} mm; check what computes it'
         )
-
-
-def _ends(orientation: Array) -> Array:
-    """Return orientations (n, 4) as coordinates [m], (n, 9), whose distances are of points."""
-    axes = DISTANCE / 3.0**0.5 * np.eye(3)
-    unit = orientation / np.linalg.norm(orientation, axis=1, keepdims=True)
-    count = len(orientation)
-    return np.concatenate([rotated(unit, np.tile(axis, (count, 1))) for axis in axes], axis=1)
-
-
-def _offsets(
-    times_ns: NDArray[np.int64], position: Array, ends: Array
-) -> tuple[Array, Array, Array]:
-    """Return how far poses are off the straight way between their neighbours.
-
-    Returns
-    -------
-    of_position, of_ends
-        Offsets [m], shape (n - 2, 3) and (n - 2, 9).
-    half_square
-        Offset by an acceleration of 1 m/s^2 [m], shape (n - 2,).
-    """
-    gap = np.diff(times_ns) / NS_PER_S
-    before, after = gap[:-1, None], gap[1:, None]
-    whole = before + after
-    of_position, of_ends = (
-        each[1:-1] - (after * each[:-2] + before * each[2:]) / whole for each in (position, ends)
-    )
-    return of_position, of_ends, 0.5 * (before * after)[:, 0]
 
 
 def _beyond(offset: Array, allowed: Array) -> Array:
