@@ -1,8 +1,16 @@
+import math
+
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
-from nodlidar_common.ros.messages import nod_from_message, nod_to_message, time_message
+from nodlidar_common.pose import Pose
+from nodlidar_common.ros.messages import (
+    nod_from_message,
+    nod_to_message,
+    time_message,
+    transform_message,
+)
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 import pytest
@@ -20,6 +28,17 @@ def test_times_come_back(nanoseconds):
 def test_a_time():
     message = time_message(1_700_000_000_123_456_789)
     assert (message.sec, message.nanosec) == (1_700_000_000, 123_456_789)
+
+
+def test_a_transform_is_of_the_child_in_its_parent():
+    """A quarter turn to the left."""
+    pose = Pose.from_xyzrpy((1.0, 2.0, 3.0, 0.0, 0.0, math.pi / 2))
+    message = transform_message(1_700_000_000_123_456_789, 'map', 'odom', pose)
+    assert (message.header.frame_id, message.child_frame_id) == ('map', 'odom')
+    assert time_ns(message.header.stamp) == 1_700_000_000_123_456_789
+    p, q = message.transform.translation, message.transform.rotation
+    assert (p.x, p.y, p.z) == (1.0, 2.0, 3.0)
+    assert (q.x, q.y, q.z, q.w) == pytest.approx((0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
 
 
 @given(

@@ -8,8 +8,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Path
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.pose import Pose
 from nodlidar_common.ros.executor import Executor
-from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.messages import time_message, transform_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.time_order import LEAST_TO_JUMP
 from nodlidar_mapper.geometry.poses import inverse, planar
@@ -71,7 +72,8 @@ class Robot(Node):
         stamp_ns = START_NS + round(seconds * 1e9)
         for k in range(LEAST_TO_JUMP):  # so that time may jump with any cloud
             sent_ns = stamp_ns + self.late_ns + (k + 1 - LEAST_TO_JUMP) * 10**7
-            transform = messages.transform_message(odometry, sent_ns, 'odom', 'base_link')
+            place = Pose(odometry[:3, 3], odometry[:3, :3])
+            transform = transform_message(sent_ns, 'odom', 'base_link', place)
             self._tf.sendTransform(transform)
 
     def send_cloud(self, seconds, pose, frame='base_link'):

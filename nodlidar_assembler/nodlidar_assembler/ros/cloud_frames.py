@@ -1,9 +1,10 @@
 """The frames of clouds in odometry, published to TF when they are first used."""
 
-from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.origins import frame_of, OF_ODOMETRY
-from nodlidar_common.ros.messages import time_message
+from nodlidar_common.pose import Pose
+from nodlidar_common.ros.messages import transform_message
+import numpy as np
 from rclpy.node import Node
 from tf2_ros import StaticTransformBroadcaster
 
@@ -29,13 +30,9 @@ class CloudFrames:
         frame = frame_of(cloud.origin, self._odom_frame)
         if cloud.origin not in self._known:
             self._known.add(cloud.origin)
-            self._broadcaster.sendTransform(self._transform(cloud, frame))
+            place = Pose(np.array(cloud.origin, dtype=np.float64), np.eye(3))
+            stamp_ns = int(cloud.time_ns[0])
+            self._broadcaster.sendTransform(
+                transform_message(stamp_ns, self._odom_frame, frame, place)
+            )
         return frame
-
-    def _transform(self, cloud: Points, frame: str) -> TransformStamped:
-        transform = TransformStamped(child_frame_id=frame)
-        transform.header.frame_id = self._odom_frame
-        transform.header.stamp = time_message(int(cloud.time_ns[0]))
-        shift = transform.transform.translation
-        shift.x, shift.y, shift.z = map(float, cloud.origin)
-        return transform

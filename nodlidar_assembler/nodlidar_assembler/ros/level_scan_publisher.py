@@ -1,6 +1,5 @@
 """Publishes level scans as LaserScan messages."""
 
-from geometry_msgs.msg import TransformStamped
 from nodlidar_assembler.clouds.level_scan import (
     level_frame,
     LevelScan,
@@ -10,7 +9,7 @@ from nodlidar_assembler.clouds.level_scan import (
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.pose import Pose
-from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.messages import time_message, transform_message
 from nodlidar_common.ros.qos import OVERRIDABLE
 import numpy as np
 from rclpy.node import Node
@@ -27,9 +26,13 @@ class LevelScanPublisher:
 
     def __init__(self, node: Node, config: AssemblerConfig) -> None:
         self._config, self.scanner = config, LevelScanner(config)
-        if level_frame(config.frame_id, config) != config.frame_id:
+        frame, now_ns = level_frame(config.frame_id, config), node.get_clock().now().nanoseconds
+        if frame != config.frame_id:
+            level = Pose(np.zeros(3), config.levelled.T)
             self._broadcaster = StaticTransformBroadcaster(node)
-            self._broadcaster.sendTransform(_transform(node, config))
+            self._broadcaster.sendTransform(
+                transform_message(now_ns, config.frame_id, frame, level)
+            )
         self._publisher = node.create_publisher(
             LaserScan,
             'level_scan',
@@ -50,13 +53,3 @@ def _message(scan: LevelScan, config: AssemblerConfig, range_min: float) -> Lase
     message.header.stamp = time_message(scan.stamp_ns)
     message.ranges.frombytes(scan.ranges.tobytes())
     return message
-
-
-def _transform(node: Node, config: AssemblerConfig) -> TransformStamped:
-    """Return the place of the level frame in frame_id."""
-    transform = TransformStamped(child_frame_id=level_frame(config.frame_id, config))
-    transform.header.frame_id = config.frame_id
-    transform.header.stamp = node.get_clock().now().to_msg()
-    q = transform.transform.rotation
-    q.x, q.y, q.z, q.w = Pose(np.zeros(3), config.levelled.T).quaternion
-    return transform

@@ -1,8 +1,10 @@
-"""Conversion of times and nods to and from messages."""
+"""Conversion of times, poses and nods to and from messages."""
 
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 
@@ -19,6 +21,17 @@ def time_message(nanoseconds: int) -> Time:
     if not -(2**31) <= seconds < 2**31:
         raise ParameterError('time', f'from {-(2**31)} to {2**31 - 1} s', f'{seconds} s')
     return Time(sec=seconds, nanosec=rest)
+
+
+def transform_message(stamp_ns: int, parent: str, child: str, pose: Pose) -> TransformStamped:
+    """Return one frame's pose in another as a transform with a stamp [ns]."""
+    message = TransformStamped(child_frame_id=child)
+    message.header.stamp, message.header.frame_id = time_message(stamp_ns), parent
+    x, y, z = pose.position.tolist()
+    message.transform.translation = Vector3(x=x, y=y, z=z)
+    x, y, z, w = pose.quaternion
+    message.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
+    return message
 
 
 def nod_from_message(message: NodCommand) -> Nod:

@@ -68,16 +68,6 @@ def pose_message(pose: Array) -> Pose:
     return message
 
 
-def transform_message(pose: Array, stamp_ns: int, parent: str, child: str) -> TransformStamped:
-    """Return the pose of a frame in its parent as a transform."""
-    message = TransformStamped(header=header(stamp_ns, parent), child_frame_id=child)
-    at, place = message.transform, pose_message(pose)
-    p = place.position
-    at.translation.x, at.translation.y, at.translation.z = p.x, p.y, p.z
-    at.rotation = place.orientation
-    return message
-
-
 def estimate_message(
     pose: Array, covariance: Array, stamp_ns: int, frame: str
 ) -> PoseWithCovarianceStamped:

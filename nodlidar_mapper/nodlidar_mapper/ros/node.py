@@ -7,6 +7,8 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nodlidar_common.command_line import in_words
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.pose import Pose
+from nodlidar_common.ros.messages import transform_message
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.qos import OVERRIDABLE
@@ -140,9 +142,8 @@ class MapperNode(Node):
         ahead_ns = round(self.config.transform_tolerance * NS_PER_S)
         stamp_ns = self.get_clock().now().nanoseconds + ahead_ns
         frames = self.config.map_frame, self.config.odom_frame
-        self._broadcaster.sendTransform(
-            messages.transform_message(self._map_from_odometry, stamp_ns, *frames)
-        )
+        pose = Pose(self._map_from_odometry[:3, 3], self._map_from_odometry[:3, :3])
+        self._broadcaster.sendTransform(transform_message(stamp_ns, *frames, pose))
 
     def _time_went_back(self) -> None:
         """Keep the map, unless a bag begins again; where the robot is in it, nobody knows."""
