@@ -11,8 +11,8 @@ from bags import entries_of, recording, START_NS, write_bag, write_messages
 from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.point_files import OutputError
-from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
-from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
+from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
+from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
@@ -94,8 +94,7 @@ def of_pipeline(bag, config):
     """Return what the pipeline makes of the bag read as a whole."""
     log = read_bag(bag, AssemblerConfig())
     if config.ego_motion != 'off':
-        odometry = read_odometry(bag, config)
-        log = SensorLog(log.scans, log.sample_ns, log.sample_pitch, odometry)
+        log = with_odometry(log, bag, config)
     return assemble_log(log, config)
 
 

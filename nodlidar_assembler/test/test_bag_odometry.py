@@ -4,7 +4,8 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.bags.bag_types import BagError, Topics
-from nodlidar_assembler.bags.read_bag import read_odometry
+from nodlidar_assembler.bags.read_bag import with_odometry
+from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
 import pytest
@@ -15,6 +16,11 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 S = 1_000_000_000
 START = 1_700_000_000
 HALF = math.sqrt(0.5)
+NOTHING = SensorLog([], np.array([], np.int64), np.array([]))
+
+
+def read_odometry(*of):
+    return with_odometry(NOTHING, *of).odometry
 
 
 def message(entries):

@@ -106,23 +106,17 @@ def read_bag(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS)
 
 
 def read_drive(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS) -> SensorLog:
-    """Return the same with the odometry of frame_id; raises as `read_bag` and `read_odometry`."""
+    """Return the same with the odometry of frame_id; raises as `read_bag` and `with_odometry`."""
     return with_odometry(read_bag(path, config, topics), path, config, topics)
 
 
 def with_odometry(
     log: SensorLog, path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS
 ) -> SensorLog:
-    """Return a log of a bag with its odometry, and what of it could not be used."""
-    odometry, drops, damage = _odometry(path, config, topics)
-    damage = list(dict.fromkeys([*log.damage, *damage]))
-    return replace(log, odometry=odometry, drops=log.drops + drops, damage=damage)
+    """Return a log of a bag with its odometry, and what of it could not be used.
 
-
-def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TOPICS) -> Odometry:
-    """Return the odometry of frame_id: the transforms from odom_frame to its carrier.
-
-    Of equal stamps the first one counts.
+    The odometry of frame_id is the transforms from odom_frame to its carrier. Of equal stamps the
+    first one counts.
 
     Raises
     ------
@@ -130,7 +124,9 @@ def read_odometry(path: Path, config: AssemblerConfig, topics: Topics = USUAL_TO
         If there are none (a chain of moving ones is not combined), a fixed one is not a pose, or
         the bag cannot be read.
     """
-    return _odometry(path, config, topics)[0]
+    odometry, drops, damage = _odometry(path, config, topics)
+    damage = list(dict.fromkeys([*log.damage, *damage]))
+    return replace(log, odometry=odometry, drops=log.drops + drops, damage=damage)
 
 
 def _odometry(

@@ -3,12 +3,11 @@
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 import time
 
 from nodlidar_assembler.bags.bag_clouds import open_output
-from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
+from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.clouds.veils import VeilConfig
@@ -111,7 +110,7 @@ def _measured(bag: Path, scene: Scene) -> tuple[SensorLog, Distances]:
     )
     rms_by_odometry = {}
     if scene.drives:
-        log = replace(log, odometry=read_odometry(bag, config))
+        log = with_odometry(log, bag, config)
         rms_by_odometry = {e: _moved_rms(near_beams(log), e, world) for e in ESTIMATORS}
     return log, Distances(rms, filtered, rms_by_odometry, lidar)
 
