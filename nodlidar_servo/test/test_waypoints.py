@@ -110,7 +110,7 @@ def test_a_joint_outside_of_the_mount_comes_back_slowly_and_joins_the_nod(pitch)
     assert planner.follows(NOD, Sample(now, *seen[-1]))
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(
     lie=st.floats(-100.0, 100.0),
     velocity=st.floats(-7.2, 7.2),
@@ -222,7 +222,7 @@ def test_a_nod_with_countless_reversals_is_planned_at_once():
     assert time.process_time() - began < 5.0
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     pitch=st.floats(-1.5, 1.5),
     velocity=st.floats(-4.0, 4.0),
@@ -260,7 +260,7 @@ def test_any_joint_comes_to_the_nod_within_its_speed_and_acceleration(
     assert max(seen) <= max(high, span / 2) + 0.01
 
 
-@pytest.mark.parametrize('lag', [0.0, 0.012, 0.04])
+@pytest.mark.parametrize('lag', [0.0, 0.04])
 def test_the_phase_of_a_joint_that_lags_is_kept(lag):
     """The joint is a low-pass filter of second order behind the controller; the nod changes."""
     planner, controller = Planner(DYNAMICS, LIMITS), holding(0.3)
