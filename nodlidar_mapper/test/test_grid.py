@@ -75,6 +75,18 @@ def test_what_is_seen_only_from_above_is_not_free(lowest, value):
     assert np.all(grid.cells[np.hypot(x, y) < 0.1] == FREE)  # where the robot stands
 
 
+@pytest.mark.parametrize(('depth', 'value'), [(0.1, FREE), (1.0, UNKNOWN)])
+def test_a_hole_in_the_floor_is_not_free_where_beams_go_on_below_it(depth, value):
+    """The lidar sees the bottom from 3 m to 5 m away."""
+    x, y = (v.ravel() for v in np.meshgrid(np.arange(3.0, 5.0, 0.1), np.arange(-1.0, 1.0, 0.1)))
+    bottom = np.column_stack([x, y, np.full(len(x), -depth)])
+    keyframes = [level_fan(0.15), level_fan(0.55), level_fan(1.0, bottom)]
+    grid = grid_of(walls(), keyframes, GridConfig())
+    x, y = centres(grid)
+    assert np.all(grid.cells[(np.abs(x - 4.0) < 0.7) & (np.abs(y) < 0.5)] == value)
+    assert np.all(grid.cells[(np.abs(x - 1.2) < 0.4) & (np.abs(y) < 0.2)] == FREE)
+
+
 def test_a_leg_is_not_free_though_beams_pass_beside_it():
     """2 cm thick, 3 m away: two of eight keyframes see it, and all see through beside it."""
     leg = (3.02, 0.02, 0.55)

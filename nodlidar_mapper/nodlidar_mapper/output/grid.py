@@ -56,6 +56,14 @@ class GridConfig:
         maximum=2.0,
     )
 
+    hole_depth: float = parameter(
+        0.3,
+        'Where a beam goes on so far below height_min, there is no floor: a cell is not free',
+        unit='m',
+        minimum=0.1,
+        maximum=100.0,
+    )
+
     def check_together(self) -> None:
         """Raise ParameterError for heights of which none counts."""
         if self.height_max <= self.height_min:
@@ -91,7 +99,7 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
 
     A cell is free where beams of keyframes cross it at all heights that are seen, and neither
     surfaces nor single points are there or close on both sides: a beam over a chair, or between
-    its legs, shows nothing of the chair.
+    its legs, shows nothing of the chair. Nor is it free where beams go on below the floor.
 
     Raises
     ------
@@ -105,22 +113,25 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
     passes = np.zeros(cubes.shape, dtype=np.uint16)
     passes_of = passes.reshape(-1)  # by number
     ends = []
+    hole = np.zeros(cubes.shape[1:], dtype=np.bool_)
     for keyframe in keyframes:
         end = np.unique(cubes.numbers(moved(keyframe.pose, keyframe.points)))
         before = passes_of[end]
-        passes_of[cubes.numbers(_along_beams(keyframe, cubes.size))] += 1  # all its beams once
+        beams = _along_beams(keyframe, cubes.size)
+        passes_of[cubes.numbers(beams)] += 1  # all its beams once
+        below = beams[beams[:, 2] < config.height_min - config.hole_depth]
+        hole |= cubes.cells_at(below)
         passes_of[end] = before
         ends.append(end)
     hit, hits = np.unique(np.concatenate(ends), return_counts=True)
     hit = hit[OUTWEIGHED * hits > passes_of[hit]]
     occupied = cubes.cells(cubes.numbers(_covering(surface, cubes.size)), LEAST_POINTS)
     places = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
-    places[:, 2] = config.height_min
     robot = _disc(config.narrowest_passage / 2.0 / cubes.size)
-    stood = binary_dilation(cubes.cells(cubes.numbers(places)), robot)
+    stood = binary_dilation(cubes.cells_at(places), robot)
     cells = np.full(occupied.shape, UNKNOWN, dtype=np.int8)
     cells[_seen(passes > 0, round(config.free_gap / LAYER)) | stood] = FREE
-    filled = occupied | cubes.cells(hit)
+    filled = occupied | cubes.cells(hit) | (hole & ~stood)
     cells[filled | binary_closing(filled, robot)] = UNKNOWN  # without closing, at the border
     cells[occupied] = OCCUPIED
     return Grid(cells, (float(cubes.corner[0]), float(cubes.corner[1])), cubes.size)
@@ -164,6 +175,11 @@ class _Cubes:
         _, rows, columns = self.shape
         counts = np.bincount(numbers % (rows * columns), minlength=rows * columns)
         return np.asarray(counts >= least).reshape(rows, columns)
+
+    def cells_at(self, points: Array) -> NDArray[np.bool_]:
+        """Return which cells (rows, columns) have points (n, 3) [m] at any height."""
+        level = np.full(len(points), self.corner[2])
+        return self.cells(self.numbers(np.column_stack([points[:, :2], level])))
 
 
 def _seen(passed: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
