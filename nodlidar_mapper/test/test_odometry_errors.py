@@ -6,6 +6,7 @@ from nodlidar_mapper.tracking.odometry_errors import OdometryErrors
 from nodlidar_mapper.tracking.track import Track
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 NS = 1_000_000_000
 SLIP = 0.03
@@ -79,6 +80,24 @@ def test_a_turn_of_more_than_half_a_circle_is_no_error():
     errors = OdometryErrors(SLIP)
     learn(errors, planar(0.0, 0.0, 3.1), planar(0.0, 0.0, 3.2))
     assert 0.0 < errors.estimate[1] < 0.1
+
+
+def test_a_robot_that_rocks_keeps_the_height_and_the_tilt_of_odometry():
+    """Turns are counted too far about the vertical, by wheels or by a levelled gyroscope."""
+    track, true, odometry = Track(MapConfig()), np.eye(4), np.eye(4)
+    track.move_to(true, 0, odometry)
+    for k in range(1, 100):
+        level, counted = motions(0.3, 0.4)
+        true, odometry = true @ level, odometry @ counted
+        tilt = np.eye(4)
+        tilt[:3, :3] = Rotation.from_rotvec(
+            [0.1 * np.sin(k), 0.1 * np.cos(2.0 * k), 0.0]
+        ).as_matrix()
+        found = track.predicted(k * NS, odometry @ tilt)
+        np.testing.assert_allclose(found[2], (odometry @ tilt)[2], atol=1e-5)
+        found = true @ tilt
+        track.learn(found, CERTAIN)
+        track.move_to(found, k * NS, odometry @ tilt)
 
 
 def test_deskewed_points_lose_the_learned_errors_of_odometry():

@@ -1,12 +1,13 @@
 """How odometry counts wrong, learned from matches."""
 
 from nodlidar_mapper.geometry.linear import inverted, solved
-from nodlidar_mapper.geometry.poses import Array, planar, yaw_of
+from nodlidar_mapper.geometry.poses import Array, corrected, yaw_of
 import numpy as np
 
 MEMORY = 50.0  # distance over which the errors may change [m]
 CURVATURE = 2.0 / 3.0  # share of the slip that is a turn per distance, before any match [rad/m]
 MATCH_ERROR = 0.005  # of the motion between two matches, at least [m], [rad]
+UP = np.array([0.0, 0.0, 1.0])
 
 
 class OdometryErrors:
@@ -35,14 +36,17 @@ class OdometryErrors:
         self.estimate, self.covariance = np.zeros(4), inverted(self._unknown)
         self._information, self._pull = np.zeros((4, 4)), np.zeros(4)
 
-    def corrected(self, motion: Array) -> Array:
-        """Return a motion of odometry as it truly was, in the frame of the robot before."""
+    def corrected(self, motion: Array, up: Array = UP) -> Array:
+        """Return a motion of odometry as it truly was, in the frame of the robot before.
+
+        Odometry counts turns about the vertical, which was `up` there, a unit vector (3,).
+        """
         longer, turns = self.estimate[0], self.estimate[1:]
         further = float(turns @ _causes(motion))
-        half = planar(0.0, 0.0, further / 2.0)  # on average along the way
+        half = further / 2.0 * up  # on average along the way
         result = motion.copy()
         result[:3, 3] *= 1.0 + longer
-        return np.asarray(half @ result @ half)
+        return np.asarray(_turned(half) @ result @ _turned(motion[:3, :3].T @ half))
 
     def effect(self, motion: Array) -> Array:
         """Return what the errors add to a motion, in the frame of the robot before, (6, 4)."""
@@ -80,6 +84,10 @@ class OdometryErrors:
         self._pull = memory * self._pull + weight[:, :4] @ self.estimate + weight[:, 4]
         self.covariance = inverted(self._information + self._unknown)
         self.estimate = self.covariance @ self._pull
+
+
+def _turned(turn: Array) -> Array:
+    return corrected(np.eye(4), np.concatenate([np.zeros(3), turn]))
 
 
 def _causes(motion: Array) -> Array:

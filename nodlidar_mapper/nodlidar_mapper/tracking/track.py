@@ -202,7 +202,8 @@ class Track:
         self.paused = known and seconds > PAUSE * max(self._seconds)
         if not self.paused:
             self._seconds.append(seconds)
-        self._counted, self._last_motion = motion, self._odometry_errors.corrected(motion)
+        up = self._odometry[2, :3]
+        self._counted, self._last_motion = motion, self._odometry_errors.corrected(motion, up)
         self._measure_speed(stamp_ns, odometry)
         shift, rotation = FLOOR
         self._slipped *= float(np.exp(-distance / MEMORY))
@@ -222,7 +223,7 @@ class Track:
             if abs(seconds) < SPEED_OVER:
                 return
             counted = inverse(before) @ odometry
-            back = inverse(self._odometry_errors.corrected(counted))
+            back = inverse(self._odometry_errors.corrected(counted, before[2, :3]))
             self._back = change_between(np.eye(4), back) / seconds
             self._miscounted = change_between(np.eye(4), back @ counted) / seconds
         self._speed_since = stamp_ns, odometry
