@@ -6,7 +6,7 @@ import math
 from bags import recording, write_bag
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.bags.read_bag import read_bag, read_odometry
+from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
@@ -130,8 +130,7 @@ def test_beams_of_one_instant_have_no_speed():
 def driving(tmp_path_factory):
     bag = tmp_path_factory.mktemp('driving') / 'bag'
     write_bag(recording(1.5, velocity=(0.4, 0.5)), bag)
-    config = AssemblerConfig()
-    return replace(read_bag(bag, config), odometry=read_odometry(bag, config))
+    return read_drive(bag, AssemblerConfig())
 
 
 @pytest.mark.parametrize('cloud_mode', ['scan', 'sweep'])
