@@ -245,7 +245,7 @@ def _equations(
     motions = np.zeros((len(free), 6))
     motions[:, free] = (unit[:, None] * axes).T
     turns = np.cross(motions[:, 3:], np.eye(3)[:, None])  # moves a point by its way (3, k, 3)
-    moves = motions[:, :3] + np.tensordot(way, turns, axes=1)  # of each point (n, k, 3)
+    moves = motions[:, :3] + np.einsum('ni,ikj->nkj', way, turns)  # of each point (n, k, 3)
     leaves = jacobian @ axes
     surely = 1.0 - TILT**2 * np.einsum('nki,nki->nk', moves, moves) / np.maximum(leaves**2, 1e-12)
     counted = weight[:, None] * leaves * np.maximum(surely, 0.0)
