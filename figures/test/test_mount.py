@@ -115,6 +115,10 @@ def test_an_ld19_stands_on_its_three_holes_beside_the_bends():
 def test_the_beams_of_an_ld19_leave_where_its_data_sheet_says():
     """34.8 mm high, the lens 7.8 mm below the top, on a plate 25 mm above the axis."""
     assert MOUNT_LD19.optical == pytest.approx(25.0 + 27.0)
+    robot = xacro.process_file(str(MODEL), mappings={'lidar': 'LD19'}).toxml()
+    visual = URDF.from_xml_string(robot).link_map['laser'].visuals[0]
+    top = 1e3 * (visual.origin.xyz[2] + visual.geometry.size[2] / 2.0)
+    assert (top, 1e3 * visual.geometry.size[2]) == pytest.approx((7.8, 34.8))
     [centre, ahead] = LD19.optical[0], max(hole[0][0] for hole in LD19.slots)
     assert ahead - centre == pytest.approx(23.3, abs=0.2)  # 111 of 224 parts of 46.8 mm, drawn
 

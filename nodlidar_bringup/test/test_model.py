@@ -9,7 +9,7 @@ from nodlidar_sim.world.scene import load_scene, scene_names
 from nodlidar_sim.world.servo.parameters import ServoParameters
 import numpy as np
 import pytest
-from urdf_parser_py.urdf import URDF
+from urdf_parser_py.urdf import Cylinder, URDF
 import xacro
 
 MODEL = Path(__file__).parents[1] / 'urdf' / 'robot.urdf.xacro'
@@ -44,8 +44,12 @@ def test_the_limits_are_those_of_the_servo_node_unless_others_are_given():
     }
 
 
-def test_every_part_of_the_sensor_has_a_mass_and_an_inertia_that_a_body_can_have():
-    links = model().link_map
+LIDARS = pytest.mark.parametrize('lidar', ['', 'LD19'])
+
+
+@LIDARS
+def test_every_part_of_the_sensor_has_a_mass_and_an_inertia_that_a_body_can_have(lidar):
+    links = model(lidar=lidar).link_map
     # KDL ignores the inertia of a root, and robot_state_publisher warns of it.
     assert links.pop('base_link').inertial is None
     for name, link in links.items():
@@ -54,15 +58,16 @@ def test_every_part_of_the_sensor_has_a_mass_and_an_inertia_that_a_body_can_have
         assert link.inertial.mass > 0.0, name
         assert moments[0] > 0.0, name
         assert moments[2] <= moments[0] + moments[1] + 1e-12, name  # of any distribution of mass
-    assert links['laser'].inertial.mass == ServoParameters().load_mass
+    assert links['laser'].inertial.mass == (0.047 if lidar else ServoParameters().load_mass)
 
 
-def test_inertias_are_those_of_the_shapes_filled_evenly():
+@LIDARS
+def test_inertias_are_those_of_the_shapes_filled_evenly(lidar):
     rng = np.random.default_rng(1)
     for name in ('nodlidar_base_link', 'nodlidar_tilt_link', 'laser'):
-        link = model().link_map[name]
+        link = model(lidar=lidar).link_map[name]
         shape, points = link.visual.geometry, rng.uniform(-0.5, 0.5, (200_000, 3))
-        if name == 'laser':
+        if isinstance(shape, Cylinder):
             points = points[np.hypot(points[:, 0], points[:, 1]) < 0.5]
             points = points * (2 * shape.radius, 2 * shape.radius, shape.length)
         else:

@@ -277,8 +277,8 @@ class Sensor:
 
     def state_publisher(self) -> Node:
         """Return the node that publishes the robot model and its transforms."""
-        places = ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy')
-        given = {name: self.values[name] for name in places} | {'prefix': self.frame('')}
+        of_model = ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy', 'lidar')
+        given = {name: self.values[name] for name in of_model} | {'prefix': self.frame('')}
         limits = arguments.joint_limits(self.servo_config)
         model = str(self.values['description'])
         if model in DESCRIPTIONS:
