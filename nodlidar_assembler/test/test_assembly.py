@@ -21,6 +21,7 @@ from transforms3d.euler import euler2mat
 
 STEP = 2 * math.pi / 1024
 URG = ScanGeometry(682, (44 - 384) * STEP, STEP, 0.1 / 1024, 0.02, 5.6)
+URG_AZIMUTH = (np.arange(682) + 44 - 384) * STEP
 START_NS = 1_700_000_000_000_000_000
 
 
@@ -47,6 +48,21 @@ def test_positive_pitch_points_the_forward_beam_up():
     ranges = np.full(682, 2.0, dtype=np.float32)
     points = xyz(assemble(Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, np.full(682, 0.5)))
     assert points[384 - 44][2] > 0.5
+
+
+@given(st.floats(-0.2, 0.2), st.floats(-1.0, 1.0))
+def test_beams_may_rise_out_of_the_plane_of_the_lidar(elevation, phi):
+    """They lie on a cone about the lidar's axis, which the nod tips back."""
+    beams = Beams(URG, REFERENCE_LASER_POSE, elevation)
+    ranges = np.full(682, 2.0, dtype=np.float32)
+    points = xyz(assemble(beams, START_NS, ranges, np.full(682, phi)))
+    axis = np.array([-math.sin(phi), 0.0, math.cos(phi)])
+    ways = points - 0.080 * axis
+    np.testing.assert_allclose(np.linalg.norm(ways, axis=1), 2.0, atol=1e-6)
+    np.testing.assert_allclose(ways @ axis, 2.0 * math.sin(elevation), atol=1e-6)
+    np.testing.assert_allclose(
+        np.arctan2(ways[:, 1], ways @ [axis[2], 0.0, -axis[0]]), URG_AZIMUTH, atol=1e-6
+    )
 
 
 angle = st.floats(-3.0, 3.0)

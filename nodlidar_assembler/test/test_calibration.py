@@ -12,7 +12,7 @@ from nodlidar_assembler.calibration.beam_model import (
     MeasuredBeams,
     Values,
 )
-from nodlidar_assembler.calibration.calibrate import calibrate, GATES
+from nodlidar_assembler.calibration.calibrate import calibrate, GATES, WITH_ELEVATION
 from nodlidar_assembler.calibration.plane_search import find_planes, Gate, Plane
 from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig, ScanGeometry
@@ -38,11 +38,13 @@ def beams():
     return seen_beams(np.zeros_like)
 
 
-def seen_beams(encoder_error, lost=slice(0), room=None, **gap):
+def seen_beams(encoder_error, lost=slice(0), room=None, elevation=0.0, **gap):
     """Return beams in the room: the encoder errs [rad] at each angle [rad]; samples are lost."""
     room = room or load_scene('room', ideal=True)
     off = (TRUE.x, 0.0, TRUE.z - 0.08, TRUE.roll, 0.0, TRUE.yaw)
-    scene = replace(room, lidar=LidarParameters(noise=0.003), misalignment=off)
+    scene = replace(
+        room, lidar=LidarParameters(noise=0.003, elevation=elevation), misalignment=off
+    )
     sensor = SensorModel(joint_rate=100.0, joint_tick=0.0015)
     seen = simulate(scene, NOD, 8.0, 1, sensor=sensor)
     geometry = ScanGeometry(
@@ -54,6 +56,20 @@ def seen_beams(encoder_error, lost=slice(0), room=None, **gap):
     position = seen.joint_position + encoder_error(seen.joint_position)
     kept = np.delete(np.arange(len(late_ns)), lost)
     return MeasuredBeams.of(SensorLog(scans, late_ns[kept], position[kept] + TRUE.zero), **gap)
+
+
+def test_the_elevation_of_the_beams_is_found_if_asked_for():
+    """Two degrees, the most that an LD19 may have; unasked, they are put down to other values."""
+    beams = seen_beams(np.zeros_like, elevation=2.0 * DEGREE)[::3]
+    start = Values.of_laser(LaserPoseConfig())
+    found = calibrate(beams, start, UP, WITH_ELEVATION)
+    true = replace(TRUE, elevation=2.0 * DEGREE)
+    assert found.errors['elevation'] < 0.2 * DEGREE
+    for name, error in found.errors.items():
+        assert abs(getattr(found.values, name) - getattr(true, name)) < 4.0 * error, name
+    unasked = calibrate(beams, start, UP)
+    assert 'elevation' not in unasked.errors
+    assert abs(unasked.values.zero - TRUE.zero) > 0.5 * DEGREE
 
 
 def test_values_are_found_with_their_standard_errors(beams):

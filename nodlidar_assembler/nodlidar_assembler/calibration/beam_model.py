@@ -1,10 +1,16 @@
 """Where beams end for given calibration values, and how the ends move with each of them."""
 
 from dataclasses import dataclass, replace
+import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.assembly import nodded
-from nodlidar_assembler.clouds.geometry import Beams, LaserPoseConfig, REFERENCE_LASER_POSE
+from nodlidar_assembler.clouds.geometry import (
+    Beams,
+    directions,
+    LaserPoseConfig,
+    REFERENCE_LASER_POSE,
+)
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
@@ -40,6 +46,8 @@ class Values:
         Orientation of the lidar in the nodding frame [rad].
     x, y, z
         Optical centre of the lidar in the nodding frame [m].
+    elevation
+        Angle at which beams rise out of the lidar's plane [rad].
     """
 
     delay: float
@@ -50,6 +58,7 @@ class Values:
     x: float
     y: float
     z: float
+    elevation: float = 0.0
 
     def moved(self, names: tuple[str, ...], steps: Array) -> 'Values':
         """Return the values with steps added to the named ones."""
@@ -59,7 +68,7 @@ class Values:
     @classmethod
     def of_laser(cls, laser: LaserPoseConfig, delay: float = 0.0, zero: float = 0.0) -> 'Values':
         """Return the values of a pose of the lidar, a delay [s] and a joint zero [rad]."""
-        return cls(delay, zero, *laser.laser_rpy, *laser.laser_xyz)
+        return cls(delay, zero, *laser.laser_rpy, *laser.laser_xyz, laser.beam_elevation)
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,13 +200,13 @@ class Ends:
 def ends_of(beams: MeasuredBeams, values: Values, with_moves: bool = True) -> Ends:
     """Return where beams end.
 
-    ``R(phi) (Rz(yaw) Ry(pitch) Rx(roll) u r + (x, y, z))`` with R(phi) the rotation up by the
-    pitch, phi = position(time + delay) - zero: see `place`.
+    ``R(phi) (Rz(yaw) Ry(pitch) Rx(roll) u r + (x, y, z))`` with u of `directions`, R(phi) the
+    rotation up by the pitch, phi = position(time + delay) - zero: see `place`.
     """
     position, speed = beams.track.at(beams.time + values.delay)
     rotation = np.asarray(euler2mat(values.roll, values.pitch, values.yaw, axes='sxyz'))
     one, nothing = np.ones(len(beams)), np.zeros(len(beams))
-    direction = rotation @ np.stack([np.cos(beams.azimuth), np.sin(beams.azimuth), nothing])
+    direction = rotation @ directions(beams.azimuth, values.elevation)
     vectors = {
         'xyz': direction * beams.ranges + np.array([[values.x], [values.y], [values.z]]),
         'ways': direction,
@@ -208,6 +217,10 @@ def ends_of(beams: MeasuredBeams, values: Values, with_moves: bool = True) -> En
             'yaw': np.stack([-direction[1], direction[0], nothing]) * beams.ranges,
             'x': np.stack([one, nothing, nothing]),
             'z': np.stack([nothing, nothing, one]),
+            # A beam that rises turns towards the one that is a right angle higher.
+            'elevation': rotation
+            @ directions(beams.azimuth, values.elevation + math.pi / 2.0)
+            * beams.ranges,
         }
     turned = nodded(np.stack(list(vectors.values()), axis=1), position - values.zero)
     xyz, ways, *moved = turned.swapaxes(0, 1)

@@ -5,6 +5,7 @@ azimuths and nod angles see must be flat, so that the mounting of the lidar show
 docs/calibration.md for what a scene determines.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NAMES = ('delay', 'zero', 'roll', 'yaw', 'x', 'z')
+WITH_ELEVATION = (*NAMES, 'elevation')  # if asked for: it makes the others less certain
 # Largest standard error with which a value counts as determined [s], [rad], [m]. For x and z, a
 # ruler is as good, and what is stated with more may be 30 mm off.
 DETERMINED = {
@@ -32,6 +34,7 @@ DETERMINED = {
     'yaw': math.radians(0.5),
     'x': 0.006,
     'z': 0.006,
+    'elevation': math.radians(0.2),
 }
 UNITS = {'delay': 's', 'x': 'm', 'z': 'm'}  # of values that are no angles
 # How far from coarse to fine a beam [m], a patch [m] and its angle [rad] may be off their plane.
@@ -77,7 +80,9 @@ class Calibration:
     planes: int
 
 
-def calibrate(beams: MeasuredBeams, start: Values, up: Array | None) -> Calibration:
+def calibrate(
+    beams: MeasuredBeams, start: Values, up: Array | None, wanted: Sequence[str] = NAMES
+) -> Calibration:
     """Return the calibration of a static recording.
 
     Parameters
@@ -88,6 +93,8 @@ def calibrate(beams: MeasuredBeams, start: Values, up: Array | None) -> Calibrat
         The values so far.
     up
         Upward in nodlidar_base_link, shape (3,), if floors are level and walls upright; else None.
+    wanted
+        NAMES or WITH_ELEVATION.
 
     Raises
     ------
@@ -99,7 +106,7 @@ def calibrate(beams: MeasuredBeams, start: Values, up: Array | None) -> Calibrat
         count = f'only {len(beams)} beams'
         raise CalibrationError(f'{count} between joint states that are close enough in time')
     level = _level(up)
-    names = tuple(name for name in NAMES if name != 'zero' or level is not None)
+    names = tuple(name for name in wanted if name != 'zero' or level is not None)
     undetermined: dict[str, str] = {}
     if 'zero' not in names:
         undetermined['zero'] = 'a turn of the whole cloud: without a level floor nothing shows it'

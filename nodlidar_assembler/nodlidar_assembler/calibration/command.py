@@ -10,7 +10,7 @@ import sys
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import MeasuredBeams
-from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
+from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES, WITH_ELEVATION
 from nodlidar_assembler.calibration.recorded import (
     log_of_bag,
     parameters,
@@ -36,6 +36,7 @@ ROWS = {
     'yaw': ('yaw of the lidar', 'deg', math.degrees(1.0)),
     'x': ('lidar ahead of the nod axis, x', 'mm', 1e3),
     'z': ('lidar above the nod axis, z', 'mm', 1e3),
+    'elevation': ('elevation of the beams', 'deg', math.degrees(1.0)),
 }
 NEVER = {
     'y': 'a shift of the whole cloud: no nod shows it',
@@ -75,7 +76,8 @@ def calibrate_and_report(
     tilt = arguments.mount_rpy[:2] if arguments.mount_rpy else config.mount_tilt
     up = None if arguments.not_level else BandConfig(mount_tilt=tilt).levelled[2]
     beams = MeasuredBeams.of(log, config.max_range or math.inf, config.max_joint_gap)
-    found = calibrate(beams, start_values(config), up)
+    wanted = WITH_ELEVATION if arguments.elevation else NAMES
+    found = calibrate(beams, start_values(config), up, wanted)
     write(arguments.output, found, config)  # first: the reader of the table may go away
     result_console().print(result_table(found, arguments.output))
 
@@ -85,7 +87,9 @@ def result_table(found: Calibration, output: Path) -> Table:
     table = Table('value', 'before', 'after', 'standard error', 'unit')
     for column in table.columns[1:4]:
         column.justify = 'right'
-    for name in NAMES:
+    for name in ROWS:
+        if name not in {**found.errors, **found.undetermined}:
+            continue
         title, unit, scale = ROWS[name]
         before, after = (getattr(each, name) * scale for each in (found.start, found.values))
         if name in found.undetermined:
@@ -153,6 +157,12 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
         '--not-level',
         action='store_true',
         help='floors and walls are not level and upright: the joint zero then stays open',
+    )
+    parser.add_argument(
+        '--elevation',
+        action='store_true',
+        help='also find at which angle beams rise out of the plane in which the lidar turns, '
+        'as those of an LD19 do',
     )
     parser.add_argument(
         '--seconds', type=float, default=SECONDS, help=f'of live; default: {SECONDS:g}'

@@ -26,7 +26,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # Standard deviation of each value before any measurement [s], [rad], [m].
-BEFORE = {'delay': 0.05, 'zero': 0.2, 'roll': 0.1, 'yaw': 0.1, 'x': 0.03, 'z': 0.03}
+BEFORE = {
+    'delay': 0.05,
+    'zero': 0.2,
+    'roll': 0.1,
+    'yaw': 0.1,
+    'x': 0.03,
+    'z': 0.03,
+    'elevation': 0.02,
+}
 BIAS = 0.01  # of ranges: Kneip et al., ICRA 2009, and Okubo et al., 2009, found 5 to 20 mm [m]
 TILT = 0.2  # of the base about its x axis [rad]
 REDESCENDING = 4.0  # standard deviations; Tukey's biweight ignores what is farther off

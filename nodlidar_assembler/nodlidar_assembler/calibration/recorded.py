@@ -82,6 +82,7 @@ def parameters(values: Values, config: AssemblerConfig) -> dict[str, Any]:
         'joint_zero': _sign(config) * values.zero,
         'laser_xyz': [values.x, values.y, values.z],
         'laser_rpy': [values.roll, values.pitch, values.yaw],
+        'beam_elevation': values.elevation,
     }
 
 

@@ -38,6 +38,13 @@ class LaserPoseConfig:
         minimum=-6.2832,
         maximum=6.2832,
     )
+    beam_elevation: float = parameter(
+        0.0,
+        'Angle at which the beams rise out of the plane in which the lidar turns',
+        unit='rad',
+        minimum=-0.2,
+        maximum=0.2,
+    )
 
     def check_together(self) -> None:
         """Raise ParameterError if a vector has not three components."""
@@ -121,6 +128,8 @@ class Beams:
         Geometry of the scans.
     laser_pose
         Pose of the laser in the nodding frame.
+    elevation
+        Angle at which the beams rise out of the xy plane of the laser's frame [rad].
     azimuth
         Azimuth of each beam in the laser's frame [rad], shape (n,).
     direction
@@ -133,6 +142,7 @@ class Beams:
 
     geometry: ScanGeometry
     laser_pose: Pose
+    elevation: float = 0.0
     azimuth: NDArray[np.float64] = field(init=False)
     direction: NDArray[np.float64] = field(init=False)
     offset: NDArray[np.float64] = field(init=False)
@@ -141,12 +151,19 @@ class Beams:
     def __post_init__(self) -> None:
         index = np.arange(self.geometry.beams)
         azimuth = self.geometry.angle_min + self.geometry.angle_increment * index
-        in_laser = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)])
+        in_laser = directions(azimuth, self.elevation)
         offset = self.geometry.time_increment * index
         object.__setattr__(self, 'azimuth', azimuth)
         object.__setattr__(self, 'direction', self.laser_pose.rotation @ in_laser)
         object.__setattr__(self, 'offset', offset)
         object.__setattr__(self, 'offset_ns', np.rint(offset * NS_PER_S).astype(np.int64))
+
+
+def directions(azimuth: NDArray[np.float64], elevation: float) -> NDArray[np.float64]:
+    """Return unit vectors (3, n) at azimuths (n,) that rise out of the xy plane by an angle."""
+    level = math.cos(elevation)
+    rise = np.full_like(azimuth, math.sin(elevation))
+    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), rise])
 
 
 def revolution_time(geometry: ScanGeometry) -> float:

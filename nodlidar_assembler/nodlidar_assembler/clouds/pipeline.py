@@ -129,7 +129,7 @@ class Pipeline:
         self._sigma: SigmaConfig = config
         self.estimator = PitchEstimator(config)
         self._motion_limits: OdometryConfig = config
-        self._laser_pose = config.laser_pose
+        self._laser_pose, self._elevation = config.laser_pose, config.beam_elevation
         self._deskews, self._deskew_to = config.ego_motion == 'deskew', config.deskew_to
         self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
         self._beams: Beams | None = None
@@ -142,7 +142,7 @@ class Pipeline:
     def beams(self, geometry: ScanGeometry) -> Beams:
         """Return the beams of a geometry, recomputed only when it changes."""
         if self._beams is None or self._beams.geometry != geometry:
-            self._beams = Beams(geometry, self._laser_pose)
+            self._beams = Beams(geometry, self._laser_pose, self._elevation)
         return self._beams
 
     def restart(self) -> None:
