@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 import signal
 import sys
@@ -23,6 +24,7 @@ from nodlidar_sim.world.commanded import CommandedBase
 from nodlidar_sim.world.effects import imperfect
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.lidar import Lidar
+from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.nod_motion import Motion, ServoShaft
 from nodlidar_sim.world.odometry import Base, Odometer
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
@@ -95,8 +97,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )  # fmt: skip
     parser.add_argument(
         '--lidar-model', choices=LIDARS, default='URG-04LX-UG01', metavar='MODEL',
-        help=f'{", ".join(WITH_BYTES)}, with the errors of the scene; {", ".join(OTHER_LIDARS)}: '
-        'a lidar together with that driver, which publishes scan, in place of a link',
+        help=f'{", ".join(WITH_BYTES)}, with the errors of the scene, but an LD19 with its own; '
+        f'{", ".join(OTHER_LIDARS)}: a lidar together with that driver, which publishes scan, in '
+        'place of a link',
     )  # fmt: skip
     parser.add_argument(
         '--frame-id', default='laser', help='frame of the scans of a lidar with a driver'
@@ -197,6 +200,11 @@ def make_devices(
     return {'lidar': lidar, 'servo': servo}
 
 
+def with_lidar(scene: Scene, errors: str) -> Scene:
+    """Return a scene whose lidar has the errors of a set, unless it is ideal."""
+    return scene if scene.lidar.ideal else replace(scene, lidar=load_lidar(errors))
+
+
 def make_servo(scene: Scene, seed: int) -> ServoShaft:
     """Return the motion of the scene's servo, at rest at pitch 0, with a seed of its effects."""
     if scene.servo is None:
@@ -209,6 +217,8 @@ def run(options: argparse.Namespace) -> int:
     scene = load_scene(options.scene, options.route or None, ideal=options.ideal)
     if options.servo_model not in ('RX-24F', CONTROLLED):
         scene = with_servo(scene, options.servo_model)
+    if options.lidar_model == LD19:
+        scene = with_lidar(scene, 'ld19')
     start_ns = time.time_ns()
     base = make_base(options, scene, start_ns)
     devices = make_devices(

@@ -5,7 +5,7 @@ from hypothesis import given, settings, strategies
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_sim.devices.urg_scan import Revolution
-from nodlidar_sim.emulate import make_devices
+from nodlidar_sim.emulate import make_devices, with_lidar
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters
@@ -169,6 +169,17 @@ def test_nothing_in_view_is_not_lost():
     assert np.isinf(measured(away, 0.0, least_echo=0.02, noise=0.01, divergence=0.01)).all()
 
 
+@pytest.mark.parametrize('errors', [{}, {'divergence': 0.01}])
+def test_beams_may_rise_and_all_ranges_be_too_long(errors):
+    """A wall 2 m ahead, seen at azimuths and under an elevation."""
+    azimuth, elevation = np.array([-0.5, 0.0, 0.9]), 0.1
+    expected = 2.0 / (np.cos(azimuth) * math.cos(elevation))
+    found = measured(WALL, azimuth, elevation=elevation, **errors)
+    np.testing.assert_allclose(found, expected, atol=1e-3 if errors else 1e-12)
+    longer = measured(WALL, azimuth, elevation=elevation, offset=0.015, **errors)
+    np.testing.assert_allclose(longer - found, 0.015, atol=1e-12)
+
+
 def test_it_drifts_while_it_warms_up():
     times = np.array([0, 600, 1200, 6000]) * S
     found = measured(BALL, np.zeros(4), times, warm_up_drift=0.012, warm_up_time=600.0)
@@ -212,6 +223,21 @@ def test_sets_stay_within_the_data_sheet(name):
     ranges = np.array([0.06, 0.5, 1.0, 2.0, 4.095])
     sigma = load_lidar(name).sigma(ranges)
     assert (3.0 * sigma <= np.maximum(limit, limit * ranges)).all()
+
+
+def test_an_ld19_is_as_its_data_sheet_says():
+    """Deviation 10 mm to 12 m, means within 45 mm, 12 m on 70 %, beams rise by half a degree."""
+    errors = load_lidar('ld19')
+    np.testing.assert_allclose(errors.sigma(np.array([0.3, 12.0])), 0.010)
+    assert 3.0 * errors.offset <= 0.045
+    assert errors.least_echo == pytest.approx(0.7 / 12.0**2, abs=1e-4)
+    assert math.degrees(errors.elevation) == pytest.approx(0.5, abs=0.01)
+
+
+def test_an_ld19_has_its_own_errors_in_any_scene():
+    room = load_scene('room')
+    assert with_lidar(room, 'ld19').lidar == load_lidar('ld19') != room.lidar
+    assert with_lidar(room.ideal(), 'ld19').lidar.ideal
 
 
 def test_a_scene_names_a_lidar_and_what_differs():

@@ -52,6 +52,8 @@ class Lidar:
             normal = self._noise.standard_normal(ranges.shape)
             sigma = parameters.sigma(np.where(np.isfinite(ranges), ranges, 0.0))
             ranges = ranges + sigma * normal
+        if parameters.offset:
+            ranges = ranges + parameters.offset
         if parameters.warm_up_drift:
             ranges = ranges + parameters.drift((times_ns - self._start_ns) / NS_PER_S)
         return np.where(self._lost(echo), np.nan, ranges)
@@ -69,9 +71,9 @@ class Lidar:
         """Return what the beams return, before noise and drift."""
         parameters, world = self._parameters, self._world
         if not parameters.senses_echoes:
-            ranges = world.ranges(times_ns, azimuth)
+            ranges = world.ranges(times_ns, azimuth, parameters.elevation)
             return Spots(ranges, np.zeros_like(ranges))
-        origins, directions = world.rays(times_ns, azimuth)
+        origins, directions = world.rays(times_ns, azimuth, parameters.elevation)
         centre = world.echoes(origins, directions, times_ns)
         ranges = centre.ranges + parameters.bias(centre.brightness, centre.cosine)
         echo = echo_of(centre)

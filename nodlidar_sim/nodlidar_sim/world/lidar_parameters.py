@@ -33,6 +33,16 @@ class LidarParameters:
     incidence_bias: float = parameter(
         0.0, 'Excess range at grazing incidence', unit='m', minimum=-0.5, maximum=0.5
     )
+    offset: float = parameter(
+        0.0, 'Excess range of all surfaces', unit='m', minimum=-0.5, maximum=0.5
+    )
+    elevation: float = parameter(
+        0.0,
+        'Angle at which beams rise out of the plane in which it turns',
+        unit='rad',
+        minimum=-0.2,
+        maximum=0.2,
+    )
     divergence: float = parameter(
         0.0, 'Angle of the cone that the beam is', unit='rad', minimum=0.0, maximum=0.1
     )
@@ -67,8 +77,8 @@ class LidarParameters:
     @property
     def ideal(self) -> bool:
         """Whether every effect is off."""
-        noisy = any((self.noise, self.noise_growth, self.warm_up_drift))
-        return not (noisy or self.senses_echoes)
+        own = (self.noise, self.noise_growth, self.warm_up_drift, self.offset, self.elevation)
+        return not (any(own) or self.senses_echoes)
 
     def sigma(self, ranges: Array) -> Array:
         """Return the standard deviation of the noise [m] at ranges [m], shape (n,) as theirs."""

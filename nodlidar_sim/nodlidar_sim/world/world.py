@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from nodlidar_sim.world.nod_motion import Motion
 from nodlidar_sim.world.odometry import Base
 from nodlidar_sim.world.planar import rotate, to_parent, to_space
@@ -37,7 +39,7 @@ class World:
         self.base = scene.route(start_ns) if base is None else base
         self._moving = [mover.moving(start_ns) for mover in scene.movers.values()]
 
-    def ranges(self, times_ns: Times, azimuth: Array) -> Array:
+    def ranges(self, times_ns: Times, azimuth: Array, elevation: float = 0.0) -> Array:
         """Return the true range of beams [m], shape (n,), inf without a surface.
 
         Parameters
@@ -46,8 +48,10 @@ class World:
             Time of each beam [ns], shape (n,).
         azimuth
             Angle of each beam in the scan plane [rad], shape (n,).
+        elevation
+            Angle at which all rise out of that plane [rad].
         """
-        return self.distances(*self.rays(times_ns, azimuth), times_ns)
+        return self.distances(*self.rays(times_ns, azimuth, elevation), times_ns)
 
     def distances(self, origins: Array, directions: Array, times_ns: Times) -> Array:
         """Return the true range [m] of rays in the world (n, 3) at times [ns], shape (n,)."""
@@ -66,7 +70,7 @@ class World:
             found = Echoes(*(np.where(nearer, one, two) for one, two in pairs))
         return found
 
-    def rays(self, times_ns: Times, azimuth: Array) -> tuple[Array, Array]:
+    def rays(self, times_ns: Times, azimuth: Array, elevation: float = 0.0) -> tuple[Array, Array]:
         """Return the origin and the direction of each beam in the world, shape (n, 3) each.
 
         Origin and direction are those of the lidar in the nodding frame, rotated up by the pitch.
@@ -76,7 +80,8 @@ class World:
         laser = self.scene.laser
         x, y, z = laser.position[:, None]
         origins = np.stack([x * level - z * up, y + 0.0 * up, x * up + z * level]).T
-        ways = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)])
+        flat, rise = math.cos(elevation), np.full_like(azimuth, math.sin(elevation))
+        ways = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), rise])
         x, y, z = laser.rotation @ ways
         directions = np.stack([x * level - z * up, y, x * up + z * level]).T
         mount, poses = self.scene.mount, self.base.poses(times_ns)
