@@ -17,17 +17,23 @@ import pytest
 NOD = Nod(-0.61, 0.61, 4001 * 0.1 / 1024, 4001, 10**18)
 
 
-def test_a_bag_gives_a_file_and_a_table(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    ('option', 'row'),
+    [([], 'elevation is not determined'), (['--elevation'], 'elevation of the beams')],
+)
+def test_a_bag_gives_a_file_and_a_table(option, row, tmp_path, monkeypatch, capsys):
     """Delay of 8 ms put in by the stamps; an ideal lidar at its place otherwise."""
     seen = simulate(load_scene('room', ideal=True), NOD, 2.5, start_ns=10**18)
     write_bag(replace(seen, joint_stamp_ns=seen.joint_stamp_ns + 8_000_000), tmp_path / 'bag')
     monkeypatch.chdir(tmp_path)
-    assert main(['bag', '--output', 'found here.yaml']) == 0
+    assert main(['bag', '--output', 'found here.yaml', *option]) == 0
     values = file_values(['found here.yaml'], 'assembler', AssemblerConfig)
     assert abs(values['joint_delay'] - 0.008) < 0.5e-3
     assert abs(values['laser_rpy'][2]) < math.radians(0.1)
+    assert abs(values['beam_elevation']) < math.radians(0.1)
     printed = capsys.readouterr().out
     assert 'joint delay' in printed
+    assert row in printed
     assert 'RMS thickness' in printed
     assert "calibration:='found here.yaml'" in printed
 

@@ -42,6 +42,7 @@ NEVER = {
     'y': 'a shift of the whole cloud: no nod shows it',
     'pitch': 'the same as a joint zero with another x and z',
 }
+UNASKED = 'only with --elevation, for lidars whose beams rise out of their plane, as an LD19'
 
 # Records the live topics for a time [s]: config, scan topic, joint topic, seconds. Without a
 # config, it is that of the running assembler. Returns the log, and the config that was used.
@@ -99,9 +100,10 @@ def result_table(found: Calibration, output: Path) -> Table:
             table.add_row(title, f'{before:.3f}', f'{after:.3f}', f'{error:.3f}', unit)
     thickness = (f'{each * 1e3:.1f}' for each in (found.before, found.after))
     table.add_row(f'RMS thickness of {found.planes} planes', *thickness, '', 'mm')
-    lines = [
-        f'{name} is not determined: {why}' for name, why in (found.undetermined | NEVER).items()
-    ]
+    reasons = found.undetermined | NEVER
+    if 'elevation' not in {**found.errors, **found.undetermined}:
+        reasons['elevation'] = UNASKED
+    lines = [f'{name} is not determined: {why}' for name, why in reasons.items()]
     use = f'use it: robot.launch.py calibration:={shlex.quote(str(output))}'
     table.caption = '\n'.join([*lines, use])
     table.caption_justify = 'left'
