@@ -97,9 +97,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )  # fmt: skip
     parser.add_argument(
         '--lidar-model', choices=LIDARS, default='URG-04LX-UG01', metavar='MODEL',
-        help=f'{", ".join(WITH_BYTES)}, with the errors of the scene, but an LD19 with its own; '
-        f'{", ".join(OTHER_LIDARS)}: a lidar together with that driver, which publishes scan, in '
-        'place of a link',
+        help=f'{", ".join(WITH_BYTES)}, with the errors of the scene, an LD19 with its own in '
+        f'place of those of a URG; {", ".join(OTHER_LIDARS)}: a lidar together with that driver, '
+        'which publishes scan, in place of a link',
     )  # fmt: skip
     parser.add_argument(
         '--frame-id', default='laser', help='frame of the scans of a lidar with a driver'
@@ -200,9 +200,10 @@ def make_devices(
     return {'lidar': lidar, 'servo': servo}
 
 
-def with_lidar(scene: Scene, errors: str) -> Scene:
-    """Return a scene whose lidar has the errors of a set, unless it is ideal."""
-    return scene if scene.lidar.ideal else replace(scene, lidar=load_lidar(errors))
+def with_ld19(scene: Scene) -> Scene:
+    """Return a scene whose lidar has the errors of an LD19, if it has those of a URG."""
+    is_urg = scene.lidar == load_lidar('urg_04lx_ug01')
+    return replace(scene, lidar=load_lidar('ld19')) if is_urg else scene
 
 
 def make_servo(scene: Scene, seed: int) -> ServoShaft:
@@ -218,7 +219,7 @@ def run(options: argparse.Namespace) -> int:
     if options.servo_model not in ('RX-24F', CONTROLLED):
         scene = with_servo(scene, options.servo_model)
     if options.lidar_model == LD19:
-        scene = with_lidar(scene, 'ld19')
+        scene = with_ld19(scene)
     start_ns = time.time_ns()
     base = make_base(options, scene, start_ns)
     devices = make_devices(

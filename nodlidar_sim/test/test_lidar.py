@@ -5,7 +5,7 @@ from hypothesis import given, settings, strategies
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_sim.devices.urg_scan import Revolution
-from nodlidar_sim.emulate import make_devices, with_lidar
+from nodlidar_sim.emulate import make_devices, with_ld19
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters
@@ -234,10 +234,12 @@ def test_an_ld19_is_as_its_data_sheet_says():
     assert math.degrees(errors.elevation) == pytest.approx(0.5, abs=0.01)
 
 
-def test_an_ld19_has_its_own_errors_in_any_scene():
+def test_an_ld19_has_its_own_errors_unless_the_scene_names_others():
     room = load_scene('room')
-    assert with_lidar(room, 'ld19').lidar == load_lidar('ld19') != room.lidar
-    assert with_lidar(room.ideal(), 'ld19').lidar.ideal
+    assert with_ld19(room).lidar == load_lidar('ld19') != room.lidar
+    assert with_ld19(room.ideal()).lidar.ideal
+    own = replace(room, lidar=replace(load_lidar('ld19'), elevation=0.03))
+    assert with_ld19(own) == own
 
 
 def test_a_scene_names_a_lidar_and_what_differs():
