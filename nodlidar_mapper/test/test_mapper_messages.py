@@ -46,6 +46,18 @@ def test_a_pose_without_orientation_is_refused(quaternion):
         messages.matrix_of_pose(message)
 
 
+def test_points_in_rows_are_read_and_rows_with_something_between_refused():
+    points = np.arange(18.0).reshape(6, 3)
+    message = messages.surface_message(Surface(points, points), STAMP_NS, 'base_link')
+    message.height, message.width, message.row_step = 2, 3, 3 * message.point_step
+    np.testing.assert_array_equal(coordinates(message), points)
+    rows = np.frombuffer(message.data, np.uint8).reshape(2, -1)
+    message.data = np.pad(rows, ((0, 0), (0, 4))).tobytes()
+    message.row_step += 4
+    with pytest.raises(ValueError, match='between its rows'):
+        coordinates(message)
+
+
 @pytest.mark.parametrize('x', [1e300, -np.inf, np.nan])
 def test_a_pose_nowhere_on_earth_is_refused(x):
     message = messages.pose_message(np.eye(4))

@@ -29,6 +29,9 @@ def points_in(message: PointCloud2) -> tuple[NDArray[np.float64], NDArray[np.flo
     ValueError
         If the message is malformed.
     """
+    if message.height > 1 and message.row_step != message.width * message.point_step:
+        # read_points would take it for points.
+        raise ValueError('malformed cloud: there is something between its rows')
     has_age = any(field.name == AGE for field in message.fields)
     try:
         points = read_points(message, field_names=(*AXES, AGE) if has_age else AXES)
