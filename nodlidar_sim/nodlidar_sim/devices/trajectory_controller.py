@@ -7,13 +7,13 @@ it was compared with. Its parameters are those of nodlidar_bringup/config/contro
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BPoly
 
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
@@ -68,7 +68,7 @@ class TrajectoryController:
         self._accepted: Trajectory | None = None
         self._followed: Trajectory | None = None
         self._knots_ns: Times | None = None
-        self._spline: BPoly
+        self._spline: Callable[..., float]
 
     def accept(self, trajectory: Trajectory, now_ns: int) -> None:
         """Replace the trajectory from the next update on; safe between threads.
@@ -100,6 +100,9 @@ class TrajectoryController:
     def _follow(
         self, times_ns: Times, states: Array, now_ns: int, measured: tuple[float, float, float]
     ) -> None:
+        # Imported here, since it takes as long as all other modules of an emulator.
+        from scipy.interpolate import BPoly
+
         if now_ns < times_ns[0]:
             times_ns, states = np.r_[now_ns, times_ns], np.vstack([measured, states])
         # The end is held: a line to the same position.
