@@ -1,7 +1,8 @@
-"""The whole launch on real DDS: the content of every topic, the transforms, the end."""
+"""The whole launch on real DDS: every topic, the transforms, a node that stands still, the end."""
 
 from itertools import pairwise
 import math
+import signal
 
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import GetState
@@ -16,6 +17,7 @@ from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.world import World
 import numpy as np
 from observer import Observer
+import psutil
 import pytest
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
@@ -24,6 +26,7 @@ from tf2_msgs.msg import TFMessage
 
 STEP = 2 * math.pi / 1024
 SCANS = 30
+STOPPED = 300  # joint states in the time for which a node stands still, about as long as SCANS
 N_S = AssemblerConfig().samples_per_sweep
 
 
@@ -179,6 +182,36 @@ def test_driver_and_servo_are_active(launched):
         answer = client.call_async(GetState.Request())
         observer.spin_until(answer.done, f'the state of {name}')
         assert answer.result().current_state.label == 'active'
+
+
+def test_an_assembler_that_stood_still_gets_every_joint_state_of_that_time(launched):
+    """As on a host that swaps."""
+    observer, running, _ = launched
+    states = observer.messages['joint_states']
+
+    def values():
+        return {
+            value.key: int(value.value)
+            for array in observer.messages['/diagnostics']
+            for status in array.status
+            if status.name == 'assembler: clouds'
+            for value in status.values
+            if value.value.isdigit()
+        }
+
+    observer.spin_until(values, 'diagnostics')
+    lost = values().get('lost before they arrived: joint states', 0)
+    processes = psutil.Process(running.process.pid).children(recursive=True)
+    (assembler,) = [each for each in processes if each.name() == 'assembler']
+    assembler.send_signal(signal.SIGSTOP)
+    try:
+        before = len(states)
+        observer.spin_until(lambda: len(states) > before + STOPPED, 'joint states')
+    finally:
+        assembler.send_signal(signal.SIGCONT)
+    before = values()['clouds']
+    observer.spin_until(lambda: values()['clouds'] > before + SCANS, 'clouds of that time')
+    assert values().get('lost before they arrived: joint states', 0) == lost
 
 
 def test_it_ends_cleanly_and_leaves_nothing_behind(launched):
