@@ -47,12 +47,19 @@ def _shifted(value: int) -> int:
     return value & 0xFF
 
 
-_TABLE = np.array([_shifted(value) for value in range(256)], dtype=np.uint8)
+def _tables() -> NDArray[np.uint8]:
+    """Return what each value of each byte adds to a checksum, by exclusive or, shape (46, 256)."""
+    table = np.array([_shifted(value) for value in range(256)], dtype=np.uint8)
+    tables = [table]  # of the last byte
+    while len(tables) < PACKET.itemsize - 1:
+        tables.append(table[tables[-1]])
+    return np.stack(tables[::-1])
+
+
+_TABLES = _tables()
+_PLACES = np.arange(len(_TABLES))
 
 
 def checksums(packets: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the CRC-8 of packets, shape (n, 47), but for their last bytes; shape (n,)."""
-    sums = np.zeros(len(packets), dtype=np.uint8)
-    for column in packets[:, :-1].T:
-        sums = _TABLE[sums ^ column]
-    return sums
+    return np.asarray(np.bitwise_xor.reduce(_TABLES[_PLACES, packets[:, :-1]], axis=1))

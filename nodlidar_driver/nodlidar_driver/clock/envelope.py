@@ -61,6 +61,7 @@ def _mean_slope(
     x: NDArray[np.float64], y: NDArray[np.float64], slopes: NDArray[np.float64]
 ) -> float:
     heights = y - slopes[:, None] * x
-    scatter = heights.mean(axis=1) - heights.min(axis=1)
+    scatter = heights.sum(axis=1) / len(x) - heights.min(axis=1)
     cost = len(x) * np.log(scatter + _RESOLUTION_MS) + np.log1p((slopes / _DRIFT_EXPECTED) ** 2)
-    return float(np.average(slopes, weights=np.exp(cost.min() - cost)))
+    weights = np.exp(cost.min() - cost)
+    return float((slopes * weights).sum() / weights.sum())

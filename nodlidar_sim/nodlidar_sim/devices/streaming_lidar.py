@@ -49,6 +49,7 @@ class StreamingLidar:
         self._rng = np.random.default_rng(seed)
         self._angle, self._timer_ms = self._rng.uniform(0.0, 360.0), self._rng.integers(TIMER_MS)
         self._speed, self._sent = _SPEED, 0
+        self._times_ns = self._beams_ns()
 
     def receive(self, data: bytes, now_ns: int) -> None:
         """Ignore what the host sends."""
@@ -62,7 +63,7 @@ class StreamingLidar:
 
     def next_event_ns(self) -> int:
         """Return when the next packets reach the host [ns]."""
-        return int(self._beams_ns()[-1, -1]) + _LINE_NS
+        return int(self._times_ns[-1, -1]) + _LINE_NS
 
     def _beams_ns(self) -> NDArray[np.int64]:
         """Return when the beams of the next packets are measured [ns], shape (n, POINTS)."""
@@ -71,7 +72,7 @@ class StreamingLidar:
 
     def _packets(self) -> bytes:
         """Return the next packets, and turn on."""
-        times_ns = self._beams_ns()
+        times_ns = self._times_ns
         speeds, angles = self._turn()
         ranges = self._measure(times_ns.ravel(), -np.radians(angles).ravel())
         packets = np.zeros(_TOGETHER, PACKET)
@@ -87,6 +88,7 @@ class StreamingLidar:
         packets['timer'] = np.floor(self._timer_ms + elapsed_ms) % TIMER_MS
         packets['checksum'] = checksums(packets.view(np.uint8).reshape(_TOGETHER, -1))
         self._sent += _TOGETHER
+        self._times_ns = self._beams_ns()
         return packets.tobytes()
 
     def _turn(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
