@@ -151,13 +151,13 @@ def _differ(one: Array, other: Array) -> bool:
 
 def _candidates(seen: Seen, surface: Surface, area: Area, known: Array) -> Iterator[Array]:
     """Yield the best poses of the grid near known places (n, 3), each apart from the others."""
-    filled, corner = _filled(surface.points)
     few = seen.thinned(SPACING).points @ area.pose[:3, :3].T
     along_x, along_y = (_steps(area.pose[k, 3], area.distance, known[:, k]) for k in (0, 1))
     count = ceil(min(area.turn, pi) / TURN)
     turns = np.arange(-count, count + 1) * TURN
     if not len(along_x) or not len(along_y):
         return
+    filled, corner = _filled(surface.points, len(along_x), len(along_y))
     scores = np.stack(
         [
             _scores(
@@ -190,14 +190,20 @@ def _steps(at: float, distance: float, known: Array) -> NDArray[np.intp]:
     return np.arange(ceil(low / CUBE), floor(high / CUBE) + 1)
 
 
-def _filled(points: Array) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
-    """Return how much of the map each cube (z, x, y) has: 1, beside one a half; the corner."""
+def _filled(
+    points: Array, steps_x: int, steps_y: int
+) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
+    """Return how much of the map each cube (z, x, y) has: 1, beside one a half; the corner.
+
+    Around the map, there is room for so many steps.
+    """
     corner = np.floor(points.min(axis=0) / CUBE).astype(np.intp) - 2
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
     filled = np.zeros(cubes.max(axis=0) + 3, dtype=np.bool_)
     filled[tuple(cubes.T)] = True
     shares = (filled + binary_dilation(filled).astype(np.float32)) / np.float32(2.0)
-    return np.ascontiguousarray(np.moveaxis(shares, 2, 0)), corner
+    room = (0, 0), (steps_x, steps_x), (steps_y, steps_y)
+    return np.pad(np.moveaxis(shares, 2, 0), room), corner - (steps_x, steps_y, 0)
 
 
 def _scores(
@@ -208,19 +214,13 @@ def _scores(
     along_y: NDArray[np.intp],
 ) -> NDArray[np.float32]:
     """Return the mean of the map at points (n, 3), for each step along x and y."""
+    steps_x, steps_y = len(along_x), len(along_y)
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
     cubes += along_x[0], along_y[0], 0
-    inside = (cubes[:, 2] >= 0) & (cubes[:, 2] < len(filled))
-    total = np.zeros((len(along_x), len(along_y)), dtype=np.float32)
+    size_z, size_x, size_y = filled.shape
+    last = size_x - steps_x, size_y - steps_y, size_z - 1
+    inside = ((cubes >= 0) & (cubes <= last)).all(axis=1)
+    total = np.zeros((steps_x, steps_y), dtype=np.float32)
     for x, y, z in cubes[inside].tolist():
-        of_rows, rows = _overlap(x, len(along_x), filled.shape[1])
-        of_columns, columns = _overlap(y, len(along_y), filled.shape[2])
-        total[of_rows, of_columns] += filled[z, rows, columns]
+        total += filled[z, x : x + steps_x, y : y + steps_y]
     return np.asarray(total / max(len(points), 1))
-
-
-def _overlap(begin: int, count: int, size: int) -> tuple[slice, slice]:
-    """Return which of some steps in a row are from 0 to a size, and those places."""
-    first = max(begin, 0)
-    end = max(min(begin + count, size), first)
-    return slice(first - begin, end - begin), slice(first, end)
