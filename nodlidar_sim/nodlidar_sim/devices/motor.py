@@ -2,7 +2,6 @@
 
 from nodlidar_sim.world.nod_motion import ServoShaft
 from nodlidar_sim.world.servo.firmware import Compliance
-import numpy as np
 
 # Bits of the alarms, which all models share.
 INPUT_VOLTAGE, OVERHEATING, OVERLOAD = 0x01, 0x04, 0x20
@@ -69,11 +68,11 @@ class Motor:
 
     def pitch(self, now_ns: int) -> float:
         """Return the pitch by the encoder [rad]."""
-        return float(self._motion.encoder(np.array([now_ns]))[0])
+        return self._motion.measured(now_ns)[0]
 
     def velocity(self, now_ns: int) -> float:
         """Return the angular velocity of the shaft [rad/s]."""
-        return float(self._motion.shaft_velocity(np.array([now_ns]))[0])
+        return self._motion.measured(now_ns)[1]
 
     def torque(self, now_ns: int) -> float:
         """Return the torque that is reported as the load, in units of the greatest."""

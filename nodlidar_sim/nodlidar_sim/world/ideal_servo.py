@@ -115,8 +115,7 @@ class IdealServo:
 
     def measured(self, now_ns: int) -> tuple[float, float]:
         """Return angle [rad] and speed [rad/s] at a time [ns]: the device rounds them."""
-        now = np.array([now_ns])
-        return float(self.position(now)[0]), float(self.velocity(now)[0])
+        return self._pieces.at(now_ns)
 
     def load(self, now_ns: int) -> float:
         """Return 0: nothing resists an ideal servo."""
@@ -168,15 +167,17 @@ class IdealServo:
     ) -> None:
         """Replace the motion after start_ns by a profile that ends at a goal, with a speed."""
         position, velocity = self.measured(start_ns)
-        rows = []
+        starts_ns, rows, elapsed = [start_ns], [], 0.0
         for piece in profile:
             rows.append((position, velocity, piece.acceleration))
             position += (velocity + 0.5 * piece.acceleration * piece.duration) * piece.duration
             velocity += piece.acceleration * piece.duration
+            elapsed += piece.duration
+            starts_ns.append(start_ns + round(elapsed * NS_PER_S))
         rows.append((goal, speed, 0.0))
-        ends = np.cumsum([0.0] + [piece.duration for piece in profile])
-        starts_ns = start_ns + np.rint(ends * NS_PER_S).astype(np.int64)
-        self._pieces = _spliced(self._pieces, starts_ns, np.array(rows), self._history_ns)
+        self._pieces = _spliced(
+            self._pieces, np.array(starts_ns), np.array(rows), self._history_ns
+        )
 
 
 class _ReversalDelay:

@@ -91,14 +91,27 @@ class PiecewiseMotion:
         piece, elapsed = self._locate(times_ns)
         return self.velocities[piece] + self.accelerations[piece] * elapsed
 
+    def at(self, time_ns: int) -> tuple[float, float]:
+        """Return angle [rad] and speed [rad/s] at one time [ns], much sooner than by arrays."""
+        piece = int(self.starts_ns.searchsorted(time_ns, side='right')) - 1
+        if piece < 0:
+            raise self._too_early(time_ns)
+        elapsed = (time_ns - int(self.starts_ns[piece])) / NS_PER_S
+        speed, acceleration = float(self.velocities[piece]), float(self.accelerations[piece])
+        position = float(self.positions[piece]) + (speed + 0.5 * acceleration * elapsed) * elapsed
+        return position, speed + acceleration * elapsed
+
     def _locate(self, times_ns: Times) -> tuple[NDArray[np.intp], Array]:
         """Return the piece that each time lies in, and the time [s] since that began."""
         times = np.asarray(times_ns, dtype=np.int64)
         piece = np.searchsorted(self.starts_ns, times, side='right') - 1
         if times.size and piece.min() < 0:
-            limit = f'at or after the start of the motion, {self.starts_ns[0]} ns'
-            raise ParameterError('times_ns', limit, int(times.min()))
+            raise self._too_early(int(times.min()))
         return piece, (times - self.starts_ns[piece]) / NS_PER_S
+
+    def _too_early(self, time_ns: int) -> ParameterError:
+        limit = f'at or after the start of the motion, {self.starts_ns[0]} ns'
+        return ParameterError('times_ns', limit, time_ns)
 
 
 def blended_motion(knots_ns: Times, knots: Array, acceleration: float) -> PiecewiseMotion:
