@@ -43,7 +43,12 @@ def denominator(sweeps, phase=(1, 2)):
 
 def distinct(pairs):
     """Return the number of distinct pairs of integers (n, 2)."""
-    return len(np.unique(pairs[:, 0] * (pairs[:, 1].max() + 1) + pairs[:, 1]))
+    numbers = pairs[:, 0] * (pairs[:, 1].max() + 1) + pairs[:, 1]
+    if numbers.max() > 8 * len(numbers):
+        return len(np.unique(numbers))
+    seen = np.zeros(numbers.max() + 1, dtype=bool)
+    seen[numbers] = True
+    return np.count_nonzero(seen)
 
 
 def hit_cells(n_s, count, columns, rows, cell, span):
@@ -99,16 +104,18 @@ def repeats_by_height(n_s, speed, acceleration, beam_period):
     down = (place > n_s / 2) & (place < 3 * n_s / 2)  # nearer to the upper limit
     height = np.where(down, span - rise, rise) / span
     cell = np.floor(height * n_s).astype(np.int64) * N_L + beam % N_L
-    first = np.zeros(len(beam), dtype=bool)
-    first[np.unique(cell, return_index=True)[1]] = True
+    earliest = np.empty(cell.max() + 1, dtype=np.int64)
+    earliest[cell[::-1]] = beam[::-1]  # of beams in one cell, the last that is written stays
+    first = earliest[cell] == beam
     part = np.floor(height * 100).astype(np.int64)
     beams = np.bincount(part, minlength=100)
     return np.bincount(part[~first], minlength=100) / np.maximum(beams, 1), beams
 
 
 def _cells(n_s, count, rows, cell, span, phase=(1, 2)):
-    """Return the cell of each sample."""
-    step, height = directions(N_L, [(n_s, count)], phase).T
+    """Return the cell of each sample: steps repeat by the revolution, heights by two sweeps."""
+    step = directions(N_L, [(n_s, N_L)], phase)[:, 0]
+    height = directions(N_L, [(n_s, 2 * n_s)], phase)[:, 1]
     column = np.floor(step * (2.0 * np.pi / N_L / cell) + 1e-9).astype(np.int64)
     row = np.floor(height * (span / (phase[1] * n_s) / cell) + 1e-9).astype(np.int64)
-    return column * rows + np.minimum(row, rows - 1)
+    return np.resize(column * rows, count) + np.resize(np.minimum(row, rows - 1), count)

@@ -45,9 +45,23 @@ def holes_after_every_sample(task, samples, start):
         for n_s, phase in zip(samples, phases, strict=True)
     ]
     most = max(pattern.period for pattern in patterns)
-    return np.array(
-        [[widest_by_corners(task, pattern, n) for n in range(most + 1)] for pattern in patterns]
-    )
+    return np.array([holes_of(task, pattern, most) for pattern in patterns])
+
+
+def holes_of(task, pattern, most):
+    """Return the largest hole after each number of samples up to most; beams only make it less."""
+    holes = np.empty(most + 1)
+    holes[[0, most]] = [widest_by_corners(task, pattern, n) for n in (0, most)]
+    between = [(0, most)]
+    while between:
+        begin, end = between.pop()
+        if holes[begin] == holes[end] or end - begin < 2:
+            holes[begin + 1 : end] = holes[end]
+        else:
+            middle = (begin + end) // 2
+            holes[middle] = widest_by_corners(task, pattern, middle)
+            between += [(begin, middle), (middle, end)]
+    return holes
 
 
 ALIKE_BUT_FOR_ROUNDING = (
