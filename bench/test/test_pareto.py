@@ -76,7 +76,8 @@ def test_a_slower_nod_is_more_exact_and_both_are_in_the_picture(monkeypatch):
     monkeypatch.setattr(pareto, 'SCENES', ('corner',))
     monkeypatch.setattr(pareto_figure, 'COLOURS', {'corner': 'black'})
     monkeypatch.setattr(pareto, 'ABOUT', (1001, 2801, 11201))
-    monkeypatch.setattr(pareto, 'RUNS', 3)
+    monkeypatch.setattr(pareto, 'RUNS', 1)
+    monkeypatch.setattr(pareto, 'DURATION', 10.0)
     unable, fast, slow = rows = pareto.results()
     assert unable[pareto.SERVO] == pareto.CANNOT_REVERSE
     assert pareto.RMS not in unable

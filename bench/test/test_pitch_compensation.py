@@ -6,7 +6,7 @@ import pytest
 
 from bench.nod.pitch_compensation import ARMS, drive, DRIVES, of_finest_grid, repeats, variation
 
-FRAMES = 200
+FRAMES = 120
 
 
 @pytest.fixture(scope='module')
