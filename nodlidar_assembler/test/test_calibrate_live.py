@@ -17,6 +17,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ros import live_log
 from nodlidar_common.nod import Nod
 from nodlidar_common.parameter_file import file_values
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_sim.bag import write_bag
@@ -24,7 +25,6 @@ from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
@@ -45,7 +45,7 @@ def running(name, namespace=''):
     context = rclpy.Context()
     rclpy.init(context=context)
     node = rclpy.create_node(name, namespace=namespace, context=context)
-    executor = SingleThreadedExecutor(context=context)
+    executor = Executor(context=context)
     executor.add_node(node)
     spinning = threading.Thread(target=executor.spin, daemon=True)
     try:

@@ -8,11 +8,11 @@ from log_messages import scan_message, state_message
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.ros.node import Assembler
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import time_message
 import numpy as np
 import rclpy
 from rclpy import utilities
-from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from sensor_msgs_py import point_cloud2
 from tf2_msgs.msg import TFMessage
@@ -38,7 +38,7 @@ class Robot:
         rclpy.init(args=['--ros-args', *arguments], context=context)
         utilities.g_default_context = context  # that of the nodes which are made next
         self.node, self.feeder = Assembler(), rclpy.create_node('feeder')
-        self.executor = SingleThreadedExecutor(context=context)
+        self.executor = Executor(context=context)
         for node in (self.node, self.feeder):
             self.executor.add_node(node)
         self.scans = self.feeder.create_publisher(LaserScan, 'scan', 10)

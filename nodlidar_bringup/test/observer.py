@@ -3,8 +3,8 @@
 from collections import defaultdict
 import time
 
+from nodlidar_common.ros.executor import Executor
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 import tf2_ros
 
@@ -18,7 +18,7 @@ class Observer:
         self.context = rclpy.Context()
         rclpy.init(context=self.context)
         self.node = Node('observer', context=self.context)
-        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor = Executor(context=self.context)
         self._executor.add_node(self.node)
         self.messages = defaultdict(list)
         self.transforms = tf2_ros.Buffer()

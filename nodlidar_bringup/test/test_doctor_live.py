@@ -8,10 +8,10 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TransformStamped
 from nodlidar_bringup.doctor import main
+from nodlidar_common.ros.executor import Executor
 from nodlidar_msgs.msg import NodCommand
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
@@ -26,7 +26,7 @@ def faulty_system():
     """Run nodes with many faults."""
     context = rclpy.Context()
     rclpy.init(context=context)
-    executor = SingleThreadedExecutor(context=context)
+    executor = Executor(context=context)
     driver = rclpy.create_node(
         'driver',
         context=context,
@@ -104,7 +104,7 @@ def spinning_node(name, namespace, **parameters):
         parameter_overrides=[Parameter(key, value=value) for key, value in parameters.items()],
         automatically_declare_parameters_from_overrides=True,
     )
-    executor = SingleThreadedExecutor(context=context)
+    executor = Executor(context=context)
     executor.add_node(node)
     spinning = threading.Thread(target=executor.spin, daemon=True)
     spinning.start()

@@ -5,9 +5,9 @@ import re
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nodlidar_common.ros.executor import Executor
 from nodlidar_driver.ros.scip_node import DriverNode
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import LaserScan, TimeReference
 
@@ -31,7 +31,7 @@ class Listener:
         self.node.create_subscription(LaserScan, 'scan', self.scans.append, 10)
         self.node.create_subscription(TimeReference, 'driver/arrival', self.arrivals.append, 10)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosed, 10)
-        self._executor = SingleThreadedExecutor()
+        self._executor = Executor()
         self._executor.add_node(self.driver)
         self._executor.add_node(self.node)
 

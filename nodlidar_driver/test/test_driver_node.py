@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from driver_listener import listening, options, SUCCESS, TIMEOUT
 from lidar_rig import before, FULL, room, Truth
 from nodlidar_common.host_time import HostTime, SteadyTime
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
 from nodlidar_driver.ros import lidar_node, scip_node
@@ -20,7 +21,6 @@ from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 import numpy as np
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.task import Future
@@ -247,7 +247,7 @@ class Hearer:
         rclpy.init()
         self.namespace = namespace
         self.node = rclpy.create_node('hearer', namespace=namespace)
-        self._executor = SingleThreadedExecutor()
+        self._executor = Executor()
         self._executor.add_node(self.node)
 
     def receive(self):

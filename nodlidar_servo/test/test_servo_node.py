@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from nodlidar_common.nod import Nod
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
@@ -23,7 +24,6 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState
 
 TIMEOUT = 20.0
@@ -49,7 +49,7 @@ class Commander:
         self.context = Context()
         rclpy.init(context=self.context)
         self.node = rclpy.create_node('commander', context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor = Executor(context=self.context)
         self.executor.add_node(self.node)
         self.joint_states, self.status, self.nod_status = [], None, []
         self.nod = None

@@ -9,6 +9,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nodlidar_common.nod import Nod
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import nod_to_message, time_message
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
@@ -21,7 +22,6 @@ from nodlidar_sim.ros.joint_controller import trajectory_of
 import pytest
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
@@ -57,7 +57,7 @@ class Robot:
         self.context = Context()
         rclpy.init(context=self.context)
         self.node = rclpy.create_node('robot', context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor = Executor(context=self.context)
         self.executor.add_node(self.node)
         self.nod, self.message, self.statuses, self.pitches = None, '', [], []
         self.start_ns = 0  # of the nod

@@ -5,6 +5,7 @@ import time
 
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.stamps import time_ns
 from nodlidar_sim.ports.virtual_port import VirtualClock
 from nodlidar_sim.ros.base_node import BaseNode
@@ -16,7 +17,6 @@ from nodlidar_sim.world.route import Plan
 import numpy as np
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import TimeReference
 from tf2_msgs.msg import TFMessage
@@ -36,7 +36,7 @@ class Bench:
         odometer, uncertainty = Odometer(base, effects, START_NS), OdometryUncertainty(effects)
         self.node = BaseNode(odometer, uncertainty, self.clock, lambda: self.running, commanded)
         self.other = rclpy.create_node('other')
-        self.executor = SingleThreadedExecutor()
+        self.executor = Executor()
         for node in (self.node, self.other):
             self.executor.add_node(node)
         self.odometry, self.transforms = [], []

@@ -10,6 +10,7 @@ from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import Path
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.parameters import parameter
+from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_msgs.msg import Coverage
@@ -20,7 +21,6 @@ from nodlidar_viewer.state_panel import NO_COVERAGE
 import numpy as np
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -82,7 +82,7 @@ class Sensor(Node):
 @pytest.fixture
 def running():
     rclpy.init(args=['--ros-args', *ARGUMENTS])
-    sensor, viewer, executor = Sensor(), ViewerNode(), SingleThreadedExecutor()
+    sensor, viewer, executor = Sensor(), ViewerNode(), Executor()
     for node in (sensor, viewer):
         executor.add_node(node)
 

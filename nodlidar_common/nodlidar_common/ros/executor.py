@@ -5,6 +5,7 @@ from typing import Any
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.steady import steady_ns
+from rclpy.context import Context
 from rclpy.event_handler import EventHandler
 from rclpy.executors import SingleThreadedExecutor
 
@@ -22,8 +23,8 @@ class Executor(SingleThreadedExecutor):
 
     _guard: Any
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, *, context: Context | None = None) -> None:
+        super().__init__(context=context)
         self._looks_at_events, self._next_look_ns = True, 0
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
