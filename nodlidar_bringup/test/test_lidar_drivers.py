@@ -87,7 +87,7 @@ def configured(values):
 
 
 def test_there_is_a_test_for_each_file():
-    """That of an LD19, with our driver, is the launch of test_robot_launch_other_lidar.py."""
+    """That of an LD19, with our driver, is that of test_robot_launch_two_sensors.py."""
     assert [path.stem for path in FILES] == sorted([LD19, *OTHER_LIDARS])
 
 

@@ -20,9 +20,10 @@ def test_the_robot_is_found_in_a_map_that_grows(tmp_path):
     observer.subscribe(OccupancyGrid, 'map', LATCHED)
     observer.subscribe(DiagnosticArray, '/diagnostics')
     poses, maps, odometry = map(observer.messages.get, ('pose', 'map', 'odom'))
-    with launched_sensor(
-        tmp_path / 'launch.log', 'ideal:=true', file='mapping.launch.py'
-    ) as running:
+    params = tmp_path / 'mapper.yaml'
+    params.write_text('/**: {ros__parameters: {map_period: 1.0}}')
+    arguments = 'ideal:=true', f'mapper_params:={params}'
+    with launched_sensor(tmp_path / 'launch.log', *arguments, file='mapping.launch.py') as running:
         enough = lambda: len(poses) > 4 and len(maps) > 1  # noqa: E731
         observer.spin_until(lambda: enough() or not running.running(), 'poses and maps')
         assert running.running(), running.log.read_text()

@@ -5,6 +5,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from observer import Observer
+from on_the_room import assert_on_the_room_all_around, CLOUDS
 import pytest
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -28,8 +29,8 @@ def parameters(observer, node, *names):
 def two_sensors(tmp_path_factory):
     """Run two sensors with servos of both protocols.
 
-    The left one has a profile and its lidar in another place; the right one is in two launches, as
-    on two machines, and has a file of the assembler.
+    The left one has a profile and its lidar in another place; the right one, with an LD19 in a
+    room, is in two launches, as on two machines, and has a file of the assembler.
     """
     folder = tmp_path_factory.mktemp('launch')
     file = folder / 'assembler.yaml'
@@ -41,11 +42,11 @@ def two_sensors(tmp_path_factory):
         observer.subscribe(JointState, f'{side}/joint_states')
         observer.subscribe(PointCloud2, f'{side}/points')
     left, right = (
-        (f'namespace:=/{side}', f'frame_prefix:={side}_', 'scene:=wall', 'ideal:=true')
-        for side in SIDES
+        (f'namespace:=/{side}', f'frame_prefix:={side}_', f'scene:={scene}', 'ideal:=true')
+        for side, scene in zip(SIDES, ('wall', 'room'), strict=True)
     )
     place = 'laser_xyz:=0.01 0 -5e-2', 'laser_rpy:=0 0 3.141592653589793'
-    right = (*right, 'servo:=XL430-W250', f'assembler_params:={file}')
+    right = (*right, 'lidar:=LD19', 'servo:=XL430-W250', f'assembler_params:={file}')
     with (
         launched_sensor(folder / 'left.log', *left, 'profile:=fast', *place),
         launched_sensor(folder / 'right.log', *right, 'nodes:=devices'),
@@ -64,6 +65,12 @@ def test_two_sensors_run_side_by_side_under_their_namespaces(two_sensors):
         assert messages[f'{side}/points'][-1].header.frame_id == f'{side}_nodlidar_base_link'
         assert messages[f'{side}/scan'][-1].header.frame_id == f'{side}_laser'
         assert list(messages[f'{side}/joint_states'][-1].name) == [f'{side}_nod_joint']
+
+
+def test_clouds_of_an_ld19_lie_on_the_room_all_around(two_sensors):
+    scans, clouds = (two_sensors.messages[f'right/{topic}'] for topic in ('scan', 'points'))
+    two_sensors.spin_until(lambda: len(clouds) >= CLOUDS, 'clouds')
+    assert_on_the_room_all_around(scans, 450, clouds)
 
 
 def test_a_profile_is_the_assembler_s_and_sets_the_rates_of_joint_states_and_tf(two_sensors):
