@@ -9,7 +9,7 @@ import pytest
 
 
 def test_the_default_nod_is_what_plan_scan_chooses_without_options():
-    config, (task, request, _) = NodConfig(), parse([])
+    config, (task, request, _) = NodConfig(), parse(['--top', '1'])  # but for how many it lists
     assert task == config.task == Task()
     assert find(task, request).plans[0].samples_per_sweep == config.samples_per_sweep
     assert config.nod_mode == 'coprime'

@@ -75,16 +75,16 @@ def test_a_robot_that_was_carried_is_lost_until_it_is_found():
 def test_in_a_room_that_fits_itself_turned_nobody_knows():
     mapper, pose = mapped(OBLONG)
     carried = planar(2.0, 1.0, np.pi / 2.0)
-    for k in range(6, 14):
+    for k in range(6, 11):
         found = mapper.add(k * NS, cloud(OBLONG, carried, seed=k), pose)
         assert found.lost
-    assert 'two places fit alike' in found.lost or 'searched again' in found.lost
+    assert 'two places fit alike' in found.lost
 
 
 def test_odometry_says_nothing_of_the_place_in_a_saved_map():
     saved, _ = mapped(OBLONG)
     mapper = Mapper(MapConfig(), saved.keyframes, saved.edges)
-    for k in range(6):
+    for k in range(3):
         here = planar(0.3 + 0.1 * k, 0.2, 0.1)
         turned = planar(0.0, 0.0, np.pi) @ here  # the room looks the same from there
         assert mapper.add(k * NS, cloud(OBLONG, turned, seed=k), here).lost

@@ -131,7 +131,7 @@ def test_a_map_that_must_not_grow_has_to_be_loaded():
 def test_without_a_frame_in_common_the_robot_is_not_found(saved):
     mapper = Mapper(MapConfig(), *load_keyframes(saved))
     other = np.array([(-9.0, -1.0), (3.0, -1.0), (3.0, 1.2), (-9.0, 0.5)])
-    for k in range(6):
+    for k in range(3):
         assert mapper.add(k * NS, cloud(other, np.eye(4), seed=k), np.eye(4)).lost
 
 

@@ -36,7 +36,7 @@ def completions(task, samples, margin=0.0, start_pitch=None):
 
 
 def test_the_choice_is_the_best_of_all_and_much_quicker_than_going_through_all():
-    band = BAND[::3]
+    band = BAND[::9]
     start = time.thread_time()
     found, times = soonest(PUBLISHED, band, count=5)
     middle = time.thread_time()
