@@ -1,5 +1,8 @@
 """The assembler when the host's clock is set, in virtual time."""
 
+from contextlib import contextmanager
+from functools import cache
+
 from log_messages import scan_message, state_message
 from message_fuzz import fed
 from node_bench import SCAN_NS, sensor_log, simulated
@@ -45,8 +48,18 @@ def timed(log):
     return sorted([*scans, *states], key=lambda entry: entry[0])
 
 
-@pytest.fixture
-def run(log, monkeypatch):
+@contextmanager
+def steady_by(clock):
+    """Make the steady clock of the node that of the simulated time."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (host_clock, nod_commander):
+            patch.setattr(module, 'steady_ns', lambda: clock.now_ns)
+        yield
+
+
+@pytest.fixture(scope='module')
+def run(log):
+    @cache
     def run(step_ns, *parameters, offset_ns=0, of='common'):
         """Return clouds and commands, each with when it came, and the node; the clock is set.
 
@@ -54,9 +67,7 @@ def run(log, monkeypatch):
         the 'assembler', which is ahead by an offset, or that of the 'robot' is set.
         """
         clock, clouds, commands = Clock(), [], []
-        for module in (host_clock, nod_commander):
-            monkeypatch.setattr(module, 'steady_ns', lambda: clock.now_ns)
-        with fed(*parameters) as running:
+        with steady_by(clock), fed(*parameters) as running:
             node = running.node
             watch = node._host_clock
             watch._clock = clock
