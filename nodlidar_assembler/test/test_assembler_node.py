@@ -6,7 +6,7 @@ import time
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from log_messages import scan_message, state_message
-from node_bench import BEAM_PERIOD, bench, LONGEST, SCAN_NS, sensor_log, simulated, START_NS
+from node_bench import BEAM_PERIOD, bench, SCAN_NS, sensor_log, simulated, START_NS
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.inputs import stamp_drift
@@ -265,21 +265,20 @@ def test_stamps_that_drift_are_named(log, monkeypatch):
     # Of short windows, the least delay scatters by as much as the host delays messages.
     monkeypatch.setattr(stamp_drift, 'WINDOW_NS', 300_000_000)
     monkeypatch.setattr(stamp_drift, 'MOST_NS', 300_000_000)
+    later_ns = 0
     with bench() as running:
 
-        def send(later_ns):
+        def send():
             now_ns = time.time_ns()
-            running.send(running.states, state_message(now_ns, 0.1))
+            running.states.publish(state_message(now_ns, 0.1))
             scan = replace(log.scans[0], stamp_ns=now_ns - SCAN_NS + later_ns)
-            running.send(running.scans, scan_message(scan))
+            running.scans.publish(scan_message(scan))
 
-        deadline = time.monotonic() + LONGEST
-        while not running.node.diagnosis._drift._first_ns:
-            send(0)
-            assert time.monotonic() < deadline
-        while not any('stamps of scans drifted: they are' in t for t in texts(running)):
-            send(800_000_000)
-            assert time.monotonic() < deadline
+        running.feeder.create_timer(0.05, send)
+        running.spin_until(lambda: running.node.diagnosis._drift._first_ns)
+        later_ns = 800_000_000
+        drifted = 'stamps of scans drifted: they are'
+        running.spin_until(lambda: any(drifted in text for text in texts(running)))
 
 
 def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):

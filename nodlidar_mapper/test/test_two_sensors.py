@@ -20,7 +20,7 @@ import pytest
 
 START_NS = 10**18
 CONFIG = PROFILES['slam']
-DURATION = 15.0  # a circle and more of the figure of eight
+DURATION = 10.0  # most of a circle of the figure of eight
 MOUNTS = {'front': (0.2, 0.0, 1.0, 0.0), 'back': (-0.3, 0.1, 0.9, 0.75 * np.pi)}  # x y z yaw
 
 

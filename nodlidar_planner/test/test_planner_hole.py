@@ -30,7 +30,7 @@ def widest_by_windows(task, pattern, samples):
             widest = max(widest, min(edges[last] - edges[first], gap))
             if gap <= max(widest, edges[last] - edges[first]):
                 break
-            within = np.sort(np.concatenate([within, lines[last]]))
+            within = np.sort(np.concatenate([within, lines[last]]), kind='stable')
     return widest
 
 
