@@ -201,7 +201,7 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
     refused = call(robot, until, 'save_map', tmp_path / 'none')
     assert refused.message.endswith('no cloud was matched since the start or load_map')
     carried, counted = planar(-1.5, -1.0, -2.5), planar(3.0, 3.0, 1.0)
-    assert not drive(running, 10, [carried] * 12, [counted] * 12)[-1].lost
+    assert not drive(running, 10, [carried] * 4, [counted] * 4)[-1].lost
     np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), carried, atol=0.03)
     missing = call(robot, until, 'load_map', tmp_path / 'nowhere')
     assert not missing.success
@@ -297,19 +297,14 @@ def test_the_map_stays_if_a_clock_is_set_back(running, tmp_path):
     assert not mapper.survival.errors
 
 
-def test_a_robot_that_is_lost_publishes_no_pose(running):
+def test_that_a_robot_is_lost_and_found_is_logged_and_meanwhile_there_is_no_pose(running, capfd):
     robot, _, _ = running
     carried = [planar(-2.0, -1.0, 2.5)] * 12
-    found = drive(running, 0, [np.eye(4)] * 3 + carried, [np.eye(4)] * 15)
-    assert found[3].lost
+    found = drive(running, 0, [np.eye(4)] * FIRST + carried, [np.eye(4)] * (FIRST + 12))
+    assert found[FIRST].lost
     assert not found[-1].lost
     heard = [seconds_of(time_ns(message.header.stamp)) for message in robot.heard['pose']]
     assert heard == [k for k, estimate in enumerate(found) if not estimate.lost]
-
-
-def test_that_a_robot_is_lost_and_found_is_logged(running, capfd):
-    carried = [planar(-2.0, -1.0, 2.5)] * 12
-    found = drive(running, 0, [np.eye(4)] * FIRST + carried, [np.eye(4)] * (FIRST + 12))
     logged = capfd.readouterr().err
     assert logged.count('the robot is lost') == 1
     assert logged.count('the robot is found in the map') == 2
