@@ -21,12 +21,13 @@ class Enumerated:
 
 def cells_of_samples(task, pattern, n):
     """Return column * rows + row of each sample; -1 where it is in no cell."""
-    column = task.column_of_step()[n % pattern.steps_per_revolution]
-    wave = (n + pattern.phase) % (2 * pattern.samples_per_sweep)
+    begins = task.column_of_step() * task.rows  # of their cells; below 0 in none
+    cycle = 2 * pattern.samples_per_sweep
+    wave = (np.arange(cycle) + pattern.phase) % cycle
     triangle = pattern.samples_per_sweep - np.abs(wave - pattern.samples_per_sweep)
     height = triangle * (task.span / pattern.samples_per_sweep)
     row = np.minimum(np.floor(height / task.cell + 1e-9).astype(np.int64), task.rows - 1)
-    return np.where(column >= 0, column * task.rows + row, -1)
+    return np.maximum(begins[n % len(begins)] + row[n % cycle], -1)
 
 
 def enumerate_cells(task, pattern):
