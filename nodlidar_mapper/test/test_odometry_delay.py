@@ -11,7 +11,7 @@ import pytest
 
 S = 10**9
 START_NS = 1_700_000_000 * S
-SWEEP, BEAMS, SECONDS = 0.7, 1500, 60.0
+SWEEP, BEAMS, SECONDS = 0.7, 800, 60.0
 LENGTH, WIDTH, HEIGHT = 7.0, 5.0, 2.0  # of the room [m], in the middle of which the robot turns
 SECOND = np.arange(0.0, SECONDS, 0.02)  # of odometry
 STOP_AND_GO = np.where(SECOND % 8.0 < 3.0, np.sin(SECOND // 8.0), 0.0)  # turn rate [rad/s]
