@@ -157,7 +157,10 @@ def _candidates(seen: Seen, surface: Surface, area: Area, known: Array) -> Itera
     turns = np.arange(-count, count + 1) * TURN
     if not len(along_x) or not len(along_y):
         return
-    filled, corner = _filled(surface.points, len(along_x), len(along_y))
+    reach = np.linalg.norm(few[:, :2], axis=1).max()
+    first = (area.pose[:2, 3] - reach) / CUBE + (along_x[0], along_y[0])
+    last = (area.pose[:2, 3] + reach) / CUBE + (along_x[-1], along_y[-1])
+    filled, corner = _filled(surface.points, np.floor(first), np.floor(last))
     scores = np.stack(
         [
             _scores(
@@ -191,19 +194,21 @@ def _steps(at: float, distance: float, known: Array) -> NDArray[np.intp]:
 
 
 def _filled(
-    points: Array, steps_x: int, steps_y: int
+    points: Array, first: Array, last: Array
 ) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
     """Return how much of the map each cube (z, x, y) has: 1, beside one a half; the corner.
 
-    Around the map, there is room for so many steps.
+    There is room for the cubes from first to last, shape (2,) each, so that none is beside it.
     """
     corner = np.floor(points.min(axis=0) / CUBE).astype(np.intp) - 2
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
     filled = np.zeros(cubes.max(axis=0) + 3, dtype=np.bool_)
     filled[tuple(cubes.T)] = True
     shares = (filled + binary_dilation(filled).astype(np.float32)) / np.float32(2.0)
-    room = (0, 0), (steps_x, steps_x), (steps_y, steps_y)
-    return np.pad(np.moveaxis(shares, 2, 0), room), corner - (steps_x, steps_y, 0)
+    before = np.maximum(corner[:2] - first, 0.0).astype(np.intp)
+    behind = np.maximum(last - corner[:2] - filled.shape[:2] + 1.0, 0.0).astype(np.intp)
+    room = (0, 0), (before[0], behind[0]), (before[1], behind[1])
+    return np.pad(np.moveaxis(shares, 2, 0), room), corner - (*before, 0)
 
 
 def _scores(
@@ -217,9 +222,7 @@ def _scores(
     steps_x, steps_y = len(along_x), len(along_y)
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
     cubes += along_x[0], along_y[0], 0
-    size_z, size_x, size_y = filled.shape
-    last = size_x - steps_x, size_y - steps_y, size_z - 1
-    inside = ((cubes >= 0) & (cubes <= last)).all(axis=1)
+    inside = (cubes[:, 2] >= 0) & (cubes[:, 2] < len(filled))
     total = np.zeros((steps_x, steps_y), dtype=np.float32)
     for x, y, z in cubes[inside].tolist():
         total += filled[z, x : x + steps_x, y : y + steps_y]
