@@ -9,17 +9,12 @@ import itertools
 import os
 from pathlib import Path
 import re
-import sys
 
 from hypothesis import HealthCheck, settings
 import pytest
 
 # The underlay's tests are of the underlay, which a sourced ROS takes the place of.
 collect_ignore = [] if os.environ.get('NODLIDAR_UNDERLAY') else ['underlay']
-
-# Whatever PYTHONDONTWRITEBYTECODE says, pytest keeps the tests that it has rewritten: to do so
-# again is half of what it takes to collect them.
-sys.dont_write_bytecode = False
 
 # No test may fail because a machine is slow or busy.
 settings.register_profile(
