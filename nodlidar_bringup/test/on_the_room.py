@@ -21,6 +21,5 @@ def assert_on_the_room_all_around(scans, beams, clouds):
     assert np.ptp(height) > 1.0  # it nods
     world = World(load_scene('room', ideal=True), IdealServo())
     distance = world.surface_distance(points, np.array([0]))
-    # Stamps are up to 2 ms off; with the beams in the wrong order it would be ten times as much,
-    # and with the pitch of a cycle before, 16 mrad off, three times.
+    # Stamps are up to 2 ms off; with the beams in the wrong order it would be ten times as much.
     assert np.sqrt(np.mean(distance**2)) < 0.01
