@@ -28,6 +28,9 @@ def test_a_bag_gives_a_file_and_a_table(option, row, tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     assert main(['bag', '--output', 'found here.yaml', *option]) == 0
     values = file_values(['found here.yaml'], 'assembler', AssemblerConfig)
+    head = (tmp_path / 'found here.yaml').read_text().splitlines()[2]
+    assert head.startswith('# Not determined')
+    assert head.endswith(' elevation.') == (not option)
     assert abs(values['joint_delay'] - 0.008) < 0.5e-3
     assert abs(values['laser_rpy'][2]) < math.radians(0.1)
     assert abs(values['beam_elevation']) < math.radians(0.1)

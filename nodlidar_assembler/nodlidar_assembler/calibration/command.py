@@ -88,9 +88,7 @@ def result_table(found: Calibration, output: Path) -> Table:
     table = Table('value', 'before', 'after', 'standard error', 'unit')
     for column in table.columns[1:4]:
         column.justify = 'right'
-    for name in ROWS:
-        if name not in {**found.errors, **found.undetermined}:
-            continue
+    for name in (each for each in ROWS if _is_asked(found, each)):
         title, unit, scale = ROWS[name]
         before, after = (getattr(each, name) * scale for each in (found.start, found.values))
         if name in found.undetermined:
@@ -100,10 +98,7 @@ def result_table(found: Calibration, output: Path) -> Table:
             table.add_row(title, f'{before:.3f}', f'{after:.3f}', f'{error:.3f}', unit)
     thickness = (f'{each * 1e3:.1f}' for each in (found.before, found.after))
     table.add_row(f'RMS thickness of {found.planes} planes', *thickness, '', 'mm')
-    reasons = found.undetermined | NEVER
-    if 'elevation' not in {**found.errors, **found.undetermined}:
-        reasons['elevation'] = UNASKED
-    lines = [f'{name} is not determined: {why}' for name, why in reasons.items()]
+    lines = [f'{name} is not determined: {why}' for name, why in _left_open(found).items()]
     use = f'use it: robot.launch.py calibration:={shlex.quote(str(output))}'
     table.caption = '\n'.join([*lines, use])
     table.caption_justify = 'left'
@@ -114,7 +109,7 @@ def write(path: Path, found: Calibration, config: AssemblerConfig) -> None:
     """Write the parameters as a file of parameters; raises OSError."""
     values = parameters(found.values, config)
     errors = ', '.join(f'{name} {value:.2g}' for name, value in found.errors.items())
-    left = ', '.join([*found.undetermined, *NEVER])
+    left = ', '.join(_left_open(found))
     text = (
         '# Written by: ros2 run nodlidar_assembler calibrate\n'
         f'# Standard errors [s, rad, m]: {errors}.\n'
@@ -127,6 +122,16 @@ def write(path: Path, found: Calibration, config: AssemblerConfig) -> None:
     text += yaml.safe_dump({'/**': {'ros__parameters': rounded}}, default_flow_style=None)
     with whole_file(path) as part:
         part.write_text(text, encoding='utf-8')
+
+
+def _left_open(found: Calibration) -> dict[str, str]:
+    """Return why values are as before, by their names."""
+    unasked = {} if _is_asked(found, 'elevation') else {'elevation': UNASKED}
+    return found.undetermined | NEVER | unasked
+
+
+def _is_asked(found: Calibration, name: str) -> bool:
+    return name in found.errors or name in found.undetermined
 
 
 def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
