@@ -88,12 +88,8 @@ LD19 = Lidar(
     (_BACK + 8.6, 34.8 - 7.8),
 )
 
-
 FILES = {'mount.svg': URG, 'mount_ld19.svg': LD19}
-
-DIMENSIONS = (
-    'top', 'bottom', 'optical', 'bend', 'flat_arm', 'flat_plate', 'unfolded', 'clearance'
-)  # fmt: skip
+DIMENSIONS = 'top', 'bottom', 'optical', 'bend', 'flat_arm', 'flat_plate', 'unfolded', 'clearance'
 
 
 @dataclass(frozen=True)
