@@ -9,7 +9,7 @@ and added as far as it is motion (unfitted_motion).
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.spline_fit import fit, KNOT, KNOT_NS, ROUGHNESS, Splines, value
-from nodlidar_assembler.clouds.unfitted_motion import clipped, UnfittedMotion
+from nodlidar_assembler.clouds.unfitted_motion import clipped, LAGS, UnfittedMotion
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
@@ -146,8 +146,9 @@ class PitchSmoother:
                 self._learn_noise(splines, window, new, share, usual)
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
         smooth = value(share @ splines.coefficients, place)
-        unfitted = self._unfitted.motion(left, usual, float(share @ noise[:, 0]))
-        pitch = middle + (smooth + np.interp(place, window.place, unfitted))
+        variance = float(share @ noise[:, 0])
+        unfitted = self._unfitted.motion(left, usual, variance, window.place, place)
+        pitch = middle + (smooth + unfitted)
         largest = np.maximum.reduce(np.abs(window.pitch[1:] - window.pitch[:-1]), initial=0.0)
         beyond = largest / 2.0 + 2.0 * self._cell
         return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond))
@@ -213,9 +214,9 @@ class PitchSmoother:
             learned, self._noise_known = np.full_like(learned, white), True
             # What was learned without it does not count.
             self._score, self._unfitted = np.zeros(len(ROUGHNESS)), UnfittedMotion()
-        white = max(white, rounding)
         most = rounding + max(MOST_NOISE, self._cell) ** 2
-        self._unfitted.add(usual[new], share @ splines.influence(new), min(white, most))
+        influence = share @ splines.influence(new, LAGS)
+        self._unfitted.add(usual, new, influence, min(max(white, rounding), most), white)
         self._noise = np.maximum(0.0, np.minimum(learned, white - rounding))
 
 

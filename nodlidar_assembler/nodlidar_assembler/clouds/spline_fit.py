@@ -61,16 +61,16 @@ class Splines(NamedTuple):
     information: Array
     spread: Array
 
-    def influence(self, samples: slice) -> Array:
+    def influence(self, samples: slice, lags: int) -> Array:
         """Return the influence of samples on each spline at them and at the next ones, summed.
 
-        Its shape is (m, 2).
+        Its shape is (m, lags + 1).
         """
-        spread, information = self.spread[:, samples], self.information[:, samples]
-        at_next = np.einsum('mkj,mkj->mk', spread[:, :-1], spread[:, 1:])
-        here = np.einsum('mk,mk->m', self.variance[:, samples], information)
-        next_one = np.einsum('mk,mk->m', at_next, information[:, :-1])
-        return np.array([here, next_one]).T
+        after = np.pad(self.spread[:, samples.start :], ((0, 0), (0, lags), (0, 0)))
+        informed = self.spread[:, samples] * self.information[:, samples, None]
+        products = informed @ after.transpose(0, 2, 1)
+        row = np.arange(samples.stop - samples.start)[:, None]
+        return np.asarray(products[:, row, row + np.arange(lags + 1)].sum(axis=1))
 
 
 def fit(place: Array, pitch: Array, noise: Array, weight: Array, intensity: Array) -> Splines:

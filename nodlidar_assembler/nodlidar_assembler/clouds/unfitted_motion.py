@@ -1,10 +1,10 @@
 """How much of what smoothing leaves of joint samples is motion.
 
 Vibrations are too fast for a smooth spline, which leaves them in the samples. They show as power
-beyond that of the noise, whose variance is known otherwise (white_noise). What is left is
-interpolated and added to the spline, with the gain that makes the mean square error least (Wiener
-1949). At gain 1 the samples themselves are interpolated. Where a spline misses a sharp reversal,
-three neighbours show it, and the gain is larger there.
+beyond that of the noise, whose variance is known otherwise (white_noise). Each frequency is added
+to the spline with the gain that makes the mean square error least (Wiener 1949), and determines
+what is between the samples. Where a spline misses a sharp reversal, three neighbours show it, and
+the gain is larger there.
 """
 
 import numpy as np
@@ -12,15 +12,40 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-MEMORY = 0.99  # weight of a sample, over that of the next one
+MEMORY = 0.992  # weight of a sample, over that of the next one
+LAGS = 8  # samples; with more, less of a short vibration is seen
+PHASES = 4  # of an interval between samples, at which the motion is computed
+# Power of a vibration falls with this power of its frequency. Samples do not show whether it is
+# below half their rate or above, so both count as likely as they are. With 2, the motion is nearly
+# a line from sample to sample; with 4, vibrations above half the rate do harm.
+FALL = 3.0
+ALIASES = 6  # multiples of the rate, of which a vibration is above or below
 CLIPPED = 4.5  # medians; what is left of a sample counts up to that, as its stamp may be bad
 EVIDENT = 2.0  # a median square over the noise, which that of white noise seldom exceeds
+SURELY_WHITE = 2.0  # of the white noise that was found: it is the least of its spectrum
+LEAST_POWER = 1e-30  # of a frequency, so that none is no motion [rad^2]
 NEARLY = 0.95  # of the learned gain: neighbours that show as much leave nothing to clip
 USUAL = 0.67  # median of a normal distribution's size over its standard deviation
-# Weights of the autocovariance of what is left, at a lag of 0 and 1 samples: mean square of the
-# interpolation, and its mean product with a motion that has no frequency above half the rate.
-_OF_SQUARE = np.array([2.0, 1.0]) / 3.0
-_OF_MOTION = np.array([0.774, 0.258])  # integral of sinc(f)^2 cos(2 pi f lag) over these
+
+_FREQUENCIES = np.linspace(0.0, 0.5, 2 * LAGS + 1)  # per sample
+_WIDTHS = np.full(len(_FREQUENCIES), 1.0 / (2 * LAGS))  # shares of all frequencies, each
+_WIDTHS[[0, -1]] /= 2.0
+_COSINES = 2.0 * np.cos(2.0 * np.pi * np.outer(np.arange(LAGS + 1), _FREQUENCIES))
+_COSINES *= 1.0 - np.arange(LAGS + 1)[:, None] / (LAGS + 1.0)  # Bartlett's window
+_COSINES[0] = 1.0
+
+
+def _responses() -> Array:
+    """Return what a gain of 1 at each frequency adds at distances from a sample, (f, d)."""
+    frequency = np.abs(_FREQUENCIES[:, None] + np.arange(-ALIASES, ALIASES + 1))
+    likely = np.maximum(frequency, 1e-6) ** -FALL
+    likely *= _WIDTHS[:, None] / likely.sum(axis=1, keepdims=True)
+    distance = np.arange(-LAGS * PHASES, LAGS * PHASES + 1) / PHASES
+    waves = np.cos(2.0 * np.pi * frequency[:, :, None] * distance)
+    return np.asarray(np.einsum('fa,fad->fd', likely, waves))
+
+
+_RESPONSES = _responses()
 
 
 class UnfittedMotion:
@@ -29,37 +54,55 @@ class UnfittedMotion:
     Attributes
     ----------
     gain
-        From 0, it is noise, to 1, it is motion.
+        Mean of all frequencies, from 0, it is noise, to 1, it is motion.
     """
 
     def __init__(self) -> None:
         self.gain = 0.0
-        # Autocovariance at a lag of 0 and 1 samples, summed: of all that is left, of motion in it.
-        self._left, self._motion = np.zeros(2), np.zeros(2)
+        self._kernel = np.zeros(_RESPONSES.shape[1])
+        # Autocovariance, summed: of all that is left, of motion in it.
+        self._left, self._motion = np.zeros(LAGS + 1), np.zeros(LAGS + 1)
+        self._surely = 0.0  # power that no noise has, whatever its frequencies, summed
 
-    def add(self, left: Array, influence: Array, noise: float) -> None:
+    def add(self, left: Array, new: slice, influence: Array, noise: float, white: float) -> None:
         """Learn from a fit.
+
+        Rounding is no white noise: while the speed is constant, it has few frequencies, of which
+        a smooth fit leaves all. It would pass for a vibration. So the sum of all frequencies says
+        how much motion there is, and what is beyond white noise only which frequencies it has.
 
         Parameters
         ----------
         left
             Samples without the fit, clipped [rad], shape (n,).
+        new
+            Those that count.
         influence
-            Of samples on the fit at them and at the next ones, summed, shape (2,).
-        noise
-            Variance of the samples [rad^2].
+            Of these on the fit at them and at the LAGS next ones, summed, shape (LAGS + 1,).
+        noise, white
+            Variance of the samples, and that of white noise in them [rad^2].
         """
-        memory = MEMORY ** len(left)
-        products = np.array([left @ left, left[1:] @ left[:-1]])
-        of_noise = noise * (np.array([len(left), 0.0]) - influence)
+        count = new.stop - new.start
+        memory = MEMORY**count
+        after = np.append(left[new.start :], np.zeros(LAGS))[: count + LAGS]
+        products = np.correlate(after, left[new])
+        beyond = products + noise * influence
+        beyond[0] -= noise * count
         self._left = memory * self._left + products
-        self._motion = memory * self._motion + products - of_noise
-        square = float(_OF_SQUARE @ self._left)
-        gain = float(_OF_MOTION @ self._motion) / square if square else 0.0
-        self.gain = min(max(gain, 0.0), 1.0)
+        self._motion = memory * self._motion + beyond
+        surely = products[0] - noise * count + min(SURELY_WHITE * white, noise) * influence[0]
+        self._surely = memory * self._surely + float(surely)
+        motion = np.maximum(self._motion @ _COSINES, 0.0)
+        power = float(_WIDTHS @ motion)
+        share = min(max(self._surely, 0.0) / power, 1.0) if power else 0.0
+        gain = share * motion / np.maximum(self._left @ _COSINES, share * motion + LEAST_POWER)
+        self.gain = float(_WIDTHS @ gain)
+        self._kernel = gain @ _RESPONSES
 
-    def motion(self, left: Array, usual: Array, noise: float) -> Array:
-        """Return the motion in what is left of samples [rad], shape (n,).
+    def motion(
+        self, left: Array, usual: Array, noise: float, place: Array, wanted: Array
+    ) -> Array:
+        """Return the motion in what is left of samples at the places wanted [rad].
 
         Parameters
         ----------
@@ -67,9 +110,20 @@ class UnfittedMotion:
             What is left of samples, and the same clipped [rad], shape (n,).
         noise
             Variance of the samples [rad^2].
+        place, wanted
+            Of the samples, ascending, and of the motion, both on the same scale.
         """
         gain = evident(left, noise)
-        return np.where(gain > NEARLY * self.gain, gain * left, self.gain * usual)
+        if not self.gain:
+            return np.interp(wanted, place, gain * left)
+        index = np.arange(len(left))
+        fine = np.arange((len(left) - 1) * PHASES + 1) / PHASES
+        apart = np.zeros(len(fine))
+        apart[::PHASES] = usual
+        learned = np.convolve(apart, self._kernel)[LAGS * PHASES :][: len(fine)]
+        beyond = np.where(gain > NEARLY * self.gain, gain * left - learned[::PHASES], 0.0)
+        motion = learned + np.interp(fine, index, beyond)
+        return np.interp(wanted, np.interp(fine, index, place), motion)
 
 
 def clipped(left: Array, noise: float) -> Array:
