@@ -173,6 +173,26 @@ def test_arrays_that_are_no_map_are_refused(saved, tmp_path, change):
         load_keyframes(path)
 
 
+@pytest.mark.parametrize(
+    ('name', 'spoil'),
+    [
+        ('pose', np.zeros_like),
+        ('pose', lambda pose: 1.01 * pose),
+        ('relative', lambda relative: relative + np.eye(4)),
+        ('surface', lambda surface: 2.0 * surface),
+        ('information', np.negative),
+        ('information', np.triu),
+    ],
+)
+def test_arrays_of_values_that_no_map_has_are_refused(saved, tmp_path, name, spoil):
+    with np.load(saved) as file:
+        arrays = {each: file[each] for each in file.files}
+    path = tmp_path / 'keyframes.npz'
+    np.savez(path, **arrays | {name: spoil(arrays[name])})
+    with pytest.raises(SavedMapError, match=f'is not a map: .*{name} is'):
+        load_keyframes(path)
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(OSError, match=r'keyframes\.npz'):
         load_keyframes(tmp_path / 'keyframes.npz')

@@ -7,7 +7,7 @@ from typing import Any
 
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.whole_file import named, whole_file
-from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.geometry.poses import Array, inverse
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 KEYFRAMES = 'keyframes.npz'  # name of the file
 FORMAT = 1
+ROUNDING = 1e-4  # of matrices and normals, at most
 # Points of all keyframes one after the other; `*_counts` are the numbers of each.
 SHAPES: dict[str, tuple[int | str, ...]] = {
     'stamp_ns': ('keyframes',),
@@ -122,7 +123,25 @@ def _check(arrays: dict[str, NDArray[Any]]) -> None:
             raise ValueError(f'{name} is {arrays[name].dtype} of {arrays[name].shape}')
         if not np.isfinite(arrays[name]).all():
             raise ValueError(f'{name} is not finite')
+    _check_values(arrays)
+
+
+def _check_values(arrays: dict[str, NDArray[Any]]) -> None:
+    """Raise ValueError unless arrays of the right shapes can be of a map."""
     counts = np.concatenate([arrays['surface_counts'], arrays['cloud_counts']])
     ends = arrays['edge']
-    if (counts < 0).any() or (ends < 0).any() or (ends >= sizes['keyframes']).any():
+    if (counts < 0).any() or (ends < 0).any() or (ends >= len(arrays['stamp_ns'])).any():
         raise ValueError('an index or a count is out of range')
+    for name in ('pose', 'relative'):
+        off = inverse(arrays[name]) @ arrays[name] - np.eye(4)
+        if (np.abs(off) > ROUNDING).any():
+            raise ValueError(f'{name} is not rigid')
+    length = np.linalg.norm(arrays['surface'][:, 3:], axis=1)
+    if (np.abs(length - 1.0) > ROUNDING).any():
+        raise ValueError('a normal of surface is not of length 1')
+    information = arrays['information']
+    largest = np.abs(information).max(axis=(1, 2), initial=0.0)
+    skew = np.abs(information - np.swapaxes(information, 1, 2)).max(axis=(1, 2), initial=0.0)
+    least = np.linalg.eigvalsh(information)[:, 0]
+    if (np.maximum(skew, -least) > ROUNDING * largest).any():
+        raise ValueError('information is not symmetric and positive')
