@@ -10,13 +10,19 @@ import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import MeasuredBeams, Values
-from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES
+from nodlidar_assembler.calibration.calibrate import (
+    calibrate,
+    Calibration,
+    NAMES,
+    WITH_ELEVATION,
+)
 from nodlidar_assembler.calibration.command import ROWS
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
@@ -32,6 +38,16 @@ JOINT_RATE = 100.0  # Hz
 SAMPLES = 7547  # per sweep: the default nod
 DEGREE = math.radians(1.0)
 PUT_IN = Values(8e-3, 1.5 * DEGREE, DEGREE, 0.0, DEGREE, 0.005, 0.0, 0.085)
+# Its beams rise by 0.5 degrees, 2 at most, by the data sheet.
+LD19 = replace(
+    joints_at(JOINT_RATE),
+    steps=450,
+    first_step=0,
+    last_step=449,
+    front_step=225,
+    range_max=12.0,
+)
+MOST_ELEVATION = 2.0 * DEGREE
 START = Values.of_laser(LaserPoseConfig())
 TITLE = (
     f'Calibration from {DURATION:.0f} s in static scenes, joint states at {JOINT_RATE:.0f} Hz, '
@@ -44,7 +60,7 @@ class Case:
     """A scene with its number of runs, places of the robot (x, y), span and mount.
 
     Without a scene, each run has a panelled room of its own. An ideal one is without errors of the
-    lidar.
+    lidar. The elevation of an LD19's beams is drawn and calibrated, too.
     """
 
     scene: str
@@ -55,6 +71,12 @@ class Case:
     servo: str = ''
     fixed: bool = False
     ideal: bool = False
+    ld19: bool = False
+
+    @property
+    def values(self) -> tuple[str, ...]:
+        """Names of what is calibrated."""
+        return WITH_ELEVATION if self.ld19 else NAMES
 
 
 CASES = {
@@ -67,6 +89,10 @@ CASES = {
     'panelled rooms, RX-24F': Case('', 12, servo='rx24f'),
     'room, tilted mount': Case('room', 12, mount=(0.0, 0.0, 1.0, 0.2, 0.5, 0.0)),
     'room, nod of 30 deg': Case('room', 12, span=30.0 * DEGREE),
+    'room, RX-24F, LD19': Case('room', 12, servo='rx24f', ld19=True),
+    'corridor, RX-24F, LD19': Case(
+        'corridor', 12, ((1.0, 0.0), (7.0, 0.2)), servo='rx24f', ld19=True
+    ),
 }
 
 
@@ -78,24 +104,28 @@ def results() -> list[Row]:
             for name, case in CASES.items()
         }
         found = {name: [each.result() for each in runs] for name, runs in started.items()}
-    return [_row(name, runs, value) for name, runs in found.items() for value in NAMES]
+    return [
+        _row(name, runs, value) for name, runs in found.items() for value in CASES[name].values
+    ]
 
 
 def run(case: Case, seed: int) -> tuple[Calibration, Values]:
     """Return the calibration of a simulated recording, and the true values."""
     log, true, up = recording(case, seed)
-    return calibrate(MeasuredBeams.of(log), START, up), true
+    return calibrate(MeasuredBeams.of(log), START, up, case.values), true
 
 
 def recording(case: Case, seed: int) -> tuple[SensorLog, Values, NDArray[np.float64]]:
     """Return a simulated recording, the true values, and upward in nodlidar_base_link, (3,)."""
     rng = np.random.default_rng([seed, 16])
     true = PUT_IN if case.fixed else _drawn(rng)
+    if case.ld19:
+        true = replace(true, elevation=float(rng.uniform(0.0, MOST_ELEVATION)))
     scene = _scene(case, true, rng)
     middle = float(rng.uniform(-0.05, 0.05))
     limits = middle - case.span / 2.0, middle + case.span / 2.0
     nod = Nod(*limits, SAMPLES * BEAM_PERIOD, SAMPLES, START_NS)
-    sensor = joints_at(JOINT_RATE)
+    sensor = LD19 if case.ld19 else joints_at(JOINT_RATE)
     seen = simulate(scene, nod, DURATION, seed, start_ns=START_NS, sensor=sensor)
     # What the encoder does not show, play and slope, belongs to the zero as far as it is constant.
     unseen = float(np.mean(seen.true_pitch - seen.true_encoder_pitch))
@@ -118,6 +148,8 @@ def _scene(case: Case, true: Values, rng: np.random.Generator) -> Scene:
     x, y = (float(each + rng.uniform(-0.1, 0.1)) for each in place)
     heading = 0.0 if case.fixed else float(rng.uniform(-math.pi, math.pi))
     scene = load_scene(case.scene, ideal=case.ideal) if case.scene else panelled_room(rng)
+    if case.ld19:
+        scene = replace(scene, lidar=replace(load_lidar('ld19'), elevation=true.elevation))
     return replace(
         scene.with_velocity(STANDING),
         servo=load_servo(case.servo) if case.servo else None,
