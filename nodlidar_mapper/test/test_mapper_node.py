@@ -17,7 +17,7 @@ from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.mapper import FIRST
 from nodlidar_mapper.ros import map_output, messages
-from nodlidar_mapper.ros.cloud_input import BUSY, MOST_READY, NO_ODOMETRY
+from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_READY, NO_ODOMETRY
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_msgs.srv import MapFolder
 import numpy as np
@@ -354,6 +354,16 @@ def test_clouds_without_odometry_are_counted_as_such_however_fast_they_come(runn
         robot.send_cloud(50.0 + 0.1 * k, np.eye(4))
     until(lambda: mapper.clouds.drops.total() == 4)
     assert mapper.clouds.drops[NO_ODOMETRY] == 4
+
+
+def test_clouds_that_are_lost_while_the_mapper_stands_still_are_counted(running):
+    robot, mapper, until = running
+    robot.send_cloud(0, np.eye(4))
+    until(lambda: mapper.clouds.received == 1)
+    for k in range(8):  # nothing is taken meanwhile, and only some of them wait
+        robot.send_cloud(0.1 + 0.1 * k, np.eye(4))
+    until(lambda: mapper.clouds.received + mapper.clouds.drops[LOST] == 9)
+    assert mapper.clouds.drops[LOST] > 0
 
 
 def test_in_a_pause_of_odometry_nobody_knows_where_a_cloud_was_taken(running):

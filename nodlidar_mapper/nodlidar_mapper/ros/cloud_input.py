@@ -8,6 +8,7 @@ import re
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.publishers import Publishers
 from nodlidar_common.ros.point_cloud import points_in
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
@@ -28,6 +29,7 @@ from tf2_ros import TransformException
 MOST_READY = 3  # clouds of a topic that wait to be matched, as after a burst of odometry
 MOST_PAUSES = 20  # of odometry; TF keeps ten seconds
 FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
+LOST = 'cloud lost before it arrived'
 BUSY = 'cloud that came while others were matched'
 MALFORMED = 'malformed cloud'
 NO_ODOMETRY = 'cloud without odometry at its stamp'
@@ -124,11 +126,11 @@ class CloudInput:
         self.silences = dict(self._subscribe(topic) for topic in topics)
 
     def _subscribe(self, topic: str) -> tuple[str, Silence]:
-        silence = Silence(FIRST_SILENCE)
+        silence, publishers = Silence(FIRST_SILENCE), Publishers()
         subscription = self._node.create_subscription(
             PointCloud2,
             topic,
-            partial(self._arrived, topic, silence),
+            partial(self._arrived, topic, silence, publishers),
             QoSProfile(depth=5),
             qos_overriding_options=OVERRIDABLE,
         )
@@ -212,8 +214,18 @@ class CloudInput:
             return None
         return messages.matrix_of(found)
 
-    def _arrived(self, topic: str, silence: Silence, message: PointCloud2) -> None:
+    def _arrived(
+        self,
+        topic: str,
+        silence: Silence,
+        publishers: Publishers,
+        message: PointCloud2,
+        info: dict[str, int],
+    ) -> None:
         self.received += 1
+        lost_before = publishers.lost
+        publishers.add(info.get('publication_sequence_number'))
+        self.drops += Counter({LOST: publishers.lost - lost_before})
         silence.heard(steady_ns(), time_ns(message.header.stamp))
         if not 0 < time_ns(message.header.stamp) <= LATEST_NS:
             self.drops[MALFORMED] += 1
