@@ -366,6 +366,16 @@ def test_clouds_that_are_lost_while_the_mapper_stands_still_are_counted(running)
     assert mapper.clouds.drops[LOST] > 0
 
 
+def test_the_frame_of_a_cloud_that_tf_does_not_have_is_named(running):
+    robot, mapper, until = running
+    drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    robot.send(2.0, np.eye(4), np.eye(4), frame='lidar_of_nobody')
+    until(lambda: mapper.clouds.drops.total() == 1)
+    assert [*mapper.clouds.drops] == [
+        "cloud in a frame without transform to 'base_link': 'lidar_of_nobody'"
+    ]
+
+
 def test_in_a_pause_of_odometry_nobody_knows_where_a_cloud_was_taken(running):
     """The robot goes out and back meanwhile, so that TF would have it at rest all the time."""
     robot, mapper, until = running

@@ -153,7 +153,7 @@ class CloudInput:
                 self._drop(each, BUSY)
         for each in [one for one in self._waiting if one not in placed]:
             if self._is_overdue(each):
-                self._drop(each, NO_ODOMETRY)
+                self._drop(each, self._unplaced(each.message.header.frame_id))
         for each, poses in sorted(placed.items(), key=lambda item: item[0].stamp_ns):
             self._waiting.remove(each)
             try:
@@ -171,6 +171,13 @@ class CloudInput:
         """Return whether a cloud has waited for odometry for too long."""
         deadline = self._config.odometry_deadline + max(self._config.odometry_delay, 0.0)
         return steady_ns() - each.since_ns > deadline * NS_PER_S
+
+    def _unplaced(self, frame: str) -> str:
+        """Return why clouds in a frame have no pose."""
+        base = self._config.base_frame
+        if frame == base or self.odometry.buffer.can_transform(base, frame, Time()):
+            return NO_ODOMETRY
+        return f"cloud in a frame without transform to '{base}': '{frame}'"
 
     def _poses_of(self, message: PointCloud2) -> tuple[Array, Array] | None:
         """Return the poses of a cloud's frame, see Cloud; None as long as TF lacks one."""
