@@ -39,6 +39,13 @@ def test_a_jump_of_odometry_does_not_carry_the_robot_away(jump):
         np.testing.assert_allclose(found.map_from_odometry @ odometry, here, atol=0.02)
 
 
+@pytest.mark.parametrize('points', [np.zeros((0, 3)), np.full((9, 3), np.nan)])
+def test_a_cloud_without_points_is_named_and_the_next_one_is_matched(points):
+    mapper, pose = mapped(CROOKED)
+    assert 'the cloud has no usable points' in mapper.add(6 * NS, points, pose).lost
+    assert not mapper.add(7 * NS, cloud(CROOKED, pose, seed=7), pose).lost
+
+
 def test_wheels_that_turn_on_the_spot_do_not_carry_the_robot_away():
     """Odometry goes on for 1 m, and bends each cloud by the 0.25 m that it goes meanwhile."""
     mapper, pose = mapped(CROOKED)

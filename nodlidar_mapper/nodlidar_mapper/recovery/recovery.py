@@ -118,6 +118,8 @@ class Recovery:
         keyframes
             Of the map.
         """
+        if not len(seen.points):
+            return 'the cloud has no usable points'
         self._clouds += 1
         self._jumped |= guess.jumped
         clear = clear_share(seen.points, guess.pose, keyframes)
