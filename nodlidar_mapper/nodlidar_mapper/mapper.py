@@ -27,6 +27,9 @@ NO_MAP = 'no map yet'
 # Wheels may have slipped far if so much less of a cloud fits than of those before. The newest one
 # has this weight in their average.
 UNUSUAL, NEWEST = 1.0 / 3.0, 0.3
+# Clouds that slips have bent lie on the map in part, where the robot is not. A match is not
+# believed if the share that lies on it is less than this of the usual one.
+LEAST_OF_USUAL = 0.6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,6 +83,7 @@ class Mapper:
         self.map = GrowingMap(config, keyframes, edges)
         self._track = Track(config)
         self._usual_fit = 0.0  # mean informative_share of the matches so far
+        self._usual_share = 0.0  # mean share of these
         self._map_from_odometry: Array | None = None  # the last good one
         self._recovery = Recovery(config, anywhere=bool(keyframes))
         # None once they were mapped again, or if there is nothing to begin.
@@ -266,8 +270,12 @@ class Mapper:
             if self._was_placed and self.map.points >= LEAST_SURFACE:
                 return 'hardly any of the map is around the pose that was set'
             return NO_MAP
+        usual = self._usual_share
+        self._usual_share += NEWEST * (found.share - usual)
         if found.share < self._config.least_share:
             return f'{found.share:.0%} of the points near the map lie on it'
+        if found.share < LEAST_OF_USUAL * usual:
+            return f'{found.share:.0%} of the points near the map lie on it, {usual:.0%} is usual'
         clear = clear_share(seen.points, found.pose, self.map.near, found.on)
         if clear < self._config.least_clear:
             return f'{1.0 - clear:.0%} of the points are in space that was seen to be free'
