@@ -7,6 +7,7 @@ what is between the samples. Where a spline misses a sharp reversal, three neigh
 the gain is larger there.
 """
 
+from nodlidar_assembler.clouds.white_noise import cosines
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,9 +31,8 @@ USUAL = 0.67  # median of a normal distribution's size over its standard deviati
 _FREQUENCIES = np.linspace(0.0, 0.5, 2 * LAGS + 1)  # per sample
 _WIDTHS = np.full(len(_FREQUENCIES), 1.0 / (2 * LAGS))  # shares of all frequencies, each
 _WIDTHS[[0, -1]] /= 2.0
-_COSINES = 2.0 * np.cos(2.0 * np.pi * np.outer(np.arange(LAGS + 1), _FREQUENCIES))
-_COSINES *= 1.0 - np.arange(LAGS + 1)[:, None] / (LAGS + 1.0)  # Bartlett's window
-_COSINES[0] = 1.0
+_TAPER = 1.0 - np.arange(LAGS + 1) / (LAGS + 1.0)  # Bartlett's window
+_COSINES = cosines(2.0 * np.pi * _FREQUENCIES, _TAPER)
 
 
 def _responses() -> Array:

@@ -15,8 +15,19 @@ FREQUENCIES = np.linspace(np.pi / 2.0, np.pi, LAGS + 1)  # per sample, which a n
 
 _SHARE = np.arange(LAGS + 1) / (LAGS + 1.0)
 _TAPER = np.minimum(1.0 - 6.0 * _SHARE**2 * (1.0 - _SHARE), 2.0 * (1.0 - _SHARE) ** 3)  # Parzen's
-_COSINES = 2.0 * np.cos(np.outer(np.arange(LAGS + 1), FREQUENCIES)) * _TAPER[:, None]
-_COSINES[0] = 1.0
+
+
+def cosines(frequencies: Array, taper: Array) -> Array:
+    """Return what makes an autocovariance (lags + 1,) a spectrum (f,), shape (lags + 1, f).
+
+    Frequencies are per sample [rad], shape (f,); the taper is that of the lags, 1 at 0.
+    """
+    matrix = 2.0 * np.cos(np.outer(np.arange(len(taper)), frequencies)) * taper[:, None]
+    matrix[0] = 1.0
+    return np.asarray(matrix)
+
+
+_COSINES = cosines(FREQUENCIES, _TAPER)
 # Autocovariance of the third difference of white noise of variance 1.
 _OF_WHITE_NOISE = np.array([20.0, -15.0, 6.0, -1.0])
 _SPECTRUM_OF_WHITE_NOISE = np.append(_OF_WHITE_NOISE, np.zeros(LAGS - 3)) @ _COSINES
