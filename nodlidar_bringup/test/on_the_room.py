@@ -1,4 +1,4 @@
-"""What clouds of lidars that see all around have in common in the room."""
+"""What clouds of the room have in common."""
 
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
@@ -10,16 +10,22 @@ from sensor_msgs_py import point_cloud2
 CLOUDS = 50  # two sweeps and more
 
 
-def assert_on_the_room_all_around(scans, beams, clouds):
-    """Scans have so many beams; clouds are all around, nodded, and on the surfaces of the room."""
-    assert np.mean([len(scan.ranges) for scan in scans]) == pytest.approx(beams, rel=0.01)
+def assert_on_the_room(clouds, within):
+    """Clouds are nodded, and on the room within an RMS distance [m]; return their points."""
     points = np.concatenate(
         [point_cloud2.read_points_numpy(each, field_names=['x', 'y', 'z']) for each in clouds]
     ).astype(np.float64)
-    azimuth, height = np.arctan2(points[:, 1], points[:, 0]), points[:, 2]
-    assert np.histogram(azimuth, 8, (-np.pi, np.pi))[0].min() > len(points) / 20
-    assert np.ptp(height) > 1.0  # it nods
+    assert np.ptp(points[:, 2]) > 1.0  # it nods
     world = World(load_scene('room', ideal=True), IdealServo())
     distance = world.surface_distance(points, np.array([0]))
+    assert np.sqrt(np.mean(distance**2)) < within
+    return points
+
+
+def assert_on_the_room_all_around(scans, beams, clouds):
+    """Scans have so many beams; clouds are all around, nodded, and on the surfaces of the room."""
+    assert np.mean([len(scan.ranges) for scan in scans]) == pytest.approx(beams, rel=0.01)
     # Stamps are up to 2 ms off; with the beams in the wrong order it would be ten times as much.
-    assert np.sqrt(np.mean(distance**2)) < 0.01
+    points = assert_on_the_room(clouds, within=0.01)
+    azimuth = np.arctan2(points[:, 1], points[:, 0])
+    assert np.histogram(azimuth, 8, (-np.pi, np.pi))[0].min() > len(points) / 20
