@@ -265,7 +265,7 @@ class Mapper:
         return min([found, *slipped], key=lambda each: each.cost)
 
     def _lost(self, found: Match, seen: Seen) -> str:
-        """Return why a match is not believed; empty if it is."""
+        """Return why a match is not believed, empty if it is; learn the usual share."""
         if len(self.map.around.points) < LEAST_SURFACE:
             if self._was_placed and self.map.points >= LEAST_SURFACE:
                 return 'hardly any of the map is around the pose that was set'
