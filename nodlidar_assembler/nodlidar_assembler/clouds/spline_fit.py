@@ -66,10 +66,12 @@ class Splines(NamedTuple):
 
         Its shape is (m, lags + 1).
         """
-        after = np.pad(self.spread[:, samples.start :], ((0, 0), (0, lags), (0, 0)))
+        after = self.spread[:, samples.start :]
         informed = self.spread[:, samples] * self.information[:, samples, None]
-        products = informed @ after.transpose(0, 2, 1)
-        row = np.arange(samples.stop - samples.start)[:, None]
+        splines, count = informed.shape[:2]
+        products = np.zeros((splines, count, after.shape[1] + lags))
+        products[:, :, : after.shape[1]] = informed @ after.transpose(0, 2, 1)
+        row = np.arange(count)[:, None]
         return np.asarray(products[:, row, row + np.arange(lags + 1)].sum(axis=1))
 
 
