@@ -14,7 +14,7 @@ from nodlidar_assembler.calibration.calibrate import (
     calibrate,
     Calibration,
     NAMES,
-    WITH_ELEVATION,
+    OPTIONAL,
 )
 from nodlidar_assembler.calibration.command import ROWS
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig
@@ -38,7 +38,7 @@ JOINT_RATE = 100.0  # Hz
 SAMPLES = 7547  # per sweep: the default nod
 DEGREE = math.radians(1.0)
 PUT_IN = Values(8e-3, 1.5 * DEGREE, DEGREE, 0.0, DEGREE, 0.005, 0.0, 0.085)
-# Its beams rise by 0.5 degrees, 2 at most, by the data sheet.
+# By its data sheet, beams rise by 0.5 degrees, 2 at most, and means of ranges are within 45 mm.
 LD19 = replace(
     joints_at(JOINT_RATE),
     steps=450,
@@ -47,7 +47,7 @@ LD19 = replace(
     front_step=225,
     range_max=12.0,
 )
-MOST_ELEVATION = 2.0 * DEGREE
+MOST_ELEVATION, MOST_OFFSET = 2.0 * DEGREE, 0.045
 START = Values.of_laser(LaserPoseConfig())
 TITLE = (
     f'Calibration from {DURATION:.0f} s in static scenes, joint states at {JOINT_RATE:.0f} Hz, '
@@ -60,7 +60,7 @@ class Case:
     """A scene with its number of runs, places of the robot (x, y), span and mount.
 
     Without a scene, each run has a panelled room of its own. An ideal one is without errors of the
-    lidar. The elevation of an LD19's beams is drawn and calibrated, too.
+    lidar. Elevation and offset of an LD19 are drawn and calibrated, too.
     """
 
     scene: str
@@ -76,7 +76,7 @@ class Case:
     @property
     def values(self) -> tuple[str, ...]:
         """Names of what is calibrated."""
-        return WITH_ELEVATION if self.ld19 else NAMES
+        return (*NAMES, *OPTIONAL) if self.ld19 else NAMES
 
 
 CASES = {
@@ -120,7 +120,11 @@ def recording(case: Case, seed: int) -> tuple[SensorLog, Values, NDArray[np.floa
     rng = np.random.default_rng([seed, 16])
     true = PUT_IN if case.fixed else _drawn(rng)
     if case.ld19:
-        true = replace(true, elevation=float(rng.uniform(0.0, MOST_ELEVATION)))
+        true = replace(
+            true,
+            elevation=float(rng.uniform(0.0, MOST_ELEVATION)),
+            offset=float(rng.uniform(-MOST_OFFSET, MOST_OFFSET)),
+        )
     scene = _scene(case, true, rng)
     middle = float(rng.uniform(-0.05, 0.05))
     limits = middle - case.span / 2.0, middle + case.span / 2.0
@@ -149,7 +153,8 @@ def _scene(case: Case, true: Values, rng: np.random.Generator) -> Scene:
     heading = 0.0 if case.fixed else float(rng.uniform(-math.pi, math.pi))
     scene = load_scene(case.scene, ideal=case.ideal) if case.scene else panelled_room(rng)
     if case.ld19:
-        scene = replace(scene, lidar=replace(load_lidar('ld19'), elevation=true.elevation))
+        lidar = replace(load_lidar('ld19'), elevation=true.elevation, offset=-true.offset)
+        scene = replace(scene, lidar=lidar)
     return replace(
         scene.with_velocity(STANDING),
         servo=load_servo(case.servo) if case.servo else None,

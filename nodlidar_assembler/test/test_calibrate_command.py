@@ -19,7 +19,10 @@ NOD = Nod(-0.61, 0.61, 4001 * 0.1 / 1024, 4001, 10**18)
 
 @pytest.mark.parametrize(
     ('option', 'row'),
-    [([], 'elevation is not determined'), (['--elevation'], 'elevation of the beams')],
+    [
+        ([], 'elevation is not determined'),
+        (['--elevation', '--range-offset'], 'elevation of the beams'),
+    ],
 )
 def test_a_bag_gives_a_file_and_a_table(option, row, tmp_path, monkeypatch, capsys):
     """Delay of 8 ms put in by the stamps; an ideal lidar at its place otherwise."""
@@ -30,10 +33,11 @@ def test_a_bag_gives_a_file_and_a_table(option, row, tmp_path, monkeypatch, caps
     values = file_values(['found here.yaml'], 'assembler', AssemblerConfig)
     head = (tmp_path / 'found here.yaml').read_text().splitlines()[2]
     assert head.startswith('# Not determined')
-    assert head.endswith(' elevation.') == (not option)
+    assert head.endswith(' elevation, offset.') == (not option)
     assert abs(values['joint_delay'] - 0.008) < 0.5e-3
     assert abs(values['laser_rpy'][2]) < math.radians(0.1)
     assert abs(values['beam_elevation']) < math.radians(0.1)
+    assert abs(values['range_offset']) < 0.01
     printed = capsys.readouterr().out
     assert 'joint delay' in printed
     assert row in printed
@@ -74,6 +78,8 @@ def test_values_and_parameters_are_the_same(way):
         joint_delay=0.004,
         laser_xyz=(0.01, 0.02, 0.09),
         laser_rpy=(0.1, 0.2, 0.3),
+        beam_elevation=0.02,
+        range_offset=0.01,
     )
     again = parameters(start_values(config), config)
     assert {key: np.ravel(value).tolist() for key, value in again.items()} == {

@@ -12,7 +12,7 @@ from nodlidar_assembler.calibration.beam_model import (
     MeasuredBeams,
     Values,
 )
-from nodlidar_assembler.calibration.calibrate import calibrate, GATES, WITH_ELEVATION
+from nodlidar_assembler.calibration.calibrate import calibrate, GATES, NAMES, OPTIONAL
 from nodlidar_assembler.calibration.plane_search import find_planes, Gate, Plane
 from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig, ScanGeometry
@@ -29,6 +29,7 @@ UP = np.array([0.0, 0.0, 1.0])
 DEGREE = math.radians(1.0)
 SWEEP = 7547
 NOD = Nod(-0.61, 0.61, SWEEP * 0.1 / 1024, SWEEP, 0)
+PRECISE = LidarParameters(noise=0.003)
 TRUE = Values(8e-3, 1.5 * DEGREE, DEGREE, 0.0, DEGREE, 0.005, 0.0, 0.085)
 
 
@@ -38,13 +39,11 @@ def beams():
     return seen_beams(np.zeros_like)
 
 
-def seen_beams(encoder_error, lost=slice(0), room=None, elevation=0.0, **gap):
+def seen_beams(encoder_error, lost=slice(0), room=None, lidar=PRECISE, **gap):
     """Return beams in the room: the encoder errs [rad] at each angle [rad]; samples are lost."""
     room = room or load_scene('room', ideal=True)
     off = (TRUE.x, 0.0, TRUE.z - 0.08, TRUE.roll, 0.0, TRUE.yaw)
-    scene = replace(
-        room, lidar=LidarParameters(noise=0.003, elevation=elevation), misalignment=off
-    )
+    scene = replace(room, lidar=lidar, misalignment=off)
     sensor = SensorModel(joint_rate=100.0, joint_tick=0.0015)
     seen = simulate(scene, NOD, 8.0, 1, sensor=sensor)
     geometry = ScanGeometry(
@@ -58,17 +57,19 @@ def seen_beams(encoder_error, lost=slice(0), room=None, elevation=0.0, **gap):
     return MeasuredBeams.of(SensorLog(scans, late_ns[kept], position[kept] + TRUE.zero), **gap)
 
 
-def test_the_elevation_of_the_beams_is_found_if_asked_for():
-    """Two degrees, the most that an LD19 may have; unasked, they are put down to other values."""
-    beams = seen_beams(np.zeros_like, elevation=2.0 * DEGREE)[::3]
+def test_elevation_and_offset_are_found_if_asked_for():
+    """The most that an LD19 may have; unasked, an elevation is put down to other values."""
+    lidar = replace(PRECISE, elevation=2.0 * DEGREE, offset=0.045)
+    beams = seen_beams(np.zeros_like, lidar=lidar)[::3]
     start = Values.of_laser(LaserPoseConfig())
-    found = calibrate(beams, start, UP, WITH_ELEVATION)
-    true = replace(TRUE, elevation=2.0 * DEGREE)
+    found = calibrate(beams, start, UP, (*NAMES, *OPTIONAL))
+    true = replace(TRUE, elevation=2.0 * DEGREE, offset=-0.045)
     assert found.errors['elevation'] < 0.2 * DEGREE
+    assert found.errors['offset'] < 0.01
     for name, error in found.errors.items():
         assert abs(getattr(found.values, name) - getattr(true, name)) < 4.0 * error, name
     unasked = calibrate(beams, start, UP)
-    assert 'elevation' not in unasked.errors
+    assert not {*OPTIONAL} & {*unasked.errors}
     assert abs(unasked.values.zero - TRUE.zero) > 0.5 * DEGREE
 
 

@@ -123,6 +123,16 @@ def test_what_is_too_far_is_what_the_scan_or_the_parameter_says(max_range, farth
     assert found.geometry.range_max == pytest.approx(farthest)
 
 
+@pytest.mark.parametrize('offset', [-0.045, 0.0, 0.03])
+def test_an_offset_moves_what_is_measured_and_nothing_else(offset):
+    """Neither codes of the driver become measurements, nor measurements codes."""
+    raw = [-INF, -1.0, 0.0, 0.019, 0.1, 1.0, 5.59, 5.61, INF, NAN]
+    found = taken(scan(ranges=raw), range_offset=offset)
+    measured = found.geometry.measured(found.ranges)
+    assert measured.tolist() == [False] * 4 + [True] * 3 + [False] * 3
+    np.testing.assert_allclose(found.ranges[measured], [x + offset for x in raw[4:7]], rtol=1e-6)
+
+
 def test_scans_that_are_wrong_in_the_same_way_have_the_same_reason():
     reasons = {refusal_of(scan(time_increment=-t)).reason for t in (1e-4, 2e-4)}
     assert len(reasons) == 1

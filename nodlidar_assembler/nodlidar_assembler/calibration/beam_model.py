@@ -48,6 +48,8 @@ class Values:
         Optical centre of the lidar in the nodding frame [m].
     elevation
         Angle at which beams rise out of the lidar's plane [rad].
+    offset
+        Added to each range [m].
     """
 
     delay: float
@@ -59,6 +61,7 @@ class Values:
     y: float
     z: float
     elevation: float = 0.0
+    offset: float = 0.0
 
     def moved(self, names: tuple[str, ...], steps: Array) -> 'Values':
         """Return the values with steps added to the named ones."""
@@ -207,20 +210,22 @@ def ends_of(beams: MeasuredBeams, values: Values, with_moves: bool = True) -> En
     rotation = np.asarray(euler2mat(values.roll, values.pitch, values.yaw, axes='sxyz'))
     one, nothing = np.ones(len(beams)), np.zeros(len(beams))
     direction = rotation @ directions(beams.azimuth, values.elevation)
+    ranges = beams.ranges + values.offset
     vectors = {
-        'xyz': direction * beams.ranges + np.array([[values.x], [values.y], [values.z]]),
+        'xyz': direction * ranges + np.array([[values.x], [values.y], [values.z]]),
         'ways': direction,
     }
     if with_moves:
         vectors |= {
-            'roll': np.cross(rotation[:, 0], direction.T).T * beams.ranges,
-            'yaw': np.stack([-direction[1], direction[0], nothing]) * beams.ranges,
+            'roll': np.cross(rotation[:, 0], direction.T).T * ranges,
+            'yaw': np.stack([-direction[1], direction[0], nothing]) * ranges,
             'x': np.stack([one, nothing, nothing]),
             'z': np.stack([nothing, nothing, one]),
             # A beam that rises turns towards the one that is a right angle higher.
             'elevation': rotation
             @ directions(beams.azimuth, values.elevation + math.pi / 2.0)
-            * beams.ranges,
+            * ranges,
+            'offset': direction,
         }
     turned = nodded(np.stack(list(vectors.values()), axis=1), position - values.zero)
     xyz, ways, *moved = turned.swapaxes(0, 1)

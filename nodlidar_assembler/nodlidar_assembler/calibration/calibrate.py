@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NAMES = ('delay', 'zero', 'roll', 'yaw', 'x', 'z')
-WITH_ELEVATION = (*NAMES, 'elevation')  # if asked for: it makes the others less certain
-# Largest standard error with which a value counts as determined [s], [rad], [m]. For x and z, a
-# ruler is as good, and what is stated with more may be 30 mm off.
+OPTIONAL = ('elevation', 'offset')  # if asked for: they make the others less certain
+# Largest standard error with which a value counts as determined [s], [rad], [m]. For x, z and the
+# offset, a ruler is as good, and an x or z that is stated with more may be 30 mm off.
 DETERMINED = {
     'delay': 2e-3,
     'zero': math.radians(0.5),
@@ -35,8 +35,9 @@ DETERMINED = {
     'x': 0.006,
     'z': 0.006,
     'elevation': math.radians(0.2),
+    'offset': 0.01,
 }
-UNITS = {'delay': 's', 'x': 'm', 'z': 'm'}  # of values that are no angles
+UNITS = {'delay': 's', 'x': 'm', 'z': 'm', 'offset': 'm'}  # of values that are no angles
 # How far from coarse to fine a beam [m], a patch [m] and its angle [rad] may be off their plane.
 GATES = (
     Gate(0.15, 0.15, 0.5),
@@ -94,7 +95,7 @@ def calibrate(
     up
         Upward in nodlidar_base_link, shape (3,), if floors are level and walls upright; else None.
     wanted
-        NAMES or WITH_ELEVATION.
+        NAMES, and any of OPTIONAL.
 
     Raises
     ------

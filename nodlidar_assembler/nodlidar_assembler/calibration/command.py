@@ -10,7 +10,7 @@ import sys
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import MeasuredBeams
-from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES, WITH_ELEVATION
+from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES, OPTIONAL
 from nodlidar_assembler.calibration.recorded import (
     log_of_bag,
     parameters,
@@ -37,12 +37,16 @@ ROWS = {
     'x': ('lidar ahead of the nod axis, x', 'mm', 1e3),
     'z': ('lidar above the nod axis, z', 'mm', 1e3),
     'elevation': ('elevation of the beams', 'deg', math.degrees(1.0)),
+    'offset': ('added to each range', 'mm', 1e3),
 }
 NEVER = {
     'y': 'a shift of the whole cloud: no nod shows it',
     'pitch': 'the same as a joint zero with another x and z',
 }
-UNASKED = 'only with --elevation, for lidars whose beams rise out of their plane, as an LD19'
+UNASKED = {
+    'elevation': 'only with --elevation, for lidars whose beams rise out of a plane, as an LD19',
+    'offset': 'only with --range-offset, for lidars that measure all ranges too long or short',
+}
 
 # Records the live topics for a time [s]: config, scan topic, joint topic, seconds. Without a
 # config, it is that of the running assembler. Returns the log, and the config that was used.
@@ -77,8 +81,8 @@ def calibrate_and_report(
     tilt = arguments.mount_rpy[:2] if arguments.mount_rpy else config.mount_tilt
     up = None if arguments.not_level else BandConfig(mount_tilt=tilt).levelled[2]
     beams = MeasuredBeams.of(log, config.max_range or math.inf, config.max_joint_gap)
-    wanted = WITH_ELEVATION if arguments.elevation else NAMES
-    found = calibrate(beams, start_values(config), up, wanted)
+    wanted = [name for name in OPTIONAL if getattr(arguments, name)]
+    found = calibrate(beams, start_values(config), up, (*NAMES, *wanted))
     write(arguments.output, found, config)  # first: the reader of the table may go away
     result_console().print(result_table(found, arguments.output))
 
@@ -126,7 +130,7 @@ def write(path: Path, found: Calibration, config: AssemblerConfig) -> None:
 
 def _left_open(found: Calibration) -> dict[str, str]:
     """Return why values are as before, by their names."""
-    unasked = {} if _is_asked(found, 'elevation') else {'elevation': UNASKED}
+    unasked = {name: why for name, why in UNASKED.items() if not _is_asked(found, name)}
     return found.undetermined | NEVER | unasked
 
 
@@ -170,6 +174,13 @@ def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Name
         action='store_true',
         help='also find at which angle beams rise out of the plane in which the lidar turns, '
         'as those of an LD19 do',
+    )
+    parser.add_argument(
+        '--range-offset',
+        dest='offset',
+        action='store_true',
+        help='also find by how much the lidar measures all ranges too long or too short, as an '
+        'LD19 may by 45 mm',
     )
     parser.add_argument(
         '--seconds', type=float, default=SECONDS, help=f'of live; default: {SECONDS:g}'

@@ -34,6 +34,7 @@ BEFORE = {
     'x': 0.03,
     'z': 0.03,
     'elevation': 0.02,
+    'offset': 0.03,
 }
 BIAS = 0.01  # of ranges: Kneip et al., ICRA 2009, and Okubo et al., 2009, found 5 to 20 mm [m]
 TILT = 0.2  # of the base about its x axis [rad]

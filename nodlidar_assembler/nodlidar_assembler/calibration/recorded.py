@@ -18,7 +18,7 @@ STANDS, FACES = 0.03, 0.02
 
 
 class Recorder(LogGatherer):
-    """Gathers scans and joint states, whose delay and zero are left as they are.
+    """Gathers scans and joint states, whose offset, delay and zero are left as they are.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Recorder(LogGatherer):
     """
 
     def __init__(self, config: AssemblerConfig) -> None:
-        super().__init__(replace(config, joint_delay=0.0, joint_zero=0.0))
+        super().__init__(replace(config, joint_delay=0.0, joint_zero=0.0, range_offset=0.0))
 
     def log(self) -> SensorLog:
         """Return what was gathered; raises CalibrationError if either is missing."""
@@ -72,7 +72,8 @@ def require_standing(log: SensorLog) -> None:
 
 def start_values(config: AssemblerConfig) -> Values:
     """Return the values that the parameters set."""
-    return Values.of_laser(config, config.joint_delay, _sign(config) * config.joint_zero)
+    values = Values.of_laser(config, config.joint_delay, _sign(config) * config.joint_zero)
+    return replace(values, offset=config.range_offset)
 
 
 def parameters(values: Values, config: AssemblerConfig) -> dict[str, Any]:
@@ -83,6 +84,7 @@ def parameters(values: Values, config: AssemblerConfig) -> dict[str, Any]:
         'laser_xyz': [values.x, values.y, values.z],
         'laser_rpy': [values.roll, values.pitch, values.yaw],
         'beam_elevation': values.elevation,
+        'range_offset': values.offset,
     }
 
 

@@ -53,6 +53,14 @@ class ScanInputConfig:
         minimum=0.0,
         maximum=1e6,
     )
+    range_offset: float = parameter(
+        0.0,
+        'Added to each range, for a lidar that measures all of them too short, or, if negative, '
+        'too long',
+        unit='m',
+        minimum=-0.5,
+        maximum=0.5,
+    )
 
 
 class RefusedScanError(ScanError):
@@ -65,7 +73,7 @@ class ScanInput:
     Parameters
     ----------
     config
-        Delay of the stamps, default time_increment, order of the beams, largest range.
+        Delay of the stamps, default time_increment, order of the beams, largest range, offset.
 
     Attributes
     ----------
@@ -84,6 +92,7 @@ class ScanInput:
         self._time_increment = config.time_increment
         self._max_range = config.max_range or math.inf
         self._last_beam_first = config.last_beam_first
+        self._range_offset = config.range_offset
 
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock of the host was set by a step [ns]."""
@@ -102,6 +111,7 @@ class ScanInput:
                 self._time_increment,
                 self._max_range,
                 self._last_beam_first,
+                self._range_offset,
             )
             nominal = revolution_time(scan.geometry)
         except ParameterError as error:

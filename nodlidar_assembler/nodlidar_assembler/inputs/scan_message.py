@@ -18,8 +18,9 @@ def scan_from_message(
     time_increment: float = 0.0,
     max_range: float = math.inf,
     last_beam_first: bool = False,
+    range_offset: float = 0.0,
 ) -> Scan:
-    """Return a LaserScan as a scan whose arrays are views of the message's.
+    """Return a LaserScan as a scan whose arrays are views of the message's, but for an offset.
 
     Parameters
     ----------
@@ -33,6 +34,8 @@ def scan_from_message(
         Largest range that is a measurement, if below the message's range_max [m].
     last_beam_first
         Whether the lidar measured the last beam of the message first.
+    range_offset
+        Added to the ranges and their limits [m].
 
     Raises
     ------
@@ -50,14 +53,15 @@ def scan_from_message(
         angle,
         step,
         message.time_increment or time_increment,
-        message.range_min,
-        min(message.range_max, max_range),
+        max(message.range_min + range_offset, 0.0),
+        min(message.range_max + range_offset, max_range),
     )
     order = slice(None, None, -1 if last_beam_first else 1)
+    ranges = np.frombuffer(message.ranges, dtype=np.float32)[order]
     return Scan(
         stamp_ns=stamp_ns,
         geometry=geometry,
-        ranges=np.frombuffer(message.ranges, dtype=np.float32)[order],
+        ranges=ranges + np.float32(range_offset) if range_offset else ranges,
         intensities=np.frombuffer(message.intensities, dtype=np.float32)[order],
     )
 
