@@ -158,7 +158,8 @@ def test_a_goal_is_cancelled_at_any_time_with_feedback_until_then(log):
     assert 0.0 < result.coverage.seen < 1.0
     assert result.cloud.width > 0
     feedback = client.feedback[-1]
-    assert feedback.seen == pytest.approx(result.coverage.seen)
+    # On a busy computer, scans still arrive after it.
+    assert 0.0 < feedback.seen <= result.coverage.seen + 1e-6
     assert 0.01 < feedback.largest_hole <= 0.6
     assert 0.0 < feedback.time_to_go < result.predicted_time
 
