@@ -121,6 +121,18 @@ def test_a_pause_of_an_hour_ends_the_cloud():
     assert max(float(cloud.data['time'][-1]) for cloud in clouds) < 0.2
 
 
+def test_no_cloud_joins_points_of_before_and_after_a_pause():
+    """The nod rests while scans are missing for 3 s, and goes on; two lost scans are no pause."""
+    pause_ns, begin_ns = 3 * S, TODAY_NS + 14 * S // 10
+    nod = Nod(-0.5, 0.5, 1.0, 10_240, TODAY_NS)
+    scans = [(TODAY_NS + k * S // 10, geometry(11)) for k in (*range(6), *range(8, 14))]
+    scans += [(start_ns + pause_ns + 14 * S // 10, shape) for start_ns, shape in scans]
+    clouds = assembled(scans, lambda ns: nod.pitch(ns - np.clip(ns - begin_ns, 0, pause_ns)))
+    begins = [round((cloud.time_ns[0] - TODAY_NS) / S, 1) for cloud in clouds]
+    assert begins == [0.0, 1.0, 4.4]  # the last one is still open
+    assert all(cloud.time_ns[-1] - cloud.time_ns[0] <= S for cloud in clouds)
+
+
 def test_a_joint_at_rest_for_an_hour_is_not_remembered_and_its_next_reversal_is_found():
     """It wavers by one encoder step, then nods at 1 rad/s and reverses after 0.4 s."""
     finder = ReversalFinder()

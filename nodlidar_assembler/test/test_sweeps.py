@@ -109,6 +109,22 @@ def test_a_nod_that_stands_still_does_not_gather_without_end():
     assert all(len(cloud.data) == 1000 for cloud in clouds)
 
 
+@given(st.sampled_from([1, 2]), st.sampled_from([(800, 800), (1200, 400)]))
+def test_while_the_nod_rests_clouds_end_after_twice_the_usual_time(sweeps, durations_ms):
+    """Six sweeps, of which every second one may be a fast return; 20 s of rest; the same again."""
+    gatherer, clouds = SweepGatherer(30.0, sweeps), []
+    ends_ms = np.cumsum([*durations_ms * 3, 20_000, *durations_ms * 3])
+    for k in range(int(ends_ms[-1]) // 100 + 1):
+        for end_ms in ends_ms[ends_ms // 100 == k]:
+            gatherer.add_reversal(START_NS + int(end_ms) * 1_000_000)
+        clouds += gatherer.add_scan(scan_of(START_NS + k * 100_000_000))
+    longest_ns = 2 * max(durations_ms[0], sum(durations_ms[:sweeps])) * 1_000_000
+    assert max(cloud.time_ns[-1] - cloud.time_ns[0] for cloud in clouds) <= longest_ns
+    assert len(clouds) >= 20_000_000_000 // longest_ns
+    values = [x for cloud in clouds for x in cloud.data['x'].tolist()]
+    assert values == list(range(len(values)))
+
+
 def test_reversals_are_found_again_when_time_goes_back():
     times_ns, pitch = samples(100.0, 4)
     once = reversals_of(times_ns, pitch)

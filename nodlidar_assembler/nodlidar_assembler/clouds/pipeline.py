@@ -15,6 +15,7 @@ from nodlidar_assembler.clouds.sweeps import SweepGatherer
 from nodlidar_assembler.clouds.veils import VeilConfig, veiled
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
+from nodlidar_common.silence import Silence
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,7 +37,8 @@ class PipelineConfig(OdometryConfig, LaserPoseConfig, SigmaConfig, VeilConfig, E
     )
     sweeps_per_cloud: int = parameter(
         1,
-        'Sweeps in one cloud if cloud_mode is sweep; no cloud lasts longer than 30 s',
+        'Sweeps in one cloud if cloud_mode is sweep; no cloud lasts longer than 30 s, nor, while '
+        'the nod rests, than twice the usual time',
         minimum=1,
         maximum=100,
     )
@@ -135,6 +137,7 @@ class Pipeline:
         self._beams: Beams | None = None
         self._repeats = RepeatCheck()
         self._reversals = ReversalFinder()
+        self._silence = Silence()  # of scans, by their stamps
         self._sweeps: SweepGatherer | None = None
         if config.cloud_mode == 'sweep':
             self._sweeps = SweepGatherer(LONGEST_SWEEP, config.sweeps_per_cloud)
@@ -148,8 +151,9 @@ class Pipeline:
     def restart(self) -> None:
         """Restart, as after the clock was set; a cloud that is being gathered ends here."""
         self._reversals = ReversalFinder()
+        self._silence = Silence()
         if self._sweeps is not None:
-            self._sweeps.end()
+            self._sweeps.restart()
 
     def add_sample(self, time_ns: int, pitch: float) -> None:
         """Add a joint sample [ns], [rad], in which the reversals that end clouds are found."""
@@ -170,8 +174,9 @@ class Pipeline:
         """Assemble a scan from the joint samples around it.
 
         With odometry of nodlidar_base_link, each beam is placed by the pose at its own instant:
-        in the frame of odometry, or, deskewed, in nodlidar_base_link as of one instant. If it has
-        jumped since the scan before, a cloud that is being gathered ends there.
+        in the frame of odometry, or, deskewed, in nodlidar_base_link as of one instant. A cloud
+        that is being gathered ends where odometry has jumped, and where scans were missing for a
+        while: the nod and the robot may have stood still, or moved on, meanwhile.
 
         Parameters
         ----------
@@ -203,7 +208,9 @@ class Pipeline:
         placed = self._with_sigma(placed, scan, beams, pitch)
         points = self._points(scan, placed, beams, poses)
         in_odometry = poses is not None and not self._deskews
-        if jumped and self._sweeps is not None:
+        silent = self._silence.seconds(scan.stamp_ns)
+        self._silence.heard(scan.stamp_ns)
+        if (jumped or silent) and self._sweeps is not None:
             self._sweeps.end()
         clouds = self._gathered(points)
         return Assembled(scan, beams, pitch, placed, clouds, in_odometry, poses, points, jumped)

@@ -12,6 +12,11 @@ import numpy as np
 MOST_REVERSALS = 3000
 # Scans in one cloud, also if their stamps are equal: half a minute at 100 per second.
 MOST_SCANS = 3000
+# A nod without a reversal for so many times what it usually takes rests. Usual is the second
+# longest of the last clouds: one may be a rest, and every second sweep a fast return. Shorter ones
+# than _SHORTEST [s] need no end.
+RESTS, _SHORTEST = 2, 1.5
+_CLOUDS = 4
 
 
 @dataclass(slots=True)
@@ -24,8 +29,8 @@ class SweepGatherer:
     Attributes
     ----------
     max_duration
-        Longest duration of a cloud [s]; at this age it ends without a reversal, so that a nod at
-        rest does not gather points without limit.
+        Longest duration of a cloud [s]; at this age, or at RESTS times the usual one, it ends
+        without a reversal. While a nod rests, the robot may drive on, and odometry goes astray.
     sweeps
         Sweeps per cloud.
     """
@@ -36,6 +41,8 @@ class SweepGatherer:
     _reversals_ns: deque[int] = field(default_factory=deque)
     _ended: list[Points | None] = field(default_factory=list)
     _since_cut: int = 0  # reversals since the last one that ends a cloud
+    _ended_ns: int | None = None  # by the newest reversal that ends a cloud
+    _durations_ns: deque[int] = field(default_factory=lambda: deque(maxlen=_CLOUDS))
 
     def add_reversal(self, reversal_ns: int) -> None:
         """Add the instant of a reversal [ns], in ascending order.
@@ -44,16 +51,24 @@ class SweepGatherer:
         """
         self._since_cut = (self._since_cut + 1) % self.sweeps
         if self._since_cut == 0:
+            if self._ended_ns is not None:
+                self._durations_ns.append(reversal_ns - self._ended_ns)
+            self._ended_ns = reversal_ns
             self._reversals_ns.append(reversal_ns)
             oldest_ns = reversal_ns - 2 * self.max_duration * NS_PER_S
             while self._reversals_ns[0] < oldest_ns or len(self._reversals_ns) > MOST_REVERSALS:
                 self._reversals_ns.popleft()
 
     def end(self) -> None:
-        """End the cloud, as when the clock was set; `add_scan` returns it with the next scan."""
+        """End the cloud; `add_scan` returns it with the next scan."""
         if self._scans:
             self._ended.append(joined(self._scans))
         self._scans, self._since_cut = [], 0
+
+    def restart(self) -> None:
+        """End the cloud, and forget the reversals, as when the clock was set."""
+        self.end()
+        self._ended_ns = None
         self._reversals_ns.clear()
 
     def add_scan(self, points: Points) -> list[Points]:
@@ -67,7 +82,7 @@ class SweepGatherer:
         if self._scans and points.time_ns[-1] <= self._newest_ns():
             if points.time_ns[-1] == self._newest_ns():
                 return []
-            self.end()  # time went back
+            self.restart()  # time went back
         clouds, self._ended = self._ended, []
         if self._scans and self._is_too_long(points):
             clouds.append(self._cut(self._newest_ns() + 1))
@@ -84,7 +99,14 @@ class SweepGatherer:
 
     def _is_too_long(self, points: Points) -> bool:
         duration_ns = int(points.time_ns[-1] - self._scans[0].time_ns[0])
-        return duration_ns > self.max_duration * NS_PER_S or len(self._scans) >= MOST_SCANS
+        return duration_ns > self._longest_ns() or len(self._scans) >= MOST_SCANS
+
+    def _longest_ns(self) -> float:
+        longest_ns = self.max_duration * NS_PER_S
+        if len(self._durations_ns) < 2:
+            return longest_ns
+        usual_ns = sorted(self._durations_ns)[-2]
+        return min(max(RESTS * usual_ns, _SHORTEST * NS_PER_S), longest_ns)
 
     def _cut(self, end_ns: int) -> Points | None:
         """Remove and return the points before an instant [ns]; None if there are none."""
