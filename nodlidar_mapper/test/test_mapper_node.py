@@ -17,7 +17,7 @@ from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.mapper import FIRST
 from nodlidar_mapper.ros import map_output, messages
-from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_READY, NO_ODOMETRY
+from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_FRAMES, MOST_READY, NO_ODOMETRY
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_msgs.srv import MapFolder
 import numpy as np
@@ -405,6 +405,15 @@ def test_of_the_clouds_that_wait_for_odometry_the_newest_ones_are_matched(runnin
 @pytest.mark.parametrize('running', [['-p', 'odometry_delay:=-1.0']], indirect=True)
 def test_there_is_no_odometry_before_time_begins(running):
     assert running[1].clouds.odometry_of('base_link', 500_000_000) is None
+
+
+def test_of_frames_that_a_publisher_invents_only_some_are_named(running):
+    _, mapper, _ = running
+    reasons = [mapper.clouds._unplaced(f'frame_{k % 15}') for k in range(45)]
+    assert len(set(reasons)) == MOST_FRAMES + 1
+    assert reasons[0].endswith(": 'frame_0'")
+    assert reasons[14] == reasons[44]
+    assert reasons[14].endswith(': others')
 
 
 def test_a_map_that_stays_as_it_is_is_not_drawn_again(running, monkeypatch):

@@ -27,6 +27,7 @@ from sensor_msgs.msg import PointCloud2
 from tf2_ros import TransformException
 
 MOST_READY = 3  # clouds of a topic that wait to be matched, as after a burst of odometry
+MOST_FRAMES = 10  # without transform, that are named; a publisher may invent them
 MOST_PAUSES = 20  # of odometry; TF keeps ten seconds
 FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
 LOST = 'cloud lost before it arrived'
@@ -108,6 +109,7 @@ class CloudInput:
         self._on_news, self._on_time_back = on_news, on_time_back
         self.received = 0
         self.drops: Counter[str] = Counter()
+        self._unknown_frames: set[str] = set()
         self._waiting: list[_Waiting] = []  # in the order of arrival
         self._forget_pauses()
         self.odometry = TfOdometry(
@@ -177,7 +179,10 @@ class CloudInput:
         base = self._config.base_frame
         if frame == base or self.odometry.buffer.can_transform(base, frame, Time()):
             return NO_ODOMETRY
-        return f"cloud in a frame without transform to '{base}': '{frame}'"
+        if len(self._unknown_frames) < MOST_FRAMES:
+            self._unknown_frames.add(frame)
+        name = f"'{frame}'" if frame in self._unknown_frames else 'others'
+        return f"cloud in a frame without transform to '{base}': {name}"
 
     def _poses_of(self, message: PointCloud2) -> tuple[Array, Array] | None:
         """Return the poses of a cloud's frame, see Cloud; None as long as TF lacks one."""
