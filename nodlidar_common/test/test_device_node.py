@@ -436,6 +436,27 @@ def test_a_successor_takes_over():
     assert ran == [(1, 1), (2, 1), (3, 1)]
 
 
+def test_a_node_that_is_told_to_end_answers_first():
+    calls = []
+
+    class Answering(Node):
+        def __init__(self):
+            super().__init__('answering')
+            self.create_timer(0.001, self.call)
+
+        def call(self):
+            calls.append(self.answering)
+            if len(calls) == 1:
+                signal.raise_signal(signal.SIGTERM)
+
+        @property
+        def answering(self):
+            return len(calls) < 3
+
+    assert run(Answering) == 0
+    assert calls == [True, True, True]
+
+
 def test_wrong_parameter_ends_the_process_with_its_name(capsys):
     def make():
         raise ParameterError('rate', 'at least 1', 0)

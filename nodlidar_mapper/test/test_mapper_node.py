@@ -211,7 +211,7 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize('name', ['save_map', 'load_map'])
 def test_all_requests_that_come_at_once_are_answered(running, tmp_path, name):
-    robot, _, until = running
+    robot, mapper, until = running
     until(robot.requests[name].service_is_ready)
     request = MapFolder.Request(folder=str(tmp_path / 'none'))
     sent = [robot.requests[name].call_async(request) for _ in range(50)]
@@ -221,8 +221,10 @@ def test_all_requests_that_come_at_once_are_answered(running, tmp_path, name):
 
 OVERRIDES = [
     word
+    until(lambda: mapper.answering)  # the node does not end before
     for name in ('map.publisher', 'pose.publisher', 'initialpose.subscription')
     for word in ('-p', f'qos_overrides./{name}.reliability:=best_effort')
+    assert not mapper.answering
 ]
 
 

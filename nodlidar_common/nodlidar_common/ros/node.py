@@ -25,7 +25,8 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
 
     An exception in a callback does not end the node: it is logged with its traceback and counted,
     by the node's own `survival` if it has one. A node with a `successor` that is not None is
-    destroyed, and the node that its successor makes takes over.
+    destroyed, and the node that its successor makes takes over. After a signal, a node that is
+    `answering` a request goes on until it has.
     """
     with _ending_signals() as received:
         try:
@@ -93,7 +94,7 @@ def _spin(node: Node, received: list[int]) -> None:
     gc.freeze()
     survival = getattr(node, 'survival', None) or Survival(node.get_logger().error)
     try:
-        while not received and rclpy.ok():
+        while rclpy.ok() and not (received and not getattr(node, 'answering', False)):
             if getattr(node, 'failed', False) or _successor(node) is not None:
                 return
             with survival.surviving():

@@ -50,6 +50,8 @@ class MapOutput:
         self._config, self._on_load, self._log = config, on_load, node.get_logger().error
         self.progress: Progress | None = None
         self._thread = Background()
+    unanswered
+        Number of requests that were not answered yet.
         self._requests: deque[tuple[Callable[[], Any], Callable[[Any], None]]] = deque()
         self._draw_after_ns = 0
         self._drawn: Sequence[Keyframe] = []  # another list for another map
@@ -59,6 +61,7 @@ class MapOutput:
                 topic,
                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
                 qos_overriding_options=OVERRIDABLE,
+        self.unanswered = 0
             )
             for kind, topic in (
                 (PathMessage, 'path'),
@@ -170,3 +173,5 @@ def _folder(request: MapFolder.Request) -> Path:
     if not request.folder:
         raise ParameterError('folder', 'the path of a folder', request.folder)
     return Path(request.folder)
+        self.unanswered += 1
+        self.unanswered -= 1

@@ -183,6 +183,11 @@ class MapperNode(Node):
         self._given = self._map_from_odometry, covariance
         return ''
 
+    @property
+    def answering(self) -> bool:
+        """Whether a request for the map was not answered yet."""
+        return self.output.unanswered > 0
+
     def destroy_node(self) -> None:
         """Wait for the threads, then destroy the node."""
         self._matching.end()
