@@ -25,11 +25,12 @@ def nodes(context):
     file = given['mapper_params']
     arguments.check_parameter_file('mapper_params', file, sensor.values['namespace'])
     sensor.fixed_frame = 'map'
+    folders = {'map_folder': given['map'], 'save_folder': given['save']}
     mapper = sensor.node(
         'nodlidar_mapper',
         'mapper',
         name='mapper',
-        parameters=[file, {'map_folder': text(given['map'])}],
+        parameters=[file, *({key: text(value)} for key, value in folders.items() if value)],
         on_exit=end_all,
     )
     return [*sensor.nodes(), mapper]
@@ -49,6 +50,12 @@ def generate_launch_description():
             default_value='',
             description='folder of a saved map in which the robot is to be found; if empty, a new '
             'map begins',
+        ),
+        DeclareLaunchArgument(
+            'save',
+            default_value='',
+            description='folder in which the map is saved when the launch ends, whatever ends it, '
+            'into one of its own that is named by the time; if empty, it is not saved',
         ),
         DeclareLaunchArgument(
             'bag',

@@ -22,7 +22,7 @@ def test_the_robot_is_found_in_a_map_that_grows(tmp_path):
     poses, maps, odometry = map(observer.messages.get, ('pose', 'map', 'odom'))
     params = tmp_path / 'mapper.yaml'
     params.write_text('/**: {ros__parameters: {map_period: 1.0}}')
-    arguments = 'ideal:=true', f'mapper_params:={params}'
+    arguments = 'ideal:=true', f'mapper_params:={params}', f'save:={tmp_path / "maps"}'
     with launched_sensor(tmp_path / 'launch.log', *arguments, file='mapping.launch.py') as running:
         enough = lambda: len(poses) > 4 and len(maps) > 1  # noqa: E731
         observer.spin_until(lambda: enough() or not running.running(), 'poses and maps')
@@ -31,6 +31,7 @@ def test_the_robot_is_found_in_a_map_that_grows(tmp_path):
         assert joined
         assert running.interrupt() == 0, running.log.read_text()
     observer.close()
+    assert len([*(tmp_path / 'maps').glob('*/keyframes.npz')]) == 1
     stamps_ns = [time_ns(message.header.stamp) for message in odometry]
     for message in poses:
         assert message.header.frame_id == 'map'

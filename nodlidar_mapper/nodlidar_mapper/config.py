@@ -54,6 +54,11 @@ class NodeConfig:
         'Folder of a saved map to be loaded, in which the robot may be anywhere; if empty, a new '
         'map begins',
     )
+    save_folder: str = parameter(
+        '',
+        'The map is saved when the node ends, in this folder, into one of its own that is named '
+        'by the time; if empty, it is not saved',
+    )
     map_period: float = parameter(
         5.0,
         'Time between two publications of a map that grows; drawing it never takes more than a '

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+import time
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.whole_file import check_writable
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
@@ -112,6 +114,18 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
     )
     what = f'{len(progress.keyframes)} keyframes and {len(surface.points)} points'
     return f"{what} saved in '{folder.absolute()}'"
+
+
+def folder_by_time(parent: Path) -> Path:
+    """Return a new folder in another one, named by the time, for a map to be saved."""
+    return parent / time.strftime('%Y-%m-%d_%H-%M-%S')
+
+
+def make_parent(parent: Path) -> None:
+    """Make a folder in which maps can be saved; raise OSError, or ParameterError as `save`."""
+    parent = _expanded(parent)
+    parent.mkdir(parents=True, exist_ok=True)
+    check_writable(parent / KEYFRAMES)
 
 
 def load(folder: Path, config: MapConfig) -> LiveMapper:

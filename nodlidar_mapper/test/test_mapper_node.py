@@ -15,6 +15,7 @@ from nodlidar_common.stamps import time_ns
 from nodlidar_common.time_order import LEAST_TO_JUMP
 from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.live import load
 from nodlidar_mapper.mapper import FIRST
 from nodlidar_mapper.ros import map_output, messages
 from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_FRAMES, MOST_READY, NO_ODOMETRY
@@ -104,6 +105,11 @@ class Robot(Node):
 
     def words(self):
         return [s.message for m in self.heard['/diagnostics'] for s in m.status]
+
+
+@pytest.fixture
+def in_tmp_path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture
@@ -215,16 +221,16 @@ def test_all_requests_that_come_at_once_are_answered(running, tmp_path, name):
     until(robot.requests[name].service_is_ready)
     request = MapFolder.Request(folder=str(tmp_path / 'none'))
     sent = [robot.requests[name].call_async(request) for _ in range(50)]
+    until(lambda: mapper.answering)  # the node does not end before
     until(lambda: all(future.done() for future in sent))
     assert not any(future.result().success for future in sent)
+    assert not mapper.answering
 
 
 OVERRIDES = [
     word
-    until(lambda: mapper.answering)  # the node does not end before
     for name in ('map.publisher', 'pose.publisher', 'initialpose.subscription')
     for word in ('-p', f'qos_overrides./{name}.reliability:=best_effort')
-    assert not mapper.answering
 ]
 
 
@@ -243,6 +249,29 @@ def test_the_qos_of_a_topic_is_overridden_and_no_other_s(running):
     ):
         (found,) = [each for each in find(topic) if each.node_name == 'mapper']
         assert found.qos_profile.reliability == ReliabilityPolicy[expected]
+
+
+@pytest.mark.parametrize('running', [['-p', 'save_folder:=maps']], indirect=True)
+@pytest.mark.usefixtures('in_tmp_path')
+def test_the_map_is_saved_when_the_node_ends_and_never_over_another_one(running, tmp_path):
+    _, mapper, _ = running
+    mapper.output.end()  # of a node without a map: there is nothing to save
+    assert not [*(tmp_path / 'maps').iterdir()]
+    drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    mapper.output.end()
+    (folder,) = (tmp_path / 'maps').iterdir()
+    assert len(load(folder, mapper.config).mapper.keyframes) == 1
+
+
+@pytest.mark.usefixtures('in_tmp_path')
+def test_a_folder_in_which_no_map_can_be_saved_is_refused_at_the_start(tmp_path):
+    (tmp_path / 'maps').touch()
+    rclpy.init(args=['--ros-args', '-p', 'save_folder:=maps'])
+    try:
+        with pytest.raises(ParameterError, match="'save_folder' must be a folder for maps"):
+            MapperNode()
+    finally:
+        rclpy.shutdown()
 
 
 def test_bad_clouds_are_counted(running):
@@ -378,6 +407,15 @@ def test_the_frame_of_a_cloud_that_tf_does_not_have_is_named(running):
     ]
 
 
+def test_of_frames_that_a_publisher_invents_only_some_are_named(running):
+    _, mapper, _ = running
+    reasons = [mapper.clouds._unplaced(f'frame_{k % 15}') for k in range(45)]
+    assert len(set(reasons)) == MOST_FRAMES + 1
+    assert reasons[0].endswith(": 'frame_0'")
+    assert reasons[14] == reasons[44]
+    assert reasons[14].endswith(': others')
+
+
 def test_in_a_pause_of_odometry_nobody_knows_where_a_cloud_was_taken(running):
     """The robot goes out and back meanwhile, so that TF would have it at rest all the time."""
     robot, mapper, until = running
@@ -407,15 +445,6 @@ def test_of_the_clouds_that_wait_for_odometry_the_newest_ones_are_matched(runnin
 @pytest.mark.parametrize('running', [['-p', 'odometry_delay:=-1.0']], indirect=True)
 def test_there_is_no_odometry_before_time_begins(running):
     assert running[1].clouds.odometry_of('base_link', 500_000_000) is None
-
-
-def test_of_frames_that_a_publisher_invents_only_some_are_named(running):
-    _, mapper, _ = running
-    reasons = [mapper.clouds._unplaced(f'frame_{k % 15}') for k in range(45)]
-    assert len(set(reasons)) == MOST_FRAMES + 1
-    assert reasons[0].endswith(": 'frame_0'")
-    assert reasons[14] == reasons[44]
-    assert reasons[14].endswith(': others')
 
 
 def test_a_map_that_stays_as_it_is_is_not_drawn_again(running, monkeypatch):

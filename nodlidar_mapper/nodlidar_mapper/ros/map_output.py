@@ -16,7 +16,15 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
-from nodlidar_mapper.live import drawn, LiveMapper, load, Progress, save
+from nodlidar_mapper.live import (
+    drawn,
+    folder_by_time,
+    LiveMapper,
+    load,
+    make_parent,
+    Progress,
+    save,
+)
 from nodlidar_mapper.ros import messages
 from nodlidar_msgs.srv import MapFolder
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -42,16 +50,19 @@ class MapOutput:
     ----------
     progress
         What is known after the last cloud; None without any.
+    unanswered
+        Number of requests that were not answered yet.
     """
 
     def __init__(
         self, node: Node, config: MapperConfig, on_load: Callable[[LiveMapper], None]
     ) -> None:
-        self._config, self._on_load, self._log = config, on_load, node.get_logger().error
+        self._config, self._on_load, self._log = config, on_load, node.get_logger()
+        if config.save_folder:
+            _check(config.save_folder)
         self.progress: Progress | None = None
+        self.unanswered = 0
         self._thread = Background()
-    unanswered
-        Number of requests that were not answered yet.
         self._requests: deque[tuple[Callable[[], Any], Callable[[Any], None]]] = deque()
         self._draw_after_ns = 0
         self._drawn: Sequence[Keyframe] = []  # another list for another map
@@ -61,7 +72,6 @@ class MapOutput:
                 topic,
                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
                 qos_overriding_options=OVERRIDABLE,
-        self.unanswered = 0
             )
             for kind, topic in (
                 (PathMessage, 'path'),
@@ -91,8 +101,15 @@ class MapOutput:
             self._draw(self.progress)
 
     def end(self) -> None:
-        """Wait for the thread."""
+        """Wait for the thread; save the map where save_folder wants it."""
         self._thread.end()
+        if not self._config.save_folder or self.progress is None:
+            return
+        folder = folder_by_time(Path(self._config.save_folder))
+        try:
+            self._log.info(save(folder, self.progress, self._config))
+        except (NodlidarError, OSError) as error:
+            self._log.error(f'the map was not saved: {in_words(error)}')
 
     def _draw(self, progress: Progress) -> None:
         """Publish the path and, if it has changed, the map."""
@@ -158,20 +175,29 @@ class MapOutput:
                 return error
             except Exception as error:
                 cause = ''.join(traceback.format_exception(error))
-                self._log(f'unexpected error of a request for a map:\n{cause}')
+                self._log.error(f'unexpected error of a request for a map:\n{cause}')
                 name = type(error).__name__
                 return NodlidarError(f'internal error, {name}: {error} (see the log)')
 
         self._requests.append((attempt, done.set_result))
+        self.unanswered += 1
         result = await done
+        self.unanswered -= 1
         response.success = not isinstance(result, Exception)
         response.message = then(result) if response.success else in_words(result)
         return response
+
+
+def _check(save_folder: str) -> None:
+    """Raise ParameterError now, and not after a drive, if no map can be saved there."""
+    try:
+        make_parent(Path(save_folder))
+    except (NodlidarError, OSError) as error:
+        limit = f'a folder for maps ({in_words(error)})'
+        raise ParameterError('save_folder', limit, save_folder) from error
 
 
 def _folder(request: MapFolder.Request) -> Path:
     if not request.folder:
         raise ParameterError('folder', 'the path of a folder', request.folder)
     return Path(request.folder)
-        self.unanswered += 1
-        self.unanswered -= 1
