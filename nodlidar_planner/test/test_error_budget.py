@@ -224,6 +224,18 @@ def test_a_late_scan_of_a_driving_robot_is_moved_along():
     assert driving - standing == pytest.approx(1e-4 * (0.25 + 0.64 * (x**2 + y**2)))
 
 
+def test_the_place_of_the_lidar_counts():
+    """Ahead of the nod axis, which is ahead of the point about which the robot turns."""
+    errors = {'scan_delay_error': 0.01, 'robot_turn_rate': 0.8, 'odometry_turn_error': 0.03}
+    parameters = replace(NOTHING, laser_ahead=0.12, mount_ahead=0.3, cloud_time=1.0, **errors)
+    found = ErrorBudget(parameters, SWING, LEVER).squares(BEAMS)
+    x, y, z = places(BEAMS.ranges, BEAMS.azimuth, 0.0, np.array([0.12, 0.0, 0.0])).T
+    from_robot = (0.3 + x * np.cos(BEAMS.pitch)) ** 2 + y**2
+    delayed = (x**2 + z**2) * SWING.mean_square_speed + 0.64 * from_robot
+    assert found['scan delay'] == pytest.approx(1e-4 * delayed)
+    assert found['odometry'] == pytest.approx(9e-4 * from_robot / 3.0)
+
+
 @pytest.mark.parametrize('servo', SERVO_ERRORS)
 def test_the_errors_of_a_servo_are_those_of_its_simulation(servo):
     """The smooth one over the nod and many encoders; each has the error of another."""

@@ -37,14 +37,19 @@ class Beams:
     azimuth: Array
     pitch: Array
 
-    def from_axis(self, lever: float) -> Array:
-        """Return the squared distance [m^2] of the end points from the nod axis, shape (n,)."""
-        return np.asarray((self.ranges * np.cos(self.azimuth)) ** 2 + lever**2)
+    @property
+    def ahead(self) -> Array:
+        """How far the end points are ahead of the optical centre, in the scan plane [m], (n,)."""
+        return np.asarray(self.ranges * np.cos(self.azimuth))
 
-    def from_base(self) -> Array:
-        """Return the squared horizontal distance [m^2] of end points from there, shape (n,)."""
-        ahead = np.cos(self.azimuth) * np.cos(self.pitch)
-        return np.asarray(self.ranges**2 * (ahead**2 + np.sin(self.azimuth) ** 2))
+    @property
+    def aside(self) -> Array:
+        """How far they are to its left [m], shape (n,)."""
+        return np.asarray(self.ranges * np.sin(self.azimuth))
+
+    def from_axis(self, lever: float, laser_ahead: float = 0.0) -> Array:
+        """Return the squared distance [m^2] of the end points from the nod axis, shape (n,)."""
+        return np.asarray((self.ahead + laser_ahead) ** 2 + lever**2)
 
 
 class ErrorBudget:
@@ -78,7 +83,7 @@ class ErrorBudget:
     def squares(self, beams: Beams) -> Mapping[str, Array]:
         """Return the mean square displacement [m^2] of each point by source, shape (n,) each."""
         p, shape = self._parameters, np.ones_like(beams.ranges)
-        rho2 = beams.from_axis(self._lever)
+        rho2 = beams.from_axis(self._lever, p.laser_ahead)
         turned = rho2 * self._swing.mean_square_speed
         values = (
             p.range_noise**2 + (p.range_noise_growth * beams.ranges) ** 2,
@@ -106,7 +111,8 @@ class ErrorBudget:
     def _of_driving(self, beams: Beams) -> Array:
         """Return the squared speed [m^2/s^2] with which the robot's motion moves the points."""
         p = self._parameters
-        return p.robot_speed**2 + p.robot_turn_rate**2 * beams.from_base()
+        from_robot = self._ahead(beams) ** 2 + beams.aside**2
+        return np.asarray(p.robot_speed**2 + p.robot_turn_rate**2 * from_robot)
 
     def _of_odometry(self, beams: Beams) -> Array:
         """Return the mean square displacement [m^2] against the first point of the cloud.
@@ -116,12 +122,17 @@ class ErrorBudget:
         together add speed x w^2 t^3. The means of t^2, t^3 and t^4 over a cloud of time T are
         T^2 / 3, T^3 / 4 and T^4 / 5.
         """
-        p, time = self._parameters, self._parameters.cloud_time
-        steady = p.odometry_speed_error**2 + p.odometry_turn_error**2 * beams.from_base()
-        ahead = beams.ranges * np.cos(beams.azimuth) * np.cos(beams.pitch)
+        p, time, ahead = self._parameters, self._parameters.cloud_time, self._ahead(beams)
+        turned = p.odometry_turn_error**2 * (ahead**2 + beams.aside**2)
         both = p.robot_speed * p.odometry_turn_error**2 * ahead
         aside = (p.robot_speed * p.odometry_turn_error) ** 2 / 4.0
+        steady = p.odometry_speed_error**2 + turned
         return np.asarray(steady * time**2 / 3.0 + both * time**3 / 4.0 + aside * time**4 / 5.0)
+
+    def _ahead(self, beams: Beams) -> Array:
+        """Return how far the points are ahead of the robot [m], about which it turns; (n,)."""
+        p = self._parameters
+        return np.asarray(p.mount_ahead + (beams.ahead + p.laser_ahead) * np.cos(beams.pitch))
 
 
 def beams_at(task: Task, distance: float) -> Beams:

@@ -120,6 +120,20 @@ class ErrorParameters:
         minimum=0.0,
         maximum=1.0,
     )
+    laser_ahead: float = parameter(
+        0.0,
+        'Distance of the optical centre ahead of the nod axis, at pitch 0',
+        unit='m',
+        minimum=-10.0,
+        maximum=10.0,
+    )
+    mount_ahead: float = parameter(
+        0.0,
+        'Distance of the nod axis ahead of the point about which the robot turns',
+        unit='m',
+        minimum=-10.0,
+        maximum=10.0,
+    )
     robot_speed: float = parameter(
         0.0, 'Speed of the robot', unit='m/s', minimum=0.0, maximum=100.0
     )
