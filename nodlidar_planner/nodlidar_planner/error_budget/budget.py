@@ -111,8 +111,7 @@ class ErrorBudget:
     def _of_driving(self, beams: Beams) -> Array:
         """Return the squared speed [m^2/s^2] with which the robot's motion moves the points."""
         p = self._parameters
-        from_robot = self._ahead(beams) ** 2 + beams.aside**2
-        return np.asarray(p.robot_speed**2 + p.robot_turn_rate**2 * from_robot)
+        return p.robot_speed**2 + p.robot_turn_rate**2 * self._from_robot(beams)
 
     def _of_odometry(self, beams: Beams) -> Array:
         """Return the mean square displacement [m^2] against the first point of the cloud.
@@ -122,17 +121,20 @@ class ErrorBudget:
         together add speed x w^2 t^3. The means of t^2, t^3 and t^4 over a cloud of time T are
         T^2 / 3, T^3 / 4 and T^4 / 5.
         """
-        p, time, ahead = self._parameters, self._parameters.cloud_time, self._ahead(beams)
-        turned = p.odometry_turn_error**2 * (ahead**2 + beams.aside**2)
-        both = p.robot_speed * p.odometry_turn_error**2 * ahead
+        p, time = self._parameters, self._parameters.cloud_time
+        steady = p.odometry_speed_error**2 + p.odometry_turn_error**2 * self._from_robot(beams)
+        both = p.robot_speed * p.odometry_turn_error**2 * self._ahead(beams)
         aside = (p.robot_speed * p.odometry_turn_error) ** 2 / 4.0
-        steady = p.odometry_speed_error**2 + turned
         return np.asarray(steady * time**2 / 3.0 + both * time**3 / 4.0 + aside * time**4 / 5.0)
 
     def _ahead(self, beams: Beams) -> Array:
         """Return how far the points are ahead of the robot [m], about which it turns; (n,)."""
         p = self._parameters
         return np.asarray(p.mount_ahead + (beams.ahead + p.laser_ahead) * np.cos(beams.pitch))
+
+    def _from_robot(self, beams: Beams) -> Array:
+        """Return the squared horizontal distance [m^2] of the points from there, shape (n,)."""
+        return np.asarray(self._ahead(beams) ** 2 + beams.aside**2)
 
 
 def beams_at(task: Task, distance: float) -> Beams:
