@@ -44,7 +44,8 @@ NEVER = {
     'pitch': 'the same as a joint zero with another x and z',
 }
 UNASKED = {
-    'elevation': 'only with --elevation, for lidars whose beams rise out of a plane, as an LD19',
+    'elevation': 'only with --elevation, for lidars whose beams rise out of their plane, '
+    'as an LD19',
     'offset': 'only with --range-offset, for lidars that measure all ranges too long or short',
 }
 
