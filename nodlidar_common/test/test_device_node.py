@@ -436,27 +436,6 @@ def test_a_successor_takes_over():
     assert ran == [(1, 1), (2, 1), (3, 1)]
 
 
-def test_a_node_that_is_told_to_end_answers_first():
-    calls = []
-
-    class Answering(Node):
-        def __init__(self):
-            super().__init__('answering')
-            self.create_timer(0.001, self.call)
-
-        def call(self):
-            calls.append(self.answering)
-            if len(calls) == 1:
-                signal.raise_signal(signal.SIGTERM)
-
-        @property
-        def answering(self):
-            return len(calls) < 3
-
-    assert run(Answering) == 0
-    assert calls == [True, True, True]
-
-
 def test_wrong_parameter_ends_the_process_with_its_name(capsys):
     def make():
         raise ParameterError('rate', 'at least 1', 0)
@@ -522,6 +501,27 @@ def test_a_device_is_not_started_if_a_signal_arrives_before_its_node_is_ready(si
 
     assert run(Device) == 0
     assert not started
+
+
+def test_a_node_that_is_told_to_end_answers_first(signals):
+    calls = []
+
+    class Answering(Node):
+        def __init__(self):
+            super().__init__('answering')
+            self.create_timer(0.001, self.call)
+
+        def call(self):
+            calls.append(self.answering)
+            if len(calls) == 1:
+                signal.raise_signal(signal.SIGTERM)
+
+        @property
+        def answering(self):
+            return len(calls) < 3
+
+    assert run(Answering) == 0
+    assert calls == [True, True, True]
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
