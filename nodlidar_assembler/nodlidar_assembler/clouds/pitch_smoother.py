@@ -26,6 +26,9 @@ SAME = 1e-5  # difference of samples at the same step of the encoder, at most [r
 LEAST_STEP = 1.5e-4  # of an encoder, about 15 bits [rad]; a finer one hardly errs by it
 MOST_STEP = 5.2e-3  # of the coarsest encoder, 300 degrees in 1024 steps [rad]
 MOST_NOISE = 2.5e-3  # beyond rounding, or the encoder's step if larger, RMS [rad]; more is motion
+# Of what is white beyond a step of the encoder: neither if it is all noise, nor if it is all
+# motion, lines from sample to sample are hardly better.
+SHARE_OF_NOISE = 0.25
 FIRST_INTENSITY = 3.0 * ROUGHNESS  # of an interval that no scan has fitted yet
 LEAST_REST = 1e-3  # share of a sample's residual that the fit leaves, at least
 FAR_OFF = 3.0  # standard deviations; a sample that is farther off counts less
@@ -214,10 +217,20 @@ class PitchSmoother:
             learned, self._noise_known = np.full_like(learned, white), True
             # What was learned without it does not count.
             self._score, self._unfitted = np.zeros(len(ROUGHNESS)), UnfittedMotion()
-        most = rounding + max(MOST_NOISE, self._cell) ** 2
         influence = share @ splines.influence(new, LAGS)
-        self._unfitted.add(usual, new, influence, min(max(white, rounding), most), white)
+        self._unfitted.add(usual, new, influence, self._noise_in(white), white)
         self._noise = np.maximum(0.0, np.minimum(learned, white - rounding))
+
+    def _noise_in(self, white: float) -> float:
+        """Return how much of what is white counts as noise, and not as motion [rad^2].
+
+        Random vibrations of all frequencies up to half the rate are white as well, and an encoder
+        errs by a step; one without steps may err by anything.
+        """
+        rounding, cell = self._rounding, self._cell
+        noise = min(max(white, rounding), rounding + max(MOST_NOISE, cell) ** 2)
+        usual = rounding + cell**2 if cell > LEAST_STEP else noise
+        return min(noise, usual + SHARE_OF_NOISE * (noise - usual))
 
 
 def _common_step(step: float, difference: Array) -> float:
