@@ -1,4 +1,4 @@
-"""The host's clock, which can be set, the steady clock, which is slewed, and an even one."""
+"""The clocks of the host: the time, which can be set, the steady one and the raw one."""
 
 from collections import deque
 from collections.abc import Callable
@@ -18,7 +18,7 @@ _AT_ONCE_NS, _QUICK_NS, _ATTEMPTS = 300_000, 50_000, 5
 _READINGS = 200  # of the steady clock: at ten per second, for twenty seconds
 
 
-def even_ns() -> int:
+def raw_ns() -> int:
     """Return the time of the clock that is never slewed [ns]; only differences are meaningful.
 
     NTP corrects the steady clock, too: by up to 500 ppm, and chrony by up to 8 %. A device's clock
@@ -78,30 +78,30 @@ class HostTime:
 
 
 class SteadyTime:
-    """Converts times of the even clock to the steady clock, between whose readings it is linear.
+    """Converts times of the raw clock to the steady clock, between whose readings it is linear.
 
     Parameters
     ----------
-    steady, even
-        Return the time of the steady clock and of the even clock [ns].
+    steady, raw
+        Return the time of the steady clock and of the raw clock [ns].
     """
 
     def __init__(
         self,
         steady: Callable[[], int] = time.monotonic_ns,
-        even: Callable[[], int] = even_ns,
+        raw: Callable[[], int] = raw_ns,
     ) -> None:
-        self._even, self._ahead = even, HostTime(steady, even)
+        self._raw, self._ahead = raw, HostTime(steady, raw)
         self._readings: deque[tuple[int, int]] = deque(maxlen=_READINGS)
         self.update()
 
     def update(self) -> None:
         """Read both clocks; times are converted up to this one."""
         self._ahead.update()
-        self._readings.append((self._even(), self._ahead.ahead_ns))
+        self._readings.append((self._raw(), self._ahead.ahead_ns))
 
-    def __call__(self, even_ns: Times) -> Times:
-        """Return the steady times [ns] of times of the even clock [ns], shape (n,)."""
+    def __call__(self, raw_ns: Times) -> Times:
+        """Return the steady times [ns] of times of the raw clock [ns], shape (n,)."""
         read_ns, ahead_ns = np.array(self._readings).T
-        newer = np.interp(even_ns - read_ns[-1], read_ns - read_ns[-1], ahead_ns - ahead_ns[-1])
-        return np.asarray(even_ns + ahead_ns[-1] + np.rint(newer).astype(np.int64))
+        newer = np.interp(raw_ns - read_ns[-1], read_ns - read_ns[-1], ahead_ns - ahead_ns[-1])
+        return np.asarray(raw_ns + ahead_ns[-1] + np.rint(newer).astype(np.int64))

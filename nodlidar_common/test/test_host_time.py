@@ -100,25 +100,25 @@ def test_a_first_reading_that_was_not_at_once_is_mended_without_a_word(clocks):
 
 
 @pytest.mark.parametrize('slew', [-0.08, -5e-4, 5e-4, 0.08])
-def test_even_times_are_steady_ones_also_of_before_the_steady_clock_was_slewed(clocks, slew):
-    """Here the host's clock is the steady one, and the clocks' steady one is even."""
+def test_raw_times_are_steady_ones_also_of_before_the_steady_clock_was_slewed(clocks, slew):
+    """Here the host's clock is the steady one, and the clocks' steady one is the raw one."""
     time = SteadyTime(clocks.host, clocks.steady)
-    even_ns, steady_ns = [], []
+    raw_ns, steady_ns = [], []
     for rate in (0.0, slew, 0.0):
         for _ in range(30):
             clocks.wait(70 * MS, rate)
-            even_ns.append(clocks.steady_ns)
+            raw_ns.append(clocks.steady_ns)
             steady_ns.append(clocks.steady_ns + clocks.offset_ns)
             clocks.wait(30 * MS, rate)
             time.update()
-            now = time(np.array(even_ns[-1:]))
+            now = time(np.array(raw_ns[-1:]))
             assert now == pytest.approx(steady_ns[-1:], abs=1_000)
     np.testing.assert_allclose(
-        time(np.array(even_ns)) - START_NS, np.array(steady_ns) - START_NS, atol=1_000
+        time(np.array(raw_ns)) - START_NS, np.array(steady_ns) - START_NS, atol=1_000
     )
 
 
-def test_even_times_of_before_the_first_reading_are_as_much_ahead(clocks):
+def test_raw_times_of_before_the_first_reading_are_as_much_ahead(clocks):
     time = SteadyTime(clocks.host, clocks.steady)
     before_ns = clocks.steady_ns - S
     assert time(np.array([before_ns])) == pytest.approx([before_ns + START_NS], abs=200)

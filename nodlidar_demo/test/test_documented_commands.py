@@ -225,7 +225,7 @@ def test_probe(command, monkeypatch, capsys):
     monkeypatch.setattr(port, 'fileno', lambda: -1, raising=False)
     monkeypatch.setattr('nodlidar_driver.probe_command._opened', lambda options: nullcontext(port))
     monkeypatch.setattr('nodlidar_driver.probe_command.Guard', MagicMock())
-    monkeypatch.setattr('nodlidar_driver.probe_command.even_ns', clock)
+    monkeypatch.setattr('nodlidar_driver.probe_command.raw_ns', clock)
     assert probe(options(command)) == 0
     assert ('LD19' if 'LD19' in command else 'URG-04LX-UG01') in capsys.readouterr().out
 

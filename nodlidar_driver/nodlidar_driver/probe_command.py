@@ -10,7 +10,7 @@ import sys
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import DeviceError, ParameterError, PortError
 from nodlidar_common.guard import Guard
-from nodlidar_common.host_time import even_ns
+from nodlidar_common.host_time import raw_ns
 from nodlidar_common.ldrobot import LD19
 from nodlidar_common.serial_port import close_port, open_port, OpenPort
 from nodlidar_driver.base.reader import READ_TIMEOUT, Reader, SilenceError
@@ -70,7 +70,7 @@ def _opened(options: argparse.Namespace) -> Iterator[OpenPort]:
 def _probed(port: OpenPort, options: argparse.Namespace) -> Probe:
     if options.lidar == LD19:
         config = LdrobotConfig()
-        reader = Reader(port, even_ns, config.timeout)
+        reader = Reader(port, raw_ns, config.timeout)
         window = config.angle_min, config.angle_max
         lidar = LdrobotLidar(reader, window, config.least_confidence)
         with _no_lidar(SilenceError, 'no LD06 or LD19 sends'):
@@ -85,7 +85,7 @@ def _probed(port: OpenPort, options: argparse.Namespace) -> Probe:
 def _streaming(port: OpenPort, account: ScanAccount) -> Iterator[Lidar]:
     """Yield a Hokuyo that streams; its laser is off afterwards, whatever happens."""
     config = DriverConfig()
-    lidar = Lidar(ScipPort(port, even_ns, config.timeout), config.window, account)
+    lidar = Lidar(ScipPort(port, raw_ns, config.timeout), config.window, account)
     with _no_lidar(DeviceError, 'no lidar of SCIP 2.0 answers (LD06, LD19: --lidar LD19)'):
         lidar.client.start_session()
     with _switched_off(lidar, Guard(port.fileno(), STOP)):

@@ -1,7 +1,7 @@
 """The lidar's clock, mapped to host time.
 
-Host time is that of an even clock, such as CLOCK_MONOTONIC_RAW. Three quantities are estimated,
-each from the data that show it best:
+Host time is that of a clock that is never slewed, such as CLOCK_MONOTONIC_RAW. Three quantities
+are estimated, each from the data that show it best:
 
 - the time of step 0 on the device's clock, finer than its milliseconds, from the evenness of the
   revolutions (:mod:`nodlidar_driver.clock.revolution`);

@@ -4,7 +4,7 @@ import array
 import math
 import sys
 
-from nodlidar_common.host_time import even_ns
+from nodlidar_common.host_time import raw_ns
 from nodlidar_common.ldrobot import RANGE_MM
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.node import run
@@ -31,7 +31,7 @@ class LdrobotNode(LidarNode):
         """Open the port, and wait for a scan."""
         config = self.config
         port = self.thread.open_port(READ_TIMEOUT)
-        reader = Reader(port, even_ns, config.timeout, self.thread.keep_going)
+        reader = Reader(port, raw_ns, config.timeout, self.thread.keep_going)
         window = config.angle_min, config.angle_max
         self._lidar = lidar = LdrobotLidar(reader, window, config.least_confidence)
         lidar.connect()

@@ -20,7 +20,7 @@ class LidarNode(DeviceNode):
     """Publishes the scans of a lidar on `scan`, and when they arrived on `~/arrival`.
 
     Subclasses set `diagnosis` in `configure`; in `connect` they set `_lidar`, whose scans are
-    dated by :func:`.even_ns`, and call the diagnosis.
+    dated by :func:`.raw_ns`, and call the diagnosis.
     """
 
     diagnosis: LidarDiagnosis
@@ -58,7 +58,7 @@ class LidarNode(DeviceNode):
         self.diagnosis.published(scan)
 
     def _on_steady_clock(self, scan: Any) -> Any:
-        """Return a scan that was dated by the even clock with its times on the steady clock."""
+        """Return a scan that was dated by the raw clock with its times on the steady clock."""
         self._steady_time.update()
         before_ns = scan.arrival_ns - round(scan.revolution * NS_PER_S)
         times_ns = np.array([scan.stamp_ns, before_ns, scan.arrival_ns])

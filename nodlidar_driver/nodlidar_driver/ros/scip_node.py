@@ -2,7 +2,7 @@
 
 import sys
 
-from nodlidar_common.host_time import even_ns
+from nodlidar_common.host_time import raw_ns
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_driver.base.reader import READ_TIMEOUT
@@ -32,7 +32,7 @@ class DriverNode(LidarNode):
         """Open the port and start the stream."""
         config = self.config
         port = self.thread.open_port(READ_TIMEOUT, STOP)
-        scip = ScipPort(port, even_ns, config.timeout, self.thread.keep_going)
+        scip = ScipPort(port, raw_ns, config.timeout, self.thread.keep_going)
         self._lidar = lidar = Lidar(scip, config.window, self._account)
         lidar.connect()
         self._message = scan_template(lidar.window, config.frame_id, lidar.capabilities)
