@@ -78,8 +78,8 @@ class Mapper:
         if not keyframes and not config.extend_map:
             raise ParameterError('extend_map', 'true without a map (map_folder)', False)
         self._config = config
-        self._estimated = np.zeros((6, 6))  # 1 where the covariance is, 0 elsewhere
-        self._estimated[np.ix_(config.free, config.free)] = 1.0
+        self._free = np.zeros((6, 6))  # 1 where the covariance is, 0 elsewhere
+        self._free[np.ix_(config.free, config.free)] = 1.0
         self.map = GrowingMap(config, keyframes, edges)
         self._track = Track(config)
         self._usual_fit = 0.0  # mean informative_share of the matches so far
@@ -169,14 +169,13 @@ class Mapper:
 
     def _added(self, cloud: _Cloud) -> Estimate:
         """Predict, match, check, search and extend, in the order of docs/mapping.md."""
-        stamp_ns, odometry, mount = cloud.stamp_ns, cloud.odometry, cloud.mount
-        robot = inverse(mount)  # in the cloud's frame
-        predicted = self._track.predicted(stamp_ns, odometry @ robot)
-        guess = predicted @ mount
+        robot = inverse(cloud.mount)  # in the cloud's frame
+        predicted = self._track.predicted(*cloud.robot)
+        guess = predicted @ cloud.mount
         way = guess[:3, 3] - predicted[:3, 3]  # from the robot to the cloud's frame
         covariance = carried(self._track.covariance, way)
         seen = self._seen(cloud)
-        found = self._matched(seen, guess, covariance, self._track.halfway @ mount)
+        found = self._matched(seen, guess, covariance, self._track.halfway @ cloud.mount)
         lost = self._lost(found, seen)
         if not lost:
             self._was_placed = False
@@ -192,16 +191,21 @@ class Mapper:
         begins, pose = lost == NO_MAP, guess if lost else found.pose
         if not lost or begins:
             placed = carried(self._track.covariance, way)
-            pose = self.map.add(stamp_ns, pose, placed, seen, begins, found.near_share)
-        self._track.move_to(pose @ robot, stamp_ns, odometry @ robot)
-        if not lost or begins:
-            self._map_from_odometry = pose @ inverse(odometry)
-        here = pose @ robot
+            pose = self.map.add(cloud.stamp_ns, pose, placed, seen, begins, found.near_share)
+            self._map_from_odometry = pose @ inverse(cloud.odometry)
+        self._track.move_to(pose @ robot, *cloud.robot)
+        return self._estimate(cloud.stamp_ns, pose, robot, found, lost)
+
+    def _estimate(
+        self, stamp_ns: int, pose: Array, robot: Array, found: Match, lost: str
+    ) -> Estimate:
+        """Return a cloud's estimate, from its pose and that of the robot in the cloud's frame."""
+        here = (pose @ robot)[:3, 3]
         return Estimate(
             stamp_ns,
             pose,
             self._map_from_odometry,
-            self._estimated * (self.map.covariance_at(here[:3, 3]) + self._track.covariance),
+            self._free * (self.map.covariance_at(here) + self._track.covariance),
             found.share,
             found.residual,
             lost,
