@@ -14,6 +14,8 @@ from nodlidar_bringup.ros.launch_arguments import declared, MAPPING_DEFAULTS, sh
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 
+SAVING = '600'  # s, for which the launch waits until a map is saved; its default is 5
+
 
 def nodes(context):
     """Return the nodes of the sensor, real, simulated or recorded, and the mapper."""
@@ -32,6 +34,7 @@ def nodes(context):
         name='mapper',
         parameters=[file, *({key: text(value)} for key, value in folders.items() if value)],
         on_exit=end_all,
+        sigterm_timeout=SAVING,
     )
     return [*sensor.nodes(), mapper]
 

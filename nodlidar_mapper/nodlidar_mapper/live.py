@@ -15,10 +15,10 @@ from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.output.grid import EmptyMapError, Grid, grid_of, GridConfig
+from nodlidar_mapper.output.grid import EmptyMapError, Grid, grid_of, GridConfig, NO_SURFACE
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_mapper.output.map_files import write_map
-from nodlidar_mapper.output.saved_map import KEYFRAMES, load_keyframes
+from nodlidar_mapper.output.saved_map import KEYFRAMES, load_keyframes, save_keyframes
 import numpy as np
 
 LEAST_COVARIANCE = np.diag([0.01**2] * 6)  # of a pose that a person set [m^2], [rad^2]
@@ -114,6 +114,15 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
     )
     what = f'{len(progress.keyframes)} keyframes and {len(surface.points)} points'
     return f"{what} saved in '{folder.absolute()}'"
+
+
+def save_keyframes_of(folder: Path, progress: Progress) -> None:
+    """Save that of a map from which mapping goes on, which takes a moment; raises as `save`."""
+    if not any(len(each.surface.points) for each in progress.keyframes):
+        raise EmptyMapError(NO_SURFACE)
+    folder = _expanded(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    save_keyframes(folder / KEYFRAMES, progress.keyframes, progress.edges)
 
 
 def folder_by_time(parent: Path) -> Path:

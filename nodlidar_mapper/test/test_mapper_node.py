@@ -17,7 +17,7 @@ from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.live import load
 from nodlidar_mapper.mapper import FIRST
-from nodlidar_mapper.ros import map_output, messages
+from nodlidar_mapper.ros import kept_map, map_output, messages
 from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_FRAMES, MOST_READY, NO_ODOMETRY
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_msgs.srv import MapFolder
@@ -261,6 +261,28 @@ def test_the_map_is_saved_when_the_node_ends_and_never_over_another_one(running,
     mapper.output.end()
     (folder,) = (tmp_path / 'maps').iterdir()
     assert len(load(folder, mapper.config).mapper.keyframes) == 1
+
+
+@pytest.mark.parametrize('running', [['-p', 'save_folder:=maps']], indirect=True)
+@pytest.mark.usefixtures('in_tmp_path')
+def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
+    _, mapper, until = running
+    saved = lambda: [*(tmp_path / 'maps').glob('*/*')]  # noqa: E731
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kept_map, 'PERIOD', 0.0)
+        mapper.output.begin()
+        drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
+        until(saved)  # while it drives
+    (file,) = saved()
+    assert len(load(file.parent, mapper.config).mapper.keyframes) == 1
+    mapper.output._kept._after_ns = 2**63
+    drive(running, 2, [planar(0.6, 0.0, 0.0)], [planar(0.6, 0.0, 0.0)])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kept_map, 'save', lambda *_: 1 / 0)  # killed while it saves the rest
+        with pytest.raises(ZeroDivisionError):
+            mapper.output.end()
+    assert saved() == [file]
+    assert len(load(file.parent, mapper.config).mapper.keyframes) == 2
 
 
 @pytest.mark.usefixtures('in_tmp_path')

@@ -16,6 +16,7 @@ from scipy.ndimage import binary_closing, binary_dilation
 
 # As in nav_msgs/OccupancyGrid.
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
+NO_SURFACE = 'the map has no surface yet'
 LEAST_POINTS = 2  # in an occupied cell
 MARGIN = 1.0  # around all points [m]
 LEVEL = 0.7  # vertical part of the normal, beyond which a surface is a shelf or a table top
@@ -108,7 +109,7 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
     """
     points = surface.points
     if not len(points):
-        raise EmptyMapError('the map has no surface yet')
+        raise EmptyMapError(NO_SURFACE)
     cubes = _Cubes.around(points, config)
     passes = np.zeros(cubes.shape, dtype=np.uint16)
     passes_of = passes.reshape(-1)  # by number

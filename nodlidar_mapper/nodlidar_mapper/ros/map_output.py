@@ -16,16 +16,9 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
-from nodlidar_mapper.live import (
-    drawn,
-    folder_by_time,
-    LiveMapper,
-    load,
-    make_parent,
-    Progress,
-    save,
-)
+from nodlidar_mapper.live import drawn, LiveMapper, load, Progress, save
 from nodlidar_mapper.ros import messages
+from nodlidar_mapper.ros.kept_map import KeptMap
 from nodlidar_msgs.srv import MapFolder
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
@@ -58,8 +51,7 @@ class MapOutput:
         self, node: Node, config: MapperConfig, on_load: Callable[[LiveMapper], None]
     ) -> None:
         self._config, self._on_load, self._log = config, on_load, node.get_logger()
-        if config.save_folder:
-            _check(config.save_folder)
+        self._kept = KeptMap(config, self._log)
         self.progress: Progress | None = None
         self.unanswered = 0
         self._thread = Background()
@@ -89,9 +81,11 @@ class MapOutput:
     def begin(self) -> None:
         """Forget the map that was drawn: another one begins."""
         self.progress, self._draw_after_ns, self._drawn = None, 0, []
+        self._kept.begin()
 
     def step(self) -> None:
         """Take what is ready, and start what is next; raise what failed."""
+        self._kept.step(self.progress)
         self._thread.deliver()
         if self._thread.busy:
             return
@@ -101,15 +95,9 @@ class MapOutput:
             self._draw(self.progress)
 
     def end(self) -> None:
-        """Wait for the thread; save the map where save_folder wants it."""
+        """Save the map where save_folder wants it; wait for the thread."""
+        self._kept.end(self.progress)
         self._thread.end()
-        if not self._config.save_folder or self.progress is None:
-            return
-        folder = folder_by_time(Path(self._config.save_folder))
-        try:
-            self._log.info(save(folder, self.progress, self._config))
-        except (NodlidarError, OSError) as error:
-            self._log.error(f'the map was not saved: {in_words(error)}')
 
     def _draw(self, progress: Progress) -> None:
         """Publish the path and, if it has changed, the map."""
@@ -186,15 +174,6 @@ class MapOutput:
         response.success = not isinstance(result, Exception)
         response.message = then(result) if response.success else in_words(result)
         return response
-
-
-def _check(save_folder: str) -> None:
-    """Raise ParameterError now, and not after a drive, if no map can be saved there."""
-    try:
-        make_parent(Path(save_folder))
-    except (NodlidarError, OSError) as error:
-        limit = f'a folder for maps ({in_words(error)})'
-        raise ParameterError('save_folder', limit, save_folder) from error
 
 
 def _folder(request: MapFolder.Request) -> Path:

@@ -189,9 +189,9 @@ class MapperNode(Node):
         return self.output.unanswered > 0
 
     def destroy_node(self) -> None:
-        """Wait for the threads, then destroy the node."""
-        self._matching.end()
+        """Save the map, wait for the threads, then destroy the node."""
         self.output.end()
+        self._matching.end()
         super().destroy_node()
 
 

@@ -20,19 +20,21 @@ class Process:
     """A process whose output is shown line by line.
 
     It is ended by SIGINT. If it still runs sigterm_timeout seconds later, SIGTERM follows, and
-    SIGKILL another sigkill_timeout seconds later: launch configurations, of 5 s by default.
+    SIGKILL another sigkill_timeout seconds later: launch configurations, of 5 s by default, or as
+    given.
     """
 
-    def __init__(self, name: str, cmd: list[str]) -> None:
+    def __init__(self, name: str, cmd: list[str], **timeouts: str) -> None:
         self.name = name
         self.cmd = cmd
+        self._given = timeouts
         self.pid: int | None = None
         self._escalation: asyncio.Task | None = None
 
     async def run(self, context: LaunchContext, on_start: Callable[[], None]) -> int:
         """Run to the end; return the exit code. Raises OSError if it cannot be started."""
-        get = context.launch_configurations.get
-        self._timeouts = [float(get(name, _TIMEOUT)) for name, _, _ in _ESCALATION]
+        seconds = context.launch_configurations | self._given
+        self._timeouts = [float(seconds.get(name, _TIMEOUT)) for name, _, _ in _ESCALATION]
         with LinePipe(self._show) as out, LinePipe(self._show) as err:
             process = await create_subprocess_exec(
                 *self.cmd, stdin=DEVNULL, stdout=out.end, stderr=err.end

@@ -11,6 +11,7 @@ from launch.event_handlers import OnProcessStart, OnShutdown
 import pytest
 
 BUSY = 'while :; do sleep 0.05; done'
+LONG = {'sigterm_timeout': '3600'}  # s
 
 
 class Exits(dict):
@@ -154,6 +155,21 @@ def test_stubborn_processes_are_killed(launch, tmp_path, exits):
             f"failed to terminate '{seconds}' seconds after receiving 'SIG{last}', "
             f"escalating to 'SIG{following}'" in out
         )
+
+
+def test_a_process_may_have_longer_to_end_than_the_others(launch, tmp_path, exits):
+    """It goes on until another one has got SIGTERM."""
+    both_ready = f'until test -e {tmp_path}/1 -a -e {tmp_path}/2; do sleep 0.02; done'
+    after = f'until test -e {tmp_path}/3; do sleep 0.02; done; exit 0'
+    slow, other = f'trap "{after}" INT', f'trap "touch {tmp_path}/3; exit 1" TERM; trap "" INT'
+    _, out = launch(
+        configuration('sigterm_timeout', '0.2'),
+        shell(f'{slow}; touch {tmp_path}/1; {BUSY}', name='slow', on_exit=exits, **LONG),
+        shell(f'{other}; touch {tmp_path}/2; {BUSY}', name='other', on_exit=exits),
+        shell(both_ready, on_exit=end_all),
+    )
+    assert exits == {'slow': 0, 'other': 1}
+    assert out.count("escalating to 'SIGTERM'") == 1
 
 
 def test_terminal_has_sent_the_interrupt_already(launch, exits):

@@ -35,6 +35,8 @@ class ExecuteProcess(Action):
     on_exit
         Function of event and context, called when the process ended. It returns an action to
         visit, or None.
+    sigterm_timeout
+        Time until it gets SIGTERM [s], by default that of the launch.
 
     """
 
@@ -46,6 +48,7 @@ class ExecuteProcess(Action):
         prefix: str = '',
         name: str | None = None,
         on_exit: Callable[[ProcessExited, LaunchContext], Action | None] = lambda *_: None,
+        sigterm_timeout: str | None = None,
         **uncovered: Any,
     ) -> None:
         super().__init__(**uncovered)
@@ -55,6 +58,7 @@ class ExecuteProcess(Action):
         self._prefix = prefix
         self._name = name
         self._on_exit = on_exit
+        self._timeouts = {} if sigterm_timeout is None else {'sigterm_timeout': sigterm_timeout}
 
     def command(self, context: LaunchContext) -> list[str]:
         """Return the command line without the prefix."""
@@ -65,7 +69,8 @@ class ExecuteProcess(Action):
         configurations = context.launch_configurations
         refuse_arguments('ExecuteProcess', {k: 1 for k in _UNCOVERED if k in configurations})
         cmd = shlex.split(self._prefix) + self.command(context)
-        process = Process(f'{self._name or os.path.basename(cmd[0])}-{next(_numbers)}', cmd)
+        name = f'{self._name or os.path.basename(cmd[0])}-{next(_numbers)}'
+        process = Process(name, cmd, **self._timeouts)
         context.tasks.add(asyncio.create_task(self._run(process, context)))
 
     async def _run(self, process: Process, context: LaunchContext) -> None:
