@@ -171,6 +171,9 @@ class Mapper:
         """Predict, match, check, search and extend, in the order of docs/mapping.md."""
         robot = inverse(cloud.mount)  # in the cloud's frame
         predicted = self._track.predicted(*cloud.robot)
+        if self._track.jump and self._track.paused and self._first is None:
+            # Nothing says how far it went meanwhile: what looks alike may be anywhere.
+            self._recovery = Recovery(self._config, anywhere=True)
         guess = predicted @ cloud.mount
         way = guess[:3, 3] - predicted[:3, 3]  # from the robot to the cloud's frame
         covariance = carried(self._track.covariance, way)

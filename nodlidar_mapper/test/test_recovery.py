@@ -101,6 +101,17 @@ def test_in_a_room_that_fits_itself_turned_nobody_knows():
     assert 'two places fit alike' in found.lost
 
 
+@pytest.mark.parametrize(('corners', 'lost'), [(OBLONG, 'two places fit alike'), (CROOKED, '')])
+def test_after_a_jump_in_a_long_pause_the_robot_may_be_anywhere(corners, lost):
+    """As when the computer of the robot started anew: it may have turned around meanwhile."""
+    mapper, pose = mapped(corners)
+    odometry = planar(300.0, 0.0, 0.0)
+    for k in (20, 21):
+        found = mapper.add(k * NS, cloud(corners, pose, seed=k), odometry)
+    assert lost in found.lost
+    assert lost or not found.lost
+
+
 def test_odometry_says_nothing_of_the_place_in_a_saved_map():
     saved, _ = mapped(OBLONG)
     mapper = Mapper(MapConfig(), saved.keyframes, saved.edges)

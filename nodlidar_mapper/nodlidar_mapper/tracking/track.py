@@ -193,13 +193,13 @@ class Track:
         distance, turn = between(np.eye(4), motion)
         seconds = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, SPEED_OVER)
         config = self._config
+        known = len(self._seconds) == TIMES
+        self.paused = known and seconds > PAUSE * max(self._seconds)
         if distance > config.max_speed * seconds or turn > config.max_turn_rate * seconds:
             self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
             self._counted = self._last_motion
             self._speed_since = stamp_ns, odometry
             return JUMP
-        known = len(self._seconds) == TIMES
-        self.paused = known and seconds > PAUSE * max(self._seconds)
         if not self.paused:
             self._seconds.append(seconds)
         up = self._odometry[2, :3]
