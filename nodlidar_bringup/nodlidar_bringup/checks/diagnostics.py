@@ -15,7 +15,10 @@ _BUSY = 'end other programs (`top`), or profile:=fast'
 _REMEDIES = (
     ('latency|holds replies back', INSTALL_RULES),
     ('sweeps disagree', 'ros2 run nodlidar_assembler calibrate live, where nothing moves'),
-    ('publishers of', 'ros2 topic info -v names their nodes: end all but one'),
+    (
+        'publishers of',
+        'ros2 topic info -v names their nodes: end all but one; one that was killed counts 20 s',
+    ),
     ('in the future', 'sudo apt install chrony, on both computers'),
     ('lidar covered', 'ros2 run nodlidar_driver probe draws what the lidar sees'),
     (

@@ -148,7 +148,8 @@ def _publishers(topic: Topic, full: str) -> list[Finding]:
     names = [endpoint.node for endpoint in topic.publishers]
     if len(names) > 1:
         text = f"'{topic.name}' has {len(names)} publishers: {', '.join(names)}"
-        remedy = f'ros2 topic info -v {full}; end one, or start it with namespace:=second'
+        remedy = f'ros2 topic info -v {full}; end one, or start it with namespace:=second; '
+        remedy += 'one that was killed counts for another 20 s'  # the lease of DDS
         return [fault('two publishers', text, remedy)]
     return []
 
