@@ -400,13 +400,14 @@ def test_an_unexpected_error_of_a_request_is_answered_and_logged(running, capfd,
     assert 'no cloud was matched' in call(robot, until, 'save_map', 'anywhere').message
 
 
-def test_clouds_without_odometry_are_counted_as_such_however_fast_they_come(running):
+def test_clouds_without_odometry_are_counted_as_such_however_fast_they_come(running, capfd):
     robot, mapper, until = running
     drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
     for k in range(4):
         robot.send_cloud(50.0 + 0.1 * k, np.eye(4))
     until(lambda: mapper.clouds.drops.total() == 4)
     assert mapper.clouds.drops[NO_ODOMETRY] == 4
+    assert f'{NO_ODOMETRY}; stamped +49.0 s after the newest odometry' in capfd.readouterr().err
 
 
 def test_clouds_that_are_lost_while_the_mapper_stands_still_are_counted(running):

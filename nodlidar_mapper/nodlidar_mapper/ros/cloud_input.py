@@ -155,7 +155,11 @@ class CloudInput:
                 self._drop(each, BUSY)
         for each in [one for one in self._waiting if one not in placed]:
             if self._is_overdue(each):
-                self._drop(each, self._unplaced(each.message.header.frame_id))
+                reason = self._unplaced(each.message.header.frame_id)
+                self._drop(each, reason)
+                later = (each.stamp_ns - (self.newest_ns or each.stamp_ns)) / NS_PER_S
+                text = f'dropped: {reason}; stamped {later:+.1f} s after the newest odometry'
+                self._node.get_logger().warning(text, throttle_duration_sec=5.0)
         for each, poses in sorted(placed.items(), key=lambda item: item[0].stamp_ns):
             self._waiting.remove(each)
             try:
