@@ -14,7 +14,9 @@ from nodlidar_bringup.ros.launch_arguments import declared, MAPPING_DEFAULTS, sh
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 
-SAVING = '600'  # s, for which the launch waits until a map is saved; its default is 5
+# Time for which the launch waits for the mapper to end [s]: until it has saved the map, or the
+# default of the launch, as a mapper that stands still does not end at all.
+SAVING, USUAL = '600', '5'
 
 
 def nodes(context):
@@ -34,7 +36,7 @@ def nodes(context):
         name='mapper',
         parameters=[file, *({key: text(value)} for key, value in folders.items() if value)],
         on_exit=end_all,
-        sigterm_timeout=SAVING,
+        sigterm_timeout=SAVING if given['save'] else USUAL,
     )
     return [*sensor.nodes(), mapper]
 
