@@ -267,7 +267,10 @@ def test_the_map_is_saved_when_the_node_ends_and_never_over_another_one(running,
 @pytest.mark.usefixtures('in_tmp_path')
 def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
     _, mapper, until = running
-    saved = lambda: [*(tmp_path / 'maps').glob('*/*')]  # noqa: E731
+
+    def saved():
+        return [*(tmp_path / 'maps').glob('*/*')]
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(kept_map, 'PERIOD', 0.0)
         mapper.output.begin()
@@ -408,6 +411,13 @@ def test_clouds_without_odometry_are_counted_as_such_however_fast_they_come(runn
     until(lambda: mapper.clouds.drops.total() == 4)
     assert mapper.clouds.drops[NO_ODOMETRY] == 4
     assert f'{NO_ODOMETRY}; stamped +49.0 s after the newest odometry' in capfd.readouterr().err
+
+
+def test_without_any_odometry_no_stamp_is_compared_with_it(running, capfd):
+    robot, mapper, until = running
+    robot.send_cloud(0, np.eye(4))
+    until(lambda: mapper.clouds.drops == {NO_ODOMETRY: 1})
+    assert f'{NO_ODOMETRY}; there was no odometry so far' in capfd.readouterr().err
 
 
 def test_clouds_that_are_lost_while_the_mapper_stands_still_are_counted(running):

@@ -157,8 +157,7 @@ class CloudInput:
             if self._is_overdue(each):
                 reason = self._unplaced(each.message.header.frame_id)
                 self._drop(each, reason)
-                later = (each.stamp_ns - (self.newest_ns or each.stamp_ns)) / NS_PER_S
-                text = f'dropped: {reason}; stamped {later:+.1f} s after the newest odometry'
+                text = f'dropped: {reason}; {self._beside_odometry(each.stamp_ns)}'
                 self._node.get_logger().warning(text, throttle_duration_sec=5.0)
         for each, poses in sorted(placed.items(), key=lambda item: item[0].stamp_ns):
             self._waiting.remove(each)
@@ -177,6 +176,13 @@ class CloudInput:
         """Return whether a cloud has waited for odometry for too long."""
         deadline = self._config.odometry_deadline + max(self._config.odometry_delay, 0.0)
         return steady_ns() - each.since_ns > deadline * NS_PER_S
+
+    def _beside_odometry(self, stamp_ns: int) -> str:
+        """Return in words how far a stamp is from odometry."""
+        if self.newest_ns is None:
+            return 'there was no odometry so far'
+        later = (stamp_ns - self.newest_ns) / NS_PER_S
+        return f'stamped {later:+.1f} s after the newest odometry'
 
     def _unplaced(self, frame: str) -> str:
         """Return why clouds in a frame have no pose."""
