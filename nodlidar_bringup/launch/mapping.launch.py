@@ -14,9 +14,9 @@ from nodlidar_bringup.ros.launch_arguments import declared, MAPPING_DEFAULTS, sh
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_bringup.ros.sensor import end_all, Sensor, text
 
-# Time for which the launch waits for the mapper to end [s]: until it has saved the map, or the
-# default of the launch, as a mapper that stands still does not end at all.
-SAVING, USUAL = '600', '5'
+# Time for which the launch waits until the mapper has saved the map [s]. Without one to save, the
+# launch waits as for any node: a mapper that stands still does not end at all.
+SAVING = '600'
 
 
 def nodes(context):
@@ -30,13 +30,14 @@ def nodes(context):
     arguments.check_parameter_file('mapper_params', file, sensor.values['namespace'])
     sensor.fixed_frame = 'map'
     folders = {'map_folder': given['map'], 'save_folder': given['save']}
+    waiting = {'sigterm_timeout': SAVING} if given['save'] else {}
     mapper = sensor.node(
         'nodlidar_mapper',
         'mapper',
         name='mapper',
         parameters=[file, *({key: text(value)} for key, value in folders.items() if value)],
         on_exit=end_all,
-        sigterm_timeout=SAVING if given['save'] else USUAL,
+        **waiting,
     )
     return [*sensor.nodes(), mapper]
 
