@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import re
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
-from nodlidar_bringup.checks.graph import SOURCES
+from nodlidar_bringup.checks.graph import KILLED, SOURCES
 from nodlidar_bringup.checks.ports import INSTALL_RULES
 
 NODES = (*SOURCES.values(), 'mapper')
@@ -15,10 +15,7 @@ _BUSY = 'end other programs (`top`), or profile:=fast'
 _REMEDIES = (
     ('latency|holds replies back', INSTALL_RULES),
     ('sweeps disagree', 'ros2 run nodlidar_assembler calibrate live, where nothing moves'),
-    (
-        'publishers of',
-        'ros2 topic info -v names their nodes: end all but one; one that was killed counts 20 s',
-    ),
+    ('publishers of', f'ros2 topic info -v names their nodes: end all but one; {KILLED}'),
     ('in the future', 'sudo apt install chrony, on both computers'),
     ('lidar covered', 'ros2 run nodlidar_driver probe draws what the lidar sees'),
     (

@@ -10,6 +10,8 @@ LAUNCH = 'ros2 launch nodlidar_bringup robot.launch.py'
 SOURCES = {'scan': 'driver', 'joint_states': 'servo', 'points': 'assembler'}
 """Topics of a sensor, and the node of each."""
 
+KILLED = 'one that was killed counts for another 20 s'
+"""What to know of a second publisher: that is the lease of Fast DDS (docs/faults.md)."""
 
 LIFECYCLE = ('driver', 'servo')
 """Nodes that publish only while they are active."""
@@ -149,7 +151,7 @@ def _publishers(topic: Topic, full: str) -> list[Finding]:
     if len(names) > 1:
         text = f"'{topic.name}' has {len(names)} publishers: {', '.join(names)}"
         remedy = f'ros2 topic info -v {full}; end one, or start it with namespace:=second; '
-        remedy += 'one that was killed counts for another 20 s'  # the lease of DDS
+        remedy += KILLED
         return [fault('two publishers', text, remedy)]
     return []
 
