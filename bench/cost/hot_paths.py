@@ -28,7 +28,7 @@ from bench.shared.timing import Action, interleaved
 TITLE = 'What is computed over and over, and how often the yardstick fits into it'
 ROUNDS = 60
 # Without the filter of mixed pixels: all beams of the scan become points.
-UNFILTERED = PipelineConfig(veil_angle=0.0)
+UNFILTERED = PipelineConfig(mixed_pixel_angle=0.0)
 SLOWER = 1.25  # a greater ratio to the recorded time is not noise
 WHAT, TIME, IN_YARDSTICKS, SIZE = 'what', 'time [us]', 'yardsticks', 'numbers in the result'
 VERDICT = f'slower if above {SLOWER}'

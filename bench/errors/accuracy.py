@@ -5,8 +5,8 @@ a perfect encoder would report. Points count against the surfaces, so the backla
 and lidar and the errors of the ranges are in them.
 """
 
+from nodlidar_assembler.clouds.mixed_pixels import MixedPixelConfig
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
-from nodlidar_assembler.clouds.veils import VeilConfig
 from nodlidar_demo.evaluation import (
     FAR,
     near_beams,
@@ -30,7 +30,7 @@ BETTER = {
     'URG-04LX': load_lidar('urg_04lx'),
     'noise of 1 mm': LidarParameters(noise=0.001),
 }
-VEIL_ANGLE = VeilConfig().veil_angle
+MIXED_PIXEL_ANGLE = MixedPixelConfig().mixed_pixel_angle
 RATE = 'joint states [Hz]'
 PITCH, IDEAL_PITCH = 'pitch, RX-24F [mrad]', 'pitch, ideal servo [mrad]'
 REAL, FILTERED = 'URG-04LX-UG01 [mm]', 'URG-04LX-UG01, filtered [mm]'
@@ -40,7 +40,8 @@ IDEAL_LIDAR, IDEAL = 'ideal lidar [mm]', 'ideal lidar and servo [mm]'
 SEEDS = range(6)
 TITLE = (
     f'RMS errors in the room, {DURATION:.0f} s at N_s = 4001, RX-24F by physics; of points [mm]: '
-    f'distance to the surfaces, beams up to {FAR:g} m; filtered: veil_angle = {VEIL_ANGLE:g}; '
+    f'distance to the surfaces, beams up to {FAR:g} m; '
+    f'filtered: mixed_pixel_angle = {MIXED_PIXEL_ANGLE:g}; '
     f'mean and standard deviation of {len(SEEDS)} runs'
 )
 
@@ -86,9 +87,9 @@ def _run(sensor: SensorModel, seed: int) -> dict[str, dict[str, float]]:
         name: {
             PITCH: pitch_rms(real, PitchEstimator(EstimatorConfig(estimator=name))) * 1e3,
             REAL: points_rms(real, name) * 1e3,
-            FILTERED: points_rms(real, name, VEIL_ANGLE) * 1e3,
+            FILTERED: points_rms(real, name, MIXED_PIXEL_ANGLE) * 1e3,
             **{
-                lidar: points_rms(recording, name, VEIL_ANGLE) * 1e3
+                lidar: points_rms(recording, name, MIXED_PIXEL_ANGLE) * 1e3
                 for lidar, recording in better.items()
             },
             IDEAL_LIDAR: points_rms(exact, name) * 1e3,
@@ -97,10 +98,10 @@ def _run(sensor: SensorModel, seed: int) -> dict[str, dict[str, float]]:
     }
 
 
-def points_rms(simulated: Recording, estimator: str, veil_angle: float = 0.0) -> float:
+def points_rms(simulated: Recording, estimator: str, mixed_pixel_angle: float = 0.0) -> float:
     """Return the RMS distance [m] of the points to the true surfaces, of beams up to FAR."""
     log = near_beams(simulated_log(simulated))
-    return surface_rms(points_of(log, estimator, veil_angle), simulated.world)
+    return surface_rms(points_of(log, estimator, mixed_pixel_angle), simulated.world)
 
 
 def pitch_rms(simulated: Recording, estimator: PitchEstimator) -> float:

@@ -13,7 +13,7 @@ from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
-from bench.errors.veil_scenes import drawn_room
+from bench.errors.edge_scenes import drawn_room
 from bench.shared.reference import BEAM_PERIOD, START_NS
 
 SHIPPED = ('room', 'corner', 'corridor', 'crossing', 'wall')

@@ -19,11 +19,11 @@ from nodlidar_demo.evaluation import (
 from nodlidar_sim.simulation import Recording
 import numpy as np
 
-from bench.errors.accuracy import VEIL_ANGLE
+from bench.errors.accuracy import MIXED_PIXEL_ANGLE
 from bench.shared.reference import DRIVING, joints_at, real_room, simulated_room, STANDING
 from bench.shared.report import Row
 
-Distance = Callable[..., float]  # of a recording, an estimator and a veil_angle
+Distance = Callable[..., float]  # of a recording, an estimator and a mixed_pixel_angle
 
 DURATION = 12.0  # almost a circle
 JOINT_RATE = 100.0
@@ -44,18 +44,24 @@ def recordings(velocity: tuple[float, float]) -> dict[str, Recording]:
     }
 
 
-def beam_rms(simulated: Recording, estimator: str = 'slerp', veil_angle: float = 0.0) -> float:
+def beam_rms(
+    simulated: Recording, estimator: str = 'slerp', mixed_pixel_angle: float = 0.0
+) -> float:
     """Return the RMS distance of the points to the surfaces [m], with a pose for each beam."""
     log = near_beams(simulated_drive(simulated))
-    points = points_of(log, estimator, veil_angle)
+    points = points_of(log, estimator, mixed_pixel_angle)
     return moved_surface_rms(points.xyz, points.time_ns, simulated.world)
 
 
 def scan_rms(
-    simulated: Recording, estimator: str = 'slerp', veil_angle: float = 0.0, *, instant: float
+    simulated: Recording,
+    estimator: str = 'slerp',
+    mixed_pixel_angle: float = 0.0,
+    *,
+    instant: float,
 ) -> float:
     """Return the same with one pose per scan: that at a share of its duration, 0 .. 1."""
-    points = points_of(near_beams(simulated_log(simulated)), estimator, veil_angle)
+    points = points_of(near_beams(simulated_log(simulated)), estimator, mixed_pixel_angle)
     duration_ns = simulated.true_time_ns[:, -1] - simulated.scan_stamp_ns
     posed_ns = simulated.scan_stamp_ns + np.rint(instant * duration_ns).astype(np.int64)
     scan = np.searchsorted(simulated.scan_stamp_ns, points.time_ns, side='right') - 1
@@ -68,7 +74,7 @@ def distances(rms: Distance, by_devices: dict[str, Recording], estimator: str) -
     real, ideal = by_devices[DISTANCE], by_devices[IDEAL]
     return {
         DISTANCE: rms(real, estimator) * 1e3,
-        FILTERED: rms(real, estimator, VEIL_ANGLE) * 1e3,
+        FILTERED: rms(real, estimator, MIXED_PIXEL_ANGLE) * 1e3,
         IDEAL: rms(ideal, estimator) * 1e3,
     }
 

@@ -12,7 +12,7 @@ from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEsti
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.servo_section import load_servo
 
-from bench.errors.accuracy import pitch_rms, points_rms, VEIL_ANGLE
+from bench.errors.accuracy import MIXED_PIXEL_ANGLE, pitch_rms, points_rms
 from bench.shared.reference import joints_at, real_room, simulated_room
 from bench.shared.report import Row
 
@@ -46,7 +46,7 @@ def _row(rate: float, bits: int) -> Row:
         'joint states [Hz]': rate,
         'encoder [bits]': bits,
         **_errors(real, REAL),
-        'distance of the points [mm]': points_rms(real, 'slerp', VEIL_ANGLE) * 1e3,
+        'distance of the points [mm]': points_rms(real, 'slerp', MIXED_PIXEL_ANGLE) * 1e3,
         **_errors(ideal, IDEAL),
     }
 

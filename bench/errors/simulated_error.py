@@ -78,7 +78,7 @@ def simulated_rms(
     for constant in constants(given):
         config = PipelineConfig(
             estimator=given.estimator,
-            veil_angle=0.0,
+            mixed_pixel_angle=0.0,
             laser_xyz=tuple(np.add(REFERENCE_LASER_POSE.position, constant.xyz).tolist()),
             laser_rpy=constant.rpy,
         )

@@ -29,7 +29,7 @@ from bench.shared.node_processes import node_processes
 from bench.shared.noisy_room import noisy_room, switching_soon, terminals
 
 # Every valid beam is a point, so that a cloud's true points are known.
-ASSEMBLER_PARAMETERS = {'/**': {'ros__parameters': {'veil_angle': 0.0}}}
+ASSEMBLER_PARAMETERS = {'/**': {'ros__parameters': {'mixed_pixel_angle': 0.0}}}
 START_TIMEOUT, STOP_TIMEOUT = 60.0, 10.0  # [s]
 
 

@@ -74,7 +74,7 @@ class NetworkRig:
         self, folder: Path, robot: Site, far: Site, parameters: Sequence[str] = ()
     ) -> None:
         self.folder, self._robot, self._far = folder, robot, far
-        self._parameters = ['veil_angle:=0.0', *parameters]
+        self._parameters = ['mixed_pixel_angle:=0.0', *parameters]
         room, motion, start_ns = noisy_room(), IdealServo(), time.time_ns()
         self.truth = Truth(motion)
         world = World(room, motion, start_ns=start_ns)

@@ -33,7 +33,7 @@ from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.errors.accuracy import points_rms, VEIL_ANGLE
+from bench.errors.accuracy import MIXED_PIXEL_ANGLE, points_rms
 from bench.shared.reference import (
     BEAM_PERIOD,
     joints_at,
@@ -212,7 +212,7 @@ def _cloud_row(recording: Recording, queries: Floats) -> Row:
 
 
 def _cloud(recording: Recording) -> Points:
-    return points_of(near_beams(simulated_log(recording)), 'slerp', VEIL_ANGLE)
+    return points_of(near_beams(simulated_log(recording)), 'slerp', MIXED_PIXEL_ANGLE)
 
 
 def _mark_fronts(rows: Sequence[Row]) -> None:

@@ -66,7 +66,7 @@ def statuses(**of_node):
 def published(recording, spoil=lambda scan: scan, without=(), diagnostics=None):
     """Return what a sound sensor publishes, with its scans changed, without some clouds."""
     log = simulated_log(recording)
-    pipeline = Pipeline(PipelineConfig(veil_angle=0.0))
+    pipeline = Pipeline(PipelineConfig(mixed_pixel_angle=0.0))
     scans, clouds = [], []
     for i, sound in enumerate(log.scans):
         scan = spoil(sound)

@@ -95,9 +95,9 @@ class ScanAssembler:
     def remarks(self) -> dict[str, int]:
         """Scans assembled differently than configured, counted by reason; points removed."""
         fallbacks = self._pipeline.estimator.fallbacks
-        veil_points = self._pipeline.veil_points
+        mixed_pixels = self._pipeline.mixed_pixels
         return {
-            **({'points removed as mixed pixels': veil_points} if veil_points else {}),
+            **({'points removed as mixed pixels': mixed_pixels} if mixed_pixels else {}),
             **self._deviations,
             **{f'slerp instead of trajectory: {reason}': n for reason, n in fallbacks.items()},
         }

@@ -232,7 +232,9 @@ def test_messages_may_come_late_and_out_of_order(simulated, tmp_path):
 
 def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_path):
     entries = entries_of(driving)
-    config = AssemblerConfig(ego_motion='beam', veil_angle=0.0, time_in_compensated_clouds=True)
+    config = AssemblerConfig(
+        ego_motion='beam', mixed_pixel_angle=0.0, time_in_compensated_clouds=True
+    )
     bag = write_messages(tmp_path / 'bag', entries)
     write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
     expected = clouds_in(tmp_path / 'out.mcap')
@@ -278,7 +280,7 @@ def test_without_odometry_scans_are_dropped_or_not_compensated(driving, tmp_path
         if entry[1] != '/tf' or (entry[0] - START_NS) / 1e9 < 2.0
     ]
     bag = write_messages(tmp_path / 'bag', entries)
-    config = AssemblerConfig(ego_motion='beam', veil_angle=0.0)
+    config = AssemblerConfig(ego_motion='beam', mixed_pixel_angle=0.0)
     summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
     drops = summary.assembler.drops
     assert drops['no odometry after it before the deadline'] == drops.total() == 20

@@ -138,7 +138,7 @@ def around_a_box(pitch_at, seen=lambda number: True, blind_after=100):
 
     One for each sweep, and one for each scan.
     """
-    config = AssemblerConfig(veil_angle=0.0, level_scan_beams=61)
+    config = AssemblerConfig(mixed_pixel_angle=0.0, level_scan_beams=61)
     pipeline = Pipeline(config)
     scanners = [LevelScanner(replace(config, level_scan=mode)) for mode in ('sweep', 'scan')]
     beams, period_ns = 200, 100_000_000  # several for each azimuth of a level scan

@@ -7,8 +7,8 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.assembly import place, Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
-from nodlidar_assembler.clouds.veils import VeilConfig, veiled
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
@@ -27,9 +27,9 @@ class EvaluationError(NodlidarError):
     """A log without points."""
 
 
-def points_of(log: SensorLog, estimator: str, veil_angle: float = 0.0) -> Points:
+def points_of(log: SensorLog, estimator: str, mixed_pixel_angle: float = 0.0) -> Points:
     """Return all points of a log; raises EvaluationError if there are none."""
-    config = PipelineConfig(estimator=estimator, veil_angle=veil_angle)
+    config = PipelineConfig(estimator=estimator, mixed_pixel_angle=mixed_pixel_angle)
     clouds, drops = assemble_log(log, config)
     if not clouds:
         raise EvaluationError(f'the log gives no points; scans dropped: {dict(drops)}')
@@ -87,7 +87,9 @@ class RecordedMotion:
         return np.asarray(rates[after])
 
 
-def lidar_rms(log: SensorLog, scene: Scene, start_ns: int, veil_angle: float = 0.0) -> float:
+def lidar_rms(
+    log: SensorLog, scene: Scene, start_ns: int, mixed_pixel_angle: float = 0.0
+) -> float:
     """Return the RMS distance [m] to the true surfaces that the errors of the lidar alone cause.
 
     The scans of a log are measured anew, with the log's motion for the true one, and placed by it.
@@ -98,20 +100,20 @@ def lidar_rms(log: SensorLog, scene: Scene, start_ns: int, veil_angle: float = 0
         Its scans give the instants of the beams, and range_max.
     scene, start_ns
         The scene, and when its objects and its base leave their start [ns].
-    veil_angle
+    mixed_pixel_angle
         Of the filter of mixed pixels; 0 for none.
     """
     motion = RecordedMotion(log)
     world = World(scene, motion, start_ns=start_ns)
     lidar, pipeline = Lidar(scene.lidar, world, start_ns, 0), Pipeline(PipelineConfig())
-    veils = VeilConfig(veil_angle=veil_angle)
+    config = MixedPixelConfig(mixed_pixel_angle=mixed_pixel_angle)
     squares, count = 0.0, 0
     for scan in log.scans:
         beams = pipeline.beams(scan.geometry)
         times_ns = scan.stamp_ns + beams.offset_ns
         ranges = lidar.ranges(times_ns, beams.azimuth).astype(np.float32)
-        if veil_angle:
-            ranges[veiled(ranges, scan.geometry, veils)] = np.nan
+        if mixed_pixel_angle:
+            ranges[find_mixed_pixels(ranges, scan.geometry, config)] = np.nan
         placed = place(beams, ranges, motion.position(times_ns))
         distance = world.surface_distance(placed.xyz.T, times_ns[placed.beams])
         squares, count = squares + float(distance @ distance), count + len(distance)

@@ -49,7 +49,7 @@ def test_mixed_pixels_are_left_out_on_demand():
     room = load_scene('room', ideal=True)
     scene = replace(room, lidar=LidarParameters(divergence=0.01))
     log = simulated_log(simulate(scene, NOD, 4.0))
-    assert lidar_rms(log, scene, 0, veil_angle=0.2) < 0.5 * lidar_rms(log, scene, 0)
+    assert lidar_rms(log, scene, 0, mixed_pixel_angle=0.2) < 0.5 * lidar_rms(log, scene, 0)
 
 
 def test_the_table_states_the_errors_of_the_lidar():

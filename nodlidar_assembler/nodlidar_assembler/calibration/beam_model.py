@@ -11,9 +11,9 @@ from nodlidar_assembler.clouds.geometry import (
     LaserPoseConfig,
     REFERENCE_LASER_POSE,
 )
+from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
-from nodlidar_assembler.clouds.veils import VeilConfig, veiled
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
@@ -165,7 +165,7 @@ class MeasuredBeams:
             beams = Beams(scan.geometry, REFERENCE_LASER_POSE)
             g = scan.geometry
             good = g.measured(scan.ranges) & (scan.ranges <= max_range)
-            edge = veiled(scan.ranges, g, VeilConfig())
+            edge = find_mixed_pixels(scan.ranges, g, MixedPixelConfig())
             near = np.convolve(edge, np.ones(2 * _AT_EDGE + 1), 'same') > 0.5
             which = np.flatnonzero(good & ~near)[number % step :: step]
             time = (scan.stamp_ns - track.begin_ns + beams.offset_ns[which]) / NS_PER_S

@@ -6,13 +6,13 @@ from nodlidar_assembler.clouds.assembly import place, Placed, Points, points_of
 from nodlidar_assembler.clouds.deskew import DESKEW_INSTANTS, deskewed
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
 from nodlidar_assembler.clouds.geometry import Beams, LaserPoseConfig, ScanGeometry
+from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
 from nodlidar_assembler.clouds.points import DESKEWED_POINT, MOVED_POINT, POINT
 from nodlidar_assembler.clouds.repeats import RepeatCheck
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
-from nodlidar_assembler.clouds.veils import VeilConfig, veiled
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.silence import Silence
@@ -27,7 +27,9 @@ EGO_MOTION_MODES = ('off', 'beam', 'deskew')
 
 
 @dataclass(frozen=True)
-class PipelineConfig(OdometryConfig, LaserPoseConfig, SigmaConfig, VeilConfig, EstimatorConfig):
+class PipelineConfig(
+    OdometryConfig, LaserPoseConfig, SigmaConfig, MixedPixelConfig, EstimatorConfig
+):
     """Clouds."""
 
     cloud_mode: str = parameter(
@@ -121,13 +123,13 @@ class Pipeline:
     ----------
     estimator
         Estimator of the pitch of each beam.
-    veil_points
+    mixed_pixels
         Number of points removed as mixed pixels.
     """
 
     def __init__(self, config: PipelineConfig) -> None:
-        self.veil_points = 0
-        self._veils: VeilConfig = config
+        self.mixed_pixels = 0
+        self._filter: MixedPixelConfig = config
         self._sigma: SigmaConfig = config
         self.estimator = PitchEstimator(config)
         self._motion_limits: OdometryConfig = config
@@ -234,10 +236,10 @@ class Pipeline:
 
     def _without_mixed_pixels(self, scan: Scan) -> NDArray[np.float32]:
         """Return the ranges of a scan, NaN for mixed pixels."""
-        if not self._veils.veil_angle:
+        if not self._filter.mixed_pixel_angle:
             return scan.ranges
-        mixed = veiled(scan.ranges, scan.geometry, self._veils)
-        self.veil_points += int(np.count_nonzero(mixed))
+        mixed = find_mixed_pixels(scan.ranges, scan.geometry, self._filter)
+        self.mixed_pixels += int(np.count_nonzero(mixed))
         return np.where(mixed, np.float32(np.nan), scan.ranges)
 
     def _gathered(self, points: Points) -> list[Points]:

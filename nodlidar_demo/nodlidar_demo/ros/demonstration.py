@@ -9,8 +9,8 @@ import time
 from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.clouds.mixed_pixels import MixedPixelConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_assembler.clouds.veils import VeilConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
 from nodlidar_common.command_line import LineParser
@@ -39,7 +39,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 START_TIMEOUT = 60.0
-VEIL_ANGLE = VeilConfig().veil_angle  # of the filter of mixed pixels
+MIXED_PIXEL_ANGLE = MixedPixelConfig().mixed_pixel_angle  # of the filter of mixed pixels
 
 
 class DemoError(NodlidarError):
@@ -103,10 +103,10 @@ def _measured(bag: Path, scene: Scene) -> tuple[SensorLog, Distances]:
     near = near_beams(log)
     start_ns = read_start_ns(bag) if scene.moves else log.scans[0].stamp_ns
     world = World(scene, IdealServo(), start_ns=start_ns)
-    lidar = 0.0 if scene.lidar.ideal else lidar_rms(near, scene, start_ns, VEIL_ANGLE)
+    lidar = 0.0 if scene.lidar.ideal else lidar_rms(near, scene, start_ns, MIXED_PIXEL_ANGLE)
     rms, filtered = (
         {e: surface_rms(points_of(near, e, angle), world) for e in ESTIMATORS}
-        for angle in (0.0, VEIL_ANGLE)
+        for angle in (0.0, MIXED_PIXEL_ANGLE)
     )
     rms_by_odometry = {}
     if scene.drives:
@@ -122,7 +122,7 @@ def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
 
 def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
     """Write a log's points without mixed pixels, and draw them as seen from the sensor's start."""
-    points = points_of(log, 'slerp', VEIL_ANGLE)
+    points = points_of(log, 'slerp', MIXED_PIXEL_ANGLE)
     with open_output(output / 'cloud.ply', AssemblerConfig()) as file:
         file.write(points, 'odom' if scene.drives else 'nodlidar_base_link', points.time_ns[-1])
     xyz = scene.mount.to_child(points.xyz) if scene.drives else points.xyz

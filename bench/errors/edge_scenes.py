@@ -1,4 +1,4 @@
-"""Scenes for the measurement of veils: those of nodlidar_sim, and furnished rooms at random."""
+"""Scenes with edges: those of nodlidar_sim, and furnished rooms at random."""
 
 from nodlidar_sim.world.scene import load_scene, parse_scene, Scene
 import numpy as np

@@ -1,7 +1,4 @@
-"""Mixed pixels: ranges between two surfaces, where the spot of a beam covers an edge.
-
-Over many beams they are a veil from the edge to what is behind it.
-"""
+"""Mixed pixels: ranges between two surfaces, where the spot of a beam covers an edge."""
 
 from dataclasses import dataclass
 import math
@@ -14,10 +11,10 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class VeilConfig:
+class MixedPixelConfig:
     """Mixed pixels."""
 
-    veil_angle: float = parameter(
+    mixed_pixel_angle: float = parameter(
         0.2,
         'Points whose connection with a nearer neighbour in the scan is within this angle of the '
         'beam, and that are off the line of those before it, are taken for mixed pixels and '
@@ -26,7 +23,7 @@ class VeilConfig:
         minimum=0.0,
         maximum=1.5,
     )
-    veil_step: float = parameter(
+    mixed_pixel_step: float = parameter(
         0.05,
         'Least difference of range between such neighbours, above the noise of the lidar',
         unit='m',
@@ -35,8 +32,8 @@ class VeilConfig:
     )
 
 
-def veiled(
-    ranges: NDArray[np.float32], geometry: ScanGeometry, config: VeilConfig
+def find_mixed_pixels(
+    ranges: NDArray[np.float32], geometry: ScanGeometry, config: MixedPixelConfig
 ) -> NDArray[np.bool_]:
     """Return which beams of a scan are mixed pixels, or just behind an edge, shape (n,).
 
@@ -53,12 +50,12 @@ def veiled(
     geometry
         Of the scan.
     config
-        `veil_angle` above 0.
+        `mixed_pixel_angle` above 0.
     """
     apart = abs(geometry.angle_increment)
-    ratio = math.cos(apart) + math.sin(apart) / math.tan(config.veil_angle)
+    ratio = math.cos(apart) + math.sin(apart) / math.tan(config.mixed_pixel_angle)
     known = np.where(geometry.measured(ranges), ranges, np.nan)
-    limit = np.maximum(known * ratio, known + config.veil_step)
+    limit = np.maximum(known * ratio, known + config.mixed_pixel_step)
     after = np.flatnonzero(known[1:] > limit[:-1]) + 1
     before = np.flatnonzero(known[:-1] > limit[1:])
     beam = np.concatenate([after, before])

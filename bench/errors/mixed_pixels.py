@@ -1,6 +1,6 @@
 """Mixed pixels: how many points of a cloud are, and which the filter of the assembler removes.
 
-A point is a veil point if it is farther from every surface than three standard deviations of the
+A point is a mixed pixel if it is farther from every surface than three standard deviations of the
 lidar's noise at its range, and if its spot straddles an edge: without noise, too, its range is
 off by a standard deviation or more. Points are placed with the true pitch: only the lidar errs.
 """
@@ -8,7 +8,7 @@ off by a standard deviation or more. Points are placed with the true pitch: only
 from dataclasses import dataclass, replace
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
-from nodlidar_assembler.clouds.veils import VeilConfig, veiled
+from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
@@ -18,7 +18,7 @@ from nodlidar_sim.world.scene import Scene
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.errors.veil_scenes import drawn_room, shipped_scenes
+from bench.errors.edge_scenes import drawn_room, shipped_scenes
 from bench.shared.reference import reference_nod, START_NS
 from bench.shared.report import Row
 from bench.shared.rms import rms
@@ -30,13 +30,13 @@ SIGMAS = 3.0
 STILL_AT = (-0.35, -0.05, 0.2)  # rad
 NODDING, STILL = 'pi rad/s', 'still'
 ROUNDS = 2000
-REMOVED, LOST, SHARE = 'veil points removed [%]', 'others removed [%]', 'veil points [%]'
+REMOVED, LOST, SHARE = 'mixed pixels removed [%]', 'others removed [%]', 'mixed pixels [%]'
 RMS, RMS_KEPT = 'RMS to the surfaces [mm]', 'with the filter [mm]'
 TIME = 'time of the filter per scan [us]'
-CONFIG = VeilConfig()
+CONFIG = MixedPixelConfig()
 TITLE = (
-    f'Mixed pixels, veil_angle = {CONFIG.veil_angle} rad; drawn: {DRAWN} furnished rooms; still: '
-    f'at {", ".join(map(str, STILL_AT))} rad'
+    f'Mixed pixels, mixed_pixel_angle = {CONFIG.mixed_pixel_angle} rad; drawn: {DRAWN} furnished '
+    f'rooms; still: at {", ".join(map(str, STILL_AT))} rad'
 )
 
 Mask = NDArray[np.bool_]
@@ -44,17 +44,17 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """Veil points and others, and how many of each the filter removes."""
+    """Mixed pixels and others, and how many of each the filter removes."""
 
-    veil: int
-    veil_removed: int
+    mixed: int
+    mixed_removed: int
     others: int
     others_removed: int
 
     def __add__(self, other: 'Count') -> 'Count':
         return Count(
-            self.veil + other.veil,
-            self.veil_removed + other.veil_removed,
+            self.mixed + other.mixed,
+            self.mixed_removed + other.mixed_removed,
             self.others + other.others,
             self.others_removed + other.others_removed,
         )
@@ -62,8 +62,8 @@ class Count:
     def row(self) -> Row:
         """Return the shares."""
         return {
-            SHARE: 100.0 * self.veil / (self.veil + self.others),
-            REMOVED: 100.0 * self.veil_removed / self.veil if self.veil else None,
+            SHARE: 100.0 * self.mixed / (self.mixed + self.others),
+            REMOVED: 100.0 * self.mixed_removed / self.mixed if self.mixed else None,
             LOST: 100.0 * self.others_removed / self.others,
         }
 
@@ -122,21 +122,21 @@ def _counted(scene: Scene, lidar: LidarParameters, nod: Nod, duration: float) ->
         for each in (lidar, LidarParameters(divergence=lidar.divergence))
     )
     measured, removed = np.isfinite(seen.ranges), removed_points(seen)
-    veil = veil_points(seen, spot_only, lidar)
-    others = measured & ~veil
-    pairs = (veil, veil & removed, others, others & removed)
+    mixed = mixed_pixels(seen, spot_only, lidar)
+    others = measured & ~mixed
+    pairs = (mixed, mixed & removed, others, others & removed)
     return Count(*(int(np.count_nonzero(each)) for each in pairs))
 
 
-def veil_points(seen: Recording, spot_only: Recording, lidar: LidarParameters) -> Mask:
-    """Return which beams are veil points, by the definition above; shape (scans, beams)."""
+def mixed_pixels(seen: Recording, spot_only: Recording, lidar: LidarParameters) -> Mask:
+    """Return which beams are mixed pixels, by the definition above; shape (scans, beams)."""
     measured = np.isfinite(seen.ranges)
     ranges = np.where(measured, seen.ranges, 0.0)
     sigma = lidar.sigma(ranges)
     with np.errstate(invalid='ignore'):
-        mixed = np.abs(spot_only.ranges - seen.true_range) >= sigma
-    mixed |= np.isinf(seen.true_range) & np.isfinite(spot_only.ranges)
-    chosen = measured & mixed
+        at_edge = np.abs(spot_only.ranges - seen.true_range) >= sigma
+    at_edge |= np.isinf(seen.true_range) & np.isfinite(spot_only.ranges)
+    chosen = measured & at_edge
     far = np.zeros(measured.shape, dtype=np.bool_)
     far[chosen] = _distance(seen, chosen) > SIGMAS * sigma[chosen]
     return far
@@ -145,7 +145,7 @@ def veil_points(seen: Recording, spot_only: Recording, lidar: LidarParameters) -
 def removed_points(seen: Recording) -> Mask:
     """Return which beams the filter removes, shape (scans, beams)."""
     scans = simulated_log(seen).scans
-    return np.array([veiled(scan.ranges, scan.geometry, CONFIG) for scan in scans])
+    return np.array([find_mixed_pixels(scan.ranges, scan.geometry, CONFIG) for scan in scans])
 
 
 def time_per_scan() -> float:
@@ -155,7 +155,7 @@ def time_per_scan() -> float:
     seen = simulate(replace(room, lidar=lidar), reference_nod(), 0.2, start_ns=START_NS)
     scan = simulated_log(seen).scans[-1]
     given: tuple[NDArray[np.float32], ScanGeometry] = scan.ranges, scan.geometry
-    [(seconds, _)] = interleaved({'filter': lambda: veiled(*given, CONFIG)}, ROUNDS)
+    [(seconds, _)] = interleaved({'filter': lambda: find_mixed_pixels(*given, CONFIG)}, ROUNDS)
     return float(seconds)
 
 

@@ -3,15 +3,15 @@ import math
 from hypothesis import given, strategies
 from hypothesis.extra.numpy import arrays
 from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
-from nodlidar_assembler.clouds.veils import VeilConfig, veiled
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.scan_assembler import ScanAssembler
 import numpy as np
 import pytest
 
 STEP = math.tau / 1024.0
-CONFIG = VeilConfig(veil_angle=0.2, veil_step=0.05)
+CONFIG = MixedPixelConfig(mixed_pixel_angle=0.2, mixed_pixel_step=0.05)
 
 
 def geometry(beams, step=STEP, range_max=5.6):
@@ -20,7 +20,7 @@ def geometry(beams, step=STEP, range_max=5.6):
 
 def found(ranges, config=CONFIG, step=STEP):
     ranges = np.asarray(ranges, dtype=np.float32)
-    return veiled(ranges, geometry(len(ranges), step), config).tolist()
+    return find_mixed_pixels(ranges, geometry(len(ranges), step), config).tolist()
 
 
 def angle_at_the_farther(one, other):
@@ -66,7 +66,7 @@ def test_the_angle_decides(near, ratio):
     far = float(np.float32(near * ratio))
     near = float(np.float32(near))
     angle = angle_at_the_farther(near, far)
-    config = VeilConfig(veil_angle=0.2, veil_step=0.0)
+    config = MixedPixelConfig(mixed_pixel_angle=0.2, mixed_pixel_step=0.0)
     if abs(angle - 0.2) > 1e-4:
         assert found([near, far], config) == [False, angle < 0.2]
         assert found([far, near], config, -STEP) == [angle < 0.2, False]
@@ -88,7 +88,7 @@ def test_a_wall_is_kept_at_any_angle(end):
     azimuth = np.arange(math.asin(1.2 / 16.0), math.pi / 2.0, math.tau / 1440)
     ranges = 1.2 / np.sin(azimuth) + np.random.default_rng(0).normal(0.0, 0.01, len(azimuth))
     scan = geometry(len(ranges), math.tau / 1440, 30.0)
-    lost = veiled(ranges[end].astype(np.float32), scan, CONFIG)
+    lost = find_mixed_pixels(ranges[end].astype(np.float32), scan, CONFIG)
     assert np.mean(lost[ranges[end] > 6.0]) < 0.1
 
 
@@ -96,8 +96,8 @@ def test_what_is_behind_the_end_of_such_a_wall_is_removed():
     azimuth = np.arange(0.3, 0.1, -STEP)
     wall = 0.5 / np.sin(azimuth)  # to 5 m, at 0.1 rad
     scan = geometry(len(wall) + 2, STEP, 30.0)
-    assert not veiled(np.float32([*wall, np.nan, np.nan]), scan, CONFIG).any()
-    lost = veiled(np.float32([*wall, 7.0, 9.0]), scan, CONFIG)
+    assert not find_mixed_pixels(np.float32([*wall, np.nan, np.nan]), scan, CONFIG).any()
+    lost = find_mixed_pixels(np.float32([*wall, 7.0, 9.0]), scan, CONFIG)
     assert lost.tolist() == [False] * len(wall) + [True, True]
 
 
@@ -121,26 +121,26 @@ def test_it_equals_a_loop_over_pairs(ranges):
 
 
 def test_small_steps_are_noise():
-    """At 0.2 m, neighbours are 1.2 mm apart, and 15 mm of noise would be a veil by its angle."""
+    """At 0.2 m, neighbours are 1.2 mm apart, and by the angle, 15 mm of noise would count."""
     ranges = [0.2, 0.215, 0.2, 0.21]
     assert not any(found(ranges))
-    assert any(found(ranges, VeilConfig(veil_angle=0.2, veil_step=0.0)))
+    assert any(found(ranges, MixedPixelConfig(mixed_pixel_angle=0.2, mixed_pixel_step=0.0)))
 
 
 @pytest.mark.parametrize(('angle', 'points'), [(0.0, 6), (0.2, 3)])
 def test_the_pipeline_removes_and_counts_them(angle, points):
     ranges = np.array([1.0, 1.0, 1.6, 2.4, 3.0, 3.0], dtype=np.float32)
-    pipeline = Pipeline(PipelineConfig(veil_angle=angle))
+    pipeline = Pipeline(PipelineConfig(mixed_pixel_angle=angle))
     scan = Scan(10**9, geometry(6), ranges)
     samples = np.array([0, 10**9 - 1, 10**9 + 10**7, 2 * 10**9]), np.zeros(4)
     assembled = pipeline.add_scan(scan, *samples)
     assert len(assembled.clouds[0].data) == points
-    assert pipeline.veil_points == 6 - points
+    assert pipeline.mixed_pixels == 6 - points
     np.testing.assert_array_equal(assembled.scan.ranges, ranges)
 
 
 def test_what_is_removed_is_counted_among_the_remarks():
-    assembler = ScanAssembler(AssemblerConfig(veil_angle=0.2))
+    assembler = ScanAssembler(AssemblerConfig(mixed_pixel_angle=0.2))
     assert not assembler.remarks
     ranges = np.array([1.0, 1.0, 1.6, 2.4, 3.0, 3.0], dtype=np.float32)
     assembler.add_joint_sample(0, 0.0)
@@ -153,4 +153,4 @@ def test_what_is_removed_is_counted_among_the_remarks():
 
 def test_infinity_is_no_measurement_also_where_it_is_the_longest_range():
     endless = ScanGeometry(3, 0.0, STEP, 0.1 / 1024, 0.02, math.inf)
-    assert not veiled(np.float32([1.0, math.inf, 1.0]), endless, CONFIG).any()
+    assert not find_mixed_pixels(np.float32([1.0, math.inf, 1.0]), endless, CONFIG).any()
